@@ -1,0 +1,87 @@
+# Shared by the scripts in this folder; sourced, with the repository's root as working directory.
+
+# The scripts' ROS processes are all on this machine; nothing that the caller has set leads elsewhere.
+export ROS_HOSTNAME=localhost
+unset ROS_IP
+
+say() { printf '\033[1m[%s] %s\033[0m\n' "$(basename "$0")" "$*"; }
+
+fail() {
+  printf '[%s] %s\n' "$(basename "$0")" "$*" >&2
+  exit 1
+}
+
+# Prints the apt packages that ROS and the tests need, by the names of the system at hand.
+apt_packages() {
+  if [ -d /opt/ros/noetic ] || grep -qs '^VERSION_CODENAME=focal' /etc/os-release; then
+    echo build-essential cmake python3-venv ros-noetic-ros-base ros-noetic-actionlib \
+      ros-noetic-actionlib-msgs ros-noetic-message-generation ros-noetic-message-runtime \
+      ros-noetic-rosbag ros-noetic-rostest ros-noetic-std-msgs
+  else
+    echo build-essential cmake python3-venv catkin ros-base rosbash python3-rospy \
+      python3-actionlib libactionlib-dev libactionlib-msgs-dev libstd-msgs-dev ros-actionlib-msgs ros-std-msgs \
+      ros-message-generation ros-message-runtime python3-rosbag librostest-dev python3-rostest
+  fi
+  # ROS looks up localhost and the machine's own name, which not every /etc/hosts has.
+  getent -s files hosts localhost "$(uname -n)" >/dev/null || echo libnss-myhostname
+}
+
+# Builds the workspace. Further arguments go to catkin_make, such as the target install.
+build() {
+  if [ -f /opt/ros/noetic/setup.bash ]; then
+    source_ros /opt/ros/noetic/setup.bash
+  fi
+  # Its own folders only: a workspace that the caller has sourced must not leak into this one.
+  catkin_make --source . -DPYTHON_EXECUTABLE="$PWD/.venv/bin/python" \
+    -DCMAKE_PREFIX_PATH="$([ -d /opt/ros/noetic ] && echo /opt/ros/noetic)" "$@"
+}
+
+# ROS's setup files use variables that are not set.
+source_ros() {
+  set +u
+  # shellcheck disable=SC1090
+  source "$1"
+  set -u
+}
+
+# Prints a TCP port that is free now, for a ROS master apart from any that runs.
+free_port() {
+  .venv/bin/python -c 'import socket; s = socket.socket(); s.bind(("", 0)); print(s.getsockname()[1])'
+}
+
+# Runs a command, and shows what it printed only if it fails.
+quietly() {
+  local log
+  log=$(mktemp)
+  "$@" >"$log" 2>&1 || { cat "$log"; rm -f "$log"; fail "$1 failed"; }
+  rm -f "$log"
+}
+
+# Starts a command in the background: start LOG COMMAND... ; end_all ends all that were started.
+started=()
+start() {
+  local log=$1
+  shift
+  "$@" >>"$log" 2>&1 &
+  started=("$!" ${started[@]+"${started[@]}"})
+}
+
+end_all() {
+  local process
+  for process in ${started[@]+"${started[@]}"}; do
+    kill -INT "$process" 2>/dev/null || true
+    wait "$process" 2>/dev/null || true
+  done
+  started=()
+}
+
+# Waits until the ROS master of ROS_MASTER_URI answers; else shows its log: wait_for_master LOG
+wait_for_master() {
+  local attempt
+  for attempt in $(seq 100); do
+    rosparam list >/dev/null 2>&1 && return
+    sleep 0.1
+  done
+  cat "$1"
+  fail "the ROS master at $ROS_MASTER_URI did not answer in $attempt attempts"
+}
