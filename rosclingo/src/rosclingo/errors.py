@@ -1,0 +1,71 @@
+"""What is expected to go wrong, one class each.
+
+Every message names the input, the place and the remedy, because it reaches a user unchanged: in
+a control reply, in the text of a goal's status, or on the terminal.
+"""
+
+from __future__ import annotations
+
+from typing import Optional
+
+
+def shorten(text: str, longest: int = 200) -> str:
+    """Returns the text, or its beginning and its length if it is longer than that."""
+    if len(text) <= longest:
+        return text
+    return f"{text[: longest * 3 // 4]}... ({len(text)} characters)"
+
+
+class RosclingoError(Exception):
+    """Base class of every error that this package raises on purpose."""
+
+
+class OptionsError(RosclingoError):
+    """The command line is wrong, or clingo refuses an option of it."""
+
+
+class TermError(RosclingoError):
+    """A text is not a single ground term."""
+
+
+class ProgramError(RosclingoError):
+    """A logic program does not parse or is not safe; the message quotes line and column."""
+
+
+class ForbiddenError(RosclingoError):
+    """A program or file from a client asks for what the node's settings do not allow."""
+
+
+class UnknownProgramError(RosclingoError):
+    """A program part that no loaded file or added program has."""
+
+
+class UnknownExternalError(RosclingoError):
+    """An atom that is no external of the current grounding."""
+
+
+class SolverError(RosclingoError):
+    """clingo itself failed."""
+
+
+class ServiceError(RosclingoError):
+    """A solver node is not there, went away, or answered what nobody can read."""
+
+
+class XmlError(RosclingoError):
+    """An XML text that does not keep to the manual's format.
+
+    Attributes:
+        line: Line of the fault, counted from 1; 0 when it is not at a place in the text.
+        column: Column of the fault, counted from 1; 0 likewise.
+        command: Name of the command that holds the fault, or of the root element.
+        index: Position of that command in the list, counted from 0; -1 outside of any.
+    """
+
+    def __init__(self, message: str, line: int = 0, column: int = 0) -> None:
+        place = f"line {line}, column {column}: " if line else ""
+        super().__init__(place + message)
+        self.line = line
+        self.column = column
+        self.command: Optional[str] = None
+        self.index = -1

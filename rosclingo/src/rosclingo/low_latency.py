@@ -1,0 +1,134 @@
+"""Actions without two delays of actionlib's.
+
+TCP's Nagle algorithm: actionlib offers no way to ask for TCP_NODELAY, so the server opens its
+topics here. The client opens each topic once more, with the setting, before actionlib opens it:
+rospy keeps the setting by topic, and all publishers and subscribers of a node share a topic's
+connections.
+
+The status list: actionlib sends the statuses of all goals of the last five seconds each time that
+one of them changes. With hundreds of short goals a second, that takes most of the time.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from typing import Any, Callable, Deque, Optional, Tuple
+
+import actionlib
+import rospy
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+
+# Messages for a slow client. actionlib's 50 are too few when many goals end at once: a client whose
+# result is dropped waits for ever.
+_QUEUE_SIZE = 10_000
+
+# Which ended goals the status list keeps: so many, and all that ended so many seconds ago. A client
+# takes a goal for lost if the goal leaves the list before the client has its result.
+_ENDED_GOALS = 25
+_ENDED_SECONDS = 0.2
+
+
+class LowLatencyActionServer(actionlib.ActionServer):
+    """actionlib's server, with TCP_NODELAY on all of its topics and a short status list."""
+
+    def __init__(
+        self,
+        name: str,
+        spec: Any,
+        goal_cb: Callable[..., None],
+        cancel_cb: Callable[..., None],
+        recalled: Any,
+    ) -> None:
+        """Prepares a server that :meth:`start` makes public.
+
+        Args:
+            name: Name of the action.
+            spec: The action's type, such as ``ROSClingoAction``.
+            goal_cb: Called with the handle of each new goal, under actionlib's lock.
+            cancel_cb: Called with the handle of a goal to cancel, under actionlib's lock.
+            recalled: Result of a goal that actionlib recalls by itself, because its cancel request
+                has come first: goal and cancel request take different connections.
+        """
+        super().__init__(name, spec, goal_cb, cancel_cb, auto_start=False)
+        self._recalled = recalled
+        self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
+
+    def initialize(self) -> None:
+        """Opens the topics, in place of actionlib's own method; called when the server starts."""
+        name = rospy.remap_name(self.ns)
+        self.status_pub = _publisher(f"{name}/status", GoalStatusArray, latch=True)
+        self.result_pub = _publisher(f"{name}/result", self.ActionResult)
+        self.feedback_pub = _publisher(f"{name}/feedback", self.ActionFeedback)
+        self.goal_sub = _subscriber(f"{name}/goal", self.ActionGoal, self.internal_goal_callback)
+        self.cancel_sub = _subscriber(f"{name}/cancel", GoalID, self.internal_cancel_callback)
+
+        timeout = rospy.get_param(f"{name}/status_list_timeout", 5.0)
+        self.status_list_timeout = rospy.Duration(timeout)
+        frequency_name = rospy.search_param("actionlib_status_frequency")
+        frequency = rospy.get_param(frequency_name) if frequency_name else 5.0
+        if frequency > 0:
+            period = rospy.Duration(1.0 / frequency)
+            self.status_timer = rospy.Timer(period, self.publish_status_async)
+
+    def publish_result(self, status: GoalStatus, result: Any) -> None:
+        """Publishes a goal's result; called by actionlib, once for each goal."""
+        with self.lock:
+            if status.status == GoalStatus.RECALLED and result == self.ActionResultType():
+                result = self._recalled
+            now = time.monotonic()
+            self._ended.append((now, status))
+            while len(self._ended) > _ENDED_GOALS and now - self._ended[0][0] > _ENDED_SECONDS:
+                _, oldest = self._ended.popleft()
+                self.status_list[:] = [
+                    goal for goal in self.status_list if goal.status is not oldest
+                ]
+            super().publish_result(status, result)
+
+    def publish_status(self) -> None:
+        """Publishes the goals' statuses; called by actionlib at each change."""
+        with self.lock:
+            message = GoalStatusArray(status_list=[goal.status for goal in self.status_list])
+            message.header.stamp = rospy.Time.now()
+            if not rospy.is_shutdown():
+                self.status_pub.publish(message)
+
+    def publish_status_async(self, event: Any) -> None:
+        """Publishes the goals' statuses; called by actionlib five times a second."""
+        with self.lock:
+            if self.started:
+                super().publish_status()  # forgets what is old, which takes longer
+
+
+class LowLatencyActionClient(actionlib.ActionClient):
+    """actionlib's client, with TCP_NODELAY on all of its topics."""
+
+    def __init__(self, name: str, spec: Any) -> None:
+        """Opens the topics.
+
+        Args:
+            name: Name of the action.
+            spec: The action's type, such as ``ROSClingoAction``.
+        """
+        action, name = spec(), rospy.remap_name(name)
+        self._topics = [
+            _publisher(f"{name}/goal", type(action.action_goal)),
+            _publisher(f"{name}/cancel", GoalID),
+            _subscriber(f"{name}/status", GoalStatusArray),
+            _subscriber(f"{name}/result", type(action.action_result)),
+            _subscriber(f"{name}/feedback", type(action.action_feedback)),
+        ]
+        super().__init__(name, spec)
+        # With actionlib's 10, a burst of goals loses some, and their client waits for ever.
+        for publisher in (self.pub_goal, self.pub_cancel):
+            publisher.impl.set_queue_size(_QUEUE_SIZE)
+
+
+def _publisher(topic: str, kind: Any, latch: bool = False) -> rospy.Publisher:
+    return rospy.Publisher(topic, kind, tcp_nodelay=True, latch=latch, queue_size=_QUEUE_SIZE)
+
+
+def _subscriber(
+    topic: str, kind: Any, callback: Optional[Callable[[Any], None]] = None
+) -> rospy.Subscriber:
+    return rospy.Subscriber(topic, kind, callback, tcp_nodelay=True)

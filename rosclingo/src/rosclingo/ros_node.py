@@ -1,0 +1,35 @@
+"""Starting a ROS node that Ctrl-C is sure to end."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from types import FrameType
+from typing import Optional
+
+import rospy
+
+
+def init_node(name: str, anonymous: bool = False) -> None:
+    """Does what ``rospy.init_node`` does, with another way to handle SIGINT and SIGTERM.
+
+    rospy shuts down inside of the signal handler, which is in the main thread: if that thread is
+    just talking to the master, it waits for a lock of its own, for ever. Here a thread shuts down.
+    A second signal ends the process at once, and so does the first while there is no master yet.
+
+    Args:
+        name: Name of the node, which a remapping of ``__name`` replaces.
+        anonymous: Whether to make the name unique.
+    """
+    signals = (signal.SIGINT, signal.SIGTERM)
+    for number in signals:
+        signal.signal(number, signal.SIG_DFL)
+    rospy.init_node(name, anonymous=anonymous, disable_signals=True)
+    for number in signals:
+        signal.signal(number, _shut_down)
+
+
+def _shut_down(number: int, _: Optional[FrameType]) -> None:
+    signal.signal(number, signal.SIG_DFL)
+    reason = signal.Signals(number).name
+    threading.Thread(target=rospy.signal_shutdown, args=(reason,), daemon=True).start()

@@ -1,0 +1,186 @@
+#!/usr/bin/env python3
+"""Goals: answers, cancel, preemption, abortion, optimisation, and several nodes side by side."""
+
+from __future__ import annotations
+
+import queue
+import sys
+import threading
+from typing import List
+
+import rospy
+import rostest
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+
+from rosclingo.commands import Reply
+from rosclingo.msg import ROSClingoActionGoal, ROSClingoActionResult
+from rosclingo.xml_codec import decode_reply
+from solver_test_case import TIMEOUT, Goal, SolverTestCase
+
+OPTIMISE = "1 { a(1..12) } 5. #minimize { X,X : a(X) }. #maximize { 1@2,X : a(X) }. #show a/1."
+
+
+class TestSolve(SolverTestCase):
+    def test_answers(self) -> None:
+        self.assert_solves()
+
+    def test_unknown_atoms_are_false(self) -> None:
+        self.succeed('<restart/><ground><program name="base"/></ground>')
+        for value, answer in (("true", "unsat"), ("false", "sat")):
+            _, result, _ = self.goal(
+                f'<assumptions><assumption name="unknown" value="{value}"/></assumptions>'
+            ).result()
+            self.assertEqual(result.result, answer)
+
+    def test_only_shown_symbols(self) -> None:
+        self.succeed(
+            '<restart/><add name="p"><program>a(1). b("x y"). #show a/1. #show (s,X) : b(X).'
+            '</program></add><ground><program name="p"/></ground>'
+        )
+        _, result, _ = self.goal().result()
+        self.assertEqual(sorted(result.answerset), ['(s,"x y")', "a(1)"])
+
+    def test_cancel(self) -> None:
+        for _ in range(20):
+            goal = self.search_for_minutes()
+            goal.cancel()
+            status, result, text = goal.result()
+            self.assertEqual(status, "PREEMPTED")
+            self.assertEqual((result.result, result.interrupted), ("unknown", True))
+            self.assertIn("canceled", text)
+        for _ in range(200):
+            self.assert_solves()
+
+    def test_a_control_request_aborts(self) -> None:
+        goal = self.search_for_minutes()
+        self.assert_solves()
+        status, result, text = goal.result()
+        self.assertEqual(status, "ABORTED")
+        self.assertEqual((result.result, result.interrupted), ("unknown", True))
+        self.assertIn("control", text)
+
+    def test_a_new_goal_preempts(self) -> None:
+        old = self.search_for_minutes()
+        new = self.goal()
+        status, result, text = old.result()
+        self.assertEqual(
+            (status, result.result, result.interrupted), ("PREEMPTED", "unknown", True)
+        )
+        self.assertIn("newer goal", text)
+        new.wait_until_active()
+        new.cancel()
+        self.assertEqual(new.result()[0], "PREEMPTED")
+        self.assert_solves()
+
+    def test_a_cancel_request_that_comes_before_its_goal(self) -> None:
+        goals = rospy.Publisher("solver/goal", ROSClingoActionGoal, queue_size=1)
+        cancels = rospy.Publisher("solver/cancel", GoalID, queue_size=1)
+        results: queue.Queue[ROSClingoActionResult] = queue.Queue()
+        listener = rospy.Subscriber("solver/result", ROSClingoActionResult, results.put)
+        while not (goals.get_num_connections() and cancels.get_num_connections()):
+            rospy.sleep(0.01)
+        cancels.publish(GoalID(id="early"))
+        # The server keeps the request for later, and shows that it has it.
+        statuses = rospy.wait_for_message("solver/status", GoalStatusArray, TIMEOUT)
+        while all(status.goal_id.id != "early" for status in statuses.status_list):
+            statuses = rospy.wait_for_message("solver/status", GoalStatusArray, TIMEOUT)
+        goals.publish(ROSClingoActionGoal(goal_id=GoalID(id="early")))
+        result = results.get(timeout=TIMEOUT)
+        self.assertEqual(result.status.goal_id.id, "early")
+        self.assertEqual(result.status.status, GoalStatus.RECALLED)
+        self.assertEqual((result.result.result, result.result.interrupted), ("unknown", True))
+        listener.unregister()
+
+    def test_many_rejected_goals_during_a_search(self) -> None:
+        """The status list is short, but the goal that is open stays in it."""
+        goal = self.search_for_minutes()
+        rejected = [self.goal("<assumptions").result()[0] for _ in range(60)]
+        self.assertEqual(set(rejected), {"REJECTED"})
+        goal.cancel()
+        status, result, _ = goal.result()
+        self.assertEqual(
+            (status, result.result, result.interrupted), ("PREEMPTED", "unknown", True)
+        )
+
+    def test_a_goal_that_waits_for_the_grounding(self) -> None:
+        """It is recalled although clingo cannot be interrupted."""
+        first = self.search_for_minutes()
+        replies: queue.Queue[Reply] = queue.Queue()
+        slow = "n(1..300). p :- n(X), n(Y), n(Z), X*Y*Z &lt; 0."  # takes seconds to ground
+        request = (
+            f'<commands><add name="slow"><program>{slow}</program></add>'
+            '<ground><program name="slow"/></ground></commands>'
+        )
+        service, _ = self.connect(self.solver)
+        grounding = threading.Thread(
+            target=lambda: replies.put(decode_reply(service(request).result))
+        )
+        grounding.start()
+        self.assertEqual(first.result()[0], "ABORTED")  # so the request is being carried out
+        replaced, canceled = self.goal(), self.goal()
+        canceled.cancel()
+        for goal in (replaced, canceled):
+            status, result, _ = goal.result()
+            self.assertEqual((status, result.result), ("RECALLED", "unknown"))
+        self.assertTrue(replies.empty(), "the grounding was over too soon to show anything")
+        self.assertIsNone(replies.get(timeout=TIMEOUT).failure)
+        self.assert_solves()
+
+    def test_many_goals_and_control_requests_at_once(self) -> None:
+        """Every goal ends, whatever the others do."""
+        self.search_for_minutes().cancel()
+        goals: List[Goal] = []
+
+        def send() -> None:
+            for _ in range(20):
+                goals.append(self.goal())
+
+        def change() -> None:
+            for _ in range(20):
+                self.succeed("<get_externals/>")
+
+        threads = [threading.Thread(target=work) for work in (send, send, change)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.control("<get_externals/>")  # ends the last goal
+        ends = {goal.result()[0] for goal in goals}
+        self.assertEqual(len(goals), 40)
+        self.assertLessEqual(ends, {"PREEMPTED", "RECALLED", "ABORTED"})
+        self.assert_solves()
+
+    def test_optimum_and_feedback(self) -> None:
+        control, client = self.connect("optimiser")
+        control(
+            f'<commands><restart/><add name="p"><program>{OPTIMISE}</program></add>'
+            '<ground><program name="p"/></ground></commands>'
+        )
+        goal = Goal(client, "")
+        status, result, _ = goal.result()
+        self.assertEqual((status, result.result), ("SUCCEEDED", "sat"))
+        self.assertEqual(sorted(result.answerset), [f"a({i})" for i in range(1, 6)])
+        costs = [list(message.cost) for message in goal.feedback]
+        self.assertEqual(costs, sorted(costs, reverse=True))
+        self.assertEqual(len({tuple(cost) for cost in costs}), len(costs))
+        self.assertEqual(costs[-1], [-5, 15])
+        self.assertEqual(sorted(goal.feedback[-1].answerset), sorted(result.answerset))
+        numbers = [message.number for message in goal.feedback]
+        self.assertEqual(numbers, sorted(set(numbers)))
+
+    def test_nodes_side_by_side(self) -> None:
+        for name in ("/robot1/controller", "/robot2/controller"):
+            control, client = self.connect(name)
+            control(
+                f'<commands><restart/><add name="p"><program>name("{name}").</program></add>'
+                '<ground><program name="p"/></ground></commands>'
+            )
+        for name in ("/robot1/controller", "/robot2/controller"):
+            _, client = self.connect(name)
+            _, result, _ = Goal(client, "").result()
+            self.assertEqual(result.answerset, [f'name("{name}")'])
+
+
+if __name__ == "__main__":
+    rospy.init_node("test_solve")
+    rostest.rosrun("rosclingo", "test_solve", TestSolve, sys.argv)

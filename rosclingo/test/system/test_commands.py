@@ -1,0 +1,211 @@
+"""The manual's commands as a user types them: processes of their own, on a master of their own.
+
+Needs a sourced workspace, in devel or install space.
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import List
+
+import pytest
+import yaml
+from terminals import TIMEOUT, Terminal, Terminals, package, terminals, wait_for
+
+__all__ = ["terminals"]
+
+MANUAL = {
+    "do(arm,pickup(4),1)", "do(arm,putdown(b),2)", "do(arm,pickup(3),3)", "do(arm,putdown(4),4)",
+    "do(arm,pickup(2),5)", "do(arm,putdown(3),6)", "do(arm,pickup(1),7)", "do(arm,putdown(c),8)",
+    "do(arm,pickup(2),9)", "do(arm,putdown(1),10)", "do(arm,pickup(3),11)",
+    "do(arm,putdown(2),12)", "do(arm,pickup(4),13)", "do(arm,putdown(3),14)",
+}  # fmt: skip
+
+
+def example() -> str:
+    return str(package("rosclingo") / "example")
+
+
+def answer_set(output: str) -> List[str]:
+    (line,) = [line for line in output.splitlines() if line.startswith("answerset: ")]
+    atoms = ast.literal_eval(line[len("answerset: ") :])
+    assert isinstance(atoms, list)
+    return atoms
+
+
+@pytest.mark.install_space
+def test_one_shot(terminals: Terminals) -> None:
+    folder = example()
+    terminals.start(
+        "rosrun", "rosclingo", "run.py", "-f", f"{folder}/instance.lp", "-f", f"{folder}/toh.lp"
+    )
+    for _ in range(2):  # the second run finds the solver as the first one left it
+        ended = terminals.run("python", f"{folder}/start.py")
+        lines = ended.output.splitlines()
+        assert lines[lines.index("##### result") :][:3] == [
+            "##### result",
+            "result: sat",
+            "interrupted: False",
+        ]
+        assert lines[-1] == "#####"
+        atoms = answer_set(ended.output)
+        assert set(atoms) == MANUAL
+        assert [int(atom.rstrip(")").rsplit(",")[-1]) for atom in atoms] == list(range(1, 15))
+        assert ended.wait() == 0
+
+
+def test_one_shot_with_too_few_actions(terminals: Terminals) -> None:
+    folder = example()
+    terminals.start(
+        "rosrun", "rosclingo", "run.py", "-c", "max=13",
+        "-f", f"{folder}/instance", "-f", f"{folder}/toh",
+    )  # fmt: skip
+    ended = terminals.run("python", f"{folder}/start.py")
+    assert "result: unsat" in ended.output.splitlines()
+    assert answer_set(ended.output) == []
+
+
+@pytest.mark.install_space
+def test_incremental(terminals: Terminals) -> None:
+    folder = example()
+    terminals.start(
+        "rosrun", "rosclingo", "run.py", "-f", f"{folder}/instance.lp", "-f", f"{folder}/itoh.lp"
+    )
+    for _ in range(2):
+        ended = terminals.run("python", f"{folder}/istart.py")
+        horizons = [f"solving with horizon {horizon}" for horizon in range(15)]
+        lines = ended.output.splitlines()
+        assert [line for line in lines if line.startswith("solving")] == horizons
+        assert "result: sat" in lines
+        assert set(answer_set(ended.output)) == MANUAL
+
+
+def test_control_from_the_command_line(terminals: Terminals) -> None:
+    folder = example()
+    terminals.start("rosrun", "rosclingo", "run.py", "-f", f"{folder}/itoh.lp")
+    wait_for(lambda: "/rosclingo/control" in terminals.run("rosservice", "list").output)
+    ended = terminals.run(
+        "rosservice", "call", "/rosclingo/control",
+        '<commands>\n<ground>\n<program name="query">\n<parameter value="3"/>\n</program>\n'
+        '</ground>\n<assign_external name="query(3)" value="true"/>\n<get_externals/>\n</commands>',
+    )  # fmt: skip
+    assert yaml.safe_load(ended.output)["result"] == (
+        "<return><success>True</success>"
+        '<externals><external name="query(3)" value="true"/></externals></return>'
+    )
+
+
+def test_names_move(terminals: Terminals) -> None:
+    terminals.environment["ROS_NAMESPACE"] = "robot1"
+    terminals.start("rosrun", "rosclingo", "run.py", "__name:=controller")
+    names = {f"/robot1/controller/{name}" for name in ("goal", "cancel", "status", "result")}
+    wait_for(lambda: names <= set(terminals.run("rostopic", "list").output.split()))
+    wait_for(
+        lambda: "/robot1/controller/control" in terminals.run("rosservice", "list").output.split()
+    )
+
+
+@pytest.mark.install_space
+def test_launch_file(terminals: Terminals) -> None:
+    folder = example()
+    terminals.start(
+        "roslaunch", "rosclingo", "rosclingo.launch",
+        f"files:={folder}/instance.lp {folder}/toh.lp", "options:=-c max=14",
+    )  # fmt: skip
+    ended = terminals.run("python", f"{folder}/start.py")
+    assert set(answer_set(ended.output)) == MANUAL
+
+
+def test_a_client_without_a_solver_says_what_it_waits_for(terminals: Terminals) -> None:
+    client = terminals.start("python", f"{example()}/start.py")
+    client.wait_for("waiting for the solver /rosclingo")
+    client.interrupt()
+    assert client.wait() == 1
+
+
+@pytest.mark.parametrize(
+    ("program", "ready"),
+    [
+        ("1 {at(P,H) : H=1..11} 1 :- P=1..12. :- at(P,H), at(Q,H), P<Q. ", "ACTIVE"),
+        ("n(1..100000). p(X,Y,Z) :- n(X), n(Y), n(Z), X+Y+Z=7.", "grounding"),
+    ],
+)
+def test_interrupt(terminals: Terminals, tmp_path: Path, program: str, ready: str) -> None:
+    """Ctrl-C ends a node that searches, and one that grounds, which clingo cannot interrupt."""
+    (tmp_path / "hard.lp").write_text(program)
+    node = terminals.start("rosrun", "rosclingo", "run.py", "-f", str(tmp_path / "hard.lp"))
+    client = terminals.start("python", f"{example()}/start.py")
+    if ready == "ACTIVE":
+        terminals.start("rostopic", "echo", "/rosclingo/status").wait_for("status: 1")
+    else:
+        wait_for(lambda: seconds_computed(node) > 1)
+    node.interrupt()
+    assert node.wait() == 0
+    client.interrupt()
+    assert client.wait() == 1  # it says that the node went away, or that it was ended
+
+
+def test_interrupt_of_a_client_that_waits_for_the_grounding(
+    terminals: Terminals, tmp_path: Path
+) -> None:
+    (tmp_path / "slow.lp").write_text("n(1..100000). p(X,Y,Z) :- n(X), n(Y), n(Z), X+Y+Z=7.")
+    node = terminals.start("rosrun", "rosclingo", "run.py", "-f", str(tmp_path / "slow.lp"))
+    client = terminals.start("python", f"{example()}/start.py")
+    wait_for(lambda: seconds_computed(node) > 1)
+    client.interrupt()
+    assert client.wait() == 1
+    assert "Traceback" not in client.output
+    assert node.process.poll() is None
+
+
+def seconds_computed(node: Terminal) -> float:
+    """Returns the processor time of a node; rosrun replaces itself by it."""
+    fields = Path(f"/proc/{node.process.pid}/stat").read_text().split()
+    return int(fields[13]) / os.sysconf("SC_CLK_TCK")
+
+
+@pytest.mark.install_space
+def test_python_is_the_one_that_the_workspace_was_built_with() -> None:
+    python = shutil.which("python")
+    assert python is not None
+    assert os.path.samefile(os.path.dirname(python), os.path.dirname(sys.executable))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "pieces"),
+    [
+        (["-f", "missing"], ["'missing'", "missing.lp"]),
+        (["-f"], ["-f needs a value"]),
+        (["-c", "max"], ["NAME=TERM"]),
+        (["--no-such-option"], ["--no-such-option", "unknown option"]),
+        (["-f", "wrong.lp"], ["wrong.lp:2:3-4: error: syntax error"]),
+        (["-f", "unsafe.lp"], ["unsafe.lp:1:3-4", "unsafe"]),
+    ],
+)
+def test_bad_start(tmp_path: Path, arguments: List[str], pieces: List[str]) -> None:
+    """Needs no master: what is wrong is said at once."""
+    (tmp_path / "wrong.lp").write_text("a.\nb c.\n")
+    (tmp_path / "unsafe.lp").write_text("a(X).\n")
+    ended = subprocess.run(
+        ["rosrun", "rosclingo", "run.py", *arguments],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
+    )
+    assert ended.returncode == 2
+    for piece in pieces:
+        assert piece in ended.stderr
+    assert "Traceback" not in ended.stderr
+
+
+@pytest.mark.install_space
+def test_help() -> None:
+    output = subprocess.check_output(["rosrun", "rosclingo", "run.py", "--help"], text=True)
+    assert output.startswith("usage: run.py [-f FILE]")
