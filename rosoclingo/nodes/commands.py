@@ -1,0 +1,134 @@
+"""The commands that a controller's mode may give: the extension point of the manual.
+
+A mode's answer set holds ``do(controller,Command,1)``. The method with the command's name is called
+with the command's arguments, which are clingo symbols. So a method that is added here, or in a
+subclass that is given to ``rosoclingo.node.main``, is a new command:
+
+    class MyCommands(ROSCommands):
+        def say(self, text):
+            self.state.outside.info(str(text))
+"""
+
+from __future__ import annotations
+
+from clingo import Symbol
+
+from rosclingo.commands import Add, AssignExternal, Ground, Part, ReleaseExternal, Restart, Truth
+from rosclingo.engine import Result
+from rosoclingo.atoms import Plan, event
+from rosoclingo.errors import ControllerError, LoopError
+from rosoclingo.state import State
+
+# Declares an external for each slot, because that is how a solver node shows its atoms.
+_SLOT = "rosoclingo_slot"
+_SLOTS = f"#defined rslot/1. #external {_SLOT}(ID) : rslot(ID)."
+_TRUTHS = frozenset(truth.value for truth in Truth)
+
+
+class ROSCommands:
+    """One method for each command of section "ROSoClingo" of the manual and PROTOCOL section 3."""
+
+    def __init__(self, state: State) -> None:
+        self.state = state
+        self.planner = state.planner
+
+    def initialize(self) -> None:
+        """Grounds base, state(0) and query(0) on a fresh planner, and reads the slots."""
+        # The empty parts let an encoding leave out one that it does not need.
+        empty = [Add(part, ("t",), "") for part in ("state", "transition", "query")]
+        self.planner.run(Restart(), Add(_SLOT, (), _SLOTS), *empty)
+        parts = [Part("base"), Part("state", ("0",)), Part("query", ("0",)), Part(_SLOT)]
+        self.planner.run(Ground(tuple(parts)))
+        slots = [atom for atom in self.planner.externals() if atom.startswith(f"{_SLOT}(")]
+        self.planner.run(*(ReleaseExternal(atom) for atom in slots))
+        self.state.grounded = 0
+        self.state.set_slots(atom[len(_SLOT) + 1 : -1] for atom in slots)
+
+    def ground(self, step: Symbol) -> None:
+        """Grounds the state, transition and query of a step, unless they are grounded already."""
+        if step.number <= self.state.grounded:
+            return
+        arguments = (str(step),)
+        parts = [Part(part, arguments) for part in ("state", "transition", "query")]
+        self.planner.run(Ground(tuple(parts)))
+        self.state.grounded = step.number
+
+    def assign_external(self, external: Symbol, value: Symbol) -> None:
+        """Sets an external of the planner to true, false or free."""
+        if str(value) not in _TRUTHS:
+            raise ControllerError(f"assign_external({external},{value}): {value} is not a value")
+        truth = Truth(str(value))
+        if truth is Truth.FALSE:
+            self.planner.assign([str(external)], truth)  # what does not exist is false already
+        else:
+            self.planner.run(AssignExternal(str(external), truth))
+        if external.match("query", 1) and truth is Truth.TRUE:
+            self.state.horizon = external.arguments[0].number
+
+    def assign_externals(self, external: Symbol, value: Symbol) -> None:
+        """Does what assign_external does; the manual spells it so."""
+        self.assign_external(external, value)
+
+    def release_external(self, external: Symbol) -> None:
+        """Makes an external of the planner false for good."""
+        if str(external) in self.planner.externals():
+            self.planner.run(ReleaseExternal(str(external)))
+
+    def solve(self) -> None:
+        """Searches for a plan; a message, goal or cancel request ends the search."""
+        self.state.release_now()
+        outcome = self.planner.solve(self.state.interrupted)
+        self.state.result = outcome.result
+        if outcome.result is Result.SAT:
+            self.state.found(Plan(outcome.symbols))
+
+    def assign_messages(self, step: Symbol) -> None:
+        """Makes the event of each message, goal and cancel request that has come true."""
+        self.state.assign_messages(step.number)
+
+    def status_update(self, step: Symbol) -> None:
+        """Sets the goals' statuses as the plan has them in a step."""
+        state = self.state
+        state.make_true(state.move_to(step.number))
+        for slot, word in state.plan.statuses(step.number):
+            state.set_status(slot, word)
+
+    def commit_actions(self, step: Symbol) -> None:
+        """Publishes the actions of a step that are not published yet."""
+        state = self.state
+        passed = state.move_to(step.number)
+        new = [a for a in state.plan.actions(step.number) if not state.is_published(a)]
+        # The robot first: what the planner is told now, it needs only for its next search.
+        for action in new:
+            state.commit(action)
+        commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in new]
+        for atom, _ in state.make_true(passed + commits):
+            state.outside.warn(f"the planner's encoding does not declare the external {atom}")
+        if new:
+            state.goals.tell(f"step {step} of {state.horizon}")
+
+    def release_step(self, step: Symbol) -> None:
+        """Releases the externals of a step that were not made true."""
+        self.state.release_later(step.number)
+
+    def reset(self, step: Symbol) -> None:
+        """Makes the fluents of a step the initial ones, and forgets what happened until then."""
+        self.state.reset(step.number)
+
+    def publish(self) -> None:
+        """Publishes the whole plan as one message; the loop is through then."""
+        plan = ", ".join(str(action) for action in self.state.plan.all_actions())
+        self.state.outside.publish("solver", f"[{plan}]")
+        self.state.ended = True
+
+    def idle(self) -> None:
+        """Waits for a message, a goal or a cancel request."""
+        self.state.release_now()
+        self.state.wait()
+
+    def exit(self) -> None:
+        """Ends the node: there is no plan within the maximal horizon."""
+        raise LoopError(
+            f"the controller ended the system: the planner has no plan within the horizon of "
+            f"{self.state.grounded} steps; -c steps=N at the controller sets another"
+        )

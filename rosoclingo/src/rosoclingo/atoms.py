@@ -1,0 +1,102 @@
+"""Atoms of planner and controller to values and back (section "ROSoClingo" of the manual).
+
+Atoms stand as text outside of this module, as they do on the wire. clingo prints a term always in
+the same way, so equal texts mean equal terms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Sequence, Tuple
+
+import clingo
+
+from rosclingo.terms import parse_term
+
+
+@dataclass(frozen=True)
+class Action:
+    """An action of a plan.
+
+    Attributes:
+        actuator: Who is to act.
+        name: What to do.
+        step: When, in steps.
+    """
+
+    actuator: str
+    name: str
+    step: int
+
+    def __str__(self) -> str:
+        return f"do({self.actuator},{self.name},{self.step})"
+
+
+class Plan:
+    """What rosoclingo reads of the planner's answer set: do/3, status/3 and holds/2."""
+
+    def __init__(self, symbols: Sequence[str] = ()) -> None:
+        self._symbols = symbols
+        self._actions: Dict[int, List[Action]] = {}
+        self._statuses: Dict[int, List[Tuple[str, str]]] = {}
+        for text in symbols:
+            if text.startswith("do("):
+                arguments = _arguments(text, "do", 3)
+                if arguments is not None:
+                    action = Action(str(arguments[0]), str(arguments[1]), arguments[2].number)
+                    self._actions.setdefault(action.step, []).append(action)
+            elif text.startswith("status("):
+                arguments = _arguments(text, "status", 3)
+                if arguments is not None:
+                    status = (str(arguments[0]), str(arguments[1]))
+                    self._statuses.setdefault(arguments[2].number, []).append(status)
+
+    def actions(self, step: int) -> Sequence[Action]:
+        """Returns the actions of a step."""
+        return self._actions.get(step, ())
+
+    def all_actions(self) -> List[Action]:
+        """Returns all actions, ordered by step."""
+        return [action for step in sorted(self._actions) for action in self._actions[step]]
+
+    def statuses(self, step: int) -> Sequence[Tuple[str, str]]:
+        """Returns the pairs of slot id and status of a step."""
+        return self._statuses.get(step, ())
+
+    def fluents(self, step: int) -> List[str]:
+        """Returns the fluents that are true at a step."""
+        fluents = []
+        for text in self._symbols:
+            if text.startswith("holds(") and text.endswith(f",{step})"):
+                arguments = _arguments(text, "holds", 2)
+                if arguments is not None:
+                    fluents.append(str(arguments[0]))
+        return fluents
+
+
+def event(source: str, content: str, step: int) -> str:
+    """Returns the atom of an external event."""
+    return f"event({source},{content},{step})"
+
+
+def last_argument_is(atom: str, step: int) -> bool:
+    """Whether a step is the last argument of an atom, as clingo prints it."""
+    return atom.endswith((f",{step})", f"({step})"))
+
+
+def canonical(text: str) -> str:
+    """Returns a ground term as clingo prints it.
+
+    Raises:
+        TermError: The text is not a ground term.
+    """
+    return str(parse_term(text))
+
+
+def _arguments(text: str, name: str, arity: int) -> Optional[Sequence[clingo.Symbol]]:
+    """Returns an atom's arguments if it is of this signature and its last one is a step."""
+    symbol = parse_term(text)
+    if not symbol.match(name, arity):
+        return None
+    arguments = symbol.arguments
+    return arguments if arguments[-1].type is clingo.SymbolType.Number else None

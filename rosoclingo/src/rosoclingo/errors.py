@@ -1,0 +1,21 @@
+"""Why the controller loop ends."""
+
+from __future__ import annotations
+
+from rosclingo.errors import RosclingoError
+
+
+class LoopError(RosclingoError):
+    """The loop has to end; the message says why and what to do."""
+
+
+class ShutdownError(LoopError):
+    """The process is told to end."""
+
+
+class PlannerError(LoopError):
+    """The planner refused or failed at what the controller asked for."""
+
+
+class ControllerError(LoopError):
+    """The controller did not say what to do."""

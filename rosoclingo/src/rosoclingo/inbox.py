@@ -1,0 +1,67 @@
+"""What comes from outside, until the loop takes it."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import List, Union
+
+from rosoclingo.goals import Goal
+
+
+@dataclass(frozen=True)
+class Message:
+    """A message to the planner, as it came."""
+
+    id: str
+    value: str
+
+
+@dataclass(frozen=True)
+class Cancel:
+    """A request to cancel a goal."""
+
+    goal: Goal
+
+
+Item = Union[Message, Goal, Cancel]
+
+
+class Inbox:
+    """A queue that any thread fills and the loop's thread empties. Thread-safe."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()  # guards both fields; held for moments only
+        self._items: List[Item] = []
+        self._closed = False
+
+    def put(self, item: Item) -> None:
+        """Adds an item; returns at once."""
+        with self._changed:
+            self._items.append(item)
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Says that the loop is to end."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+
+    @property
+    def closed(self) -> bool:
+        """Whether the loop is to end."""
+        return self._closed
+
+    def take(self) -> List[Item]:
+        """Returns all items in order of arrival and removes them; does not wait."""
+        if not self._items:
+            return []
+        with self._changed:
+            items, self._items = self._items, []
+        return items
+
+    def wait(self) -> None:
+        """Waits until there is an item or the inbox is closed."""
+        with self._changed:
+            while not (self._items or self._closed):
+                self._changed.wait()

@@ -1,0 +1,115 @@
+"""The controller loop: ask the controller what to do, do it to the planner, and repeat.
+
+Nothing here needs ROS: the solvers, the world outside and the commands are arguments.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Callable
+
+import clingo
+
+from rosclingo.errors import RosclingoError
+from rosoclingo.controller import Controller, Info
+from rosoclingo.errors import ControllerError, ShutdownError
+from rosoclingo.inbox import Inbox
+from rosoclingo.solver import Planner, Solver
+from rosoclingo.state import Outside, State
+
+
+class Loop:
+    """Runs a mode. One thread calls it; the inbox may be filled from any.
+
+    Attributes:
+        state: What is known; its goals may be looked at from other threads.
+    """
+
+    def __init__(
+        self,
+        controller: Solver,
+        planner: Solver,
+        commands: Callable[[State], Any],
+        inbox: Inbox,
+        outside: Outside,
+    ) -> None:
+        """Prepares a loop that asks nobody yet.
+
+        Args:
+            controller: Solver with a mode.
+            planner: Solver with the task's encoding.
+            commands: Class with a method for each command, such as ``ROSCommands``.
+            inbox: Where messages, goals and cancel requests come in.
+            outside: Where actions and log messages go.
+        """
+        self.state = State(Planner(planner), inbox, outside)
+        self._controller = Controller(controller)
+        self._commands = commands(self.state)
+        self._outside = outside
+
+    def run(self) -> None:
+        """Runs until the mode is through, and then keeps refusing goals until shut down.
+
+        When it ends, for whatever reason, every open goal is aborted with the reason.
+
+        Raises:
+            RosclingoError: The loop cannot go on; the message says why.
+            ShutdownError: The inbox was closed.
+        """
+        try:
+            self.prepare()
+            while True:
+                self.step()
+        except RosclingoError as err:
+            self._end_goals(str(err))
+            raise
+        except Exception as err:
+            self._end_goals(f"internal error: {err!r}")
+            raise
+
+    def prepare(self) -> None:
+        """Prepares the controller."""
+        self._controller.prepare()
+        if not self._controller.dynamic:
+            self.state.set_static()
+
+    def step(self) -> None:
+        """Makes one decision and carries it out; waits if the mode is through.
+
+        Raises:
+            ControllerError: The controller does not say what to do, or names no command.
+        """
+        state = self.state
+        if state.inbox.closed:
+            raise ShutdownError("the node is shutting down")
+        if state.ended:
+            state.wait()
+            return
+        state.take_inbox()
+        info = Info(state.result, state.pending_actions, state.new_messages, state.request_reset)
+        command = self._controller.decide(info)
+        state.result = None
+        self._call(command, info)
+
+    def _call(self, command: clingo.Symbol, info: Info) -> None:
+        is_function = command.type is clingo.SymbolType.Function
+        name = command.name if is_function else ""
+        known = [
+            key
+            for key in dir(self._commands)
+            if not key.startswith("_") and callable(getattr(self._commands, key))
+        ]
+        if name not in known:
+            raise ControllerError(
+                f"there is no command {command}; there are {', '.join(known)}; "
+                f"{self._controller.describe(info)}"
+            )
+        try:
+            getattr(self._commands, name)(*command.arguments)
+        except TypeError as err:
+            if err.__traceback__ is not None and err.__traceback__.tb_next is None:
+                raise ControllerError(f"wrong arguments in the command {command}: {err}") from err
+            raise
+
+    def _end_goals(self, reason: str) -> None:
+        self.state.take_inbox()
+        self.state.goals.end_all("aborted", reason)

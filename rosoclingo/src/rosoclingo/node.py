@@ -1,0 +1,200 @@
+"""The ROS node: topics ``~in`` and ``~out``, an action at the node's own name, and a service."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from typing import Any, Callable, Dict, NoReturn, Optional
+
+import actionlib
+import rospy
+
+from rosclingo import stack
+from rosclingo.client import Client
+from rosclingo.errors import RosclingoError, TermError
+from rosclingo.low_latency import LowLatencyActionServer
+from rosclingo.ros_node import init_node
+from rosoclingo.atoms import canonical
+from rosoclingo.errors import ShutdownError
+from rosoclingo.goals import Goal, Stage
+from rosoclingo.inbox import Cancel, Inbox, Message
+from rosoclingo.loop import Loop
+from rosoclingo.msg import (
+    ROSoClingoAction,
+    ROSoClingoFeedback,
+    ROSoClingoIn,
+    ROSoClingoOut,
+    ROSoClingoResult,
+)
+from rosoclingo.solver import Solver
+from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
+from rosoclingo.state import Outside
+
+_OUT_QUEUE = 1000  # messages; a plan may have many actions in one step
+_SECONDS_TO_SEND = 0.5  # how long the results of aborted goals have until the process ends
+_POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
+
+
+class ActionGoal(Goal):
+    """A goal of the node's action."""
+
+    def __init__(self, handle: actionlib.ServerGoalHandle, request: str) -> None:
+        super().__init__(request, handle.get_goal().information)
+        self._handle = handle
+
+    def accepted(self) -> None:
+        """Accepts the goal."""
+        self._handle.set_accepted()
+
+    def ended(self, word: str, reason: str) -> None:
+        """Sends the result."""
+        ends: Dict[str, Callable[..., None]] = {
+            "rejected": self._handle.set_rejected,
+            "succeeded": self._handle.set_succeeded,
+            "canceled": self._handle.set_canceled,
+            "aborted": self._handle.set_aborted,
+        }
+        ends[word](ROSoClingoResult(word), reason)
+
+    def feedback(self, line: str) -> None:
+        """Sends the line."""
+        self._handle.publish_feedback(ROSoClingoFeedback(line))
+
+
+class RosOutside(Outside):
+    """Publishes to ``~out`` and logs to ROS."""
+
+    def __init__(self) -> None:
+        self._out = rospy.Publisher(
+            "~out", ROSoClingoOut, latch=True, tcp_nodelay=True, queue_size=_OUT_QUEUE
+        )
+
+    def publish(self, actuator: str, action: str) -> None:
+        """Publishes an action or a plan."""
+        self._out.publish(actuator, action)
+        rospy.loginfo("%s: %s", actuator, action)
+
+    def info(self, text: str) -> None:
+        """Logs at level INFO."""
+        rospy.loginfo("%s", text)
+
+    def warn(self, text: str) -> None:
+        """Logs at level WARN."""
+        rospy.logwarn("%s", text)
+
+
+class Node:
+    """Connects the names of PROTOCOL section 1 with a loop.
+
+    rospy's threads only fill the inbox; the loop runs in a thread of its own. Make it after the
+    node is initialised.
+    """
+
+    def __init__(self, controller: Solver, planner: Solver, commands: Callable[..., Any]) -> None:
+        """Opens the names; :meth:`start` starts the loop.
+
+        Args:
+            controller: Solver with a mode.
+            planner: Solver with the task's encoding.
+            commands: Class with a method for each command, such as ``ROSCommands``.
+        """
+        self.failure: Optional[str] = None
+        self._inbox = Inbox()
+        self._loop = Loop(controller, planner, commands, self._inbox, RosOutside())
+        self._solvers = (controller, planner)
+        self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
+        self._goals: Dict[str, ActionGoal] = {}
+        self._server = LowLatencyActionServer(
+            rospy.get_name(),
+            ROSoClingoAction,
+            self._on_goal,
+            self._on_cancel,
+            ROSoClingoResult("canceled"),
+        )
+        self._server.start()
+        self._in = rospy.Subscriber("~in", ROSoClingoIn, self._on_message, tcp_nodelay=True)
+        self._service = rospy.Service(
+            "~get_goal_information", GetGoalInformation, self._on_get_information
+        )
+        rospy.on_shutdown(self._inbox.close)
+
+    def start(self) -> None:
+        """Starts the loop."""
+        stack.start(self._thread)  # a solver in this process may need a large one
+
+    def spin(self) -> None:
+        """Waits until the loop has ended, because it failed or the node is shutting down."""
+        while self._thread.is_alive() and not rospy.is_shutdown():
+            self._thread.join(_POLL_SECONDS)
+
+    def _run(self) -> None:
+        try:
+            for solver in self._solvers:
+                if isinstance(solver, Client):
+                    solver.wait()
+            self._loop.run()
+        except ShutdownError:
+            pass
+        except RosclingoError as err:
+            self._fail(str(err))
+        except Exception as err:  # the open goals have been aborted; say why, and end
+            rospy.logerr("internal error", exc_info=True)
+            self._fail(f"internal error: {err!r}")
+
+    def _fail(self, reason: str) -> None:
+        if not rospy.is_shutdown():
+            self.failure = reason
+
+    def _on_message(self, message: ROSoClingoIn) -> None:
+        self._inbox.put(Message(message.id, message.value))
+
+    def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
+        # Runs under actionlib's lock: nothing here may wait.
+        try:
+            request = canonical(handle.get_goal().request)
+        except TermError as err:
+            rospy.logwarn("goal rejected: %s", err)
+            handle.set_rejected(ROSoClingoResult("rejected"), str(err))
+            return
+        goal = ActionGoal(handle, request)
+        self._goals = {
+            key: other for key, other in self._goals.items() if other.stage is not Stage.ENDED
+        }
+        self._goals[handle.get_goal_id().id] = goal
+        self._inbox.put(goal)
+
+    def _on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
+        # Runs under actionlib's lock: nothing here may wait.
+        goal = self._goals.get(handle.get_goal_id().id)
+        if goal is not None:
+            self._inbox.put(Cancel(goal))
+
+    def _on_get_information(self, request: GetGoalInformationRequest) -> Any:
+        goal = self._loop.state.goals.occupant(request.key)
+        if goal is None:
+            raise rospy.ServiceException(f"no goal has the slot {request.key!r}")
+        return [goal.information]
+
+
+def main(commands: Callable[..., Any]) -> NoReturn:
+    """Runs the node until it is shut down, and ends the process.
+
+    Args:
+        commands: Class with a method for each command, such as ``ROSCommands``.
+
+    The exit status is 0, or 1 when the loop had to end. Arguments of the command line are ignored,
+    because the manual passes one.
+    """
+    init_node("rosoclingo")
+    controller = Client(rospy.get_param("~controller", "controller"))
+    planner = Client(rospy.get_param("~planner", "planner"))
+    node = Node(controller, planner, commands)
+    node.start()
+    node.spin()
+    if node.failure is not None:
+        rospy.logfatal("%s", node.failure)
+        time.sleep(_SECONDS_TO_SEND)
+        rospy.signal_shutdown(node.failure)
+        sys.exit(1)
+    sys.exit(0)

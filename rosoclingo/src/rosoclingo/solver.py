@@ -1,0 +1,88 @@
+"""What the loop needs of a solver.
+
+:class:`rosclingo.client.Client` is one over ROS, :class:`rosclingo.engine.Engine` one in process.
+"""
+
+from __future__ import annotations
+
+from typing import Callable, Dict, List, Optional, Protocol, Sequence, Tuple
+
+from rosclingo.commands import (
+    AssignExternal,
+    Assumption,
+    Command,
+    Externals,
+    GetExternals,
+    Reply,
+    Truth,
+)
+from rosclingo.engine import Outcome
+from rosoclingo.errors import PlannerError
+
+_MANY = 20  # from how many assignments on it is quicker to ask for all externals first
+
+
+class Solver(Protocol):
+    """Runs commands and solve calls. One thread makes the calls."""
+
+    def run(self, commands: Sequence[Command]) -> Reply:
+        """Runs commands in order until one fails; what ran before that stays."""
+
+    def solve(
+        self, assumptions: Sequence[Assumption] = ..., stopped: Optional[Callable[[], bool]] = ...
+    ) -> Outcome:
+        """Searches for answer sets until told to stop."""
+
+
+class Planner:
+    """The planner's solver, with what the commands need of it."""
+
+    def __init__(self, solver: Solver) -> None:
+        self._solver = solver
+
+    def run(self, *commands: Command) -> Reply:
+        """Runs commands.
+
+        Raises:
+            PlannerError: A command failed.
+        """
+        reply = self._solver.run(commands)
+        if reply.failure is not None:
+            failure = reply.failure
+            raise PlannerError(
+                f"the planner refused <{failure.command}>: {failure.message}; check that its "
+                "encoding fits the mode, and that nothing else restarted it"
+            )
+        return reply
+
+    def solve(self, stopped: Callable[[], bool]) -> Outcome:
+        """Searches for a plan until told to stop."""
+        return self._solver.solve((), stopped)
+
+    def externals(self) -> Dict[str, Truth]:
+        """Returns all externals with their values."""
+        (answer,) = self.run(GetExternals()).answers
+        assert isinstance(answer, Externals)
+        return dict(answer.values)
+
+    def assign(self, atoms: Sequence[str], value: Truth) -> List[Tuple[str, str]]:
+        """Assigns a value to those atoms that are externals.
+
+        Returns:
+            The other atoms, each with the reason.
+        """
+        missing: List[Tuple[str, str]] = []
+        rest = list(atoms)
+        if len(rest) > _MANY:
+            declared = self.externals()
+            missing = [
+                (atom, f"there is no external {atom}") for atom in rest if atom not in declared
+            ]
+            rest = [atom for atom in rest if atom in declared]
+        while rest:
+            reply = self._solver.run([AssignExternal(atom, value) for atom in rest])
+            if reply.failure is None:
+                break
+            missing.append((rest[reply.failure.index], reply.failure.message))
+            rest = rest[reply.failure.index + 1 :]
+        return missing

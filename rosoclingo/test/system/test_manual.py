@@ -1,0 +1,169 @@
+"""The manual's example, the launch file, and what can go wrong, as processes.
+
+Needs a sourced workspace, in devel or install space.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+from terminals import Terminal, Terminals, package, terminals, wait_for
+
+__all__ = ["terminals"]
+
+PLAN = [
+    "do(arm,pickup(4),1)", "do(arm,putdown(b),2)", "do(arm,pickup(3),3)", "do(arm,putdown(4),4)",
+    "do(arm,pickup(2),5)", "do(arm,putdown(3),6)", "do(arm,pickup(1),7)", "do(arm,putdown(c),8)",
+    "do(arm,pickup(2),9)", "do(arm,putdown(1),10)", "do(arm,pickup(3),11)",
+    "do(arm,putdown(2),12)", "do(arm,pickup(4),13)", "do(arm,putdown(3),14)",
+]  # fmt: skip
+
+
+def controller(terminals: Terminals, mode: str, *options: str) -> Terminal:
+    path = mode if "/" in mode else str(package("rosoclingo") / "modes" / f"{mode}.lp")
+    return terminals.start(
+        "rosrun", "rosclingo", "run.py", "__name:=controller", "-f", path, *options
+    )
+
+
+def planner(terminals: Terminals, *files: str) -> Terminal:
+    encodings = [argument for file in files for argument in ("-f", file)]
+    return terminals.start("rosrun", "rosclingo", "run.py", "__name:=planner", *encodings)
+
+
+def blocks() -> list[str]:
+    return [str(package("rosoclingo") / "example" / f) for f in ("instance.lp", "itoh.lp")]
+
+
+def plan(terminals: Terminals) -> list[str]:
+    """Listens as the manual does, maybe after the plan was published."""
+    heard = terminals.run("rostopic", "echo", "-n", "1", "/rosoclingo/out")
+    message = yaml.safe_load(heard.output.split("---")[0])
+    assert message["id"] == "solver"
+    return str(message["action"]).strip("[]").split(", ")
+
+
+def test_md5_sums(terminals: Terminals) -> None:
+    """Old clients and bags fit only if these do (PROTOCOL section 1)."""
+    sums = {
+        "rosoclingo/ROSoClingoIn": "0b40d0b5a778942032d78099d7e20200",
+        "rosoclingo/ROSoClingoAction": "45dd188ea7110dbea9de6b017db2debc",
+        # Of the fields that PROTOCOL lists, in their order.
+        "rosoclingo/ROSoClingoOut": "9a51ce6280ae95d37f544ff777ac99c9",
+    }
+    for name, md5 in sums.items():
+        assert terminals.run("rosmsg", "md5", name).output.strip() == md5
+
+
+@pytest.mark.install_space
+@pytest.mark.parametrize("arguments", [["run.py"], ["run.py", "run.py"]])
+def test_the_manuals_example(terminals: Terminals, arguments: list[str]) -> None:
+    controller(terminals, "static.incremental.recording", "-c", "steps=20")
+    planner(terminals, *blocks())
+    node = terminals.start("rosrun", "rosoclingo", *arguments)
+    node.wait_for("solver: [do(")
+    assert plan(terminals) == PLAN
+    assert plan(terminals) == PLAN  # it is latched
+    assert node.process.poll() is None
+    node.interrupt()
+    assert node.wait() == 0
+
+
+def test_no_plan_within_the_horizon(terminals: Terminals) -> None:
+    controller(terminals, "static.incremental.recording", "-c", "steps=10")
+    planner(terminals, *blocks())
+    node = terminals.start("rosrun", "rosoclingo", "run.py", "run.py")
+    assert node.wait() == 1
+    assert "no plan within the horizon of 10 steps" in node.output
+    assert "Traceback" not in node.output
+
+
+@pytest.mark.install_space
+def test_the_launch_file_in_a_namespace(terminals: Terminals) -> None:
+    launch = terminals.start(
+        "roslaunch", "rosoclingo", "rosoclingo.launch", "mode:=static.fixed.recording",
+        "encoding:=" + " ".join(blocks()), "steps:=14", "ns:=robot1",
+    )  # fmt: skip
+    heard = terminals.run("rostopic", "echo", "-n", "1", "/robot1/rosoclingo/out")
+    assert heard.output.count("do(arm") == 14
+    launch.interrupt()
+    launch.wait()
+
+
+def test_it_says_what_it_waits_for(terminals: Terminals) -> None:
+    node = terminals.start("rosrun", "rosoclingo", "run.py")
+    node.wait_for("waiting for the solver /controller")
+    controller(terminals, "static.fixed.recording", "-c", "steps=14")
+    node.wait_for("waiting for the solver /planner")
+    planner(terminals, *blocks())
+    node.wait_for("solver: [do(")
+
+
+def test_other_names_for_the_solvers(terminals: Terminals) -> None:
+    path = str(package("rosoclingo") / "modes" / "static.fixed.recording.lp")
+    for name, arguments in (
+        ("a", ["-f", path, "-c", "steps=14"]),
+        ("b", [x for f in blocks() for x in ("-f", f)]),
+    ):
+        terminals.start("rosrun", "rosclingo", "run.py", f"__name:={name}", *arguments)
+    node = terminals.start("rosrun", "rosoclingo", "run.py", "_controller:=a", "_planner:=b")
+    node.wait_for("solver: [do(")
+
+
+@pytest.mark.parametrize("gone", ["controller", "planner"])
+def test_a_solver_that_goes_away(terminals: Terminals, gone: str) -> None:
+    """The open goal ends ABORTED with the reason, and so does the node."""
+    line = str(package("rosoclingo") / "test" / "encodings" / "line.lp")
+    solvers = {
+        "controller": controller(terminals, "dynamic.incremental.recording", "-c", "steps=20"),
+        "planner": planner(terminals, line),
+    }
+    node = terminals.start("rosrun", "rosoclingo", "run.py")
+    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
+    wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output)
+    terminals.start(
+        "rostopic", "pub", "-1", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
+        "{goal_id: {id: g}, goal: {request: visit(3)}}",
+    )  # fmt: skip
+    node.wait_for("robot: go(2)")
+    solvers[gone].process.kill()
+    solvers[gone].wait()
+    terminals.start(
+        "rostopic", "pub", "-1", "/rosoclingo/in", "rosoclingo/ROSoClingoIn",
+        "{id: robot, value: success}",
+    )  # fmt: skip
+    assert node.wait() == 1
+    assert f"/{gone}" in node.output
+    assert "Traceback" not in node.output
+    results.wait_for("status: 4")  # ABORTED
+    results.wait_for(f"/{gone}")
+
+
+def test_a_controller_without_a_command(terminals: Terminals, tmp_path: Path) -> None:
+    mode = tmp_path / "mode.lp"
+    mode.write_text("#external event(info,new_messages,0). holds(x,1).")
+    controller(terminals, str(mode))
+    planner(terminals, *blocks())
+    node = terminals.start("rosrun", "rosoclingo", "run.py")
+    assert node.wait() == 1
+    assert "0 commands" in node.output
+    assert "Traceback" not in node.output
+
+
+def test_a_planner_that_does_not_fit(terminals: Terminals, tmp_path: Path) -> None:
+    encoding = tmp_path / "encoding.lp"
+    encoding.write_text("do(arm,wave,1).")
+    controller(terminals, "static.incremental.recording", "-c", "steps=3")
+    planner(terminals, str(encoding))
+    node = terminals.start("rosrun", "rosoclingo", "run.py")
+    assert node.wait() == 1
+    assert "query(0)" in node.output
+
+
+def test_interrupt_while_waiting(terminals: Terminals) -> None:
+    node = terminals.start("rosrun", "rosoclingo", "run.py")
+    node.wait_for("waiting for the solver /controller")
+    node.interrupt()
+    assert node.wait() == 0

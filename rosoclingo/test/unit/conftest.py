@@ -1,0 +1,164 @@
+"""A whole system in this process: a loop with two solvers, and a robot that answers."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from pathlib import Path
+from typing import Any, Callable, Iterator, List, Optional, Sequence, Tuple
+
+import pytest
+
+from rosclingo.engine import Engine
+from rosclingo.errors import RosclingoError
+from rosclingo.options import Options
+from rosoclingo.goals import Goal
+from rosoclingo.inbox import Cancel, Inbox, Message
+from rosoclingo.loop import Loop
+from rosoclingo.state import Outside
+
+PACKAGE = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(PACKAGE / "nodes"))
+
+from commands import ROSCommands  # noqa: E402 (the path has to be set first)
+
+TIMEOUT = 30.0  # seconds; no more than a bound for what never comes
+
+
+class RecordedGoal(Goal):
+    """A goal that remembers what its client is told."""
+
+    def __init__(self, request: str) -> None:
+        super().__init__(request, (f"information of {request}",))
+        self.words: List[str] = []
+        self.lines: List[str] = []
+        self.reason = ""
+        self._ended = threading.Event()
+        self._accepted = threading.Event()
+
+    def accepted(self) -> None:
+        self.words.append("accepted")
+        self._accepted.set()
+
+    def ended(self, word: str, reason: str) -> None:
+        self.words.append(word)
+        self.reason = reason
+        self._ended.set()
+
+    def feedback(self, line: str) -> None:
+        self.lines.append(line)
+
+    def wait(self) -> str:
+        """Waits for the end and returns the terminal status."""
+        assert self._ended.wait(TIMEOUT), f"{self.request} did not end: {self.words}"
+        return self.words[-1]
+
+    def wait_until_accepted(self) -> None:
+        assert self._accepted.wait(TIMEOUT), f"{self.request} was not accepted"
+
+
+class World(Outside):
+    """The robot: it answers each action as ``answer`` says, or not at all."""
+
+    def __init__(self, inbox: Inbox) -> None:
+        self.inbox = inbox
+        self.published: List[Tuple[str, str]] = []
+        self.warnings: List[str] = []
+        self.answer: Callable[[str, str], Optional[str]] = lambda actuator, action: "success"
+        self._changed = threading.Condition()
+
+    def publish(self, actuator: str, action: str) -> None:
+        with self._changed:
+            self.published.append((actuator, action))
+            self._changed.notify_all()
+        answer = None if actuator == "solver" else self.answer(actuator, action)
+        if answer is not None:
+            self.inbox.put(Message(actuator, answer))
+
+    def warn(self, text: str) -> None:
+        with self._changed:
+            self.warnings.append(text)
+            self._changed.notify_all()
+
+    def wait_for(self, condition: Callable[[World], bool]) -> None:
+        with self._changed:
+            assert self._changed.wait_for(lambda: condition(self), TIMEOUT), self.published
+
+    @property
+    def actions(self) -> List[str]:
+        return [action for _, action in self.published]
+
+
+class System:
+    """A loop in a thread."""
+
+    def __init__(
+        self, mode: Sequence[str], encoding: Sequence[str], commands: Callable[..., Any]
+    ) -> None:
+        self.inbox = Inbox()
+        self.world = World(self.inbox)
+        self.controller = Engine(_options(mode))
+        self.planner = Engine(_options(encoding))
+        self.loop = Loop(self.controller, self.planner, commands, self.inbox, self.world)
+        self.failure: Optional[BaseException] = None
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def start(self) -> System:
+        self._thread.start()
+        return self
+
+    def _run(self) -> None:
+        try:
+            self.loop.run()
+        except BaseException as err:
+            self.failure = err
+
+    def send(self, identifier: str, value: str) -> None:
+        self.inbox.put(Message(identifier, value))
+
+    def goal(self, request: str) -> RecordedGoal:
+        goal = RecordedGoal(request)
+        self.inbox.put(goal)
+        return goal
+
+    def cancel(self, goal: Goal) -> None:
+        self.inbox.put(Cancel(goal))
+
+    def wait(self) -> RosclingoError:
+        """Waits until the loop has ended by itself, and returns why."""
+        self._thread.join(TIMEOUT)
+        assert not self._thread.is_alive(), "the loop goes on"
+        assert isinstance(self.failure, RosclingoError), self.failure
+        return self.failure
+
+    def close(self) -> None:
+        self.inbox.close()
+        if self._thread.ident is not None:
+            self._thread.join(TIMEOUT)
+            assert not self._thread.is_alive(), "the loop goes on"
+
+
+def _options(arguments: Sequence[str]) -> Options:
+    files = [a for a in arguments if a.endswith(".lp")]
+    return Options(tuple(files), tuple(a for a in arguments if not a.endswith(".lp")))
+
+
+@pytest.fixture
+def system() -> Iterator[Callable[..., System]]:
+    """Makes systems: by the name of a mode, further options for it, and those of the planner."""
+    systems: List[System] = []
+
+    def make(
+        mode: str,
+        *options: str,
+        encoding: Sequence[str] = (str(PACKAGE / "test/encodings/line.lp"),),
+        commands: Callable[..., Any] = ROSCommands,
+    ) -> System:
+        file = mode if mode.endswith(".lp") else str(PACKAGE / "modes" / f"{mode}.lp")
+        made = System([file, *options], encoding, commands)
+        systems.append(made)
+        return made
+
+    yield make
+    for made in systems:
+        made.close()
