@@ -1,0 +1,19 @@
+#!/usr/bin/env python3
+"""A service that answers at once: the least that any rospy service costs."""
+
+import rospy
+
+from rosclingo.srv import ROSClingoControl
+
+REPLY = "<return><success>True</success></return>"
+
+
+def main() -> None:
+    """Serves until the node is shut down."""
+    rospy.init_node("echo")
+    rospy.Service("~control", ROSClingoControl, lambda _: REPLY)
+    rospy.spin()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""A node whose planner writes down when it grounded and solved, in seconds of the monotonic clock.
+
+usage: timed_node.py LOG [PLANNER OPTION]...
+       timed_node.py LOG [PLANNER OPTION]... + [CONTROLLER OPTION]...
+
+Without a controller it is the node of ``rosrun rosclingo run.py``; with one it is controller,
+planner and rosoclingo in one process. The monotonic clock is the same in all processes, so who
+reads the log can tell when the planner was at work. The log is written when the node ends.
+"""
+
+from __future__ import annotations
+
+import atexit
+import importlib.util
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any, Callable, List, Optional, Sequence, Tuple, cast
+from unittest import mock
+
+import rospy
+
+from rosclingo import node as solver_node
+from rosclingo.commands import Answer, Assumption, Command, Ground
+from rosclingo.engine import Engine, Improvement, Outcome
+from rosclingo.options import parse_options
+from rosclingo.ros_node import init_node
+from rosoclingo.node import Node
+
+COMMANDS = Path(__file__).resolve().parent.parent / "rosoclingo" / "nodes" / "commands.py"
+
+_busy: List[Tuple[float, float]] = []
+
+
+class TimedEngine(Engine):
+    """An engine that writes down when it grounds and solves."""
+
+    def apply(self, command: Command) -> Optional[Answer]:
+        """Runs a command."""
+        begin = time.monotonic()
+        try:
+            return super().apply(command)
+        finally:
+            if isinstance(command, Ground):
+                _busy.append((begin, time.monotonic()))
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
+    ) -> Outcome:
+        """Searches for answer sets."""
+        begin = time.monotonic()
+        try:
+            return super().solve(assumptions, stopped, improved)
+        finally:
+            _busy.append((begin, time.monotonic()))
+
+
+def load_commands() -> Callable[..., Any]:
+    """Returns the class ``ROSCommands``, whose file is no module of a package."""
+    spec = importlib.util.spec_from_file_location("commands", COMMANDS)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return cast("Callable[..., Any]", module.ROSCommands)
+
+
+def main() -> None:
+    """Runs the node until it is shut down."""
+    program, log, *options = rospy.myargv(sys.argv)
+    atexit.register(lambda: Path(log).write_text(json.dumps(_busy)))
+    if "+" not in options:
+        with mock.patch.object(solver_node, "Engine", TimedEngine):
+            solver_node.main([program, *options])
+    plus = options.index("+")
+    planner = TimedEngine(parse_options(options[:plus]))
+    controller = Engine(parse_options(options[plus + 1 :]))
+    init_node("rosoclingo")
+    node = Node(controller, planner, load_commands())
+    node.start()
+    node.spin()
+    if node.failure is not None:
+        sys.exit(node.failure)
+
+
+if __name__ == "__main__":
+    main()
