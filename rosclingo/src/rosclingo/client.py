@@ -9,14 +9,19 @@ import time
 from typing import Callable, List, Optional, Sequence, Tuple
 
 import rospy
-from actionlib import ClientGoalHandle, CommState
-from actionlib_msgs.msg import GoalStatus
+from actionlib import GoalIDGenerator
+from actionlib_msgs.msg import GoalID, GoalStatus
 
 from rosclingo.commands import Answer, Assumption, Command, Reply
 from rosclingo.engine import Improvement, Outcome, Result
 from rosclingo.errors import ServiceError, XmlError
-from rosclingo.low_latency import LowLatencyActionClient
-from rosclingo.msg import ROSClingoAction, ROSClingoFeedback, ROSClingoGoal
+from rosclingo.low_latency import publisher, subscriber
+from rosclingo.msg import (
+    ROSClingoActionFeedback,
+    ROSClingoActionGoal,
+    ROSClingoActionResult,
+    ROSClingoGoal,
+)
 from rosclingo.srv import ROSClingoControl
 from rosclingo.xml_codec import decode_reply, encode_assumptions, encode_commands
 
@@ -24,11 +29,24 @@ _POLL_SECONDS = 0.01  # how often a waiting call looks whether it is to stop
 _REMINDER_SECONDS = 5.0  # how often it is said what is waited for
 
 
+class _Search:
+    """A goal on its way."""
+
+    def __init__(self, goal_id: GoalID, improved: Callable[[Improvement], None]) -> None:
+        self.id = goal_id
+        self.improved = improved
+        self.result: Optional[ROSClingoActionResult] = None
+        self.ended = threading.Event()
+
+
 class Client:
     """Drives a solver node over its service and its action.
 
     Make it after the node is initialised. One thread at a time may use it; the callbacks run in
     rospy's threads.
+
+    A search takes two messages, a goal and its result. actionlib's client listens to the statuses
+    in between too, which takes twice as long for a search that is over at once.
     """
 
     def __init__(self, name: str = "rosclingo") -> None:
@@ -41,7 +59,15 @@ class Client:
         self._service_name = f"{self.name}/control"
         self._service: Optional[rospy.ServiceProxy] = None
         self._service_lock = threading.Lock()  # a connection carries one request at a time
-        self._action = LowLatencyActionClient(self.name, ROSClingoAction)
+        self._abandoned = False
+        self._ids = GoalIDGenerator()
+        self._search: Optional[_Search] = None
+        self._goals = publisher(f"{self.name}/goal", ROSClingoActionGoal)
+        self._cancels = publisher(f"{self.name}/cancel", GoalID)
+        self._results = subscriber(f"{self.name}/result", ROSClingoActionResult, self._on_result)
+        self._feedback = subscriber(
+            f"{self.name}/feedback", ROSClingoActionFeedback, self._on_feedback
+        )
         rospy.on_shutdown(self._abandon)
 
     def wait(self, timeout: Optional[float] = None) -> None:
@@ -56,15 +82,15 @@ class Client:
         namespace, _, name = self.name.rpartition("/")
         begin = time.monotonic()
         reminder = begin + 1.0
-        while not self._there():
+        while not (self._connected() and self._has_service()):
             now = time.monotonic()
             if rospy.is_shutdown():
                 raise ServiceError(f"shut down while waiting for {self.name}")
             if timeout is not None and now - begin > timeout:
+                where = f"ROS_NAMESPACE={namespace} " if namespace else ""
                 raise ServiceError(
                     f"there is no solver {self.name}; start one with: "
-                    f"ROS_NAMESPACE={namespace or '/'} rosrun rosclingo run.py __name:={name} "
-                    "-f FILE"
+                    f"{where}rosrun rosclingo run.py __name:={name} -f FILE"
                 )
             if now > reminder:
                 rospy.loginfo("waiting for the solver %s", self.name)
@@ -116,13 +142,19 @@ class Client:
             if self._service is not None:
                 self._service.close()
                 self._service = None
+            if self._abandoned:
+                raise ServiceError(f"shut down while waiting for {self.name}") from err
             raise ServiceError(
                 f"the connection to {self._service_name} was lost ({err}): its node ended or was "
                 "restarted; the commands may have run or not, so begin with a restart"
             ) from err
 
     def _abandon(self) -> None:
-        """Ends a call that waits for its reply, because the process is shutting down."""
+        """Ends what waits for the solver, because the process is shutting down."""
+        self._abandoned = True
+        search = self._search
+        if search is not None:
+            self._cancels.publish(id=search.id.id)
         transport = getattr(self._service, "transport", None)
         connection = getattr(transport, "socket", None)
         if connection is not None:
@@ -145,46 +177,70 @@ class Client:
         Raises:
             ServiceError: The node is not there, went away, or rejected or aborted the goal.
         """
-        if not self._there():
+        if not self._connected():
             raise ServiceError(f"there is no solver {self.name}; is its node running?")
-        ended = threading.Event()
+        search = _Search(self._ids.generate_ID(), improved)
+        goal = ROSClingoActionGoal(
+            goal_id=search.id, goal=ROSClingoGoal(encode_assumptions(assumptions))
+        )
+        self._search = search
+        try:
+            self._goals.publish(goal)
+            canceled = self._wait(search, stopped)
+        finally:
+            self._search = None
+        return self._outcome(search, canceled)
 
-        def on_transition(handle: ClientGoalHandle) -> None:
-            if handle.get_comm_state() == CommState.DONE:
-                ended.set()
-
-        def on_feedback(_: ClientGoalHandle, message: ROSClingoFeedback) -> None:
-            improved(Improvement(message.number, tuple(message.cost), tuple(message.answerset)))
-
-        goal = ROSClingoGoal(encode_assumptions(assumptions))
-        handle = self._action.send_goal(goal, on_transition, on_feedback)
+    def _wait(self, search: _Search, stopped: Optional[Callable[[], bool]]) -> bool:
+        """Waits for the result of a search, and returns whether it was told to stop."""
         canceled = False
-        while not ended.wait(_POLL_SECONDS):
-            if not canceled and ((stopped is not None and stopped()) or rospy.is_shutdown()):
-                handle.cancel()
+        while not search.ended.wait(_POLL_SECONDS):
+            if not canceled and stopped is not None and stopped():
+                self._cancels.publish(id=search.id.id)
                 canceled = True
+            if self._abandoned:
+                raise ServiceError(f"shut down while {self.name} was solving")
             if not self._connected():
                 raise ServiceError(f"the solver {self.name} went away while solving")
-        return self._outcome(handle, canceled)
+        return canceled
 
-    def _outcome(self, handle: ClientGoalHandle, canceled: bool) -> Outcome:
-        status = handle.get_terminal_state()
-        result = handle.get_result()
-        if canceled and (result is None or not result.result):
-            return Outcome(Result.UNKNOWN, True)
-        if status == GoalStatus.SUCCEEDED or (
-            canceled and status in (GoalStatus.PREEMPTED, GoalStatus.RECALLED)
-        ):
+    def _on_result(self, message: ROSClingoActionResult) -> None:
+        search = self._search
+        if search is not None and message.status.goal_id.id == search.id.id:
+            search.result = message
+            search.ended.set()
+
+    def _on_feedback(self, message: ROSClingoActionFeedback) -> None:
+        search = self._search
+        if search is not None and message.status.goal_id.id == search.id.id:
+            better = message.feedback
+            search.improved(Improvement(better.number, tuple(better.cost), tuple(better.answerset)))
+
+    def _outcome(self, search: _Search, canceled: bool) -> Outcome:
+        assert search.result is not None
+        status, result = search.result.status, search.result.result
+        ended = [GoalStatus.SUCCEEDED]
+        if canceled:
+            ended += [GoalStatus.PREEMPTED, GoalStatus.RECALLED]
+        if status.status not in ended:
+            word = GoalStatus.to_string(status.status)
+            raise ServiceError(f"{self.name} ended the goal as {word}: {status.text}")
+        try:
             return Outcome(Result(result.result), result.interrupted, tuple(result.answerset))
-        word = GoalStatus.to_string(status)
-        raise ServiceError(f"{self.name} ended the goal as {word}: {handle.get_goal_status_text()}")
-
-    def _there(self) -> bool:
-        return self._connected() and self._action.wait_for_server(rospy.Duration(nsecs=1))
+        except ValueError as err:
+            raise ServiceError(
+                f"{self.name} is no solver: its result is {result.result!r}, not sat, unsat or "
+                "unknown"
+            ) from err
 
     def _connected(self) -> bool:
-        connections: List[int] = [
-            self._action.status_sub.get_num_connections(),
-            self._action.result_sub.get_num_connections(),
-        ]
+        topics = (self._goals, self._cancels, self._results, self._feedback)
+        connections: List[int] = [topic.get_num_connections() for topic in topics]
         return all(connections)
+
+    def _has_service(self) -> bool:
+        try:
+            rospy.wait_for_service(self._service_name, _POLL_SECONDS)
+        except rospy.ROSException:
+            return False
+        return True

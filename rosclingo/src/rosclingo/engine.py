@@ -35,6 +35,7 @@ from rosclingo.commands import (
 )
 from rosclingo.controls import Messages, new_control
 from rosclingo.errors import (
+    LONGEST_MESSAGE,
     RosclingoError,
     SolverError,
     UnknownExternalError,
@@ -172,7 +173,7 @@ class Engine:
                 if not isinstance(err, RosclingoError):
                     _LOG.exception("internal error in <%s>", name)
                 # clingo's messages may quote all of a long program.
-                message = shorten(str(err) or type(err).__name__, 4000)
+                message = shorten(str(err) or type(err).__name__, LONGEST_MESSAGE)
                 return Reply(tuple(answers), Failure(name, index, message))
             if answer is not None:
                 answers.append(answer)

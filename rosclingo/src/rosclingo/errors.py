@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Optional
 
+LONGEST_MESSAGE = 4000  # characters of an error that a client is told
+
 
 def shorten(text: str, longest: int = 200) -> str:
     """Returns the text, or its beginning and its length if it is longer than that."""

@@ -1,4 +1,4 @@
-"""Actions without two delays of actionlib's.
+"""Topics and actions without two delays of actionlib's.
 
 TCP's Nagle algorithm: actionlib offers no way to ask for TCP_NODELAY, so the server opens its
 topics here. The client opens each topic once more, with the setting, before actionlib opens it:
@@ -57,11 +57,11 @@ class LowLatencyActionServer(actionlib.ActionServer):
     def initialize(self) -> None:
         """Opens the topics, in place of actionlib's own method; called when the server starts."""
         name = rospy.remap_name(self.ns)
-        self.status_pub = _publisher(f"{name}/status", GoalStatusArray, latch=True)
-        self.result_pub = _publisher(f"{name}/result", self.ActionResult)
-        self.feedback_pub = _publisher(f"{name}/feedback", self.ActionFeedback)
-        self.goal_sub = _subscriber(f"{name}/goal", self.ActionGoal, self.internal_goal_callback)
-        self.cancel_sub = _subscriber(f"{name}/cancel", GoalID, self.internal_cancel_callback)
+        self.status_pub = publisher(f"{name}/status", GoalStatusArray, latch=True)
+        self.result_pub = publisher(f"{name}/result", self.ActionResult)
+        self.feedback_pub = publisher(f"{name}/feedback", self.ActionFeedback)
+        self.goal_sub = subscriber(f"{name}/goal", self.ActionGoal, self.internal_goal_callback)
+        self.cancel_sub = subscriber(f"{name}/cancel", GoalID, self.internal_cancel_callback)
 
         timeout = rospy.get_param(f"{name}/status_list_timeout", 5.0)
         self.status_list_timeout = rospy.Duration(timeout)
@@ -112,23 +112,35 @@ class LowLatencyActionClient(actionlib.ActionClient):
         """
         action, name = spec(), rospy.remap_name(name)
         self._topics = [
-            _publisher(f"{name}/goal", type(action.action_goal)),
-            _publisher(f"{name}/cancel", GoalID),
-            _subscriber(f"{name}/status", GoalStatusArray),
-            _subscriber(f"{name}/result", type(action.action_result)),
-            _subscriber(f"{name}/feedback", type(action.action_feedback)),
+            publisher(f"{name}/goal", type(action.action_goal)),
+            publisher(f"{name}/cancel", GoalID),
+            subscriber(f"{name}/status", GoalStatusArray),
+            subscriber(f"{name}/result", type(action.action_result)),
+            subscriber(f"{name}/feedback", type(action.action_feedback)),
         ]
         super().__init__(name, spec)
         # With actionlib's 10, a burst of goals loses some, and their client waits for ever.
-        for publisher in (self.pub_goal, self.pub_cancel):
-            publisher.impl.set_queue_size(_QUEUE_SIZE)
+        for topic in (self.pub_goal, self.pub_cancel):
+            topic.impl.set_queue_size(_QUEUE_SIZE)
 
 
-def _publisher(topic: str, kind: Any, latch: bool = False) -> rospy.Publisher:
-    return rospy.Publisher(topic, kind, tcp_nodelay=True, latch=latch, queue_size=_QUEUE_SIZE)
+class _Publisher(rospy.Publisher):
+    def publish(self, *args: Any, **kwds: Any) -> None:
+        """Publishes a message, unless the node is shutting down: rospy closes the topics then."""
+        try:
+            super().publish(*args, **kwds)
+        except rospy.ROSException:
+            if not rospy.is_shutdown():
+                raise
 
 
-def _subscriber(
+def publisher(topic: str, kind: Any, latch: bool = False) -> rospy.Publisher:
+    """Opens a topic to publish messages of a kind, with TCP_NODELAY and a long queue."""
+    return _Publisher(topic, kind, tcp_nodelay=True, latch=latch, queue_size=_QUEUE_SIZE)
+
+
+def subscriber(
     topic: str, kind: Any, callback: Optional[Callable[[Any], None]] = None
 ) -> rospy.Subscriber:
+    """Opens a topic to receive messages of a kind, with TCP_NODELAY."""
     return rospy.Subscriber(topic, kind, callback, tcp_nodelay=True)

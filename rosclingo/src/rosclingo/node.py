@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import queue
 import sys
 import threading
-from typing import Any, Dict, NoReturn, Sequence, Tuple
+import time
+from typing import Any, Dict, NoReturn, Optional, Sequence, Tuple
 
 import actionlib
 import rospy
@@ -13,7 +15,7 @@ from actionlib_msgs.msg import GoalStatus
 
 from rosclingo.commands import Assumption, Failure, Reply
 from rosclingo.engine import Engine, Improvement, Outcome, Result, default_policy
-from rosclingo.errors import OptionsError, RosclingoError, XmlError
+from rosclingo.errors import LONGEST_MESSAGE, OptionsError, RosclingoError, XmlError, shorten
 from rosclingo.low_latency import LowLatencyActionServer
 from rosclingo.msg import ROSClingoAction, ROSClingoFeedback, ROSClingoResult
 from rosclingo.options import USAGE, Options, parse_options
@@ -25,7 +27,7 @@ from rosclingo.worker import Job, Stop, Worker
 from rosclingo.xml_codec import decode_assumptions, decode_commands, encode_reply
 
 _SECONDS_TO_END = 0.5  # how long a shutdown waits for the solver
-_LARGE = 64 * 2**10  # characters of a goal that take long to read
+_SECONDS_TO_SEND = 0.1  # how long the results of aborted goals have until rospy ends connections
 
 
 class GoalJob(Job):
@@ -59,6 +61,7 @@ class GoalJob(Job):
 
     def failed(self, message: str) -> None:
         """Aborts the goal."""
+        message = shorten(message, LONGEST_MESSAGE)
         rospy.logerr("solving failed: %s", message)
         self._abort(ROSClingoResult(result=Result.UNKNOWN.value), message)
 
@@ -85,6 +88,10 @@ class Node:
         )
         self.worker = Worker(engine)
         self._jobs: Dict[str, GoalJob] = {}
+        # Goals are read in a thread of their own, in order: one of many megabytes takes seconds.
+        self._goals: queue.Queue[Optional[actionlib.ServerGoalHandle]] = queue.Queue()
+        self._reader = threading.Thread(target=self._read_goals, name="goals", daemon=True)
+        self._reader.start()
         # The action last: a client that sees it may use the service at once.
         self._service = rospy.Service("~control", ROSClingoControl, self._on_control)
         self._server = LowLatencyActionServer(
@@ -100,7 +107,11 @@ class Node:
     def _close(self) -> None:
         # Runs before rospy stops publishing, so that open goals get their results.
         self.worker.close()
+        self._goals.put(None)
+        self._reader.join(_SECONDS_TO_END)
         self.worker.join(_SECONDS_TO_END)
+        if self._jobs:
+            time.sleep(_SECONDS_TO_SEND)
 
     def _on_control(self, request: ROSClingoControlRequest) -> str:
         try:
@@ -116,28 +127,37 @@ class Node:
 
     def _on_goal(self, goal: actionlib.ServerGoalHandle) -> None:
         # Runs under actionlib's lock: nothing here may take long.
-        if len(goal.get_goal().assumptions) < _LARGE:
-            self._take_goal(goal)
-        else:
-            threading.Thread(target=self._take_goal, args=[goal], daemon=True).start()
+        self._goals.put(goal)
+
+    def _read_goals(self) -> None:
+        while True:
+            goal = self._goals.get()
+            if goal is None:
+                return
+            try:
+                self._take_goal(goal)
+            except Exception as err:  # a bug must not leave a goal open
+                if not isinstance(err, RosclingoError):
+                    rospy.logerr("internal error while reading a goal", exc_info=True)
+                message = shorten(str(err) or type(err).__name__, LONGEST_MESSAGE)
+                rospy.logwarn("goal rejected: %s", message)
+                goal.set_rejected(ROSClingoResult(result=Result.UNKNOWN.value), message)
 
     def _take_goal(self, goal: actionlib.ServerGoalHandle) -> None:
-        try:
-            text = goal.get_goal().assumptions
-            self._check_size(text)
-            assumptions = decode_assumptions(text)
-            for assumption in assumptions:
-                parse_term(assumption.name)
-        except RosclingoError as err:
-            rospy.logwarn("goal rejected: %s", err)
-            goal.set_rejected(ROSClingoResult(result=Result.UNKNOWN.value), str(err))
-            return
+        text = goal.get_goal().assumptions
+        self._check_size(text)
+        assumptions = decode_assumptions(text)
+        for assumption in assumptions:
+            parse_term(assumption.name)
         job = GoalJob(goal, assumptions)
-        self._jobs = {key: old for key, old in self._jobs.items() if not old.ended}
-        self._jobs[goal.get_goal_id().id] = job
+        jobs = {key: old for key, old in self._jobs.items() if not old.ended}
+        jobs[goal.get_goal_id().id] = job
+        self._jobs = jobs
         if goal.get_goal_status().status == GoalStatus.RECALLING:  # while it was read
             job.stop(Stop.CANCELED)
         self.worker.solve(job)
+        if job.stopped():
+            self.worker.cancel(job)  # now that the worker knows it
 
     def _on_cancel(self, goal: actionlib.ServerGoalHandle) -> None:
         # Runs under actionlib's lock: nothing here may wait.

@@ -6,6 +6,7 @@ from __future__ import annotations
 import queue
 import sys
 import threading
+import time
 from typing import List
 
 import rospy
@@ -77,8 +78,10 @@ class TestSolve(SolverTestCase):
         cancels = rospy.Publisher("solver/cancel", GoalID, queue_size=1)
         results: queue.Queue[ROSClingoActionResult] = queue.Queue()
         listener = rospy.Subscriber("solver/result", ROSClingoActionResult, results.put)
+        end = time.monotonic() + TIMEOUT
         while not (goals.get_num_connections() and cancels.get_num_connections()):
-            rospy.sleep(0.01)
+            self.assertLess(time.monotonic(), end, "the server did not connect")
+            time.sleep(0.01)
         cancels.publish(GoalID(id="early"))
         # The server keeps the request for later, and shows that it has it.
         statuses = rospy.wait_for_message("solver/status", GoalStatusArray, TIMEOUT)

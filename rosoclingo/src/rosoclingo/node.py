@@ -13,7 +13,7 @@ import rospy
 from rosclingo import stack
 from rosclingo.client import Client
 from rosclingo.errors import RosclingoError, TermError
-from rosclingo.low_latency import LowLatencyActionServer
+from rosclingo.low_latency import LowLatencyActionServer, publisher, subscriber
 from rosclingo.ros_node import init_node
 from rosoclingo.atoms import canonical
 from rosoclingo.errors import ShutdownError
@@ -31,7 +31,6 @@ from rosoclingo.solver import Solver
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.state import Outside
 
-_OUT_QUEUE = 1000  # messages; a plan may have many actions in one step
 _SECONDS_TO_SEND = 0.5  # how long the results of aborted goals have until the process ends
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
 
@@ -66,9 +65,7 @@ class RosOutside(Outside):
     """Publishes to ``~out`` and logs to ROS."""
 
     def __init__(self) -> None:
-        self._out = rospy.Publisher(
-            "~out", ROSoClingoOut, latch=True, tcp_nodelay=True, queue_size=_OUT_QUEUE
-        )
+        self._out = publisher("~out", ROSoClingoOut, latch=True)
 
     def publish(self, actuator: str, action: str) -> None:
         """Publishes an action or a plan."""
@@ -113,7 +110,7 @@ class Node:
             ROSoClingoResult("canceled"),
         )
         self._server.start()
-        self._in = rospy.Subscriber("~in", ROSoClingoIn, self._on_message, tcp_nodelay=True)
+        self._in = subscriber("~in", ROSoClingoIn, self._on_message)
         self._service = rospy.Service(
             "~get_goal_information", GetGoalInformation, self._on_get_information
         )
