@@ -11,7 +11,7 @@ subclass that is given to ``rosoclingo.node.main``, is a new command:
 
 from __future__ import annotations
 
-from clingo import Symbol
+from clingo import Symbol, SymbolType
 
 from rosclingo.commands import Add, AssignExternal, Ground, Part, ReleaseExternal, Restart, Truth
 from rosclingo.engine import Result
@@ -41,17 +41,17 @@ class ROSCommands:
         self.planner.run(Ground(tuple(parts)))
         slots = [atom for atom in self.planner.externals() if atom.startswith(f"{_SLOT}(")]
         self.planner.run(*(ReleaseExternal(atom) for atom in slots))
-        self.state.grounded = 0
-        self.state.set_slots(atom[len(_SLOT) + 1 : -1] for atom in slots)
+        self.state.begin(atom[len(_SLOT) + 1 : -1] for atom in slots)
 
     def ground(self, step: Symbol) -> None:
         """Grounds the state, transition and query of a step, unless they are grounded already."""
-        if step.number <= self.state.grounded:
+        number = _step(step)
+        if number in self.state.grounded:
             return
         arguments = (str(step),)
         parts = [Part(part, arguments) for part in ("state", "transition", "query")]
         self.planner.run(Ground(tuple(parts)))
-        self.state.grounded = step.number
+        self.state.set_grounded(number)
 
     def assign_external(self, external: Symbol, value: Symbol) -> None:
         """Sets an external of the planner to true, false or free."""
@@ -63,7 +63,9 @@ class ROSCommands:
         else:
             self.planner.run(AssignExternal(str(external), truth))
         if external.match("query", 1) and truth is Truth.TRUE:
-            self.state.horizon = external.arguments[0].number
+            self.state.horizon = _step(external.arguments[0])
+        elif external.match("event", 3):
+            self.state.note_assigned(str(external), truth is Truth.TRUE)
 
     def assign_externals(self, external: Symbol, value: Symbol) -> None:
         """Does what assign_external does; the manual spells it so."""
@@ -71,8 +73,9 @@ class ROSCommands:
 
     def release_external(self, external: Symbol) -> None:
         """Makes an external of the planner false for good."""
-        if str(external) in self.planner.externals():
+        if str(external) in self.state.externals():
             self.planner.run(ReleaseExternal(str(external)))
+        self.state.note_assigned(str(external), False)
 
     def solve(self) -> None:
         """Searches for a plan; a message, goal or cancel request ends the search."""
@@ -84,42 +87,43 @@ class ROSCommands:
 
     def assign_messages(self, step: Symbol) -> None:
         """Makes the event of each message, goal and cancel request that has come true."""
-        self.state.assign_messages(step.number)
+        self.state.assign_messages(_step(step))
 
     def status_update(self, step: Symbol) -> None:
         """Sets the goals' statuses as the plan has them in a step."""
-        state = self.state
-        state.make_true(state.move_to(step.number))
-        for slot, word in state.plan.statuses(step.number):
+        state, number = self.state, _step(step)
+        state.make_true(state.move_to(number))
+        for slot, word in state.plan.statuses(number):
             state.set_status(slot, word)
 
     def commit_actions(self, step: Symbol) -> None:
         """Publishes the actions of a step that are not published yet."""
-        state = self.state
-        passed = state.move_to(step.number)
-        new = [a for a in state.plan.actions(step.number) if not state.is_published(a)]
+        state, number = self.state, _step(step)
+        passed = state.move_to(number)
+        new = [a for a in state.plan.actions(number) if not state.is_published(a)]
         # The robot first: what the planner is told now, it needs only for its next search.
         for action in new:
             state.commit(action)
         commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in new]
         for atom, _ in state.make_true(passed + commits):
-            state.outside.warn(f"the planner's encoding does not declare the external {atom}")
+            if atom in commits:
+                state.outside.warn(f"the planner's encoding does not declare the external {atom}")
         if new:
             state.goals.tell(f"step {step} of {state.horizon}")
 
     def release_step(self, step: Symbol) -> None:
         """Releases the externals of a step that were not made true."""
-        self.state.release_later(step.number)
+        self.state.release_later(_step(step))
 
     def reset(self, step: Symbol) -> None:
         """Makes the fluents of a step the initial ones, and forgets what happened until then."""
-        self.state.reset(step.number)
+        self.state.reset(_step(step))
 
     def publish(self) -> None:
         """Publishes the whole plan as one message; the loop is through then."""
         plan = ", ".join(str(action) for action in self.state.plan.all_actions())
         self.state.outside.publish("solver", f"[{plan}]")
-        self.state.ended = True
+        self.state.finish("the plan is published, and the mode is through: it takes no goals")
 
     def idle(self) -> None:
         """Waits for a message, a goal or a cancel request."""
@@ -128,7 +132,14 @@ class ROSCommands:
 
     def exit(self) -> None:
         """Ends the node: there is no plan within the maximal horizon."""
+        steps = max(self.state.grounded, default=0)
         raise LoopError(
-            f"the controller ended the system: the planner has no plan within the horizon of "
-            f"{self.state.grounded} steps; -c steps=N at the controller sets another"
+            "the controller ended the system: the planner has no plan within the horizon of "
+            f"{steps} steps; -c steps=N at the controller sets another"
         )
+
+
+def _step(symbol: Symbol) -> int:
+    if symbol.type is not SymbolType.Number:
+        raise ControllerError(f"a step is a number, and {symbol} is none")
+    return symbol.number

@@ -11,6 +11,7 @@ from typing import Callable, List, Optional, Sequence, Tuple
 import rospy
 from actionlib import GoalIDGenerator
 from actionlib_msgs.msg import GoalID, GoalStatus
+from rospy.exceptions import TransportException
 
 from rosclingo.commands import Answer, Assumption, Command, Reply
 from rosclingo.engine import Improvement, Outcome, Result
@@ -26,6 +27,7 @@ from rosclingo.srv import ROSClingoControl
 from rosclingo.xml_codec import decode_reply, encode_assumptions, encode_commands
 
 _POLL_SECONDS = 0.01  # how often a waiting call looks whether it is to stop
+_LOST = (rospy.ServiceException, rospy.ROSException, TransportException, OSError)
 _REMINDER_SECONDS = 5.0  # how often it is said what is waited for
 
 
@@ -137,7 +139,7 @@ class Client:
                     self._service_name, ROSClingoControl, persistent=True
                 )
             return decode_reply(self._service(text).result)
-        except (rospy.ServiceException, rospy.ROSException, OSError, XmlError) as err:
+        except (*_LOST, XmlError) as err:
             # A persistent connection is of no use after an error.
             if self._service is not None:
                 self._service.close()
@@ -191,6 +193,15 @@ class Client:
             self._search = None
         return self._outcome(search, canceled)
 
+    def check(self) -> None:
+        """Checks that the node is there.
+
+        Raises:
+            ServiceError: It is not.
+        """
+        if not self._connected():
+            raise ServiceError(f"the solver {self.name} went away")
+
     def _wait(self, search: _Search, stopped: Optional[Callable[[], bool]]) -> bool:
         """Waits for the result of a search, and returns whether it was told to stop."""
         canceled = False
@@ -219,10 +230,8 @@ class Client:
     def _outcome(self, search: _Search, canceled: bool) -> Outcome:
         assert search.result is not None
         status, result = search.result.status, search.result.result
-        ended = [GoalStatus.SUCCEEDED]
-        if canceled:
-            ended += [GoalStatus.PREEMPTED, GoalStatus.RECALLED]
-        if status.status not in ended:
+        # A control request or a goal of somebody else's ends a search too: it is interrupted then.
+        if status.status != GoalStatus.SUCCEEDED and not (canceled or result.interrupted):
             word = GoalStatus.to_string(status.status)
             raise ServiceError(f"{self.name} ended the goal as {word}: {status.text}")
         try:

@@ -179,6 +179,9 @@ class Engine:
                 answers.append(answer)
         return Reply(tuple(answers))
 
+    def check(self) -> None:
+        """Checks nothing: a solver in this process is there. See :meth:`.client.Client.check`."""
+
     def solve(
         self,
         assumptions: Sequence[Assumption] = (),

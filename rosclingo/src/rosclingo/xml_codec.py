@@ -325,18 +325,23 @@ def _expect(element: Element, name: str, *attributes: str, text: bool = False) -
 
 
 def _attribute(text: str) -> str:
-    return quoteattr(_legal(text))
+    return quoteattr(check_text(text))
 
 
 def _text(text: str) -> str:
-    return escape(_legal(text), {"\r": "&#13;"})
+    return escape(check_text(text), {"\r": "&#13;"})
 
 
 def _carried(text: str) -> str:
     return _ILLEGAL.sub("\ufffd", text)
 
 
-def _legal(text: str) -> str:
+def check_text(text: str) -> str:
+    """Returns a text that XML can carry.
+
+    Raises:
+        XmlError: It has a control character, or another that XML has no way to write.
+    """
     match = _ILLEGAL.search(text)
     if match:
         raise XmlError(f"XML cannot carry the character {match.group()!r}; remove it")

@@ -13,7 +13,9 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
+from rosclingo.client import Client
 from rosclingo.commands import Reply
+from rosclingo.engine import Outcome, Result
 from rosclingo.msg import ROSClingoActionGoal, ROSClingoActionResult
 from rosclingo.xml_codec import decode_reply
 from solver_test_case import TIMEOUT, Goal, SolverTestCase
@@ -59,6 +61,22 @@ class TestSolve(SolverTestCase):
         self.assertEqual(status, "ABORTED")
         self.assertEqual((result.result, result.interrupted), ("unknown", True))
         self.assertIn("control", text)
+
+    def test_a_search_of_the_client_that_somebody_else_ends(self) -> None:
+        client = Client("solver")
+        client.wait(TIMEOUT)
+        self.search_for_minutes().cancel()
+        outcomes: queue.Queue[Outcome] = queue.Queue()
+        searching = threading.Event()
+
+        def stopped() -> bool:
+            searching.set()
+            return False
+
+        threading.Thread(target=lambda: outcomes.put(client.solve((), stopped))).start()
+        self.assertTrue(searching.wait(TIMEOUT))
+        self.succeed("<get_externals/>")
+        self.assertEqual(outcomes.get(timeout=TIMEOUT), Outcome(Result.UNKNOWN, True))
 
     def test_a_new_goal_preempts(self) -> None:
         old = self.search_for_minutes()

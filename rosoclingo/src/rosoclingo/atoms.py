@@ -11,7 +11,9 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 import clingo
 
-from rosclingo.terms import parse_term
+from rosclingo.errors import TermError, XmlError
+from rosclingo.terms import parse_term, quote
+from rosclingo.xml_codec import check_text
 
 
 @dataclass(frozen=True)
@@ -88,9 +90,13 @@ def canonical(text: str) -> str:
     """Returns a ground term as clingo prints it.
 
     Raises:
-        TermError: The text is not a ground term.
+        TermError: The text is not a ground term, or has a character that the way to a solver cannot
+            carry.
     """
-    return str(parse_term(text))
+    try:
+        return str(parse_term(check_text(text)))
+    except XmlError as err:
+        raise TermError(f"{quote(text)} cannot be sent to a solver: {err}") from err
 
 
 def _arguments(text: str, name: str, arity: int) -> Optional[Sequence[clingo.Symbol]]:

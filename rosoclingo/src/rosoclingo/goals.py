@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import itertools
+import threading
 from collections import deque
 from typing import Deque, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
@@ -19,14 +20,14 @@ class Stage(enum.Enum):
 class Goal:
     """A request and how its client learns of it; subclasses say the latter.
 
-    Only the loop's thread uses it.
+    Only the loop's thread uses it, but for :meth:`recall`.
 
     Attributes:
         request: The request, a ground term as clingo prints it.
         information: What came with the request.
         slot: The planner's id for the goal, once it has one.
         stage: How far the goal is.
-        cancel_requested: Whether the client wants the goal to be cancelled.
+        recalled: Whether it was canceled before it had a slot.
     """
 
     def __init__(self, request: str, information: Sequence[str] = ()) -> None:
@@ -34,7 +35,9 @@ class Goal:
         self.information = tuple(information)
         self.slot: Optional[str] = None
         self.stage = Stage.PENDING
-        self.cancel_requested = False
+        self.recalled = False
+        # Guards slot and stage; held for moments only, and no method of a subclass runs under it.
+        self._lock = threading.Lock()
         self._told: Dict[str, str] = {}  # the last line of each kind
 
     def set_status(self, word: str, reason: str = "") -> bool:
@@ -53,16 +56,34 @@ class Goal:
         Raises:
             KeyError: There is no such status.
         """
-        steps = _TRANSITIONS[word].get(self.stage, ())
+        with self._lock:
+            steps = _TRANSITIONS[word].get(self.stage, ())
+            if steps:
+                self.stage = Stage.ACTIVE if steps[-1] == "accepted" else Stage.ENDED
         for step in steps:
             if step == "accepted":
-                self.stage = Stage.ACTIVE
                 self.accepted()
                 self.tell("accepted")
             else:
-                self.stage = Stage.ENDED
                 self.ended(step, reason)
         return bool(steps) and self.stage is Stage.ENDED
+
+    def recall(self) -> None:
+        """Cancels the goal if it has no slot yet. Thread-safe."""
+        with self._lock:
+            if self.slot is not None or self.stage is not Stage.PENDING:
+                return
+            self.stage = Stage.ENDED
+            self.recalled = True
+        self.ended("canceled", "recalled before it had a slot")
+
+    def place(self, slot: str) -> bool:
+        """Gives the goal a slot, unless it has been recalled, and returns whether it was not."""
+        with self._lock:
+            if self.stage is Stage.ENDED:
+                return False
+            self.slot = slot
+            return True
 
     def tell(self, line: str) -> None:
         """Sends a line of feedback, unless it says what the last of its kind has said.
@@ -99,20 +120,30 @@ class Goals:
     """All goals that have not ended, and ended ones that still have their slot.
 
     Only the loop's thread changes it; :meth:`occupant` may be called from others.
+
+    Attributes:
+        some_ended: Whether a goal has ended since this was last set to False.
     """
 
     def __init__(self) -> None:
+        self.some_ended = False
         self._slots: Dict[str, Optional[Goal]] = {}
         self._waiting: Deque[Goal] = deque()
 
     def set_slots(self, slots: Iterable[str]) -> None:
-        """Sets the ids that the planner has for goals, all free."""
+        """Sets the ids that the planner has for goals, all free.
+
+        A goal that had one is aborted: the planner that knew of it is no more.
+        """
+        for goal in self._slots.values():
+            if goal is not None:
+                self.end(goal, "aborted", "the mode has initialised the planner anew")
         self._slots = dict.fromkeys(slots)
 
     @property
-    def has_slots(self) -> bool:
-        """Whether the planner has ids for goals."""
-        return bool(self._slots)
+    def slots(self) -> List[str]:
+        """The ids that the planner has for goals."""
+        return list(self._slots)
 
     def is_slot(self, term: str) -> bool:
         """Whether a term is the id of a slot."""
@@ -121,6 +152,14 @@ class Goals:
     def occupant(self, slot: str) -> Optional[Goal]:
         """Returns the goal in a slot."""
         return self._slots.get(slot)
+
+    def is_open(self, goal: Goal) -> bool:
+        """Whether a goal has a slot and has not ended."""
+        return (
+            goal.slot is not None
+            and self._slots.get(goal.slot) is goal
+            and goal.stage is not Stage.ENDED
+        )
 
     def add(self, goal: Goal) -> None:
         """Puts a goal at the end of the queue."""
@@ -132,17 +171,20 @@ class Goals:
         Returns:
             Whether it is up to the planner instead.
         """
-        goal.cancel_requested = True
-        if goal.slot is not None:
-            return goal.stage is not Stage.ENDED
-        if goal.stage is Stage.PENDING:
-            self._waiting = deque(other for other in self._waiting if other is not goal)
-            goal.set_status("canceled", "recalled before it had a slot")
-        return False
+        goal.recall()
+        self.some_ended |= goal.recalled
+        return self.is_open(goal)
+
+    def end(self, goal: Goal, word: str, reason: str = "") -> None:
+        """Sets a goal's status, which may end it."""
+        if goal.set_status(word, reason):
+            self.some_ended = True
 
     @property
     def waiting(self) -> bool:
         """Whether a goal has no slot."""
+        while self._waiting and self._waiting[0].stage is Stage.ENDED:  # recalled
+            self._waiting.popleft()
         return bool(self._waiting)
 
     def has_free_slot(self, next_step: bool = False) -> bool:
@@ -152,21 +194,22 @@ class Goals:
             for goal in self._slots.values()
         )
 
-    def place(self) -> List[Goal]:
+    def place(self) -> List[Tuple[str, Goal]]:
         """Gives the free slots to the goals that have waited longest, and returns these."""
         placed = []
-        for slot, occupant in self._slots.items():
-            if occupant is None and self._waiting:
+        for slot in self._slots:
+            while self._slots[slot] is None and self._waiting:
                 goal = self._waiting.popleft()
-                goal.slot = slot
-                self._slots[slot] = goal
-                placed.append(goal)
+                if goal.place(slot):
+                    self._slots[slot] = goal
+                    placed.append((slot, goal))
         return placed
 
     def remove(self, goal: Goal) -> None:
         """Takes a goal out of its slot."""
         if goal.slot is not None:
             self._slots[goal.slot] = None
+            goal.slot = None
 
     def free_slots(self) -> None:
         """Frees the slots of ended goals."""
@@ -177,7 +220,8 @@ class Goals:
     def tell_positions(self) -> None:
         """Tells the goals for which there is no slot their place in the queue, counted from 1."""
         free = list(self._slots.values()).count(None)
-        for place, goal in enumerate(itertools.islice(self._waiting, free, None), 1):
+        waiting = (goal for goal in self._waiting if goal.stage is not Stage.ENDED)
+        for place, goal in enumerate(itertools.islice(waiting, free, None), 1):
             goal.tell(f"queued {place}")
 
     def tell(self, line: str) -> None:
@@ -193,11 +237,11 @@ class Goals:
     def end_waiting(self, word: str, reason: str) -> None:
         """Ends the goals without a slot."""
         while self._waiting:
-            self._waiting.popleft().set_status(word, reason)
+            self.end(self._waiting.popleft(), word, reason)
 
     def end_all(self, word: str, reason: str) -> None:
         """Ends every goal."""
         for goal in self._slots.values():
             if goal is not None:
-                goal.set_status(word, reason)
+                self.end(goal, word, reason)
         self.end_waiting(word, reason)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from typing import List, Union
+from typing import List, Optional, Union
 
 from rosoclingo.goals import Goal
 
@@ -31,15 +31,20 @@ class Inbox:
     """A queue that any thread fills and the loop's thread empties. Thread-safe."""
 
     def __init__(self) -> None:
-        self._changed = threading.Condition()  # guards both fields; held for moments only
+        self._changed = threading.Condition()  # guards the other fields; held for moments only
         self._items: List[Item] = []
         self._closed = False
+        self._end: Optional[str] = None
 
     def put(self, item: Item) -> None:
-        """Adds an item; returns at once."""
+        """Adds an item; returns at once. After the end of the loop, a goal is rejected instead."""
         with self._changed:
-            self._items.append(item)
-            self._changed.notify_all()
+            if self._end is None:
+                self._items.append(item)
+                self._changed.notify_all()
+                return
+        if isinstance(item, Goal):
+            item.set_status("rejected", self._end)
 
     def close(self) -> None:
         """Says that the loop is to end."""
@@ -60,8 +65,19 @@ class Inbox:
             items, self._items = self._items, []
         return items
 
-    def wait(self) -> None:
-        """Waits until there is an item or the inbox is closed."""
+    def end(self, reason: str) -> None:
+        """Says that the loop has ended: it still takes what is there, but nothing that comes."""
         with self._changed:
-            while not (self._items or self._closed):
-                self._changed.wait()
+            self._end = reason
+
+    def wait(self, timeout: float) -> bool:
+        """Waits until there is an item or the inbox is closed.
+
+        Args:
+            timeout: Longest time to wait, in seconds.
+
+        Returns:
+            Whether one of these is the case.
+        """
+        with self._changed:
+            return self._changed.wait_for(lambda: bool(self._items) or self._closed, timeout)

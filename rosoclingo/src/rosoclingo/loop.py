@@ -9,9 +9,9 @@ from typing import Any, Callable
 
 import clingo
 
-from rosclingo.errors import RosclingoError
+from rosclingo.errors import RosclingoError, ServiceError
 from rosoclingo.controller import Controller, Info
-from rosoclingo.errors import ControllerError, ShutdownError
+from rosoclingo.errors import ControllerError, LoopError, ShutdownError
 from rosoclingo.inbox import Inbox
 from rosoclingo.solver import Planner, Solver
 from rosoclingo.state import Outside, State
@@ -41,7 +41,8 @@ class Loop:
             inbox: Where messages, goals and cancel requests come in.
             outside: Where actions and log messages go.
         """
-        self.state = State(Planner(planner), inbox, outside)
+        self._solvers = (controller, planner)
+        self.state = State(Planner(planner), inbox, outside, self._check)
         self._controller = Controller(controller)
         self._commands = commands(self.state)
         self._outside = outside
@@ -59,18 +60,22 @@ class Loop:
             self.prepare()
             while True:
                 self.step()
+        except ServiceError as err:
+            error = LoopError(f"{err}; start that node again, and then rosoclingo")
+            self.end(str(error))
+            raise error from err
         except RosclingoError as err:
-            self._end_goals(str(err))
+            self.end(str(err))
             raise
         except Exception as err:
-            self._end_goals(f"internal error: {err!r}")
+            self.end(f"internal error: {err!r}")
             raise
 
     def prepare(self) -> None:
         """Prepares the controller."""
         self._controller.prepare()
         if not self._controller.dynamic:
-            self.state.set_static()
+            self.state.mail.refuse("the controller's mode is static: it takes no goals")
 
     def step(self) -> None:
         """Makes one decision and carries it out; waits if the mode is through.
@@ -79,16 +84,20 @@ class Loop:
             ControllerError: The controller does not say what to do, or names no command.
         """
         state = self.state
-        if state.inbox.closed:
+        if state.mail.inbox.closed:
             raise ShutdownError("the node is shutting down")
         if state.ended:
-            state.wait()
-            return
-        state.take_inbox()
-        info = Info(state.result, state.pending_actions, state.new_messages, state.request_reset)
+            state.rest()
+        state.take_mail()
+        mail = state.mail
+        info = Info(state.result, mail.pending_actions, mail.tell(), state.goals.some_ended)
         command = self._controller.decide(info)
         state.result = None
         self._call(command, info)
+
+    def _check(self) -> None:
+        for solver in self._solvers:
+            solver.check()
 
     def _call(self, command: clingo.Symbol, info: Info) -> None:
         is_function = command.type is clingo.SymbolType.Function
@@ -110,6 +119,12 @@ class Loop:
                 raise ControllerError(f"wrong arguments in the command {command}: {err}") from err
             raise
 
-    def _end_goals(self, reason: str) -> None:
-        self.state.take_inbox()
+    def end(self, reason: str) -> None:
+        """Aborts the open goals and has those that are still to come rejected."""
+        mail = self.state.mail
+        if mail.inbox.closed:
+            reason = "the node is shutting down"
+        mail.inbox.end(reason)
+        mail.refuse(reason)
+        mail.take()
         self.state.goals.end_all("aborted", reason)

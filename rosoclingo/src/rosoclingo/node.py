@@ -31,7 +31,8 @@ from rosoclingo.solver import Solver
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.state import Outside
 
-_SECONDS_TO_SEND = 0.5  # how long the results of aborted goals have until the process ends
+_SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
+_SECONDS_TO_SEND = 0.1  # how long the results of aborted goals have until rospy ends connections
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
 
 
@@ -88,16 +89,23 @@ class Node:
     node is initialised.
     """
 
-    def __init__(self, controller: Solver, planner: Solver, commands: Callable[..., Any]) -> None:
+    def __init__(
+        self,
+        controller: Solver,
+        planner: Solver,
+        commands: Callable[..., Any],
+        inbox: Optional[Inbox] = None,
+    ) -> None:
         """Opens the names; :meth:`start` starts the loop.
 
         Args:
             controller: Solver with a mode.
             planner: Solver with the task's encoding.
             commands: Class with a method for each command, such as ``ROSCommands``.
+            inbox: Where everything comes in, if the caller needs to close it.
         """
         self.failure: Optional[str] = None
-        self._inbox = Inbox()
+        self._inbox = inbox or Inbox()
         self._loop = Loop(controller, planner, commands, self._inbox, RosOutside())
         self._solvers = (controller, planner)
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
@@ -114,7 +122,7 @@ class Node:
         self._service = rospy.Service(
             "~get_goal_information", GetGoalInformation, self._on_get_information
         )
-        rospy.on_shutdown(self._inbox.close)
+        rospy.on_shutdown(self._close)
 
     def start(self) -> None:
         """Starts the loop."""
@@ -125,11 +133,22 @@ class Node:
         while self._thread.is_alive() and not rospy.is_shutdown():
             self._thread.join(_POLL_SECONDS)
 
+    def _close(self) -> None:
+        # Runs before rospy stops publishing, so that open goals get their results.
+        self._inbox.close()
+        self._thread.join(_SECONDS_TO_END)
+        if self._goals:
+            time.sleep(_SECONDS_TO_SEND)
+
     def _run(self) -> None:
         try:
             for solver in self._solvers:
                 if isinstance(solver, Client):
                     solver.wait()
+        except RosclingoError as err:
+            self._loop.end(str(err))
+            return
+        try:
             self._loop.run()
         except ShutdownError:
             pass
@@ -140,7 +159,7 @@ class Node:
             self._fail(f"internal error: {err!r}")
 
     def _fail(self, reason: str) -> None:
-        if not rospy.is_shutdown():
+        if not self._inbox.closed:
             self.failure = reason
 
     def _on_message(self, message: ROSoClingoIn) -> None:
@@ -165,10 +184,14 @@ class Node:
         # Runs under actionlib's lock: nothing here may wait.
         goal = self._goals.get(handle.get_goal_id().id)
         if goal is not None:
+            goal.recall()  # now, if it has no slot: the loop may be busy for long
             self._inbox.put(Cancel(goal))
 
     def _on_get_information(self, request: GetGoalInformationRequest) -> Any:
-        goal = self._loop.state.goals.occupant(request.key)
+        try:
+            goal = self._loop.state.goals.occupant(canonical(request.key))
+        except TermError as err:
+            raise rospy.ServiceException(str(err)) from err
         if goal is None:
             raise rospy.ServiceException(f"no goal has the slot {request.key!r}")
         return [goal.information]
@@ -184,14 +207,15 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     because the manual passes one.
     """
     init_node("rosoclingo")
+    inbox = Inbox()
+    rospy.on_shutdown(inbox.close)  # before the clients are told, so that the loop knows why
     controller = Client(rospy.get_param("~controller", "controller"))
     planner = Client(rospy.get_param("~planner", "planner"))
-    node = Node(controller, planner, commands)
+    node = Node(controller, planner, commands, inbox)
     node.start()
     node.spin()
     if node.failure is not None:
         rospy.logfatal("%s", node.failure)
-        time.sleep(_SECONDS_TO_SEND)
         rospy.signal_shutdown(node.failure)
         sys.exit(1)
     sys.exit(0)

@@ -19,6 +19,7 @@ from rosclingo.commands import (
 from rosclingo.engine import Outcome
 from rosoclingo.errors import PlannerError
 
+_BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
 _MANY = 20  # from how many assignments on it is quicker to ask for all externals first
 
 
@@ -32,6 +33,9 @@ class Solver(Protocol):
         self, assumptions: Sequence[Assumption] = ..., stopped: Optional[Callable[[], bool]] = ...
     ) -> Outcome:
         """Searches for answer sets until told to stop."""
+
+    def check(self) -> None:
+        """Raises an error if the solver is not there any more."""
 
 
 class Planner:
@@ -80,9 +84,25 @@ class Planner:
             ]
             rest = [atom for atom in rest if atom in declared]
         while rest:
-            reply = self._solver.run([AssignExternal(atom, value) for atom in rest])
-            if reply.failure is None:
-                break
-            missing.append((rest[reply.failure.index], reply.failure.message))
-            rest = rest[reply.failure.index + 1 :]
+            batch = _batch(rest)
+            reply = self._solver.run([AssignExternal(atom, value) for atom in batch])
+            done = len(batch)
+            if reply.failure is not None:
+                index, message = reply.failure.index, reply.failure.message
+                if index < 0 and len(batch) > 1:
+                    raise PlannerError(f"the planner refused a request: {message}")
+                index = max(index, 0)
+                missing.append((batch[index], message))
+                done = index + 1
+            rest = rest[done:]
         return missing
+
+
+def _batch(atoms: Sequence[str]) -> List[str]:
+    """Returns the first atoms, as many as fit into one request; at least one."""
+    size = 0
+    for number, atom in enumerate(atoms):
+        size += len(atom)
+        if number and size > _BATCH_CHARACTERS:
+            return list(atoms[:number])
+    return list(atoms)

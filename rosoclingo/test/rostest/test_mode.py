@@ -240,8 +240,9 @@ class TestDynamic(ModeTestCase):
         self.assertEqual(moves, ["go(2)", "go(2)", "go(2)", "go(3)", "go(3)"])
 
     def test_bad_requests(self) -> None:
-        bad = ["", "visit(", "visit(X)", "visit(3). a", 'fly("é \\" \\\\")', "fly(3)",
-               "visit(" * 100_000 + "3" + ")" * 100_000, "f(" + "a," * 500_000 + "a)"]  # fmt: skip
+        bad = ["", "visit(", "visit(X)", "visit(3). a", 'visit("\x02")', "fly(3)",
+               'fly("é \\" \\\\")', "visit(" * 100_000 + "3" + ")" * 100_000,
+               "f(" + "a," * 500_000 + "a)"]  # fmt: skip
         for request in bad:
             with self.subTest(request=request[:30]):
                 goal = self.goal(request)
@@ -251,7 +252,8 @@ class TestDynamic(ModeTestCase):
     def test_bad_messages(self) -> None:
         bad = [("", "success"), ("robot", "f(X)"), ("commit", "x"), ("save", "at(3)"),
                ("1", "cancel"), ("info", "passed"), ("é", "x"), ('"a\\"b é"', '"c\\\\"'),
-               ("robot", "dance"), ("robot", "f(" + "a," * 500_000 + "a)")]  # fmt: skip
+               ("robot", "dance"), ("robot", '"\x01"'),
+               ("robot", "f(" + "a," * 500_000 + "a)")]  # fmt: skip
         for identifier, value in bad:
             self.robot.send(identifier, value)
         self.assertEqual(self.goal("visit(3)").end(), "SUCCEEDED")

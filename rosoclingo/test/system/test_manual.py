@@ -112,9 +112,79 @@ def test_other_names_for_the_solvers(terminals: Terminals) -> None:
     node.wait_for("solver: [do(")
 
 
+@pytest.mark.parametrize("ns", ["", "robot2"])
+def test_namespaces_add_up(terminals: Terminals, ns: str) -> None:
+    terminals.environment["ROS_NAMESPACE"] = "robot1"
+    listed = terminals.run(
+        "roslaunch", "--nodes", "rosoclingo", "rosoclingo.launch", "mode:=static.fixed.recording",
+        "encoding:=a.lp", f"ns:={ns}",
+    )  # fmt: skip
+    names = [f"/robot1/{ns}/{name}".replace("//", "/") for name in ("controller", "planner")]
+    assert set(names) < set(listed.output.split())
+
+
+# Sends goals, says when the first is active, and prints each terminal status with its text.
+CLIENT = """
+import sys, threading, rospy
+from actionlib import CommState
+from actionlib_msgs.msg import GoalStatus
+from rosclingo.low_latency import LowLatencyActionClient
+from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal
+
+rospy.init_node("client")
+client = LowLatencyActionClient("rosoclingo", ROSoClingoAction)
+client.wait_for_server()
+ends, active = [threading.Event() for _ in range(50)], threading.Event()
+
+def watch(end):
+    def on_transition(handle):
+        if handle.get_comm_state() == CommState.ACTIVE:
+            active.set()
+        if handle.get_comm_state() == CommState.DONE:
+            end.set()
+    return on_transition
+
+handles = [client.send_goal(ROSoClingoGoal(sys.argv[1], []), watch(end)) for end in ends]
+active.wait(30)
+print("ready", flush=True)
+for end, handle in zip(ends, handles):
+    print(end.wait(30) and GoalStatus.to_string(handle.get_terminal_state()),
+          handle.get_goal_status_text(), flush=True)
+"""
+
+
+@pytest.mark.parametrize("search", [False, True])
+def test_interrupt_with_open_goals(terminals: Terminals, tmp_path: Path, search: bool) -> None:
+    """All of them end with the reason, while an action is on its way and in a long search."""
+    encoding = package("rosoclingo") / "test" / "encodings" / "line.lp"
+    if search:
+        encoding = tmp_path / "pigeons.lp"
+        encoding.write_text(
+            "rslot(1). p(1..12). #program state(t). #external event(1,hard,t)."
+            "want(t) :- event(1,hard,t). { at(P,1..11,t) } = 1 :- p(P), want(t)."
+            ":- at(P,H,t), at(Q,H,t), P < Q. #program query(t). #external query(t)."
+        )
+    controller(terminals, "dynamic.incremental.recording", "-c", "steps=20")
+    planner(terminals, str(encoding))
+    node = terminals.start("rosrun", "rosoclingo", "run.py")
+    client = terminals.start("python", "-c", CLIENT, "hard" if search else "visit(3)")
+    if search:
+        wait_for(lambda: "status: 1" in terminals.run(
+            "rostopic", "echo", "-n", "1", "/planner/status").output)  # fmt: skip
+    else:
+        client.wait_for("ready")
+    node.interrupt()
+    assert node.wait() == 0
+    client.wait()
+    ends = [line for line in client.output.splitlines() if line != "ready"]
+    assert ends == ["ABORTED the node is shutting down"] * 50
+    assert "Traceback" not in node.output
+    assert "FATAL" not in node.output
+
+
 @pytest.mark.parametrize("gone", ["controller", "planner"])
 def test_a_solver_that_goes_away(terminals: Terminals, gone: str) -> None:
-    """The open goal ends ABORTED with the reason, and so does the node."""
+    """Although nothing else happens, the open goal ends ABORTED, and so does the node."""
     line = str(package("rosoclingo") / "test" / "encodings" / "line.lp")
     solvers = {
         "controller": controller(terminals, "dynamic.incremental.recording", "-c", "steps=20"),
@@ -130,12 +200,8 @@ def test_a_solver_that_goes_away(terminals: Terminals, gone: str) -> None:
     node.wait_for("robot: go(2)")
     solvers[gone].process.kill()
     solvers[gone].wait()
-    terminals.start(
-        "rostopic", "pub", "-1", "/rosoclingo/in", "rosoclingo/ROSoClingoIn",
-        "{id: robot, value: success}",
-    )  # fmt: skip
     assert node.wait() == 1
-    assert f"/{gone}" in node.output
+    assert f"the solver /{gone} went away; start that node again" in node.output
     assert "Traceback" not in node.output
     results.wait_for("status: 4")  # ABORTED
     results.wait_for(f"/{gone}")

@@ -1,0 +1,259 @@
+"""What has come from outside and waits for the planner, and which actuators have answered."""
+
+from __future__ import annotations
+
+from typing import Callable, Dict, Iterable, List, Set, Tuple
+
+from rosclingo.errors import TermError, shorten
+from rosoclingo.atoms import canonical, event
+from rosoclingo.goals import Goal, Goals
+from rosoclingo.inbox import Cancel, Inbox, Item, Message
+
+_RESERVED_IDS = ("commit", "save")
+_LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
+
+
+class Vocabulary:
+    """The events that the planner's encoding declares, whatever the step."""
+
+    def __init__(self) -> None:
+        self._pairs: Set[str] = set()
+        self._grounded = 0
+
+    def learn(self, externals: Iterable[str], grounded: int) -> None:
+        """Adds the events among the planner's externals.
+
+        Args:
+            externals: All externals, as clingo prints them.
+            grounded: How many steps are grounded.
+        """
+        for atom in externals:
+            if atom.startswith("event("):
+                self._pairs.add(atom[len("event(") : atom.rindex(",")])
+        self._grounded = grounded
+
+    def has(self, source: str, content: str) -> bool:
+        """Whether there is such an event in a step that was grounded when it last learned."""
+        return f"{source},{content}" in self._pairs
+
+    def is_complete(self, grounded: int) -> bool:
+        """Whether it has seen all steps, if so many are grounded."""
+        return self._grounded == grounded
+
+
+class Mail:
+    """Messages, goals and cancel requests until ``assign_messages``.
+
+    Only the loop's thread uses it.
+
+    What the planner does not know, or what is rosoclingo's own, is dropped as soon as it comes, so
+    that the controller never hears of it. That can be told once there is a step after step 0, since
+    all steps after that declare the same events; until then it is told when the event is due.
+
+    Attributes:
+        inbox: Where everything comes in.
+        goals: The goals.
+        dynamic: Whether the mode takes messages and goals.
+        rejection: Why no goal can be taken, if that is so.
+        messages: Pairs of id and value.
+        cancels: Goals with a slot that are to be cancelled.
+        new_goals: Whether a goal has come, or a slot for one that waits.
+    """
+
+    def __init__(self, inbox: Inbox, goals: Goals, warn: Callable[[str], None]) -> None:
+        self.inbox = inbox
+        self.goals = goals
+        self.dynamic = True
+        self.rejection = ""
+        self.messages: List[Tuple[str, str]] = []
+        self.cancels: List[Goal] = []
+        self.new_goals = False
+        self._warn = warn
+        self._vocabulary = Vocabulary()
+        self._grounded = 0  # steps; none before the planner is initialised
+        self._held: List[Item] = []  # nobody can say yet whether the planner knows it
+        self._arrivals = 0  # how much news has come
+        self._told = 0  # how much of it the controller knows of
+        self._acting: Set[str] = set()  # actuators of the current step
+        self._answers: Dict[str, str] = {}  # of those that answered in it
+
+    # What the controller is told.
+
+    @property
+    def pending_actions(self) -> bool:
+        """Whether an actuator of the current step has not answered."""
+        return not self._acting <= self._answers.keys()
+
+    @property
+    def new_messages(self) -> bool:
+        """Whether there is something for ``assign_messages`` to do."""
+        return bool(self.messages or self.cancels or self.new_goals or self._held)
+
+    def tell(self) -> bool:
+        """Returns :attr:`new_messages` for the controller, and remembers what it knows of now."""
+        self._told = self._arrivals
+        return self.new_messages
+
+    @property
+    def has_news(self) -> bool:
+        """Whether something has come that the controller has not been told of."""
+        return self._arrivals > self._told
+
+    # What comes in.
+
+    def begin(self) -> None:
+        """The planner is initialised, and knows nothing yet."""
+        self._vocabulary = Vocabulary()
+        self._grounded = 1
+        self.messages.clear()
+        self.cancels.clear()
+        self.begin_step()
+
+    def set_grounded(self, steps: int) -> None:
+        """Says how many steps are grounded, step 0 included."""
+        self._grounded = steps
+
+    def learn(self, externals: Iterable[str]) -> None:
+        """Looks at the planner's externals."""
+        self._vocabulary.learn(externals, self._grounded)
+
+    def refuse(self, reason: str) -> None:
+        """Takes no messages and goals from now on."""
+        self.dynamic = False
+        self.rejection = reason
+        self._held = [item for item in self._held if isinstance(item, Goal)]
+        self.messages.clear()
+        self.cancels.clear()
+        self.new_goals = False
+
+    def take(self, ask: Callable[[], object] = lambda: None) -> None:
+        """Takes what has come, and drops what is wrong.
+
+        Args:
+            ask: Has the planner's externals learned; without it, what is unknown is held back.
+        """
+        new = self.inbox.take()
+        if not (new or self._held):
+            return
+        held, self._held = self._held, []
+        items = held + new
+        dropped: List[str] = []
+        for number, item in enumerate(items):
+            try:
+                is_news = self._take(item, ask, dropped)
+            except Exception:  # nothing is lost when the planner does not answer
+                self._held += items[number:]
+                raise
+            if is_news and number >= len(held):
+                self._arrivals += 1
+        self._log_dropped(dropped)
+        self.goals.tell_positions()
+
+    def _take(self, item: Item, ask: Callable[[], object], dropped: List[str]) -> bool:
+        """Takes one thing, and returns whether it is news for the controller."""
+        if isinstance(item, Cancel):
+            if self.goals.cancel(item.goal):
+                self.cancels.append(item.goal)
+                return True
+            return False
+        if self._held:  # the order of the others is kept
+            self._held.append(item)
+            return True
+        if isinstance(item, Message):
+            return self.dynamic and self._take_message(item, ask, dropped)
+        return self._take_goal(item, ask)
+
+    def _take_goal(self, goal: Goal, ask: Callable[[], object]) -> bool:
+        if self.rejection:
+            self.goals.end(goal, "rejected", self.rejection)
+            return False
+        slots = self.goals.slots
+        if self._hold(goal, [(slot, goal.request) for slot in slots], ask):
+            return True
+        if slots and not self._knows([(slot, goal.request) for slot in slots]):
+            atom = shorten(event(slots[0], goal.request, self._grounded - 1))
+            self.goals.end(goal, "rejected", f"the planner does not know it: it has no {atom}")
+            return False
+        self.goals.add(goal)
+        # One for which there will be no slot in the next step either is no news.
+        news = self.goals.has_free_slot(next_step=True)
+        self.new_goals |= news
+        return news
+
+    def _take_message(
+        self, message: Message, ask: Callable[[], object], dropped: List[str]
+    ) -> bool:
+        if not self._grounded:  # the slots' ids are not known
+            self._held.append(message)
+            return True
+        try:
+            source, value = canonical(message.id), canonical(message.value)
+        except TermError as err:
+            dropped.append(str(err))
+            return False
+        if source in _RESERVED_IDS or (source == "info" and value == "passed"):
+            reason = "these are rosoclingo's own"
+        elif self.goals.is_slot(source):
+            reason = "the id is a goal's slot, and goals are changed by the action only"
+        elif self._hold(message, [(source, value)], ask):
+            return True
+        elif not self._knows([(source, value)]):
+            reason = "the planner's encoding declares no such event"
+        elif self._answers.get(source, value) != value:
+            reason = f"it has answered {shorten(self._answers[source])} already"
+        else:
+            if source in self._acting:
+                self._answers[source] = value
+            self.messages.append((source, value))
+            return True
+        dropped.append(f"id {shorten(source)}, value {shorten(value)}: {reason}")
+        return False
+
+    def _hold(self, item: Item, pairs: List[Tuple[str, str]], ask: Callable[[], object]) -> bool:
+        """Keeps an item for later if nobody can say whether the planner knows one of the pairs."""
+        if not self._knows(pairs) and not self._vocabulary.is_complete(self._grounded):
+            ask()
+            if not self._vocabulary.is_complete(self._grounded):
+                self._held.append(item)
+                return True
+        return False
+
+    def _knows(self, pairs: List[Tuple[str, str]]) -> bool:
+        return self._grounded <= 1 or any(self._vocabulary.has(*pair) for pair in pairs)
+
+    # What the commands do.
+
+    def begin_step(self) -> None:
+        """Nobody acts yet in the step that begins."""
+        self._acting.clear()
+        self._answers.clear()
+
+    def acts(self, actuator: str) -> None:
+        """Notes that an actuator was told to act: what it answered was to another action."""
+        self._acting.add(actuator)
+        self._answers.pop(actuator, None)
+
+    def take_messages(self, step: int) -> Dict[str, Tuple[str, str]]:
+        """Removes the messages, and returns their events with id and value, in order of arrival."""
+        messages = {event(source, value, step): (source, value) for source, value in self.messages}
+        self.messages.clear()
+        return messages
+
+    def drop(self, messages: List[Tuple[str, str, str]]) -> None:
+        """Says that messages did not reach the planner.
+
+        Args:
+            messages: Id, value and reason of each.
+        """
+        for source, value, _ in messages:
+            if self._answers.get(source) == value:
+                del self._answers[source]  # it was no answer that the planner understands
+        self._log_dropped(
+            [f"id {shorten(s)}, value {shorten(v)}: {shorten(why)}" for s, v, why in messages]
+        )
+
+    def _log_dropped(self, dropped: List[str]) -> None:
+        for reason in dropped[:_LOGGED_DROPS]:
+            self._warn(f"dropped a message: {reason}")
+        if len(dropped) > _LOGGED_DROPS:
+            self._warn(f"dropped {len(dropped) - _LOGGED_DROPS} more messages like these")

@@ -1,0 +1,299 @@
+"""What comes from outside at a bad moment: nobody hangs, and nobody ends another's goal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Callable, List
+
+import pytest
+from clingo import Number
+from commands import ROSCommands
+from conftest import PACKAGE, System
+from test_loop import LINE, SCRIPT, script
+
+from rosclingo.commands import Reply, Truth
+from rosclingo.engine import Engine
+from rosclingo.errors import ServiceError, TermError
+from rosclingo.options import Options
+from rosclingo.worker import Worker
+from rosoclingo.atoms import canonical
+from rosoclingo.errors import PlannerError
+from rosoclingo.solver import Planner
+
+Make = Callable[..., System]
+INCREMENTAL = [f"dynamic.incremental.{kind}" for kind in ("recording", "reset", "dyn_reset")]
+
+
+def test_characters_that_cannot_be_sent() -> None:
+    for text in ('"a\x01b"', 'f("\ud800")', '"\ufffe"'):
+        with pytest.raises(TermError, match="XML"):
+            canonical(text)
+    assert canonical('f( "é\\n\t" )') == 'f("é\\n\t")'
+
+
+def test_a_message_with_a_control_character(system: Make) -> None:
+    made = system("dynamic.incremental.recording", "-c", "steps=20").start()
+    made.send("robot", '"a\x01b"')
+    made.world.wait_for(lambda world: bool(world.warnings))
+    assert made.goal("visit(3)").wait() == "succeeded"
+
+
+def test_a_request_is_sent_in_parts() -> None:
+    engine = Engine(Options((LINE,)))
+    sizes: List[int] = []
+
+    class Listener:
+        def run(self, commands: Any) -> Reply:
+            sizes.append(sum(len(command.name) for command in commands))
+            return engine.run(commands)
+
+    planner = Planner(Listener())  # type: ignore[arg-type]
+    atoms = [f'event(robot,"{"x" * 300_000}{number}",0)' for number in range(19)]
+    missing = planner.assign(atoms, Truth.TRUE)
+    assert [atom for atom, _ in missing] == atoms
+    assert all("no external" in reason for _, reason in missing)
+    assert max(sizes) <= 2**20
+
+
+def test_a_solver_that_refuses_the_whole_request() -> None:
+    """As one does that is shutting down: an error, not an endless loop."""
+
+    class Closing:
+        def __init__(self) -> None:
+            self._worker = Worker(Engine(Options()))
+            self._worker.close()
+            self.run = self._worker.control
+
+    with pytest.raises(PlannerError, match="shutting down"):
+        Planner(Closing()).assign(["a", "b"], Truth.TRUE)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_early_messages_with_the_id_of_a_slot(system: Make, mode: str) -> None:
+    """The slots' ids are not known yet when they come."""
+    made = system(mode, "-c", "steps=20")
+    made.send("1", "visit(5)")
+    goal = made.goal("visit(3)")
+    made.send("1", "cancel")
+    made.start()
+    assert goal.wait() == "succeeded"
+    assert made.world.actions == ["go(2)", "go(3)"]
+    assert len([w for w in made.world.warnings if "slot" in w]) == 2
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_rubbish_takes_no_step(system: Make, mode: str) -> None:
+    """One by one, so that each could begin a step, of which there are only 20."""
+    made = system(mode, "-c", "steps=20").start()
+    assert made.goal("visit(2)").wait() == "succeeded"
+    for number in range(30):
+        made.send("robot", f"rubbish({number})")
+        made.world.wait_for(lambda world, n=number: len(world.warnings) > n)  # type: ignore[misc]
+        goal = made.goal(f"fly({number})")
+        assert goal.wait() == "rejected"
+        assert f"event(1,fly({number})," in goal.reason
+    assert made.goal("visit(3)").wait() == "succeeded"
+
+
+def test_an_unknown_answer_is_none(system: Make) -> None:
+    made = system("dynamic.incremental.recording", "-c", "steps=20")
+    made.world.answer = lambda actuator, action: None
+    goal = made.goal("visit(2)")
+    made.start()
+    made.world.wait_for(lambda world: len(world.published) == 1)
+    made.send("robot", "maybe")
+    made.send("robot", "success")
+    assert goal.wait() == "succeeded"
+
+
+# A bell rings some time, which ends the goal bell; the goal now ends at once.
+BELL = """
+rslot(1..2).
+#program state(t).
+#external event(ID,(bell;now),t) : rslot(ID).
+#external event(world,ring,t).
+#external event(info,passed,t).
+hears(ID,t) :- event(ID,bell,t).
+status(ID,accepted,t) :- event(ID,_,t).
+status(ID,succeeded,t) :- event(ID,now,t).
+#program transition(t).
+hears(ID,t) :- hears(ID,t-1), not rings(t-1).
+rings(t) :- event(world,ring,t).
+status(ID,succeeded,t) :- hears(ID,t), rings(t).
+#program query(t).
+#external query(t).
+"""
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_a_slot_is_free_although_another_goal_stays(
+    system: Make, tmp_path: Path, mode: str
+) -> None:
+    file = tmp_path / "bell.lp"
+    file.write_text(BELL)
+    made = system(mode, "-c", "steps=30", "-c", "r=100", encoding=[str(file)])
+    goals = [made.goal(request) for request in ("bell", "now", "now")]
+    made.start()
+    assert [goal.wait() for goal in goals[1:]] == ["succeeded", "succeeded"]
+
+
+def test_a_late_cancel_leaves_the_next_goal_alone(system: Make, tmp_path: Path) -> None:
+    made = system(script(tmp_path), encoding=(LINE,))
+    made.loop.prepare()
+    state, commands = made.loop.state, ROSCommands(made.loop.state)
+    commands.initialize()
+    first = made.goal("visit(1)")
+    state.take_mail()
+    commands.assign_messages(Number(0))
+    made.cancel(first)
+    second, third = made.goal("visit(2)"), made.goal("visit(3)")
+    state.take_mail()
+    first.set_status("succeeded")  # before the cancel request has been assigned
+    state.move_to(1)
+    commands.ground(Number(1))
+    commands.assign_messages(Number(1))
+    assert {second.slot, third.slot} == {"1", "2"}
+    true = [atom for atom, value in state.externals().items() if value is Truth.TRUE]
+    assert not any("cancel" in atom for atom in true)
+
+
+def test_a_goal_after_the_end(system: Make) -> None:
+    made = system("dynamic.incremental.recording", "-c", "steps=2").start()
+    assert made.goal("visit(6)").wait() == "aborted"
+    made.wait()
+    late = made.goal("visit(2)")
+    assert late.wait() == "rejected"
+    assert "horizon of 2 steps" in late.reason
+
+
+@pytest.mark.parametrize("gone", ["controller", "planner"])
+def test_a_solver_goes_away_while_nothing_happens(
+    system: Make, monkeypatch: pytest.MonkeyPatch, gone: str
+) -> None:
+    made = system("dynamic.incremental.recording", "-c", "steps=20")
+    made.world.answer = lambda actuator, action: None
+    goal = made.goal("visit(2)")
+    made.start()
+    made.world.wait_for(lambda world: bool(world.published))
+
+    def check() -> None:
+        raise ServiceError(f"the solver {gone} went away")
+
+    monkeypatch.setattr(getattr(made, gone), "check", check)
+    assert goal.wait() == "aborted"
+    assert f"{gone} went away; start that node again" in goal.reason
+    made.wait()
+
+
+def test_a_goal_is_recalled_while_the_loop_is_busy(system: Make) -> None:
+    made = system("dynamic.incremental.recording", "-c", "steps=20")
+    goal, other = made.goal("visit(2)"), made.goal("visit(3)")
+    goal.recall()
+    assert goal.wait() == "canceled"
+    made.cancel(goal)
+    made.start()
+    assert other.wait() == "succeeded"
+    assert goal.words == ["canceled"]
+
+
+def test_publish_in_a_mode_that_takes_goals(system: Make, tmp_path: Path) -> None:
+    made = system(script(tmp_path, "initialize", "publish")).start()
+    made.world.wait_for(lambda world: bool(world.published))
+    made.send("robot", "success")
+    for _ in range(2):
+        goal = made.goal("visit(2)")
+        assert goal.wait() in ("rejected", "aborted")
+        assert "published" in goal.reason
+
+
+def test_idle_waits_for_what_is_new(system: Make, tmp_path: Path) -> None:
+    """Also in a mode that leaves messages unassigned; it shows each decision as an action."""
+    file = tmp_path / "idle.lp"
+    file.write_text(
+        SCRIPT.replace("script(N,C).", "script(N,C), not wait.")
+        + "script(0,initialize). script(1..last,idle). wait :- #false."
+    )
+    made = system(str(file))
+    decisions: List[int] = []
+    decide = made.loop._controller.decide
+
+    def listen(info: Any) -> Any:
+        decisions.append(1)
+        return decide(info)
+
+    made.loop._controller.decide = listen  # type: ignore[method-assign]
+    made.start()
+    for number in range(3):
+        made.send("robot", "success")
+        made.world.inbox.wait(0.0)
+        assert _settles(decisions) <= 3 + number
+    assert len(decisions) <= 5
+
+
+def _settles(decisions: List[int]) -> int:
+    """Returns how many there are, once there are no more for a while."""
+    import threading  # noqa: PLC0415
+
+    pause = threading.Event()
+    while True:
+        before = len(decisions)
+        pause.wait(0.1)
+        if len(decisions) == before:
+            return before
+
+
+def test_a_second_initialize_ends_open_goals(system: Make, tmp_path: Path) -> None:
+    made = system(script(tmp_path, "initialize", "assign_messages(0)", "initialize"))
+    goal = made.goal("visit(2)")
+    made.start()
+    assert goal.wait() == "aborted"
+    assert "anew" in goal.reason
+
+
+def test_reset_after_a_mode_has_set_and_released_events(system: Make, tmp_path: Path) -> None:
+    commands = [
+        "initialize", "assign_messages(0)", "release_external(event(1,visit(2),0))",
+        "assign_external(event(robot,success,0),true)", "solve", "reset(0)",
+    ]  # fmt: skip
+    made = system(script(tmp_path, *commands))
+    made.goal("visit(2)")
+    made.loop.prepare()
+    for _ in commands:
+        made.loop.step()
+    assert made.loop.state.externals()["event(robot,success,0)"] is Truth.FALSE
+
+
+def test_steps_in_any_order(system: Make, tmp_path: Path) -> None:
+    commands = ["initialize", "ground(2)", "ground(1)", "ground(2)"]
+    file = tmp_path / "steps.lp"
+    file.write_text("#program state(t). #external e(t).")
+    made = system(script(tmp_path, *commands), encoding=[str(file)])
+    made.loop.prepare()
+    for _ in commands:
+        made.loop.step()
+    assert sorted(made.loop.state.externals()) == ["e(0)", "e(1)", "e(2)"]
+
+
+@pytest.mark.parametrize("command", ["ground(a)", "commit_actions(f(1))", 'assign_messages("x")'])
+def test_a_step_that_is_no_number(system: Make, tmp_path: Path, command: str) -> None:
+    made = system(script(tmp_path, "initialize", command)).start()
+    assert "a step is a number" in str(made.wait())
+
+
+def test_the_reset_mode_with_no_steps_between(system: Make) -> None:
+    made = system("dynamic.incremental.reset", "-c", "steps=20", "-c", "r=0").start()
+    for target in (3, 1):
+        assert made.goal(f"visit({target})").wait() == "succeeded"
+
+
+def test_passed_may_be_declared_from_step_1_on(system: Make, tmp_path: Path) -> None:
+    file = tmp_path / "line.lp"
+    text = (PACKAGE / "test/encodings/line.lp").read_text()
+    file.write_text(
+        text.replace("#external event(info,passed,t).", "").replace(
+            "#program transition(t).", "#program transition(t). #external event(info,passed,t)."
+        )
+    )
+    made = system("dynamic.incremental.recording", "-c", "steps=20", encoding=[str(file)]).start()
+    assert made.goal("visit(3)").wait() == "succeeded"
+    assert made.world.warnings == []
