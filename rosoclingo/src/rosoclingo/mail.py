@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from typing import Callable, Dict, Iterable, List, Set, Tuple
 
+from clingo import SymbolType
+
 from rosclingo.errors import TermError, shorten
+from rosclingo.terms import parse_term
 from rosoclingo.atoms import canonical, event
 from rosoclingo.goals import Goal, Goals
 from rosoclingo.inbox import Cancel, Inbox, Item, Message
 
 _RESERVED_IDS = ("commit", "save")
+_ORDINALS = ("first", "second", "third", "fourth", "fifth")
 _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
 
 
@@ -35,6 +39,33 @@ class Vocabulary:
     def has(self, source: str, content: str) -> bool:
         """Whether there is such an event in a step that was grounded when it last learned."""
         return f"{source},{content}" in self._pairs
+
+    def explain(self, source: str, content: str) -> str:
+        """Says why there is no such event, by comparing it with those that there are."""
+        symbol = parse_term(content)
+        prefix = f"{source},{symbol.name}(" if symbol.type is SymbolType.Function else ""
+        arity = len(symbol.arguments) if prefix else 0
+        alike = [
+            other
+            for other in (parse_term(p[len(source) + 1 :]) for p in self._of(prefix) if arity)
+            if other.match(symbol.name, arity)
+        ]
+        if not alike:
+            known = next((p[len(source) + 1 :] for p in self._of(f"{source},") if "(" in p), "")
+            example = f"; one that it knows is {shorten(known)}" if known else ""
+            return f"there is no request like {shorten(content)}{example}"
+        for number, argument in enumerate(symbol.arguments):
+            if all(other.arguments[number] != argument for other in alike):
+                place = _ORDINALS[number] if number < len(_ORDINALS) else f"{number + 1}th"
+                return (
+                    f"{shorten(str(argument))} is unknown as the {place} argument of "
+                    f"{symbol.name}; a request that it knows is {shorten(str(alike[0]))}"
+                )
+        together = shorten(" and ".join(map(str, symbol.arguments)))
+        return f"{together} do not go together in {symbol.name}"
+
+    def _of(self, prefix: str) -> List[str]:
+        return sorted(pair for pair in self._pairs if pair.startswith(prefix)) if prefix else []
 
     def is_complete(self, grounded: int) -> bool:
         """Whether it has seen all steps, if so many are grounded."""
@@ -117,6 +148,12 @@ class Mail:
         """Looks at the planner's externals."""
         self._vocabulary.learn(externals, self._grounded)
 
+    def explain(self, slot: str, request: str, step: int) -> str:
+        """Returns the reason why a goal is rejected that the planner declares no external for."""
+        atom = shorten(event(slot, request, step))
+        why = self._vocabulary.explain(slot, request)
+        return f"the planner does not know it, because it has no external {atom}: {why}"
+
     def refuse(self, reason: str) -> None:
         """Takes no messages and goals from now on."""
         self.dynamic = False
@@ -171,8 +208,8 @@ class Mail:
         if self._hold(goal, [(slot, goal.request) for slot in slots], ask):
             return True
         if slots and not self._knows([(slot, goal.request) for slot in slots]):
-            atom = shorten(event(slots[0], goal.request, self._grounded - 1))
-            self.goals.end(goal, "rejected", f"the planner does not know it: it has no {atom}")
+            step = self._grounded - 1
+            self.goals.end(goal, "rejected", self.explain(slots[0], goal.request, step))
             return False
         self.goals.add(goal)
         # One for which there will be no slot in the next step either is no news.

@@ -6,7 +6,6 @@ from typing import Callable, Dict, Iterable, List, Optional, Set, Tuple
 
 from rosclingo.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.engine import Result
-from rosclingo.errors import shorten
 from rosoclingo.atoms import Action, Plan, event, last_argument_is
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import STATUSES, Goals
@@ -186,9 +185,9 @@ class State:
         self.mail.new_goals = False
         while self.goals.waiting and self.goals.has_free_slot():
             for slot, goal in self.goals.place():
-                for _, reason in self.make_true([event(slot, goal.request, step)]):
-                    why = f"the planner does not know it: {shorten(reason)}"
-                    self.goals.end(goal, "rejected", why)
+                if self.make_true([event(slot, goal.request, step)]):
+                    self.externals()
+                    self.goals.end(goal, "rejected", self.mail.explain(slot, goal.request, step))
                     self.goals.remove(goal)
         self.goals.tell_positions()
 

@@ -297,3 +297,36 @@ def test_passed_may_be_declared_from_step_1_on(system: Make, tmp_path: Path) -> 
     made = system("dynamic.incremental.recording", "-c", "steps=20", encoding=[str(file)]).start()
     assert made.goal("visit(3)").wait() == "succeeded"
     assert made.world.warnings == []
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_rejection_says_what_is_wrong(system: Make, tmp_path: Path, late: bool) -> None:
+    file = tmp_path / "bring.lp"
+    file.write_text(
+        "rslot(1..2). #program state(t). #external event(info,passed,t). office(1..3)."
+        "#external event(I,bring(O,P),t) : rslot(I), office(O), office(P), O != P."
+        "#external event(I,cancel,t) : rslot(I). status(I,succeeded,t) :- event(I,bring(O,P),t)."
+        "#program query(t). #external query(t)."
+    )
+    made = system("dynamic.incremental.recording", encoding=[str(file)]).start()
+    if late:
+        assert made.goal("bring(1,2)").wait() == "succeeded"
+        made.send("a", "b")
+        made.world.wait_for(lambda world: bool(world.warnings))
+    known = "is bring(1,2)"
+    for request, reason in (
+        ("fly(1)", f"no request like fly(1); one that it knows {known}"),
+        ("bring(1)", f"no request like bring(1); one that it knows {known}"),
+        ("bring", f"no request like bring; one that it knows {known}"),
+        ("7", f"no request like 7; one that it knows {known}"),
+        ("(1,2)", f"no request like (1,2); one that it knows {known}"),
+        (
+            "bring(1,9)",
+            f"9 is unknown as the second argument of bring; a request that it knows {known}",
+        ),
+        ("bring(2,2)", "2 and 2 do not go together in bring"),
+    ):
+        goal = made.goal(request)
+        assert goal.wait() == "rejected"
+        assert reason in goal.reason
+        assert f"event(1,{request}," in goal.reason or f"event(2,{request}," in goal.reason

@@ -1,0 +1,1 @@
+"""Checks what mailbots do, apart from any solver."""

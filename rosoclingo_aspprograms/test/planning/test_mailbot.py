@@ -1,0 +1,368 @@
+"""The mailbot in all modes: the manual's example, the three scenarios, what is documented."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Callable, List, Optional
+
+import pytest
+from episode import (
+    BENCH,
+    FIXED,
+    INCREMENTAL,
+    MAILBOT,
+    OFFICE,
+    RECORDING,
+    REQUEST,
+    STATIC,
+    Episode,
+)
+
+from rosclingo.commands import Ground, Part
+from rosclingo.engine import Engine
+from rosclingo.options import Options
+from rosoclingo_aspprograms.validator import Map
+
+DYNAMIC = [FIXED, *INCREMENTAL]
+
+
+def _office(mode: str, *options: str) -> Episode:
+    return Episode(mode, Map.read(Path(OFFICE)), [OFFICE, MAILBOT], options=options)
+
+
+def _grid(mode: str, slots: int = 3, steps: int = 60) -> Episode:
+    options = ["-c", f"slots={slots}", "-c", "x=2", "-c", "y=2"]
+    return Episode(mode, Map.grid(2, 2), [BENCH, MAILBOT], ["-c", f"steps={steps}"], options)
+
+
+def _ok(episode: Episode, turn: Optional[Callable[[], bool]] = None) -> None:
+    assert episode.run(turn) is None
+    assert episode.validator.finish() == []
+    assert episode.warnings == []
+
+
+# The manual's example.
+
+
+@pytest.mark.parametrize("mode", STATIC)
+def test_a_static_mode_publishes_the_plan_for_the_request_file(mode: str) -> None:
+    options = ["-c", "slots=1", "-c", "x=2", "-c", "y=2"]
+    graph = Map.grid(2, 2)
+    episode = Episode(mode, graph, [BENCH, REQUEST, MAILBOT], ["-c", "steps=14"], options)
+    assert episode.run() is None
+    ((identifier, plan),) = episode.published
+    assert identifier == "solver"
+    actions = ["go(1)", "pickup(1)", "go(c(1))", "go(c(3))", "go(3)", "deliver(1)"]
+    expected = [f"do(mailbot,{action},{step})" for step, action in enumerate(actions, 1)]
+    assert plan == f"[{', '.join(expected)}]"
+    assert episode.warnings == []
+
+
+@pytest.mark.parametrize("mode", DYNAMIC)
+def test_a_dynamic_mode_with_the_manuals_options(mode: str) -> None:
+    episode = _grid(mode, slots=1, steps=14)
+    goal = episode.request("bring(1,3)")
+    _ok(episode)
+    assert goal.words == ["accepted", "succeeded"]
+    assert episode.actions == ["go(1)", "pickup(1)", "go(c(1))", "go(c(3))", "go(3)", "deliver(1)"]
+
+
+# The three scenarios. Routes are the waypoints in order.
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_scenario_1_the_blocked_corridor_is_avoided(mode: str) -> None:
+    episode = _office(mode)
+    episode.announce("blocked(c3,c4)")
+    episode.request("bring(o9,o14)")
+    _ok(episode)
+    assert episode.actions == _walk(
+        "c6 c5 o9", "pickup(1)", "c5 c6 open1 c1 c2 c3 o14", "deliver(1)"
+    )
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_scenario_2_the_robot_turns_round_when_the_corridor_is_free_again(mode: str) -> None:
+    episode = _office(mode)
+    episode.announce("blocked(c3,c4)")
+    episode.request("bring(o9,o14)")
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        if episode.answer("mailbot") == "go(c6)" and "pickup(1)" in episode.actions:
+            episode.announce("unblocked(c4,c3)")
+        return True
+
+    _ok(episode, turn)
+    assert episode.actions == _walk("c6 c5 o9", "pickup(1)", "c5 c6", "c5 c4 c3 o14", "deliver(1)")
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_scenario_3_a_failure_changes_the_order_of_the_deliveries(mode: str) -> None:
+    episode = _office(mode)
+    first = episode.request("bring(o7,o11)")
+    others = []
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        action = episode.pending["mailbot"]
+        if action == "go(c6)" and not others:
+            others.append(episode.request("bring(o2,o3)"))
+        fails = action == "go(c4)" and episode.validator.positions["mailbot"] == "c5"
+        episode.answer("mailbot", "failure" if fails else "success")
+        return True
+
+    _ok(episode, turn)
+    assert episode.actions == _walk(
+        "c6 c5 c4",
+        "c6 open1 c1 c2 o2",
+        "pickup(2)",
+        "c2 c1 o3",
+        "deliver(2)",
+        "c1 c2 c3 c4 o7",
+        "pickup(1)",
+        "c4 o11",
+        "deliver(1)",
+    )
+    assert first.words == ["accepted", "succeeded"]
+    assert others[0].words == ["accepted", "succeeded"]
+
+
+def _walk(*parts: str) -> List[str]:
+    """Returns actions: those in brackets as they are, and a go to each of the other words."""
+    words = " ".join(parts).split()
+    return [word if "(" in word else f"go({word})" for word in words]
+
+
+# What is documented.
+
+
+@pytest.mark.parametrize("mode", DYNAMIC)
+def test_failed_pickups_and_deliveries_are_tried_again(mode: str) -> None:
+    episode = _grid(mode)
+    goal = episode.request("bring(2,1)")
+    failures = {"pickup(1)": 2, "deliver(1)": 1}
+
+    def turn() -> bool:
+        action = episode.pending.get("mailbot")
+        if action is None:
+            return False
+        failures[action] = failures.get(action, 0) - 1
+        episode.answer("mailbot", "failure" if failures[action] >= 0 else "success")
+        return True
+
+    _ok(episode, turn)
+    assert goal.words == ["accepted", "succeeded"]
+    assert episode.actions == _walk(
+        "go(c(2)) go(2)",
+        "pickup(1) pickup(1) pickup(1)",
+        "go(c(2)) go(c(1)) go(1)",
+        "deliver(1) deliver(1)",
+    )
+
+
+@pytest.mark.parametrize("mode", DYNAMIC)
+def test_a_failed_move_blocks_the_way_for_good(mode: str) -> None:
+    episode = _grid(mode)
+    goals = [episode.request("bring(1,2)"), episode.request("bring(2,1)")]
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        here, action = episode.validator.positions["mailbot"], episode.pending["mailbot"]
+        between = {f"go({here})", action} == {"go(c(1))", "go(c(2))"}
+        episode.answer("mailbot", "failure" if between else "success")
+        return True
+
+    _ok(episode, turn)
+    assert [goal.words[-1] for goal in goals] == ["succeeded"] * 2
+    # It was tried once, and the way round taken ever since.
+    moves = [f"{a} {b}" for a, b in zip(episode.actions, episode.actions[1:])]
+    assert sum(move in ("go(c(1)) go(c(2))", "go(c(2)) go(c(1))") for move in moves) <= 1
+    assert "go(c(3))" in episode.actions
+
+
+@pytest.mark.parametrize("mode", DYNAMIC)
+def test_cancel_before_the_pickup(mode: str) -> None:
+    episode = _grid(mode)
+    goal = episode.request("bring(4,1)")
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        if episode.pending["mailbot"] == "go(c(4))":
+            episode.cancel(goal)
+        episode.answer("mailbot")
+        return True
+
+    _ok(episode, turn)
+    assert goal.words == ["accepted", "canceled"]
+    assert episode.actions[-1] == "go(c(4))"
+
+
+@pytest.mark.parametrize("mode", DYNAMIC)
+@pytest.mark.parametrize("outcome", ["success", "failure"])
+def test_cancel_during_the_pickup(mode: str, outcome: str) -> None:
+    episode = _grid(mode)
+    goal = episode.request("bring(1,4)")
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        if episode.pending["mailbot"] == "pickup(1)":
+            episode.cancel(goal)
+            episode.answer("mailbot", outcome)
+        else:
+            episode.answer("mailbot")
+        return True
+
+    _ok(episode, turn)
+    assert goal.words == ["accepted", "canceled"]
+    expected = ["go(1)", "pickup(1)"] + (["deliver(1)"] if outcome == "success" else [])
+    assert episode.actions == expected
+
+
+@pytest.mark.parametrize("mode", DYNAMIC)
+def test_cancel_after_the_pickup_brings_the_package_back(mode: str) -> None:
+    episode = _grid(mode)
+    goal = episode.request("bring(1,4)")
+    after = []
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        if episode.pending["mailbot"] == "go(c(1))":
+            episode.cancel(goal)
+            after.append(list(goal.words))
+        episode.answer("mailbot")
+        return True
+
+    _ok(episode, turn)
+    assert goal.words == ["accepted", "canceled"]
+    assert episode.actions == _walk("go(1) pickup(1) go(c(1)) go(1) deliver(1)")
+
+
+@pytest.mark.parametrize("mode", DYNAMIC)
+@pytest.mark.parametrize("outcome", ["success", "failure"])
+def test_cancel_during_the_delivery(mode: str, outcome: str) -> None:
+    episode = _grid(mode)
+    goal = episode.request("bring(1,2)")
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        if episode.pending["mailbot"] == "deliver(1)" and not goal.cancel_requested:
+            episode.cancel(goal)
+            episode.answer("mailbot", outcome)
+        else:
+            episode.answer("mailbot")
+        return True
+
+    _ok(episode, turn)
+    assert goal.words[-1] == {"success": "succeeded", "failure": "canceled"}[outcome]
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+@pytest.mark.parametrize("slots", [1, 2])
+def test_more_requests_than_slots(mode: str, slots: int) -> None:
+    episode = _grid(mode, slots, steps=100)
+    texts = ["bring(1,2)", "bring(2,3)", "bring(3,4)", "bring(4,1)", "bring(1,4)"]
+    goals = [episode.request(text) for text in texts]
+    _ok(episode)
+    assert [goal.words for goal in goals] == [["accepted", "succeeded"]] * 5
+    assert episode.validator.delivered == 5
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_the_same_request_twice(mode: str) -> None:
+    episode = _grid(mode)
+    goals = [episode.request("bring(1,2)"), episode.request("bring(1,2)")]
+    _ok(episode)
+    assert [goal.words[-1] for goal in goals] == ["succeeded"] * 2
+    assert episode.validator.delivered == 2
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+@pytest.mark.parametrize("text", ["bring(o9,o99)", "bring(o9,o9)", "fly(o1)", "bring(o9)"])
+def test_a_wrong_request_is_rejected(mode: str, text: str) -> None:
+    episode = _office(mode)
+    wrong, right = episode.request(text), episode.request("bring(o1,o3)")
+    _ok(episode)
+    assert wrong.words == ["rejected"]
+    assert text in wrong.reason
+    assert right.words == ["accepted", "succeeded"]
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_what_cannot_be_reached_waits_and_the_rest_is_served(mode: str) -> None:
+    episode = _office(mode)
+    episode.announce("blocked(c2,o2)")
+    stuck, other = episode.request("bring(o2,o3)"), episode.request("bring(o1,o10)")
+
+    def turn() -> bool:
+        if episode.pending:
+            episode.answer("mailbot")
+        elif other.words[-1:] == ["succeeded"] and not stuck.words[1:]:
+            if not episode.validator.believed():
+                return False
+            episode.announce("unblocked(o2,c2)")
+        else:
+            return False
+        return True
+
+    _ok(episode, turn)
+    assert stuck.words == ["accepted", "succeeded"]
+    assert episode.actions.index("deliver(2)") < episode.actions.index("pickup(1)")
+
+
+@pytest.mark.parametrize("mode", [RECORDING])
+def test_two_robots(mode: str, tmp_path: Path) -> None:
+    file = tmp_path / "second.lp"
+    file.write_text("start(second,c(4)).")
+    graph = Map.grid(2, 2)
+    graph.starts["second"] = "c(4)"
+    episode = Episode(mode, graph, [BENCH, str(file), MAILBOT])
+    goals = [episode.request("bring(1,2)"), episode.request("bring(4,3)")]
+    _ok(episode)
+    assert [goal.words[-1] for goal in goals] == ["succeeded"] * 2
+    steps = [actuator for actuator, _ in episode.published]
+    assert steps.count("mailbot") == steps.count("second") == 6
+    assert episode.loop.state.step == 6  # at the same time
+
+
+@pytest.mark.parametrize("instance", [BENCH, OFFICE])
+def test_it_grounds_without_a_warning(instance: str) -> None:
+    messages: List[str] = []
+    engine = Engine(Options((instance, MAILBOT)), log=messages.append)
+    first = [Part("base"), Part("state", ("0",)), Part("query", ("0",))]
+    engine.apply(Ground(tuple(first)))
+    for step in ("1", "2"):
+        engine.apply(Ground(tuple(Part(p, (step,)) for p in ("state", "transition", "query"))))
+    assert messages == []
+
+
+def test_the_grid_is_the_one_of_the_encoding() -> None:
+    """The validator's grid, and the office as it is read, have what the instances have."""
+    for instance, options, graph in (
+        (BENCH, ("-c", "x=3", "-c", "y=2"), Map.grid(3, 2)),
+        (OFFICE, (), Map.read(Path(OFFICE))),
+    ):
+        engine = Engine(Options((instance,), options))
+        engine.apply(Ground((Part("base"),)))
+        atoms = engine.solve().symbols
+        edges = {frozenset(a[len("connection(") : -1].split(",")) for a in atoms if a[:4] == "conn"}
+        assert edges == graph.edges
+        assert {a[len("office(") : -1] for a in atoms if a.startswith("office(")} == graph.offices
+        assert [a for a in atoms if a.startswith("start(")] == [
+            f"start({robot},{place})" for robot, place in graph.starts.items()
+        ]
+
+
+def test_every_waypoint_of_the_office_has_its_position() -> None:
+    text = Path(OFFICE).read_text(encoding="utf-8")
+    graph = Map.read(Path(OFFICE))
+    for waypoint in {waypoint for edge in graph.edges for waypoint in edge}:
+        assert text.count(f"position({waypoint},") == 1
+    assert "position(open1,70,-80)." in text

@@ -1,0 +1,148 @@
+"""The validator finds every kind of error that is planted into an episode without one."""
+
+from __future__ import annotations
+
+from typing import Callable, List, Tuple
+
+import pytest
+
+from rosoclingo_aspprograms.validator import Map, Validator, arguments
+
+Step = Tuple[str, ...]
+
+# A whole episode: two goals, one cancelled after its pickup.
+GOOD: List[Step] = [
+    ("request", "a", "bring(1,2)"),
+    ("status", "a", "accepted", "1"),
+    ("action", "go(1)"),
+    ("answer", "success"),
+    ("action", "pickup(1)"),
+    ("answer", "failure"),
+    ("action", "pickup(1)"),
+    ("answer", "success"),
+    ("request", "b", "bring(3,4)"),
+    ("action", "go(c(1))"),
+    ("status", "b", "accepted", "2"),
+    ("answer", "success"),
+    ("action", "go(c(2))"),
+    ("answer", "success"),
+    ("action", "go(2)"),
+    ("answer", "success"),
+    ("action", "deliver(1)"),
+    ("answer", "success"),
+    ("status", "a", "succeeded", "1"),
+    ("info", "blocked(c(1),c(2))"),
+    ("action", "go(c(2))"),
+    ("answer", "success"),
+    ("action", "go(c(4))"),
+    ("answer", "success"),
+    ("action", "go(c(3))"),
+    ("answer", "success"),
+    ("action", "go(3)"),
+    ("answer", "success"),
+    ("action", "pickup(2)"),
+    ("answer", "success"),
+    ("cancel", "b"),
+    ("action", "go(c(3))"),
+    ("answer", "success"),
+    ("action", "go(3)"),
+    ("answer", "success"),
+    ("action", "deliver(2)"),
+    ("answer", "success"),
+    ("status", "b", "canceled", "2"),
+]
+
+
+def _violations(steps: List[Step]) -> List[str]:
+    validator = Validator(Map.grid(2, 2))
+    for kind, *rest in steps:
+        if kind == "action":
+            validator.action("mailbot", rest[0])
+        elif kind == "answer":
+            validator.message("mailbot", rest[0])
+        elif kind == "info":
+            validator.message("info", rest[0])
+        else:
+            getattr(validator, kind)(*rest)
+    return validator.finish()
+
+
+def _replace(index: int, *steps: Step) -> List[Step]:
+    return [*GOOD[:index], *steps, *GOOD[index + 1 :]]
+
+
+def _after(index: int, *steps: Step) -> List[Step]:
+    return [*GOOD[: index + 1], *steps, *GOOD[index + 1 :]]
+
+
+def test_an_episode_without_an_error() -> None:
+    assert _violations(GOOD) == []
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: _replace(2, ("action", "go(c(4))")), "not connected"),
+        (lambda: _replace(2, ("action", "go(7)")), "not connected"),
+        (lambda: _replace(2, ("action", "fly(1)")), "there is no action fly(1)"),
+        (lambda: _replace(2, ("action", "pickup(1)")), "it is at c(1), not at 1"),
+        (lambda: _replace(4, ("action", "pickup(2)")), "no goal is in this slot"),
+        (lambda: _replace(9, ("action", "pickup(1)")), "carries the package of bring(1,2)"),
+        (lambda: _replace(4, ("action", "deliver(1)")), "does not carry this package"),
+        (lambda: _replace(9, ("action", "deliver(1)")), "it is for 2"),
+        (lambda: _after(9, ("action", "go(1)")), "while it does"),
+        (lambda: _replace(20, ("action", "go(c(1))")), "not connected"),
+        (
+            lambda: _replace(
+                22, ("action", "go(c(1))"), ("answer", "failure"), ("action", "go(c(1))")
+            ),
+            "blocked",
+        ),
+        (lambda: GOOD[:-1], "bring(3,4) in slot 2 has not ended"),
+        (lambda: [*GOOD, ("action", "go(c(3))")], "there is no request"),
+        (lambda: _replace(18, ("status", "a", "canceled", "1")), "nobody asked for that"),
+        (lambda: _replace(18, ("status", "a", "rejected", "1")), "for no reason"),
+        (lambda: _replace(18, ("status", "a", "aborted", "1")), "is aborted"),
+        (lambda: _replace(-1, ("status", "b", "succeeded", "2")), "its package is at 3"),
+        (lambda: _after(7, ("status", "a", "succeeded", "1")), "on a robot"),
+        (lambda: _after(8, ("cancel", "a"), ("status", "a", "canceled", "1")), "on a robot"),
+        (lambda: _after(18, ("status", "a", "succeeded", "1")), "was succeeded before"),
+        (lambda: _after(1, ("status", "a", "accepted", "1")), "twice"),
+        (lambda: _replace(10, ("status", "b", "accepted", "1")), "slot has another goal"),
+        (lambda: [("request", "c", "bring(1,9)"), ("status", "c", "accepted", "1")], "no sense"),
+        (lambda: [("request", "c", "bring(1,1)"), ("status", "c", "succeeded", "1")], "package"),
+        (lambda: _replace(31, ("action", "deliver(2)"))[:-6], "still carries"),
+        (lambda: GOOD[:-2], "has not ended its action deliver(2)"),
+        (
+            lambda: [*GOOD[:3], ("cancel", "a"), GOOD[3], ("action", "pickup(1)")],
+            "its goal is cancelled",
+        ),
+    ],
+)
+def test_a_planted_error_is_found(make: Callable[[], List[Step]], text: str) -> None:
+    violations = _violations(make())
+    assert any(text in violation for violation in violations), violations
+
+
+def test_a_blocked_way_is_found_only_when_it_can_be_known() -> None:
+    begin: List[Step] = [*GOOD[:2], ("action", "go(c(2))")]
+    said = ("info", "blocked(c(4),c(2))")
+    late = _violations([*begin, ("answer", "success"), said, ("action", "go(c(4))")])
+    assert not any(text.endswith("blocked") for text in late)
+    early = _violations([*begin, said, ("answer", "success"), ("action", "go(c(4))")])
+    assert any(text.endswith("blocked") for text in early)
+    freed = ("info", "unblocked(c(2),c(4))")
+    both = _violations([*begin, said, freed, ("answer", "success"), ("action", "go(c(4))")])
+    assert not any(text.endswith("blocked") for text in both)
+
+
+def test_an_unknown_robot() -> None:
+    validator = Validator(Map.grid(2, 2))
+    validator.action("postman", "go(1)")
+    assert "postman is no robot" in validator.violations[0]
+
+
+def test_terms() -> None:
+    assert arguments("blocked(c(1), c(2))", "blocked") == ["c(1)", "c(2)"]
+    assert arguments("blocked(a)", "unblocked") == []
+    assert arguments("blocked", "blocked") == []

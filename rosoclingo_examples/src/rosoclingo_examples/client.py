@@ -1,0 +1,130 @@
+"""The ROS half of the clients: sends requests, hears of them, notices that the server has gone."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Callable, Dict, List
+
+import rospy
+from actionlib import ClientGoalHandle, CommState
+from actionlib_msgs.msg import GoalStatus
+
+from rosclingo.low_latency import LowLatencyActionClient
+from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoGoal
+from rosoclingo_examples.orders import ENDS, Bring, Order, Orders
+
+_POLL_SECONDS = 0.05  # how often is looked whether the server is there
+_SECONDS_GONE = 0.5  # after so long without a connection the server has gone
+_REMINDER_SECONDS = 5.0  # how often it is said what is waited for
+
+
+class Client:
+    """Sends requests to rosoclingo. Make it after the node is initialised; one thread uses it."""
+
+    def __init__(self, orders: Orders, say: Callable[[str], None]) -> None:
+        """Opens the connections without waiting for the server.
+
+        Args:
+            orders: Learns what becomes of the requests.
+            say: Called with a line at each change of a request, in threads of rospy's.
+        """
+        self.name = rospy.resolve_name("rosoclingo")
+        self._orders = orders
+        self._say = say
+        self._action = LowLatencyActionClient(self.name, ROSoClingoAction)
+        self._sent: List[ClientGoalHandle] = []  # actionlib forgets a goal that nobody holds
+        self._lock = threading.Lock()  # guards the one below; no other is taken under it
+        self._arrived: Dict[int, ClientGoalHandle] = {}
+
+    def there(self) -> bool:
+        """Whether the server is ready for requests."""
+        # Not by actionlib's wait_for_server: without a simulator's clock that never returns.
+        action = self._action
+        if action.last_status_msg is None:
+            return False
+        server = action.last_status_msg._connection_header["callerid"]
+        return all(
+            publisher.impl.has_connection(server)
+            for publisher in (action.pub_goal, action.pub_cancel)
+        ) and all(
+            any(connection.callerid_pub == server for connection in subscriber.impl.connections)
+            for subscriber in (action.result_sub, action.feedback_sub)
+        )
+
+    def reminder(self) -> Callable[[], bool]:
+        """Returns :meth:`there`, which says every five seconds that the server is waited for."""
+        due = time.monotonic() + 1.0
+
+        def there() -> bool:
+            nonlocal due
+            if self.there():
+                return True
+            if time.monotonic() > due:
+                self._say(f"waiting for the server {self.name}; is rosoclingo running?")
+                due = time.monotonic() + _REMINDER_SECONDS
+            return False
+
+        return there
+
+    def watch(self, gone: Callable[[str], None]) -> None:
+        """Calls a function, in a thread of its own, once the server that was there has gone."""
+
+        def run() -> None:
+            seen = time.monotonic()
+            while time.monotonic() - seen < _SECONDS_GONE:
+                if self._connected():
+                    seen = time.monotonic()
+                time.sleep(_POLL_SECONDS)
+            gone(f"the server {self.name} has gone")
+
+        threading.Thread(target=run, name="watch", daemon=True).start()
+
+    def send(self, bring: Bring) -> None:
+        """Sends a request."""
+        order = self._orders.add(bring)
+        self._say(str(order))
+
+        def on_transition(handle: ClientGoalHandle) -> None:
+            self._on_transition(order, handle)
+
+        def on_feedback(_: ClientGoalHandle, message: ROSoClingoFeedback) -> None:
+            if self._orders.heard(order, message.status):
+                self._say(str(order))
+
+        goal = ROSoClingoGoal(bring.request, bring.information)
+        self._sent.append(self._action.send_goal(goal, on_transition, on_feedback))
+
+    def cancel(self, number: int) -> None:
+        """Cancels a request, as soon as the server has it.
+
+        Raises:
+            LineError: There is none of this number that could be cancelled.
+        """
+        self._orders.cancel(number)
+        with self._lock:
+            handle = self._arrived.get(number)
+        if handle is not None:
+            self._cancel(handle)
+
+    def _on_transition(self, order: Order, handle: ClientGoalHandle) -> None:
+        if handle.get_comm_state() == CommState.DONE:
+            status = GoalStatus.to_string(handle.get_terminal_state())
+            end = ENDS.get(status, status.lower())
+            if self._orders.ended(order, end, handle.get_goal_status_text()):
+                self._say(str(order))
+            return
+        with self._lock:
+            new = order.number not in self._arrived
+            self._arrived[order.number] = handle
+        # actionlib takes a goal for lost that is cancelled before the server has it.
+        if new and order.cancel_requested:
+            self._cancel(handle)
+
+    def _cancel(self, handle: ClientGoalHandle) -> None:
+        if handle.get_comm_state() != CommState.DONE:
+            handle.cancel()
+
+    def _connected(self) -> bool:
+        subscribers = (self._action.status_sub, self._action.result_sub)
+        return all(subscriber.get_num_connections() for subscriber in subscribers)

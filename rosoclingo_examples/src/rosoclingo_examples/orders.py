@@ -1,0 +1,187 @@
+"""What a user types, and what has become of it. Needs no ROS."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Tuple, Union
+
+from rosclingo.errors import TermError
+from rosclingo.terms import parse_term, quote
+from rosoclingo_interfaces.errors import LineError
+
+ENDS = {
+    "SUCCEEDED": "succeeded",
+    "PREEMPTED": "canceled",
+    "RECALLED": "canceled",
+    "REJECTED": "rejected",
+    "ABORTED": "aborted",
+    "LOST": "lost",
+}
+"""The terminal statuses of actionlib, and what the user reads."""
+
+
+@dataclass(frozen=True)
+class Bring:
+    """A package is to be brought.
+
+    Attributes:
+        request: The request for the planner, such as ``bring(o9,o14)``.
+        information: What the planner needs not know: the object.
+    """
+
+    request: str
+    information: Tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return " ".join((self.request, *self.information))
+
+
+@dataclass(frozen=True)
+class Cancel:
+    """A request is to be cancelled.
+
+    Attributes:
+        number: The request's number.
+    """
+
+    number: int
+
+
+def parse_line(line: str, with_object: bool) -> Union[Bring, Cancel]:
+    """Returns what a line means.
+
+    Args:
+        line: ``FROM TO`` for a request, or ``ID`` to cancel one.
+        with_object: Whether a request also names an object: ``FROM TO OBJECT``.
+
+    Raises:
+        LineError: The line is none of these.
+    """
+    words = line.split()
+    if len(words) == 1 and words[0].isascii() and words[0].isdigit() and len(words[0]) < 10:
+        return Cancel(int(words[0]))
+    if len(words) != (3 if with_object else 2):
+        form, example = (
+            ("FROM TO OBJECT", "o9 o14 box_of_chocolate") if with_object else ("FROM TO", "1 3")
+        )
+        raise LineError(
+            f"expected {form}, such as {example}, or the ID of a request to cancel it, "
+            f"not {quote(line)}"
+        )
+    try:
+        origin, destination = (parse_term(word) for word in words[:2])
+    except TermError as err:
+        raise LineError(str(err)) from err
+    return Bring(f"bring({origin},{destination})", tuple(words[2:]))
+
+
+@dataclass
+class Order:
+    """A request on its way.
+
+    Attributes:
+        number: What the user calls it by.
+        bring: What was asked for.
+        state: What was last heard of it.
+        end: How it ended, a value of :data:`ENDS`; None as long as it has not.
+        cancel_requested: Whether the user wants it to be cancelled.
+    """
+
+    number: int
+    bring: Bring
+    state: str = "sent"
+    end: Optional[str] = None
+    cancel_requested: bool = False
+
+    def __str__(self) -> str:
+        return f"[{self.number}] {self.bring}: {self.state}"
+
+    @property
+    def as_asked(self) -> bool:
+        """Whether it ended as the user wanted."""
+        return self.end == "succeeded" or (self.end == "canceled" and self.cancel_requested)
+
+
+class Orders:
+    """All requests of a session. Thread-safe."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()  # guards all below; held for moments only
+        self._orders: Dict[int, Order] = {}
+
+    def add(self, bring: Bring) -> Order:
+        """Adds a request, with the next number from 1 on."""
+        with self._lock:
+            order = Order(len(self._orders) + 1, bring)
+            self._orders[order.number] = order
+            return order
+
+    def cancel(self, number: int) -> Order:
+        """Notes that a request is to be cancelled.
+
+        Raises:
+            LineError: There is none of this number that could be cancelled.
+        """
+        with self._lock:
+            order = self._orders.get(number)
+            if order is None:
+                known = ", ".join(map(str, self._orders)) or "none yet"
+                raise LineError(f"there is no request {number}; there are: {known}")
+            if order.end is not None:
+                raise LineError(f"request {number} has ended already: {order.end}")
+            order.cancel_requested = True
+            return order
+
+    def heard(self, order: Order, state: str) -> bool:
+        """Notes what was heard of a request.
+
+        Returns:
+            Whether it is news.
+        """
+        with self._lock:
+            if order.end is not None or order.state == state:
+                return False
+            order.state = state
+            return True
+
+    def ended(self, order: Order, end: str, reason: str) -> bool:
+        """Notes how a request ended.
+
+        Returns:
+            Whether it is news.
+        """
+        with self._lock:
+            if order.end is not None:
+                return False
+            order.end = end
+            order.state = end if order.as_asked or not reason else f"{end}: {reason}"
+            return True
+
+    @property
+    def open(self) -> int:
+        """How many have not ended."""
+        with self._lock:
+            return sum(order.end is None for order in self._orders.values())
+
+    @property
+    def all_as_asked(self) -> bool:
+        """Whether all ended as the user wanted."""
+        with self._lock:
+            return all(order.as_asked for order in self._orders.values())
+
+    def lines(self) -> List[str]:
+        """Returns a line for each request."""
+        with self._lock:
+            return [str(order) for order in self._orders.values()]
+
+    def summary(self) -> str:
+        """Returns how many deliveries there were, and what else became of the requests."""
+        with self._lock:
+            ends = [order.end or "open" for order in self._orders.values()]
+        deliveries = ends.count("succeeded")
+        parts = [f"{deliveries} {'delivery' if deliveries == 1 else 'deliveries'}"]
+        for end in ("canceled", "rejected", "aborted", "lost", "open"):
+            if end in ends:
+                parts.append(f"{ends.count(end)} {end}")
+        return ", ".join(parts)

@@ -1,0 +1,69 @@
+"""A session at a terminal or a pipe, from the first line to the summary."""
+
+from __future__ import annotations
+
+import sys
+from typing import NoReturn
+
+import rospy
+
+from rosclingo.ros_node import init_node
+from rosoclingo_examples.client import Client
+from rosoclingo_examples.orders import Cancel, Orders, parse_line
+from rosoclingo_interfaces.errors import LineError
+from rosoclingo_interfaces.prompt import Prompt
+
+
+def main(name: str, with_object: bool) -> NoReturn:
+    """Runs a client until its lines have ended and all requests with them.
+
+    The exit status is 0 if all requests ended as the user wanted, 1 if not, if a line was wrong or
+    if the server has gone, and 130 after Ctrl-C.
+
+    Args:
+        name: Name of the node, to which a number is added.
+        with_object: Whether a request names an object.
+    """
+    init_node(name, anonymous=True)
+    prompt = Prompt(f"{name}> ")
+    rospy.on_shutdown(lambda: prompt.stop("the node was shut down"))
+    status = run(prompt, with_object)
+    rospy.signal_shutdown("the session has ended")
+    sys.exit(130 if prompt.interrupted else status)
+
+
+def run(prompt: Prompt, with_object: bool) -> int:
+    """Runs the session and returns the exit status."""
+    orders = Orders()
+    client = Client(orders, prompt.say)
+    wrong_lines = 0
+    if prompt.wait(client.reminder()):
+        client.watch(prompt.stop)
+        if prompt.interactive:
+            form = "FROM TO OBJECT" if with_object else "FROM TO"
+            prompt.say(f"{form} requests a delivery; ID cancels it; Enter lists all; Ctrl-D ends")
+        for line in prompt.lines():
+            try:
+                _do(line, client, orders, prompt, with_object)
+            except LineError as err:
+                prompt.say(str(err))
+                wrong_lines += not prompt.interactive
+        if orders.open and prompt.reason is None:
+            prompt.say("waiting until all requests have ended; Ctrl-C leaves them alone")
+        prompt.wait(lambda: not orders.open)
+    if prompt.reason is not None:
+        prompt.say(prompt.reason)
+    prompt.say(orders.summary())
+    return 0 if orders.all_as_asked and not wrong_lines and prompt.reason is None else 1
+
+
+def _do(line: str, client: Client, orders: Orders, prompt: Prompt, with_object: bool) -> None:
+    if not line:
+        for state in orders.lines() if prompt.interactive else ():
+            prompt.say(state)
+        return
+    command = parse_line(line, with_object)
+    if isinstance(command, Cancel):
+        client.cancel(command.number)
+    else:
+        client.send(command)

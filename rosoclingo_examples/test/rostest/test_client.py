@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""The client, against a server that the test plays."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import unittest
+from typing import Any, Callable, Dict, List
+
+import rospy
+import rostest
+from actionlib import ServerGoalHandle
+
+from rosclingo.low_latency import LowLatencyActionServer
+from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoResult
+from rosoclingo_examples.client import Client
+from rosoclingo_examples.orders import Bring, Orders
+from rosoclingo_interfaces.errors import LineError
+
+TIMEOUT = 20.0  # seconds; no more than a bound for what never comes
+
+
+class TestClient(unittest.TestCase):
+    server: LowLatencyActionServer
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.goals: Dict[str, ServerGoalHandle] = {}
+        cls.canceled: List[str] = []
+        cls.server = LowLatencyActionServer(
+            "rosoclingo", ROSoClingoAction, cls._on_goal, cls._on_cancel, ROSoClingoResult()
+        )
+        cls.server.start()
+        cls.said: List[str] = []
+        cls.changed = threading.Condition()
+        cls.orders = Orders()
+        cls.client = Client(cls.orders, cls._say)
+        cls.wait_for(cls.client.there)
+
+    @classmethod
+    def _on_goal(cls, handle: ServerGoalHandle) -> None:
+        cls.goals[handle.get_goal().request] = handle
+
+    @classmethod
+    def _on_cancel(cls, handle: ServerGoalHandle) -> None:
+        cls.canceled.append(handle.get_goal().request)
+
+    @classmethod
+    def _say(cls, line: str) -> None:
+        with cls.changed:
+            cls.said.append(line)
+            cls.changed.notify_all()
+
+    @classmethod
+    def wait_for(cls, condition: Callable[[], Any]) -> None:
+        with cls.changed:
+            for _ in range(int(TIMEOUT / 0.01)):
+                if condition():
+                    return
+                cls.changed.wait(0.01)
+        raise AssertionError(f"timeout; said: {cls.said}")
+
+    def send(self, request: str, *information: str) -> ServerGoalHandle:
+        self.client.send(Bring(request, information))
+        self.wait_for(lambda: request in self.goals)
+        return self.goals[request]
+
+    def last(self, request: str) -> str:
+        """Returns the last line about a request."""
+        return [line for line in self.said if request in line][-1]
+
+    def test_each_change_is_one_line(self) -> None:
+        handle = self.send("bring(1,2)", "box")
+        self.assertEqual(list(handle.get_goal().information), ["box"])
+        handle.set_accepted()
+        for line in ("accepted", "accepted", "plan 3 steps", "step 1 of 3"):
+            handle.publish_feedback(ROSoClingoFeedback(line))
+        self.wait_for(lambda: "step 1 of 3" in self.last("bring(1,2)"))
+        handle.set_succeeded(ROSoClingoResult("succeeded"), "the planner's status in step 3")
+        self.wait_for(lambda: self.last("bring(1,2)").endswith(": succeeded"))
+        lines = [line.split(": ")[1] for line in self.said if "bring(1,2) box" in line]
+        self.assertEqual(lines, ["sent", "accepted", "plan 3 steps", "step 1 of 3", "succeeded"])
+
+    def test_ends(self) -> None:
+        ends = {
+            "bring(1,4)": (ServerGoalHandle.set_rejected, "rejected: no such office"),
+            "bring(2,4)": (ServerGoalHandle.set_aborted, "aborted: no such office"),
+            "bring(3,4)": (ServerGoalHandle.set_canceled, "canceled: no such office"),
+        }
+        for request, (end, text) in ends.items():
+            handle = self.send(request)
+            if "aborted" in text:
+                handle.set_accepted()
+            end(handle, ROSoClingoResult(), "no such office")
+            self.wait_for(
+                lambda r=request, t=text: any(r in s and s.endswith(t) for s in self.said)
+            )
+        self.assertFalse(self.orders.all_as_asked)
+
+    def test_cancel_as_soon_as_sent(self) -> None:
+        """actionlib alone would take the goal for lost."""
+        for turn in range(5):
+            request = f"bring(5,{turn})"
+            self.client.send(Bring(request))
+            number = int(self.last(request)[1:].split("]")[0])
+            self.client.cancel(number)
+            self.wait_for(lambda r=request: r in self.canceled)
+            self.goals[request].set_canceled(ROSoClingoResult("canceled"), "why not")
+            self.wait_for(
+                lambda n=number: f"[{n}] " in self.said[-1] and "canceled" in self.said[-1]
+            )
+            self.assertEqual(self.said[-1], f"[{number}] {request}: canceled")
+            with self.assertRaises(LineError):
+                self.client.cancel(number)
+
+
+if __name__ == "__main__":
+    rospy.init_node("test_client")
+    rostest.rosrun("rosoclingo_examples", "test_client", TestClient, sys.argv)

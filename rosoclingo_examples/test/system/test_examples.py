@@ -1,0 +1,256 @@
+"""The mailbot examples of the manual, as processes, and what can go wrong at the client's prompt.
+
+Needs a sourced workspace, in devel or install space.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Sequence
+
+import pytest
+import yaml
+from terminals import Terminal, Terminals, package, terminals, wait_for
+from typist import CTRL_C, CTRL_D, keyboard, pipe
+
+__all__ = ["terminals"]
+
+GRID = ("-c", "slots=1", "-c", "x=2", "-c", "y=2")
+DYNAMIC = [
+    pytest.param("dynamic.incremental.recording", marks=pytest.mark.install_space),
+    "dynamic.incremental.reset",
+    "dynamic.incremental.dyn_reset",
+]
+
+
+def mailbot(file: str) -> str:
+    """Returns an encoding's path as the manual has it, maybe without ``.lp``."""
+    return str(package("rosoclingo_aspprograms") / "mailbot" / file)
+
+
+def controller(terminals: Terminals, mode: str, steps: int = 14) -> Terminal:
+    path = str(package("rosoclingo") / "modes" / f"{mode}.lp")
+    return terminals.start(
+        "rosrun", "rosclingo", "run.py", "__name:=controller", "-f", path, "-c", f"steps={steps}"
+    )
+
+
+def planner(terminals: Terminals, *files: str, options: Sequence[str] = GRID) -> Terminal:
+    encodings = [argument for file in files for argument in ("-f", mailbot(file))]
+    return terminals.start("rosrun", "rosclingo", "run.py", "__name:=planner", *encodings, *options)
+
+
+def dynamic(terminals: Terminals, mode: str, steps: int = 14) -> Terminal:
+    """Starts the first four terminals of the manual's dynamic mailbot."""
+    controller(terminals, mode, steps)
+    planner(terminals, "instances/graph_bench.lp", "mailbot")
+    node = terminals.start("rosrun", "rosoclingo", "run.py", "run.py")
+    terminals.start("rosrun", "rosoclingo_interfaces", "fulfill.py")
+    return node
+
+
+def plan(terminals: Terminals) -> list[str]:
+    """Listens to the published plan, maybe after it was published; without the steps."""
+    heard = terminals.run("rostopic", "echo", "-n", "1", "/rosoclingo/out")
+    message = yaml.safe_load(heard.output.split("---")[0])
+    assert message["id"] == "solver"
+    actions = str(message["action"]).strip("[]").split(", ")
+    return [action[len("do(") :].rpartition(",")[0] for action in actions]
+
+
+# From office 1, which is next to the robot's start, to office 3, in a grid of 2 x 2 corridor nodes.
+SHORTEST = [
+    "mailbot,go(1)", "mailbot,pickup(1)", "mailbot,go(c(1))", "mailbot,go(c(3))", "mailbot,go(3)",
+    "mailbot,deliver(1)",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])
+def test_the_static_mailbot(terminals: Terminals, mode: str) -> None:
+    controller(terminals, mode)
+    planner(terminals, "instances/graph_bench.lp", "mailbot/requests/request01.lp", "mailbot")
+    node = terminals.start("rosrun", "rosoclingo", "run.py", "run.py")
+    node.wait_for("solver: [do(")
+    assert plan(terminals) == SHORTEST
+
+
+@pytest.mark.parametrize("mode", DYNAMIC)
+def test_the_dynamic_mailbot(terminals: Terminals, mode: str, tmp_path: Path) -> None:
+    node = dynamic(terminals, mode)
+    client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
+    typist.type("1 3\n")
+    client.wait_for("[1] bring(1,3): succeeded")
+    typist.type("3 2\n")
+    typist.close()
+    assert client.wait() == 0
+    assert client.output.splitlines()[-1] == "2 deliveries"
+    for line in ("[2] bring(3,2): sent", "[2] bring(3,2): accepted", "[2] bring(3,2): succeeded"):
+        assert line in client.output
+    assert "mailbot: go(c(3))" in node.output
+
+
+def test_the_dynamic_mailbot_with_a_fixed_horizon(terminals: Terminals, tmp_path: Path) -> None:
+    """Time does not wait there, as the manual warns: the request has to be there first."""
+    node = terminals.start("rosrun", "rosoclingo", "run.py", "run.py")
+    terminals.start("rosrun", "rosoclingo_interfaces", "fulfill.py")
+    client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
+    typist.type("1 3\n")
+    typist.close()
+    client.wait_for("[1] bring(1,3): sent")
+    controller(terminals, "dynamic.fixed.recording")
+    planner(terminals, "instances/graph_bench.lp", "mailbot")
+    assert client.wait() == 0, client.output + node.output
+    assert client.output.splitlines()[-1] == "1 delivery"
+
+
+def test_a_fixed_horizon_in_the_manuals_order(terminals: Terminals, tmp_path: Path) -> None:
+    """The request may come too late; the client says so and ends."""
+    dynamic(terminals, "dynamic.fixed.recording")
+    client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
+    typist.type("1 3\n")
+    typist.close()
+    status = client.wait()
+    if status == 0:
+        assert client.output.splitlines()[-1] == "1 delivery"
+    else:
+        assert status == 1
+        assert "[1] bring(1,3): aborted: " in client.output
+        assert "horizon" in client.output
+
+
+def test_mailbot_with_an_object(terminals: Terminals, tmp_path: Path) -> None:
+    """The office of the second part, in the loop of 2.0."""
+    controller(terminals, "dynamic.incremental.dyn_reset", 30)
+    planner(terminals, "instances/graph_wg.lp", "mailbot", options=())
+    terminals.start("rosrun", "rosoclingo", "run.py")
+    terminals.start("rosrun", "rosoclingo_interfaces", "fulfill.py", "_no_answer:=pickup")
+    client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot.py")
+    typist.type("o9 o14 box_of_chocolate\n")
+    client.wait_for("[1] bring(o9,o14) box_of_chocolate: accepted")
+    goal = terminals.run("rosservice", "call", "/rosoclingo/get_goal_information", "'1'")
+    assert "box_of_chocolate" in goal.output
+    typist.close()
+    client.interrupt()
+    assert client.wait() == 130
+
+
+@pytest.mark.install_space
+def test_the_launch_file_of_the_dynamic_mailbot(terminals: Terminals, tmp_path: Path) -> None:
+    launch = terminals.start(
+        "roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch", "steps:=40", "slots:=3",
+        "__ns:=robot1", "delay:=0.05",
+    )  # fmt: skip
+    terminals.environment["ROS_NAMESPACE"] = "/robot1"
+    client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
+    typist.type("1 3\n2 4\n4 1\n3 2\n")
+    client.wait_for("[4] bring(3,2): ")
+    typist.type("4\n")
+    typist.close()
+    assert client.wait() == 0, client.output + launch.output
+    assert client.output.splitlines()[-1] == "3 deliveries, 1 canceled"
+
+
+@pytest.mark.parametrize(
+    ("file", "arguments"),
+    [
+        ("blocks_world.launch", []),
+        ("blocks_world.launch", ["mode:=static.fixed.recording", "steps:=14"]),
+        ("mailbot_static.launch", []),
+        ("mailbot_static.launch", ["mode:=static.incremental.recording"]),
+    ],
+)
+def test_the_launch_files_of_static_modes(
+    terminals: Terminals, file: str, arguments: list[str]
+) -> None:
+    terminals.start("roslaunch", "rosoclingo_examples", file, *arguments)
+    actions = plan(terminals)
+    assert len(actions) == 14 if "blocks" in file else actions == SHORTEST
+
+
+def test_wrong_lines_and_requests(terminals: Terminals, tmp_path: Path) -> None:
+    dynamic(terminals, "dynamic.incremental.recording")
+    client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
+    typist.type("fetch it now\n\n7\n1 X\n1 99\n\xff 1\n1 1\n")
+    typist.close()
+    assert client.wait() == 1
+    for text in (
+        "expected FROM TO, such as 1 3, or the ID of a request to cancel it, not 'fetch it now'",
+        "there is no request 7; there are: none yet",
+        "begins a variable",
+        "[1] bring(1,99): rejected: ",
+        "[2] bring(1,1): rejected: ",
+        "0 deliveries, 2 rejected",
+    ):
+        assert text in client.output
+    assert "Traceback" not in client.output
+
+
+def test_the_server_that_is_not_there(terminals: Terminals, tmp_path: Path) -> None:
+    client, _ = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
+    client.wait_for("waiting for the server /rosoclingo; is rosoclingo running?")
+    client.interrupt()
+    assert client.wait(5.0) == 130
+    assert client.output.splitlines()[-1] == "0 deliveries"
+
+
+@pytest.mark.parametrize("how", ["kill", "terminate"])
+def test_the_server_that_goes_away(terminals: Terminals, tmp_path: Path, how: str) -> None:
+    controller(terminals, "dynamic.incremental.recording")
+    planner(terminals, "instances/graph_bench.lp", "mailbot")
+    node = terminals.start("rosrun", "rosoclingo", "run.py")
+    client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
+    typist.type("1 3\n")
+    client.wait_for("[1] bring(1,3): accepted")
+    getattr(node.process, how)()
+    assert client.wait() == 1
+    assert "the server /rosoclingo has gone" in client.output
+    assert "Traceback" not in client.output
+    typist.close()
+
+
+def test_at_a_keyboard(terminals: Terminals, tmp_path: Path) -> None:
+    """A prompt, a list on Enter, an end with Ctrl-D."""
+    dynamic(terminals, "dynamic.incremental.recording", steps=40)
+    client, typist = keyboard(
+        terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py"
+    )
+    client.wait_for("mailbot_manual> ")
+    typist.type("what?\n")
+    client.wait_for("expected FROM TO")
+    typist.type("1 3\n")
+    client.wait_for("[1] bring(1,3): succeeded")
+    before = client.output.count("[1] bring(1,3): succeeded")
+    typist.type("\n")
+    wait_for(lambda: client.output.count("[1] bring(1,3): succeeded") == before + 1)
+    typist.type(CTRL_D)
+    assert client.wait() == 0
+    assert client.output.split()[-2:] == ["1", "delivery"]
+
+
+def test_interrupt_at_a_keyboard(terminals: Terminals, tmp_path: Path) -> None:
+    """Requests that are open go on without the client."""
+    controller(terminals, "dynamic.incremental.recording")
+    planner(terminals, "instances/graph_bench.lp", "mailbot")
+    terminals.start("rosrun", "rosoclingo", "run.py")
+    client, typist = keyboard(
+        terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py"
+    )
+    client.wait_for("mailbot_manual> ")
+    typist.type("1 3\n")
+    client.wait_for("[1] bring(1,3): accepted")
+    typist.type(f"half a line{CTRL_C}")
+    assert client.wait(5.0) == 130
+    assert client.output.split()[-4:] == ["0", "deliveries,", "1", "open"]
+    assert "Traceback" not in client.output
+    status = terminals.run("rostopic", "echo", "-n", "1", "/rosoclingo/status")
+    assert "status: 1" in status.output  # ACTIVE
+
+
+@pytest.mark.install_space
+def test_the_demo(terminals: Terminals) -> None:
+    terminals.start("roslaunch", "rosoclingo_examples", "mailbot_office.launch")
+    demo = terminals.start("rosrun", "rosoclingo_examples", "demo.py")
+    assert demo.wait() == 0, demo.output
+    assert "go(c4)      failure" in demo.output
+    assert "2 deliveries, 1 canceled" in demo.output
+    assert "wrong" not in demo.output

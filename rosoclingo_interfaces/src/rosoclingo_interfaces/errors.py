@@ -1,0 +1,21 @@
+"""What is expected to go wrong."""
+
+from __future__ import annotations
+
+from rosclingo.errors import RosclingoError
+
+
+class ParameterError(RosclingoError):
+    """A parameter of a node has a value that it may not have; the message names both."""
+
+
+class ActionError(RosclingoError):
+    """An action that cannot be done by this interface; the message names the action."""
+
+
+class LineError(RosclingoError):
+    """A line that the user typed and that means nothing; the message says what would."""
+
+
+class CanceledError(RosclingoError):
+    """The action that runs in this thread is to stop; an interface's method lets it pass."""

@@ -1,0 +1,100 @@
+"""One action on its way: cancelled by others, answered once."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Callable, Optional
+
+import clingo
+
+from rosoclingo_interfaces.errors import CanceledError
+
+_SLICE_SECONDS = 0.05  # how often a wait looks at a clock that may be a simulator's
+
+Clock = Callable[[], float]
+
+
+class Execution:
+    """An action that an actuator was told to do. Thread-safe.
+
+    Attributes:
+        actuator: Who is to act.
+        action: What to do, a term.
+        canceled: Set as soon as the action is to stop: a wait for it ends at once.
+        ended: Set as soon as nothing of the action runs any more.
+    """
+
+    def __init__(self, actuator: str, action: clingo.Symbol, clock: Clock = time.monotonic) -> None:
+        self.actuator = actuator
+        self.action = action
+        self.canceled = threading.Event()
+        self.ended = threading.Event()
+        self._clock = clock
+        self._begin = clock()
+        self._lock = threading.Lock()  # guards _closed; held for moments only
+        self._closed = False
+
+    def __str__(self) -> str:
+        return f"{self.actuator}: {self.action}"
+
+    @property
+    def seconds(self) -> float:
+        """Time since the action was asked for."""
+        return self._clock() - self._begin
+
+    def close(self) -> bool:
+        """Takes the right to answer, which is there once.
+
+        Returns:
+            Whether the caller has it now.
+        """
+        with self._lock:
+            closed, self._closed = self._closed, True
+        return not closed
+
+    def wait(self, event: threading.Event, seconds: Optional[float] = None) -> bool:
+        """Waits for an event, at most some time of the node's clock.
+
+        Returns:
+            Whether the event is set.
+        """
+        end = None if seconds is None else self._clock() + seconds
+        while end is not None:
+            rest = end - self._clock()
+            if rest <= 0:
+                return event.is_set()
+            if event.wait(min(rest, _SLICE_SECONDS)):
+                return True
+        return event.wait()
+
+    def sleep(self, seconds: Optional[float] = None) -> None:
+        """Waits some time of the node's clock, or for ever.
+
+        Raises:
+            CanceledError: The action is to stop, maybe since before the call.
+        """
+        if self.wait(self.canceled, seconds):
+            raise CanceledError(f"{self} was cancelled")
+
+
+_current = threading.local()
+
+
+def set_current(execution: Execution) -> None:
+    """Says which action runs in this thread."""
+    _current.execution = execution
+
+
+def current() -> Execution:
+    """Returns the action that runs in this thread.
+
+    Raises:
+        RuntimeError: There is none: the thread was not started for an action.
+    """
+    execution: Optional[Execution] = getattr(_current, "execution", None)
+    if execution is None:
+        raise RuntimeError(
+            "no action runs in this thread; hand on self.execution from the action's method"
+        )
+    return execution

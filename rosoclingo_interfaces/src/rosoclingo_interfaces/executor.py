@@ -1,0 +1,182 @@
+"""Runs an interface's actions: answers, time limits, cancelling. Needs no ROS."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from typing import Callable, Dict, FrozenSet, Optional
+
+from rosclingo.errors import RosclingoError, TermError
+from rosclingo.terms import parse_term
+from rosoclingo_interfaces.errors import CanceledError
+from rosoclingo_interfaces.execution import Clock, Execution, set_current
+from rosoclingo_interfaces.interface import FAILURE, ActionInterface, answer_text
+
+SOLVER = "solver"
+"""The id of a message that holds a whole plan, for no actuator."""
+ABORT = "abort"
+"""In the dialect of ROSoClingo 1.0, the action that ends what an actuator does."""
+
+# How long an actuator's next action waits for the end of the one before it, which was cancelled.
+_SECONDS_TO_STOP = 2.0
+
+Reply = Callable[[str], None]
+
+_log = logging.getLogger("rosout")  # where rospy.loginfo and its like log to
+
+
+class Executor:
+    """Runs actions, each in a thread of its own, and one at a time for each actuator. Thread-safe.
+
+    Each action has one answer, whichever of these comes first: what the method returns, ``failure``
+    at the time limit, or ``failure`` when rosoclingo aborts it. An action that another of the same
+    actuator replaces has none, because it would count for the other.
+    """
+
+    def __init__(
+        self, interface: ActionInterface, timeout: float = 0.0, clock: Clock = time.monotonic
+    ) -> None:
+        """Prepares the executor.
+
+        Args:
+            interface: Does the actions.
+            timeout: Longest time from the message to the answer, in seconds of the clock; 0 for
+                no limit.
+            clock: The time in seconds.
+
+        Raises:
+            TermError: The id of an actuator is no term.
+        """
+        self._interface = interface
+        self._timeout = timeout
+        self._clock = clock
+        self._actuators: FrozenSet[str] = frozenset(
+            str(parse_term(actuator)) for actuator in interface.actuators
+        )
+        self._lock = threading.Lock()  # guards the two below; held for moments only
+        self._running: Dict[str, Execution] = {}
+        self._open = True
+
+    def begin(self, actuator: str, action: str, reply: Reply) -> None:
+        """Begins an action if it is for an actuator of the interface; returns at once.
+
+        Args:
+            actuator: Who is to act, as it came.
+            action: What to do, as it came.
+            reply: Sends the answer; called at most once, from any thread, and does not wait.
+        """
+        try:
+            source = str(parse_term(actuator))
+        except TermError as err:
+            _log.warning("ignored an action of an actuator that has no name: %s", err)
+            return
+        if source == SOLVER or (self._actuators and source not in self._actuators):
+            return
+        if not self._open:
+            return  # the node that comes next gets the action again
+        try:
+            term = parse_term(action)
+        except TermError as err:
+            self._replace(source, None)
+            _log.error("%s: %s", source, err)
+            reply(FAILURE)
+            return
+        if str(term) == ABORT:
+            self._abort(source)
+            return
+        execution = Execution(source, term, self._clock)
+        if not self._interface.knows(term) and self._interface.leaves_unknown:
+            self._replace(source, None)
+            _log.debug("%s is left to another node", execution)
+            return
+        self._start(execution, self._replace(source, execution), reply)
+
+    def close(self, seconds: float) -> None:
+        """Cancels all actions without an answer, and waits for their ends for some time."""
+        with self._lock:
+            self._open = False
+            executions, self._running = list(self._running.values()), {}
+        for execution in executions:
+            execution.close()
+            execution.canceled.set()
+        end = time.monotonic() + seconds
+        for execution in executions:
+            execution.ended.wait(max(0.0, end - time.monotonic()))
+
+    def _replace(self, actuator: str, execution: Optional[Execution]) -> Optional[Execution]:
+        """Cancels what an actuator does, puts another in its place, and returns what was there.
+
+        What is cancelled for another node's action stays in its place until it has ended.
+        """
+        with self._lock:
+            previous = self._running.get(actuator)
+            if execution is not None and self._open:
+                self._running[actuator] = execution
+        if previous is not None:
+            if previous.close():
+                _log.warning("%s: replaced after %.1f s", previous, previous.seconds)
+            previous.canceled.set()
+        return previous
+
+    def _abort(self, actuator: str) -> None:
+        with self._lock:
+            execution = self._running.get(actuator)
+        if execution is not None:
+            execution.canceled.set()
+
+    def _start(self, execution: Execution, previous: Optional[Execution], reply: Reply) -> None:
+        def run() -> None:
+            set_current(execution)
+            try:
+                if previous is not None:
+                    self._wait_for_end_of(previous)
+                self._finish(execution, self._perform(execution), reply)
+            finally:
+                execution.ended.set()
+
+        def watch() -> None:
+            if not execution.wait(execution.ended, self._timeout) and execution.close():
+                _log.error(
+                    "%s: no answer within %g s (~timeout): failure", execution, self._timeout
+                )
+                reply(FAILURE)
+                execution.canceled.set()
+
+        _log.info("%s", execution)
+        name = str(execution)
+        threading.Thread(target=run, name=name, daemon=True).start()
+        if self._timeout > 0:
+            threading.Thread(target=watch, name=f"time limit of {name}", daemon=True).start()
+
+    def _wait_for_end_of(self, previous: Execution) -> None:
+        if not previous.ended.wait(_SECONDS_TO_STOP):
+            _log.warning(
+                "%s goes on although it was cancelled %g s ago: its method must look at "
+                "self.canceled or wait with self.sleep()",
+                previous,
+                _SECONDS_TO_STOP,
+            )
+
+    def _perform(self, execution: Execution) -> str:
+        try:
+            if not execution.canceled.is_set():
+                return answer_text(self._interface.perform(execution.action))
+        except CanceledError:
+            pass
+        except RosclingoError as err:
+            _log.error("%s: %s", execution, err)
+        except (Exception, SystemExit):  # the code is the user's; the other actions go on
+            _log.exception("%s: the method failed", execution)
+        return FAILURE
+
+    def _finish(self, execution: Execution, value: str, reply: Reply) -> None:
+        with self._lock:
+            if self._running.get(execution.actuator) is execution:
+                del self._running[execution.actuator]
+        if not execution.close():
+            _log.debug("%s: %s came too late", execution, value)
+            return
+        reply(value)
+        aborted = " (aborted)" if execution.canceled.is_set() else ""
+        _log.info("%s: %s after %.1f s%s", execution, value, execution.seconds, aborted)

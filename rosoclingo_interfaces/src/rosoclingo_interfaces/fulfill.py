@@ -1,0 +1,58 @@
+"""Answers the actions of all actuators, as parameters say: a robot that does nothing."""
+
+from __future__ import annotations
+
+import random
+from typing import NoReturn
+
+import clingo
+import rospy
+
+from rosoclingo_interfaces import parameters
+from rosoclingo_interfaces.answers import ANSWERS, Answers
+from rosoclingo_interfaces.errors import ParameterError
+from rosoclingo_interfaces.interface import SUCCESS, ActionInterface, Answer
+from rosoclingo_interfaces.node import run
+
+
+class Fulfill(ActionInterface):
+    """Answers after a delay; see the package's README for the parameters."""
+
+    leaves_unknown = True
+
+    def __init__(self) -> None:
+        sequence = parameters.words("sequence")
+        wrong = [word for word in sequence if word not in ANSWERS]
+        if wrong:
+            raise ParameterError(
+                f"parameter ~sequence: expected a list of {', '.join(ANSWERS)}: {wrong[0]}"
+            )
+        seed = int(parameters.number("seed", random.randrange(2**31)))  # noqa: S311
+        probability = parameters.number("fail_probability", 0.0, 1.0)
+        if probability > 0:
+            rospy.loginfo("fails with probability %g; _seed:=%d repeats it", probability, seed)
+        self._actions = parameters.pattern("actions", "")
+        self._delay = parameters.number("delay", 0.0)
+        self._answers = Answers(
+            sequence,
+            parameters.pattern("no_answer"),
+            parameters.pattern("fail"),
+            probability,
+            seed,
+        )
+
+    def knows(self, action: clingo.Symbol) -> bool:
+        """Whether the action is one to answer; the others are another node's."""
+        return self._actions.search(str(action)) is not None
+
+    def perform(self, action: clingo.Symbol) -> Answer:
+        """Waits for the delay and answers; or waits for ever."""
+        # One actuator's actions come one after the other, so that nobody else uses its entries.
+        answer = self._answers.next(self.actuator, str(action))
+        self.sleep(None if answer is None else self._delay)
+        return answer or SUCCESS
+
+
+def main() -> NoReturn:
+    """Runs the node."""
+    run(Fulfill, "fulfill")

@@ -1,0 +1,150 @@
+"""The base class of interfaces: one method for each action. Needs no ROS."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any, Optional, Sequence, Union
+
+import clingo
+
+from rosclingo.errors import TermError
+from rosclingo.terms import parse_term, quote
+from rosoclingo_interfaces.errors import ActionError
+from rosoclingo_interfaces.execution import Execution, current
+
+SUCCESS = "success"
+FAILURE = "failure"
+
+Answer = Union[bool, str]
+
+
+class ActionInterface:
+    """Does the actions of one or more actuators.
+
+    A subclass has a method for each action, which is called in a thread of its own:
+
+        class Mailbot(ActionInterface):
+            actuators = ("mailbot",)
+
+            def go(self, waypoint: str) -> bool:
+                while not self._drive_towards(waypoint):
+                    self.sleep(0.1)
+                return True
+
+        run(Mailbot, "mailbot_interface")
+
+    The action ``go(c3)`` calls ``go("c3")``. An argument that is a number becomes an int, a string
+    becomes its text, and any other term becomes the text that clingo prints for it. A method
+    returns True for the answer ``success``, False for ``failure``, or another answer as the text of
+    a term. Whatever it raises is logged and answers ``failure``.
+
+    A method that takes long looks at :attr:`canceled` now and then, or waits with :meth:`sleep`
+    only, and stops what the robot does in a ``finally``. For an action whose name is a Python
+    keyword, or a name that this class has, such as ``sleep``, the method is ``sleep_``. Methods
+    that are no actions begin with an underscore.
+
+    An action may come again although it was done before: rosoclingo repeats its last message to a
+    node that starts, because it cannot know that another one before has answered. So a method
+    should return True at once if there is nothing to do.
+
+    Attributes:
+        actuators: Ids of the actuators whose actions are done; none means those of all.
+        leaves_unknown: Whether an action without a method is left to another node of the same
+            actuator, and not answered with ``failure``.
+    """
+
+    actuators: Sequence[str] = ()
+    leaves_unknown = False
+
+    @property
+    def execution(self) -> Execution:
+        """The action that runs in this thread; may be handed to others."""
+        return current()
+
+    @property
+    def actuator(self) -> str:
+        """Who is to do the action that runs in this thread."""
+        return current().actuator
+
+    @property
+    def canceled(self) -> bool:
+        """Whether the action that runs in this thread is to stop."""
+        return current().canceled.is_set()
+
+    def sleep(self, seconds: Optional[float] = None) -> None:
+        """Waits some time of the node's clock, or for ever.
+
+        Raises:
+            CanceledError: The action is to stop; let it pass.
+        """
+        current().sleep(seconds)
+
+    def knows(self, action: clingo.Symbol) -> bool:
+        """Whether this interface does an action, maybe badly."""
+        return _method(self, action) is not None
+
+    def perform(self, action: clingo.Symbol) -> Answer:
+        """Does an action, in a thread of its own; calls the action's method.
+
+        Raises:
+            ActionError: There is no such method, or not with these arguments.
+        """
+        method = _method(self, action)
+        if method is None:
+            known = ", ".join(name for name in dir(self) if _is_action(self, name)) or "none"
+            raise ActionError(
+                f"there is no method for the action {action}: {type(self).__name__} has {known}"
+            )
+        arguments = [_value(argument) for argument in action.arguments]
+        try:
+            inspect.signature(method).bind(*arguments)
+        except TypeError as err:
+            raise ActionError(
+                f"the action {action} does not fit the method "
+                f"{action.name}{inspect.signature(method)}: {err}"
+            ) from err
+        return method(*arguments)
+
+
+def _method(interface: ActionInterface, action: clingo.Symbol) -> Any:
+    """Returns the method for an action, or None."""
+    # A term such as -go(c3) or (a,b) has no method, and neither has a number.
+    if action.type is clingo.SymbolType.Function and action.positive:
+        for name in (action.name, f"{action.name}_"):
+            if _is_action(interface, name):
+                return getattr(interface, name)
+    return None
+
+
+def _is_action(interface: ActionInterface, name: str) -> bool:
+    return (
+        not name.startswith("_")
+        and not hasattr(ActionInterface, name)
+        and callable(getattr(type(interface), name, None))
+    )
+
+
+def answer_text(answer: Any) -> str:
+    """Returns the value to send for what an interface's method has returned.
+
+    Raises:
+        ActionError: It is no answer.
+    """
+    if isinstance(answer, bool):
+        return SUCCESS if answer else FAILURE
+    if not isinstance(answer, str):
+        raise ActionError(
+            f"the method returned {answer!r}, where True, False or the text of a term is expected"
+        )
+    try:
+        return str(parse_term(answer))
+    except TermError as err:
+        raise ActionError(f"the method's answer {quote(answer)} cannot be sent: {err}") from err
+
+
+def _value(argument: clingo.Symbol) -> Union[int, str]:
+    if argument.type is clingo.SymbolType.Number:
+        return argument.number
+    if argument.type is clingo.SymbolType.String:
+        return argument.string
+    return str(argument)

@@ -1,0 +1,92 @@
+"""The ROS node around an interface: hears the actions, sends the answers."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from typing import Callable, NoReturn
+
+import rospy
+
+from rosclingo.errors import RosclingoError
+from rosclingo.ros_node import init_node
+from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
+from rosoclingo_interfaces import parameters
+from rosoclingo_interfaces.executor import Executor
+from rosoclingo_interfaces.interface import ActionInterface
+from rosoclingo_interfaces.topics import topic, wait_for_node
+
+_QUEUE_SIZE = 1000  # answers
+_SECONDS_TO_END = 1.0  # how long the actions have to stop when the node shuts down
+
+
+class InterfaceNode:
+    """Connects an interface with rosoclingo. Make it after the node is initialised.
+
+    rosoclingo's last action arrives also when it was sent before this node was there. It is done
+    then: rosoclingo waits for the answer, unless another interface gave it before.
+    """
+
+    def __init__(self, interface: ActionInterface) -> None:
+        """Opens the topics; actions begin at once.
+
+        Args:
+            interface: Does the actions.
+
+        Raises:
+            RosclingoError: A parameter, or an actuator of the interface, is wrong.
+        """
+        interface.actuators = parameters.terms("actuators", interface.actuators)
+        timeout = parameters.number("timeout", 0.0)
+        simulated = rospy.get_param("/use_sim_time", False)
+        clock = rospy.get_time if simulated else time.monotonic
+        self._executor = Executor(interface, timeout, clock)
+        rospy.on_shutdown(lambda: self._executor.close(_SECONDS_TO_END))
+        self._in = rospy.Publisher(
+            topic("in"), ROSoClingoIn, tcp_nodelay=True, queue_size=_QUEUE_SIZE
+        )
+        self._out = rospy.Subscriber(topic("out"), ROSoClingoOut, self._on_out, tcp_nodelay=True)
+        rospy.loginfo(
+            "does the actions of %s from %s",
+            ", ".join(interface.actuators) or "all actuators",
+            self._out.resolved_name,
+        )
+
+    def _on_out(self, message: ROSoClingoOut) -> None:
+        sender = message._connection_header["callerid"]
+
+        def reply(value: str) -> None:
+            answer = ROSoClingoIn(message.id, value)
+            if self._in.impl.has_connection(sender):
+                self._in.publish(answer)
+            else:
+                threading.Thread(target=send_later, args=(answer,), daemon=True).start()
+
+        def send_later(answer: ROSoClingoIn) -> None:
+            # An action that was there first comes before rosoclingo has connected to this node.
+            wait_for_node(self._in, sender)
+            self._in.publish(answer)
+
+        self._executor.begin(message.id, message.action, reply)
+
+
+def run(interface: Callable[[], ActionInterface], name: str) -> NoReturn:
+    """Runs a node with an interface until it is shut down, and ends the process.
+
+    Args:
+        interface: Makes the interface; called when the node is initialised. A class will do.
+        name: Name of the node, unless ``__name:=`` gives another.
+
+    The exit status is 0, or 2 if a parameter is wrong.
+    """
+    init_node(name)
+    try:
+        node = InterfaceNode(interface())
+    except RosclingoError as err:
+        rospy.logfatal("%s", err)
+        rospy.signal_shutdown(str(err))
+        sys.exit(2)
+    rospy.spin()
+    del node
+    sys.exit(0)

@@ -1,0 +1,111 @@
+"""A prompt in a terminal, or lines from a pipe; what is printed meanwhile does not disturb it."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from types import FrameType
+from typing import Callable, Iterator, Optional
+
+_POLL_SECONDS = 0.05  # how often a wait looks at its condition
+_WAKE = signal.SIGUSR1  # interrupts the reading of a line
+
+
+class _StoppedError(Exception):
+    """The reading of a line has to end."""
+
+
+class Prompt:
+    """Reads lines until their end, Ctrl-C, or :meth:`stop`.
+
+    Make it in the main thread, after the node is initialised: it handles SIGINT and SIGTERM from
+    then on. Only the main thread reads and waits; any thread may print and stop.
+
+    Attributes:
+        interactive: Whether a user types the lines and sees what is printed.
+        interrupted: Whether Ctrl-C or SIGTERM has come.
+        reason: Why reading was stopped; None as long as it was not.
+    """
+
+    def __init__(self, prompt: str) -> None:
+        """Prepares a prompt.
+
+        Args:
+            prompt: What is printed when a line may be typed; nothing when lines come from a pipe.
+        """
+        self.interactive = sys.stdin.isatty() and sys.stdout.isatty()
+        self.interrupted = False
+        self.reason: Optional[str] = None
+        self._prompt = prompt
+        self._reading = False
+        self._output = threading.Lock()  # one line at a time
+        if self.interactive:
+            import readline  # noqa: PLC0415 (it may write to the terminal when imported)
+
+            self._typed: Callable[[], str] = readline.get_line_buffer
+        for number in (signal.SIGINT, signal.SIGTERM, _WAKE):
+            signal.signal(number, self._on_signal)
+
+    def lines(self) -> Iterator[str]:
+        """Yields the lines without white space around them, until their end or a stop."""
+        while True:
+            line = self._read()
+            if line is None:
+                return
+            yield line.strip()
+
+    def say(self, text: str) -> None:
+        """Prints a line, above of what is being typed."""
+        with self._output:
+            if self.interactive and self._reading:
+                print(f"\r\033[K{text}\n{self._prompt}{self._typed()}", end="", flush=True)
+            else:
+                print(text, flush=True)
+
+    def stop(self, reason: str) -> None:
+        """Ends reading and waiting; the first reason is kept."""
+        if self.reason is None:
+            self.reason = reason
+            # A system call that reads is interrupted by nothing but a signal to its thread.
+            identifier = threading.main_thread().ident
+            if identifier is not None:
+                signal.pthread_kill(identifier, _WAKE)
+
+    def wait(self, condition: Callable[[], bool]) -> bool:
+        """Waits until a condition holds, or for a stop.
+
+        Returns:
+            Whether the condition holds.
+        """
+        pause = threading.Event()
+        while not condition():
+            if self.reason is not None:
+                return False
+            pause.wait(_POLL_SECONDS)
+        return True
+
+    def _read(self) -> Optional[str]:
+        try:
+            # In this order: a signal in between is not lost.
+            self._reading = True
+            if self.reason is not None:
+                return None
+            if self.interactive:
+                return input(self._prompt)
+            return sys.stdin.readline() or None
+        except (EOFError, _StoppedError):
+            if self.interactive:
+                print(flush=True)
+            return None
+        except UnicodeDecodeError:
+            return "\ufffd"  # no line that anybody understands
+        finally:
+            self._reading = False
+
+    def _on_signal(self, number: int, _: Optional[FrameType]) -> None:
+        if number != _WAKE:
+            self.interrupted = True
+            self.reason = self.reason or "interrupted"
+        if self._reading:
+            raise _StoppedError

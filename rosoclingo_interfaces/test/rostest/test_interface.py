@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+"""Interfaces through ROS: the test plays rosoclingo."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import unittest
+from typing import List, Tuple
+
+import rospy
+import rostest
+
+from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
+
+TIMEOUT = 20.0  # seconds; no more than a bound for what never comes
+
+
+class Planner:
+    """What rosoclingo looks like to the interfaces in a namespace."""
+
+    def __init__(self, name: str, interfaces: int = 1) -> None:
+        self.answers: List[Tuple[str, str]] = []
+        self._changed = threading.Condition()
+        self._out = rospy.Publisher(
+            f"{name}/out", ROSoClingoOut, latch=True, tcp_nodelay=True, queue_size=100
+        )
+        self._in = rospy.Subscriber(f"{name}/in", ROSoClingoIn, self._on_in, tcp_nodelay=True)
+        for _ in range(int(TIMEOUT / 0.01)):
+            if min(self._out.get_num_connections(), self._in.get_num_connections()) >= interfaces:
+                return
+            rospy.sleep(0.01)
+        raise AssertionError(f"no interface listens to {name}/out")
+
+    def _on_in(self, message: ROSoClingoIn) -> None:
+        with self._changed:
+            self.answers.append((message.id, message.value))
+            self._changed.notify_all()
+
+    def send(self, *action: str) -> None:
+        self._out.publish(*action)
+
+    def next(self) -> Tuple[str, str]:
+        """Waits for an answer and takes it."""
+        with self._changed:
+            assert self._changed.wait_for(lambda: self.answers, TIMEOUT), "no answer"
+            return self.answers.pop(0)
+
+    def ask(self, *action: str) -> str:
+        """Sends an action and returns its answer; nothing else may have come before."""
+        self.send(*action)
+        actuator, value = self.next()
+        assert actuator == action[0], (actuator, action)
+        return value
+
+
+class TestInterface(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.robot = Planner("/a/rosoclingo")
+        cls.elsewhere = Planner("/elsewhere")
+        cls.fulfill = Planner("/c/bot")
+        cls.mailbot = Planner("/d/rosoclingo", interfaces=2)
+
+    def test_answers(self) -> None:
+        for action, answer in (
+            ("go(c1)", "success"),
+            ("go(c2)", "failure"),
+            ("measure(depth,2)", "value(depth,3)"),
+            ("fail", "failure"),
+            ("nothing", "failure"),
+            ("fly", "failure"),
+            ("go(c1,c2)", "failure"),
+            ("go(", "failure"),
+            ("go(X)", "failure"),
+            ("__init__", "failure"),
+            ("sleep(1)", "failure"),
+            ("abort", "none, because nothing runs"),
+            ("go(c3)", "success"),
+        ):
+            if answer.startswith("none"):
+                self.robot.send("robot", action)
+            else:
+                with self.subTest(action=action):
+                    self.assertEqual(self.robot.ask("robot", action), answer)
+
+    def test_actuators(self) -> None:
+        self.assertEqual(self.robot.ask("arm(1)", "go(c1)"), "success")
+        for other in ("solver", "arm(2)", "other", "", "X"):
+            self.robot.send(other, "go(c1)")
+        self.assertEqual(self.robot.ask("robot", "go(c1)"), "success")
+
+    def test_time_limit(self) -> None:
+        before = rospy.get_time()
+        self.assertEqual(self.robot.ask("robot", "wait"), "failure")
+        self.assertGreater(rospy.get_time() - before, 0.29)
+        self.assertEqual(self.robot.ask("robot", "go(c1)"), "success")
+
+    def test_abort_and_replacement(self) -> None:
+        planner = self.elsewhere  # without a time limit
+        planner.send("other", "wait")
+        self.assertEqual(planner.ask("other", "abort"), "failure")
+        planner.send("other", "wait")
+        self.assertEqual(planner.ask("other", "go(c1)"), "success")
+        self.assertEqual(planner.ask("other", "go(c1)"), "success")
+        self.assertEqual(planner.answers, [])
+
+    def test_fulfill(self) -> None:
+        planner = self.fulfill
+        self.assertEqual(planner.ask("robot", "go(c1)"), "failure")
+        planner.send("robot", "go(c1)")
+        self.assertEqual(planner.ask("robot", "go(c2)"), "success")
+        self.assertEqual(planner.ask("robot", "go(c2)"), "failure")
+        self.assertEqual(planner.ask("robot", "go(c22)"), "success")
+        self.assertEqual(planner.ask("second", "go(c22)"), "failure")
+        planner.send("robot", "dream(9)")
+        before = rospy.get_time()
+        self.assertEqual(planner.ask("robot", "go(c3)"), "success")
+        self.assertGreater(rospy.get_time() - before, 0.049)
+
+    def test_two_nodes_share_an_actuator(self) -> None:
+        for action in ("go(c1)", "pickup(1)", "go(c2)", "deliver(o1,o2)", "pickup(1)"):
+            self.assertEqual(self.mailbot.ask("mailbot", action), "success")
+        self.assertEqual(self.mailbot.answers, [])
+
+
+if __name__ == "__main__":
+    rospy.init_node("test_interface")
+    rostest.rosrun("rosoclingo_interfaces", "test_interface", TestInterface, sys.argv)

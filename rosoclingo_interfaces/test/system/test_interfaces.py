@@ -1,0 +1,157 @@
+"""Interfaces with the whole system, as processes.
+
+Needs a sourced workspace, in devel or install space.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+from terminals import Terminal, Terminals, package, terminals, wait_for
+
+__all__ = ["terminals"]
+
+# It is not installed.
+LINE = Path(__file__).resolve().parents[3] / "rosoclingo" / "test" / "encodings" / "line.lp"
+
+
+@pytest.fixture
+def node(terminals: Terminals) -> Terminal:
+    """Starts the system with a small encoding: the actuator robot visits cells."""
+    modes = package("rosoclingo") / "modes"
+    for name, file in (
+        ("controller", modes / "dynamic.incremental.dyn_reset.lp"),
+        ("planner", LINE),
+    ):
+        terminals.start("rosrun", "rosclingo", "run.py", f"__name:={name}", "-f", str(file))
+    started = terminals.start("rosrun", "rosoclingo", "run.py")
+    wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output)
+    return started
+
+
+def visit(terminals: Terminals, cell: int) -> None:
+    terminals.start(
+        "rostopic", "pub", "-1", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
+        f"{{goal_id: {{id: visit{cell}}}, goal: {{request: visit({cell})}}}}",
+    )  # fmt: skip
+
+
+def fulfill(terminals: Terminals, *parameters: str) -> Terminal:
+    return terminals.start("rosrun", "rosoclingo_interfaces", "fulfill.py", *parameters)
+
+
+def un_block(terminals: Terminals, *lines: str) -> Terminal:
+    return terminals.start(
+        "bash", "-c", 'exec rosrun rosoclingo_interfaces un_block.py < <(printf "%s\n" "$@")',
+        "bash", *lines,
+    )  # fmt: skip
+
+
+def test_an_interface_that_starts_late(terminals: Terminals, node: Terminal) -> None:
+    """What was published before is still to be done; so it is when the interface starts again."""
+    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
+    visit(terminals, 4)
+    node.wait_for("robot: go(2)")
+
+    first = fulfill(terminals, "_no_answer:=go", "_actuators:=robot")
+    first.wait_for("robot: go(2)")
+    first.interrupt()
+    assert first.wait(5.0) == 0
+    assert "parameter /fulfill/no_answer is go" in first.output
+    assert "success" not in first.output
+
+    # Under another name, because the parameters of the first are still there.
+    second = fulfill(terminals, "__name:=second")
+    second.wait_for("robot: go(4): success")
+    results.wait_for('result: "succeeded"')
+    second.interrupt()
+    assert second.wait(5.0) == 0
+
+    # The last action is done, but this one cannot know that; it does no harm.
+    third = fulfill(terminals, "__name:=second")
+    third.wait_for("robot: go(4): success")
+    visit(terminals, 1)
+    third.wait_for("robot: go(1): success")
+    wait_for(lambda: results.output.count('result: "succeeded"') == 2)
+    assert "Traceback" not in node.output
+
+
+@pytest.mark.install_space
+def test_the_launch_file(terminals: Terminals, node: Terminal) -> None:
+    launch = terminals.start(
+        "roslaunch", "rosoclingo_interfaces", "mailbot_interfaces.launch", "actuator:=robot",
+        "go_delay:=0.1",
+    )  # fmt: skip
+    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
+    visit(terminals, 3)
+    results.wait_for('result: "succeeded"')
+    launch.wait_for("robot: go(3): success")
+
+
+def test_wrong_parameters(terminals: Terminals) -> None:
+    wrong = {
+        "_delay:=soon": "parameter /n0/delay: expected a number from 0: soon",
+        "_delay:=-1": "parameter /n1/delay: expected a number from 0: -1",
+        "_fail_probability:=1.5": "expected a number from 0 to 1: 1.5",
+        "_fail:=go(": "parameter /n3/fail: expected a regular expression: go(",
+        "_sequence:=[success, maybe]": "expected a list of success, failure, none: maybe",
+        "_actuators:=Robot": "parameter /n5/actuators: expected a list of terms",
+    }
+    nodes = [fulfill(terminals, f"__name:=n{n}", text) for n, text in enumerate(wrong)]
+    for node, text in zip(nodes, wrong.values()):
+        assert node.wait() == 2
+        assert text in node.output
+        assert "Traceback" not in node.output
+
+
+def test_interrupt_of_an_action(terminals: Terminals, node: Terminal) -> None:
+    interface = fulfill(terminals, "_delay:=3600")
+    visit(terminals, 3)
+    interface.wait_for("robot: go(2)")
+    begin = time.monotonic()
+    interface.interrupt()
+    assert interface.wait(5.0) == 0
+    assert time.monotonic() - begin < 2.0
+    assert "Traceback" not in interface.output
+
+
+@pytest.mark.install_space
+def test_un_block_from_a_pipe(terminals: Terminals) -> None:
+    """No line is lost, even if the listener comes later."""
+    announced = un_block(terminals, "b c3 c4", "", "u c(1) c(2)")
+    announced.wait_for("waiting for a subscriber of /rosoclingo/in; is rosoclingo running?")
+    assert announced.process.poll() is None
+    heard = terminals.start("rostopic", "echo", "/rosoclingo/in")
+    heard.wait_for('value: "unblocked(c(1),c(2))"')
+    assert heard.output.count('id: "info"') == 2
+    assert heard.output.index("blocked(c3,c4)") < heard.output.index("unblocked(c(1),c(2))")
+    assert announced.wait() == 0
+
+
+def test_un_block_with_wrong_lines(terminals: Terminals) -> None:
+    heard = terminals.start("rostopic", "echo", "/rosoclingo/in")
+    announced = un_block(terminals, "close c3 c4", "b c3 C4", "b c3 c4")
+    heard.wait_for('value: "blocked(c3,c4)"')
+    assert announced.wait() == 1
+    assert "expected b FROM TO or u FROM TO, such as b c3 c4, not 'close c3 c4'" in announced.output
+    assert "'C4' is not a ground term" in announced.output
+    assert heard.output.count("id:") == 1
+
+
+def test_un_block_reaches_the_system(terminals: Terminals, node: Terminal) -> None:
+    """This encoding knows no paths, and says so."""
+    wait_for(lambda: "/rosoclingo/in" in terminals.run("rosnode", "info", "/rosoclingo").output)
+    assert un_block(terminals, "b c3 c4").wait() == 0
+    node.wait_for("id info, value blocked(c3,c4)")
+
+
+def test_interrupt_of_un_block(terminals: Terminals) -> None:
+    waiting = terminals.start(
+        "bash", "-c", 'exec rosrun rosoclingo_interfaces un_block.py < <(echo "b c3 c4"; sleep 60)'
+    )
+    waiting.wait_for("waiting for a subscriber")
+    waiting.interrupt()
+    assert waiting.wait(5.0) == 130
+    assert "blocked(c3,c4) was not announced: nobody listens" in waiting.output
