@@ -17,6 +17,7 @@ import random
 import statistics
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
@@ -159,7 +160,7 @@ class Scenario(Inbox, Outside):
         fluents = state.plan.fluents(state.step - 1)
         saved = [event("save", fluent, 0) for fluent in fluents]
         planning = Planning("graph_wg.lp")
-        duration, _ = milliseconds(lambda: planning.incremental(saved))
+        duration, _ = milliseconds(partial(planning.incremental, saved))
         self.scratch.append(duration)
 
 
@@ -195,11 +196,9 @@ def measure_planning(report: Report) -> Dict[Tuple[int, int], Tuple[float, float
                 events = _draw(size, requests, draw)
                 arguments = ("graph_bench.lp", "-c", f"x={size}", "-c", f"y={size}")
                 planning = Planning(*arguments)
-                time_ours, plan = milliseconds(lambda p=planning, e=events: p.incremental(e))
-                shot, horizon = Planning(*arguments), planning.horizon
-                time_theirs, best = milliseconds(
-                    lambda s=shot, e=events, h=horizon: s.one_shot(e, h)
-                )
+                time_ours, plan = milliseconds(partial(planning.incremental, events))
+                shot = Planning(*arguments)
+                time_theirs, best = milliseconds(partial(shot.one_shot, events, planning.horizon))
                 assert len(plan.all_actions()) == len(best.all_actions())
                 ours.append(time_ours)
                 theirs.append(time_theirs)
@@ -248,7 +247,7 @@ def measure_large(report: Report) -> None:
     """Adds the row for a request among 100 offices."""
     planning = Planning("graph_bench.lp", "-c", f"x={LARGE}", "-c", f"y={LARGE}")
     events = [event("1", f"bring(1,{LARGE * LARGE})", 0)]
-    duration, plan = milliseconds(lambda: planning.incremental(events))
+    duration, plan = milliseconds(partial(planning.incremental, events))
     name = f"plan 1 of {LARGE * LARGE} offices, {len(plan.all_actions())} actions"
     report.add(Row(name, Samples("ms", (duration,)), None))
 
