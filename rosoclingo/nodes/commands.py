@@ -64,8 +64,7 @@ class ROSCommands:
             self.planner.run(AssignExternal(str(external), truth))
         if external.match("query", 1) and truth is Truth.TRUE:
             self.state.horizon = _step(external.arguments[0])
-        elif external.match("event", 3):
-            self.state.note_assigned(str(external), truth is Truth.TRUE)
+        self.state.note_assigned(str(external), truth is Truth.TRUE)
 
     def assign_externals(self, external: Symbol, value: Symbol) -> None:
         """Does what assign_external does; the manual spells it so."""
@@ -73,9 +72,7 @@ class ROSCommands:
 
     def release_external(self, external: Symbol) -> None:
         """Makes an external of the planner false for good."""
-        if str(external) in self.state.externals():
-            self.planner.run(ReleaseExternal(str(external)))
-        self.state.note_assigned(str(external), False)
+        self.state.release(str(external))
 
     def solve(self) -> None:
         """Searches for a plan; a message, goal or cancel request ends the search."""

@@ -6,6 +6,7 @@ the same way, so equal texts mean equal terms.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Dict, List, Optional, Sequence, Tuple
 
@@ -14,6 +15,8 @@ import clingo
 from rosclingo.errors import TermError, XmlError
 from rosclingo.terms import parse_term, quote
 from rosclingo.xml_codec import check_text
+
+_LAST_ARGUMENT = re.compile(r"[,(](-?\d+)\)\Z")
 
 
 @dataclass(frozen=True)
@@ -81,9 +84,10 @@ def event(source: str, content: str, step: int) -> str:
     return f"event({source},{content},{step})"
 
 
-def last_argument_is(atom: str, step: int) -> bool:
-    """Whether a step is the last argument of an atom, as clingo prints it."""
-    return atom.endswith((f",{step})", f"({step})"))
+def last_argument(atom: str) -> Optional[int]:
+    """Returns the step that is the last argument of an atom, as clingo prints it."""
+    match = _LAST_ARGUMENT.search(atom)
+    return int(match.group(1)) if match else None
 
 
 def canonical(text: str) -> str:

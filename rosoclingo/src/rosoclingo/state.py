@@ -6,13 +6,14 @@ from typing import Callable, Dict, Iterable, List, Optional, Set, Tuple
 
 from rosclingo.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.engine import Result
-from rosoclingo.atoms import Action, Plan, event, last_argument_is
+from rosoclingo.atoms import Action, Plan, event, last_argument
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import STATUSES, Goals
 from rosoclingo.inbox import Inbox
 from rosoclingo.mail import Mail
 from rosoclingo.solver import Planner
 
+_SAVE = "event(save,"
 _LOOK_SECONDS = 1.0  # how often it is seen, while waiting, whether the solvers are there
 
 
@@ -72,6 +73,9 @@ class State:
         self.ended = False
         self._reminded = False  # that goals wait for the next step
         self._to_release: List[int] = []
+        self._by_step: Dict[int, List[str]] = {}  # externals that can be released, when last seen
+        self._seen = 0  # how many steps were grounded then
+        self._kept: Set[str] = set()  # externals other than events that the mode has made true
         self._made_true: Set[str] = set()
         self._published: Set[Action] = set()
         self._declares_passed: Optional[bool] = None
@@ -90,6 +94,8 @@ class State:
         self.step = self.horizon = 0
         self.grounded = {0}
         self._to_release.clear()
+        self._seen = 0
+        self._kept.clear()
         self._made_true.clear()
         self._published.clear()
         self._declares_passed = None
@@ -104,6 +110,12 @@ class State:
         """Returns the planner's externals with their values."""
         externals = self.planner.externals()
         self.mail.learn(externals)
+        self._by_step = {}
+        for atom, value in externals.items():
+            step = last_argument(atom)
+            if step is not None and value is not Truth.TRUE and not atom.startswith(_SAVE):
+                self._by_step.setdefault(step, []).append(atom)
+        self._seen = len(self.grounded)
         return externals
 
     # What comes from outside.
@@ -197,11 +209,19 @@ class State:
         self.mail.drop([(*messages[atom], reason) for atom, reason in self.make_true(new)])
 
     def note_assigned(self, atom: str, true: bool) -> None:
-        """Takes note of an event that the mode itself has set."""
+        """Takes note of an external that the mode itself has set."""
+        noted = self._made_true if atom.startswith("event(") else self._kept
         if true:
-            self._made_true.add(atom)
+            noted.add(atom)
         else:
-            self._made_true.discard(atom)
+            noted.discard(atom)
+
+    def release(self, atom: str) -> None:
+        """Makes an external false for good, if there is one."""
+        if atom in self.externals():
+            self.planner.run(ReleaseExternal(atom))
+            self._seen = 0  # what was seen is out of date
+        self.note_assigned(atom, False)
 
     def make_true(self, atoms: List[str]) -> List[Tuple[str, str]]:
         """Makes externals of the planner true, until the next reset.
@@ -242,17 +262,18 @@ class State:
         before the planner is asked for anything that it could change.
         """
         steps, self._to_release = self._to_release, []
-        if not steps:
-            return
+        if steps and self._seen != len(self.grounded):
+            self.externals()
         release = [
             ReleaseExternal(atom)
-            for atom, value in self.externals().items()
-            if value is not Truth.TRUE
-            and atom not in self._made_true
-            and not atom.startswith("event(save,")
-            and any(_is_released_with(atom, step) for step in steps)
+            for step in steps
+            for atom in self._by_step.pop(step, ())
+            if atom not in self._made_true
+            and atom not in self._kept
+            and atom not in (f"query({step})", event("info", "passed", step))
         ]
-        self.planner.run(*release)
+        if release:
+            self.planner.run(*release)
 
     def _free_slots(self) -> None:
         self._reminded = False
@@ -291,11 +312,7 @@ class State:
         """Makes the fluents of a step the initial ones, and forgets what happened."""
         self._to_release.clear()  # those steps come again
         externals = self.externals()
-        saves = {
-            atom
-            for atom in externals
-            if atom.startswith("event(save,") and last_argument_is(atom, 0)
-        }
+        saves = {atom for atom in externals if atom.startswith(_SAVE) and last_argument(atom) == 0}
         true = saves & {event("save", fluent, 0) for fluent in self.plan.fluents(step)}
         false = sorted(self._made_true.intersection(externals) - true)
         commands = [AssignExternal(atom, Truth.FALSE) for atom in false]
@@ -307,8 +324,3 @@ class State:
         self._free_slots()
         self.goals.some_ended = False
         self.step = 0
-
-
-def _is_released_with(atom: str, step: int) -> bool:
-    kept = (f"query({step})", event("info", "passed", step))
-    return last_argument_is(atom, step) and atom not in kept

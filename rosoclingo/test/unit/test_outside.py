@@ -330,3 +330,24 @@ def test_a_rejection_says_what_is_wrong(system: Make, tmp_path: Path, late: bool
         assert goal.wait() == "rejected"
         assert reason in goal.reason
         assert f"event(1,{request}," in goal.reason or f"event(2,{request}," in goal.reason
+
+
+def test_release_step_keeps_what_the_mode_has_made_true(system: Make, tmp_path: Path) -> None:
+    file = tmp_path / "gates.lp"
+    file.write_text(
+        "#program state(t). #external gate(t). #external other(t). #external open(t). [true]"
+        "#external event(a,b,t). #external event(save,f,t). #program query(t). #external query(t)."
+    )
+    commands = [
+        "initialize", "assign_external(gate(0),true)", "release_step(0)", "solve", "ground(1)",
+        "assign_external(gate(1),true)", "assign_external(gate(1),false)",
+        "release_external(event(a,b,1))", "release_step(1)", "solve", "release_step(1)", "solve",
+    ]  # fmt: skip
+    made = system(script(tmp_path, *commands), encoding=[str(file)])
+    made.loop.prepare()
+    for _ in commands:
+        made.loop.step()
+    assert sorted(made.loop.state.externals()) == [
+        "event(save,f,0)", "event(save,f,1)", "gate(0)", "open(0)", "open(1)", "query(0)",
+        "query(1)",
+    ]  # fmt: skip
