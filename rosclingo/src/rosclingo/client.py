@@ -24,6 +24,7 @@ from rosclingo.msg import (
     ROSClingoGoal,
 )
 from rosclingo.srv import ROSClingoControl
+from rosclingo.worker import Stop
 from rosclingo.xml_codec import decode_reply, encode_assumptions, encode_commands
 
 _POLL_SECONDS = 0.01  # how often a waiting call looks whether it is to stop
@@ -231,7 +232,8 @@ class Client:
         assert search.result is not None
         status, result = search.result.status, search.result.result
         # A control request or a goal of somebody else's ends a search too: it is interrupted then.
-        if status.status != GoalStatus.SUCCEEDED and not (canceled or result.interrupted):
+        ended = canceled or (result.interrupted and status.text != Stop.SHUTDOWN.value)
+        if status.status != GoalStatus.SUCCEEDED and not ended:
             word = GoalStatus.to_string(status.status)
             raise ServiceError(f"{self.name} ended the goal as {word}: {status.text}")
         try:
