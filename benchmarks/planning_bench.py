@@ -44,7 +44,7 @@ from commands import ROSCommands  # noqa: E402 (the path has to be set first)
 SIZES = (2, 3, 4, 6)  # waypoints along each side of the grid
 REQUESTS = (1, 2, 3)
 LIMITED = {(4, 3), (6, 3)}  # sizes and requests for which there is a limit
-DRAWS = 5  # random requests of each kind
+DRAWS = {True: 5, False: 2}  # random requests of each kind, with and without a limit
 LIMIT = 10.0
 LARGE = 10
 
@@ -192,7 +192,8 @@ def measure_planning(report: Report) -> Dict[Tuple[int, int], Tuple[float, float
         for requests in REQUESTS:
             name = f"{requests} of {size * size} offices"
             ours, theirs, ratios, lengths = [], [], [], []
-            for draw in range(DRAWS):
+            limited = (size, requests) in LIMITED
+            for draw in range(DRAWS[limited]):
                 events = _draw(size, requests, draw)
                 arguments = ("graph_bench.lp", "-c", f"x={size}", "-c", f"y={size}")
                 planning = Planning(*arguments)
@@ -204,7 +205,7 @@ def measure_planning(report: Report) -> Dict[Tuple[int, int], Tuple[float, float
                 theirs.append(time_theirs)
                 ratios.append(time_ours / time_theirs)
                 lengths.append(len(plan.all_actions()))
-            limit = LIMIT if (size, requests) in LIMITED else None
+            limit = LIMIT if limited else None
             samples = Samples("ms", tuple(ours))
             name += f", {min(lengths)} to {max(lengths)} actions"
             report.add(
@@ -245,11 +246,14 @@ def measure_replanning(report: Report) -> None:
 
 def measure_large(report: Report) -> None:
     """Adds the row for a request among 100 offices."""
-    planning = Planning("graph_bench.lp", "-c", f"x={LARGE}", "-c", f"y={LARGE}")
+    arguments = ("graph_bench.lp", "-c", f"x={LARGE}", "-c", f"y={LARGE}")
+    planning, shot = Planning(*arguments), Planning(*arguments)
     events = [event("1", f"bring(1,{LARGE * LARGE})", 0)]
-    duration, plan = milliseconds(partial(planning.incremental, events))
+    ours, plan = milliseconds(partial(planning.incremental, events))
+    theirs, _ = milliseconds(partial(shot.one_shot, events, planning.horizon))
     name = f"plan 1 of {LARGE * LARGE} offices, {len(plan.all_actions())} actions"
-    report.add(Row(name, Samples("ms", (duration,)), None))
+    samples = Samples("ms", (ours,))
+    report.add(Row(name, samples, None, "to one-shot", ours / theirs, "x", LIMIT))
 
 
 def plot(medians: Dict[Tuple[int, int], Tuple[float, float]]) -> Path:

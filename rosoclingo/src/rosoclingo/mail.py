@@ -150,9 +150,9 @@ class Mail:
 
     def explain(self, slot: str, request: str, step: int) -> str:
         """Returns the reason why a goal is rejected that the planner declares no external for."""
-        atom = shorten(event(slot, request, step))
         why = self._vocabulary.explain(slot, request)
-        return f"the planner does not know it, because it has no external {atom}: {why}"
+        atom = shorten(event(slot, request, step))
+        return f"the planner does not know it: {why} (there is no external {atom})"
 
     def refuse(self, reason: str) -> None:
         """Takes no messages and goals from now on."""

@@ -138,6 +138,8 @@ class State:
         """
         inbox = self.mail.inbox
         self.take_mail()
+        if not (self.mail.pending_actions or self.mail.has_news):
+            self.goals.tell(f"waiting in step {self.step}: the plan has no action for now")
         while not (self.mail.has_news or self._step_is_awaited()):
             if inbox.closed:
                 raise ShutdownError("the node is shutting down")
@@ -293,7 +295,7 @@ class State:
     def found(self, plan: Plan) -> None:
         """Takes a new plan."""
         self.plan = plan
-        self.goals.tell(f"plan {self.horizon} steps")
+        self.goals.tell(f"plan {self.horizon} step{'' if self.horizon == 1 else 's'}")
 
     def set_status(self, slot: str, word: str) -> None:
         """Sets the status of the goal in a slot as the plan says."""

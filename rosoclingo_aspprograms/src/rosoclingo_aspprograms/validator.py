@@ -238,6 +238,10 @@ class Validator:
         else:
             self._wrong(f"{about}")
 
+    def settle(self) -> None:
+        """Whoever plans knows by now all that was said, because no action is on its way."""
+        self._bind()
+
     def finish(self) -> List[str]:
         """Looks whether all is done, when nothing is expected to happen any more.
 

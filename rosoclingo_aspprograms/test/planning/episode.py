@@ -111,6 +111,8 @@ class Episode(Inbox, Outside):
 
     def wait(self, timeout: float) -> bool:
         """Lets the world take its turn until there is news; ends if it has nothing to do."""
+        if not (self.pending or self._items):
+            self.validator.settle()
         while not (self._items or self.closed):
             if not self._turn():
                 self.close()

@@ -146,3 +146,15 @@ def test_terms() -> None:
     assert arguments("blocked(c(1), c(2))", "blocked") == ["c(1)", "c(2)"]
     assert arguments("blocked(a)", "unblocked") == []
     assert arguments("blocked", "blocked") == []
+
+
+def test_what_was_freed_and_is_blocked_again() -> None:
+    validator = Validator(Map.grid(2, 1))
+    validator.request("a", "bring(1,2)")
+    validator.message("info", "unblocked(c(1),c(2))")
+    validator.settle()
+    validator.message("info", "blocked(c(1),c(2))")
+    validator.settle()
+    assert validator.believed() == {frozenset(("c(1)", "c(2)"))}
+    validator.action("mailbot", "go(c(2))")
+    assert "blocked" in validator.violations[-1]

@@ -101,7 +101,8 @@ class Client:
         Raises:
             LineError: There is none of this number that could be cancelled.
         """
-        self._orders.cancel(number)
+        order = self._orders.cancel(number)
+        self._say(f"[{number}] {order.bring}: cancel requested")
         with self._lock:
             handle = self._arrived.get(number)
         if handle is not None:

@@ -29,7 +29,7 @@ _SECONDS = 0.3  # how long an action takes
 _TIMEOUT_SECONDS = 50.0  # for the whole story
 _POLL_SECONDS = 0.05  # how often the main thread looks at what it waits for
 _OBSTACLE = frozenset(("c4", "c5"))
-_PLAN = re.compile(r": plan (\d+) steps")
+_PLAN = re.compile(r": plan (\d+) steps?")
 
 _BOOK = Bring("bring(o7,o11)", ("book",))
 _LETTER = Bring("bring(o2,o3)", ("letter",))
@@ -121,7 +121,7 @@ class Story:
                 bring = (_BOOK, _LETTER, _PARCEL)[int(number[1:]) - 1]
                 # Each request has the slot of its number, because all are free.
                 self._validator.status(bring, word, number[1:])
-            if not re.match(r"(plan|step|queued) ?\d", word):
+            if not re.match(r"(plan|step|queued|waiting) ?", word):
                 self._say(line)
 
     def _say(self, line: str) -> None:

@@ -27,7 +27,7 @@ class Fulfill(ActionInterface):
             raise ParameterError(
                 f"parameter ~sequence: expected a list of {', '.join(ANSWERS)}: {wrong[0]}"
             )
-        seed = int(parameters.number("seed", random.randrange(2**31)))  # noqa: S311
+        seed = parameters.integer("seed", random.randrange(2**31))  # noqa: S311
         probability = parameters.number("fail_probability", 0.0, 1.0)
         if probability > 0:
             rospy.loginfo("fails with probability %g; _seed:=%d repeats it", probability, seed)

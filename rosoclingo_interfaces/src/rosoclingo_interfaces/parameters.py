@@ -23,10 +23,23 @@ def number(name: str, default: float, most: float = math.inf) -> float:
         ParameterError: It is something else.
     """
     value = _get(name, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= most:
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not (is_number and 0 <= value <= most and math.isfinite(value)):
         bound = "" if most == math.inf else f" to {most:g}"
         raise _wrong(name, f"a number from 0{bound}", value)
     return float(value)
+
+
+def integer(name: str, default: int) -> int:
+    """Returns an integer from 0 on.
+
+    Raises:
+        ParameterError: It is something else.
+    """
+    value = number(name, default)
+    if not value.is_integer():
+        raise _wrong(name, "an integer from 0 on", value)
+    return int(value)
 
 
 def pattern(name: str, default: str = NOTHING) -> Pattern[str]:
