@@ -266,7 +266,7 @@ def plot(medians: Dict[Tuple[int, int], Tuple[float, float]]) -> Path:
         offices = [size * size for size in SIZES]
         ours = [medians[size, requests][0] for size in SIZES]
         theirs = [medians[size, requests][1] for size in SIZES]
-        (line,) = axes.plot(offices, ours, "o-", label=f"{requests} requests, growing horizon")
+        (line,) = axes.plot(offices, ours, "o-", label=f"requests: {requests}, growing horizon")
         axes.plot(offices, theirs, "s--", color=line.get_color(), label="the same, one-shot")
     axes.set(xlabel="offices", ylabel="time to the shortest plan (ms)", yscale="log")
     axes.set_title("Planning of the mailbot, median of random requests")

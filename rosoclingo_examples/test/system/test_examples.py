@@ -246,6 +246,15 @@ def test_interrupt_at_a_keyboard(terminals: Terminals, tmp_path: Path) -> None:
     assert "status: 1" in status.output  # ACTIVE
 
 
+def test_the_quick_start_of_the_readme(terminals: Terminals, tmp_path: Path) -> None:
+    terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch")
+    client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
+    typist.type("1 3\n4 2\n")
+    typist.close()
+    assert client.wait() == 0, client.output
+    assert client.output.splitlines()[-1] == "2 deliveries"
+
+
 @pytest.mark.install_space
 def test_the_demo(terminals: Terminals) -> None:
     terminals.start("roslaunch", "rosoclingo_examples", "mailbot_office.launch")
