@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from types import FrameType
 from typing import Optional
@@ -10,7 +11,7 @@ from typing import Optional
 import rospy
 
 
-def init_node(name: str, anonymous: bool = False) -> None:
+def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     """Does what ``rospy.init_node`` does, with another way to handle SIGINT and SIGTERM.
 
     rospy shuts down inside of the signal handler, which is in the main thread: if that thread is
@@ -20,7 +21,11 @@ def init_node(name: str, anonymous: bool = False) -> None:
     Args:
         name: Name of the node, which a remapping of ``__name`` replaces.
         anonymous: Whether to make the name unique.
+        usage: What ``-h`` and ``--help`` print, before the process ends; nothing to ignore them.
     """
+    if usage and not {"-h", "--help"}.isdisjoint(sys.argv[1:]):
+        print(usage)
+        sys.exit(0)
     signals = (signal.SIGINT, signal.SIGTERM)
     for number in signals:
         signal.signal(number, signal.SIG_DFL)

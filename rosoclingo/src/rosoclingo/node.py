@@ -31,6 +31,9 @@ from rosoclingo.solver import Solver
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.state import Outside
 
+_USAGE = """usage: run.py [_controller:=NAME] [_planner:=NAME] [ROS remappings]
+
+Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
 _SECONDS_TO_SEND = 0.1  # how long the results of aborted goals have until rospy ends connections
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
@@ -206,7 +209,7 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     The exit status is 0, or 1 when the loop had to end. Arguments of the command line are ignored,
     because the manual passes one.
     """
-    init_node("rosoclingo")
+    init_node("rosoclingo", usage=_USAGE)
     inbox = Inbox()
     rospy.on_shutdown(inbox.close)  # before the clients are told, so that the loop knows why
     controller = Client(rospy.get_param("~controller", "controller"))

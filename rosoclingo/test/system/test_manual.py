@@ -233,3 +233,10 @@ def test_interrupt_while_waiting(terminals: Terminals) -> None:
     node.wait_for("waiting for the solver /controller")
     node.interrupt()
     assert node.wait() == 0
+
+
+def test_usage(terminals: Terminals) -> None:
+    for script in ("run.py",):
+        asked = terminals.run("rosrun", "rosoclingo", script, "--help")
+        assert asked.wait() == 0
+        assert asked.output.startswith(f"usage: {script}")

@@ -166,7 +166,7 @@ def main() -> NoReturn:
 
     The exit status is 0 if everything was as it should, and 1 if not.
     """
-    init_node("demo")
+    init_node("demo", usage=f"usage: demo.py [ROS remappings]\n\n{__doc__}")
     logging.getLogger("rosout").setLevel(logging.WARNING)  # the story has a line for each action
     folder = Path(rospkg.RosPack().get_path("rosoclingo_aspprograms"))
     graph = Map.read(folder / "mailbot" / "instances" / "graph_wg.lp")

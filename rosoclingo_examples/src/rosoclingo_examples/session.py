@@ -24,7 +24,8 @@ def main(name: str, with_object: bool) -> NoReturn:
         name: Name of the node, to which a number is added.
         with_object: Whether a request names an object.
     """
-    init_node(name, anonymous=True)
+    usage = f"usage: {name}.py [ROS remappings]\n\n{_help(with_object)}"
+    init_node(name, anonymous=True, usage=usage)
     prompt = Prompt(f"{name}> ")
     rospy.on_shutdown(lambda: prompt.stop("the node was shut down"))
     status = run(prompt, with_object)
@@ -40,8 +41,7 @@ def run(prompt: Prompt, with_object: bool) -> int:
     if prompt.wait(client.reminder()):
         client.watch(prompt.stop)
         if prompt.interactive:
-            form = "FROM TO OBJECT" if with_object else "FROM TO"
-            prompt.say(f"{form} requests a delivery; ID cancels it; Enter lists all; Ctrl-D ends")
+            prompt.say(_help(with_object))
         for line in prompt.lines():
             try:
                 _do(line, client, orders, prompt, with_object)
@@ -55,6 +55,11 @@ def run(prompt: Prompt, with_object: bool) -> int:
         prompt.say(prompt.reason)
     prompt.say(orders.summary())
     return 0 if orders.all_as_asked and not wrong_lines and prompt.reason is None else 1
+
+
+def _help(with_object: bool) -> str:
+    form = "FROM TO OBJECT" if with_object else "FROM TO"
+    return f"{form} requests a delivery; ID cancels it; Enter lists all; Ctrl-D ends"
 
 
 def _do(line: str, client: Client, orders: Orders, prompt: Prompt, with_object: bool) -> None:

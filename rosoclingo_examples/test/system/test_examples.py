@@ -263,3 +263,14 @@ def test_the_demo(terminals: Terminals) -> None:
     assert "go(c4)      failure" in demo.output
     assert "2 deliveries, 1 canceled" in demo.output
     assert "wrong" not in demo.output
+
+
+def test_usage(terminals: Terminals) -> None:
+    for script in (
+        "mailbot.py",
+        "mailbot_manual.py",
+        "demo.py",
+    ):
+        asked = terminals.run("rosrun", "rosoclingo_examples", script, "--help")
+        assert asked.wait() == 0
+        assert asked.output.startswith(f"usage: {script}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
 import threading
 import time
@@ -80,7 +81,9 @@ def run(interface: Callable[[], ActionInterface], name: str) -> NoReturn:
 
     The exit status is 0, or 2 if a parameter is wrong.
     """
-    init_node(name)
+    about = inspect.cleandoc(interface.__doc__ or "")
+    usage = f"usage: {name}.py [_PARAMETER:=VALUE]... [ROS remappings]\n\n{about}"
+    init_node(name, usage=usage)
     try:
         node = InterfaceNode(interface())
     except RosclingoError as err:

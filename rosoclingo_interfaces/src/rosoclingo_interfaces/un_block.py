@@ -25,7 +25,7 @@ def main() -> NoReturn:
     The exit status is 0 if all lines were announced, 1 if one was wrong or there was nobody to
     hear it, 130 after Ctrl-C.
     """
-    init_node("un_block", anonymous=True)
+    init_node("un_block", anonymous=True, usage=f"usage: un_block.py [ROS remappings]\n\n{_HELP}")
     prompt = Prompt("b/u> ")
     rospy.on_shutdown(lambda: prompt.stop("shut down"))
     status = _announce(prompt)

@@ -155,3 +155,14 @@ def test_interrupt_of_un_block(terminals: Terminals) -> None:
     waiting.interrupt()
     assert waiting.wait(5.0) == 130
     assert "blocked(c3,c4) was not announced: nobody listens" in waiting.output
+
+
+def test_usage(terminals: Terminals) -> None:
+    for script in (
+        "fulfill.py",
+        "pickup_deliver.py",
+        "un_block.py",
+    ):
+        asked = terminals.run("rosrun", "rosoclingo_interfaces", script, "--help")
+        assert asked.wait() == 0
+        assert asked.output.startswith(f"usage: {script}")
