@@ -27,7 +27,7 @@ from rosclingo.worker import Job, Stop, Worker
 from rosclingo.xml_codec import decode_assumptions, decode_commands, encode_reply
 
 _SECONDS_TO_END = 0.5  # how long a shutdown waits for the solver
-_SECONDS_TO_SEND = 0.1  # how long the results of aborted goals have until rospy ends connections
+_SECONDS_TO_SEND = 0.2  # how long the results of aborted goals have until rospy ends connections
 
 
 class GoalJob(Job):
