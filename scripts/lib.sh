@@ -16,11 +16,17 @@ apt_packages() {
   if [ -d /opt/ros/noetic ] || grep -qs '^VERSION_CODENAME=focal' /etc/os-release; then
     echo build-essential cmake python3-venv ros-noetic-ros-base ros-noetic-actionlib \
       ros-noetic-actionlib-msgs ros-noetic-message-generation ros-noetic-message-runtime \
-      ros-noetic-rosbag ros-noetic-rostest ros-noetic-std-msgs
+      ros-noetic-rosbag ros-noetic-rostest ros-noetic-std-msgs ros-noetic-std-srvs \
+      ros-noetic-geometry-msgs ros-noetic-move-base-msgs ros-noetic-nav-msgs ros-noetic-rosgraph-msgs \
+      ros-noetic-sensor-msgs ros-noetic-tf2-msgs ros-noetic-visualization-msgs
   else
     echo build-essential cmake python3-venv catkin ros-base rosbash python3-rospy \
       python3-actionlib libactionlib-dev libactionlib-msgs-dev libstd-msgs-dev ros-actionlib-msgs ros-std-msgs \
-      ros-message-generation ros-message-runtime python3-rosbag librostest-dev python3-rostest
+      ros-message-generation ros-message-runtime python3-rosbag librostest-dev python3-rostest \
+      ros-geometry-msgs ros-move-base-msgs ros-nav-msgs ros-rosgraph-msgs \
+      ros-sensor-msgs ros-tf2-msgs ros-visualization-msgs ros-std-srvs \
+      python3-geometry-msgs python3-move-base-msgs python3-nav-msgs python3-rosgraph-msgs \
+      python3-sensor-msgs python3-tf2-msgs python3-visualization-msgs python3-std-srvs
   fi
   # ROS looks up localhost and the machine's own name, which not every /etc/hosts has.
   getent -s files hosts localhost "$(uname -n)" >/dev/null || echo libnss-myhostname
