@@ -1,0 +1,1 @@
+"""A simulator of a robot with navigation, for systems without Gazebo."""

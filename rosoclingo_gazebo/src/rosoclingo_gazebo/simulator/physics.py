@@ -1,0 +1,126 @@
+"""What the simulator needs of its physics, whichever kind it is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol, Tuple
+
+import numpy as np
+
+ROBOT_RADIUS = 0.18
+"""The robot is a disc of this radius, in metres."""
+
+LINEAR_ACCELERATION = 1.0
+"""How fast the robot's speed changes at most, in m/s²."""
+
+ANGULAR_ACCELERATION = 3.0
+"""How fast the robot's turning changes at most, in rad/s²."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A place on the floor, and a direction.
+
+    Attributes:
+        x: In metres.
+        y: In metres.
+        theta: In radians, counter-clockwise from the x-axis.
+    """
+
+    x: float
+    y: float
+    theta: float
+
+    def distance(self, other: Pose) -> float:
+        """Returns how far two places are apart, in metres."""
+        return math.hypot(other.x - self.x, other.y - self.y)
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box that stands on the floor.
+
+    Attributes:
+        x: Of the centre, in metres.
+        y: Of the centre, in metres.
+        theta: Direction of its length, in radians.
+        length: In metres.
+        width: In metres.
+        height: In metres.
+    """
+
+    x: float
+    y: float
+    theta: float
+    length: float
+    width: float
+    height: float = 0.6
+
+    def distance(self, x: float, y: float) -> float:
+        """Returns how far a point is from the box's outline, in metres; 0 inside."""
+        along, across = self.local(x, y)
+        return math.hypot(
+            max(0.0, abs(along) - self.length / 2), max(0.0, abs(across) - self.width / 2)
+        )
+
+    def local(self, x: float, y: float) -> Tuple[float, float]:
+        """Returns a point's distance from the centre, along the length and along the width."""
+        dx, dy = x - self.x, y - self.y
+        cosine, sine = math.cos(self.theta), math.sin(self.theta)
+        return cosine * dx + sine * dy, cosine * dy - sine * dx
+
+
+class Physics(Protocol):
+    """A robot in a world; one thread uses it."""
+
+    def reset(self, pose: Pose) -> None:
+        """Puts the robot somewhere, standing still; boxes stay."""
+
+    def step(self, linear: float, angular: float, seconds: float) -> None:
+        """Lets time pass.
+
+        Args:
+            linear: Wanted speed, in m/s.
+            angular: Wanted speed of turning, in rad/s.
+            seconds: How much time passes.
+        """
+
+    @property
+    def pose(self) -> Pose:
+        """Where the robot really is, in the map."""
+
+    @property
+    def velocity(self) -> Tuple[float, float]:
+        """What the wheels really do, in m/s and rad/s."""
+
+    @property
+    def touches(self) -> bool:
+        """Whether the robot touches a wall or a box now."""
+
+    def put(self, name: str, box: Box) -> None:
+        """Puts a box into the world, in place of the one of the same name if there is one."""
+
+    def remove(self, name: str) -> None:
+        """Takes a box away; does nothing if there is none of the name."""
+
+    def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
+        """Returns what a laser in the robot's centre measures.
+
+        Args:
+            angles: Directions of the beams from the robot's own, in radians.
+            longest: The laser's range, in metres.
+
+        Returns:
+            Distances in metres, infinity where there is nothing within the range.
+        """
+
+
+def between(value: float, least: float, most: float) -> float:
+    """Returns the value, or the nearer of two bounds."""
+    return max(least, min(most, value))
+
+
+def normal_angle(angle: float) -> float:
+    """Returns an angle between -pi and pi that is the same direction."""
+    return math.remainder(angle, 2 * math.pi)
