@@ -11,6 +11,12 @@ import numpy as np
 ROBOT_RADIUS = 0.18
 """The robot is a disc of this radius, in metres."""
 
+LINEAR_SPEED = 0.5
+"""How fast the robot drives at most, in m/s."""
+
+ANGULAR_SPEED = 1.5
+"""How fast the robot turns at most, in rad/s."""
+
 LINEAR_ACCELERATION = 1.0
 """How fast the robot's speed changes at most, in m/s²."""
 
@@ -114,6 +120,26 @@ class Physics(Protocol):
         Returns:
             Distances in metres, infinity where there is nothing within the range.
         """
+
+
+def next_velocity(
+    velocity: Tuple[float, float], linear: float, angular: float, seconds: float
+) -> Tuple[float, float]:
+    """Returns what the wheels do next, within the robot's limits.
+
+    Args:
+        velocity: What they do now, in m/s and rad/s.
+        linear: Wanted speed, in m/s.
+        angular: Wanted speed of turning, in rad/s.
+        seconds: How long they may take to change.
+    """
+    forward = between(linear, -LINEAR_SPEED, LINEAR_SPEED)
+    turning = between(angular, -ANGULAR_SPEED, ANGULAR_SPEED)
+    faster, quicker = LINEAR_ACCELERATION * seconds, ANGULAR_ACCELERATION * seconds
+    return (
+        between(forward, velocity[0] - faster, velocity[0] + faster),
+        between(turning, velocity[1] - quicker, velocity[1] + quicker),
+    )
 
 
 def between(value: float, least: float, most: float) -> float:

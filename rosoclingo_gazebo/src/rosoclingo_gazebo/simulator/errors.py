@@ -1,0 +1,17 @@
+"""What is expected to go wrong in the simulator."""
+
+from __future__ import annotations
+
+from rosclingo.errors import RosclingoError
+
+
+class MapError(RosclingoError):
+    """A map cannot be read; the message names the file and what is wrong with it."""
+
+
+class PhysicsError(RosclingoError):
+    """The physics cannot start; the message says what it needs."""
+
+
+class ObstacleError(RosclingoError):
+    """A command for an obstacle that cannot be done; the message says why."""
