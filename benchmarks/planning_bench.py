@@ -28,6 +28,7 @@ from rosclingo.commands import AssignExternal, Ground, Part, Truth
 from rosclingo.engine import Engine, Result
 from rosclingo.options import Options
 from rosoclingo.atoms import Plan, event
+from rosoclingo.controller import Controller
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import Goal
 from rosoclingo.inbox import Inbox, Message
@@ -123,7 +124,7 @@ class Scenario(Inbox, Outside):
         self._answered: Optional[float] = None
         files = tuple(str(MAILBOT / name) for name in ("instances/graph_wg.lp", "mailbot.lp"))
         controller = Engine(Options((str(MODE),), ("-c", "steps=60")))
-        self._loop = Loop(controller, Engine(Options(files)), ROSCommands, self, self)
+        self._loop = Loop(Controller(controller), Engine(Options(files)), ROSCommands, self, self)
         for value in before:
             self.put(Message("info", value))
         self.put(Goal(request))
@@ -200,11 +201,11 @@ def measure_planning(report: Report) -> Dict[Tuple[int, int], Tuple[float, float
                 time_ours, plan = milliseconds(partial(planning.incremental, events))
                 shot = Planning(*arguments)
                 time_theirs, best = milliseconds(partial(shot.one_shot, events, planning.horizon))
-                assert len(plan.all_actions()) == len(best.all_actions())
+                assert len(plan.actions_from(0)) == len(best.actions_from(0))
                 ours.append(time_ours)
                 theirs.append(time_theirs)
                 ratios.append(time_ours / time_theirs)
-                lengths.append(len(plan.all_actions()))
+                lengths.append(len(plan.actions_from(0)))
             limit = LIMIT if limited else None
             samples = Samples("ms", tuple(ours))
             name += f", {min(lengths)} to {max(lengths)} actions"
@@ -251,7 +252,7 @@ def measure_large(report: Report) -> None:
     events = [event("1", f"bring(1,{LARGE * LARGE})", 0)]
     ours, plan = milliseconds(partial(planning.incremental, events))
     theirs, _ = milliseconds(partial(shot.one_shot, events, planning.horizon))
-    name = f"plan 1 of {LARGE * LARGE} offices, {len(plan.all_actions())} actions"
+    name = f"plan 1 of {LARGE * LARGE} offices, {len(plan.actions_from(0))} actions"
     samples = Samples("ms", (ours,))
     report.add(Row(name, samples, None, "to one-shot", ours / theirs, "x", LIMIT))
 

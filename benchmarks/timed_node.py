@@ -27,6 +27,7 @@ from rosclingo.commands import Answer, Assumption, Command, Ground
 from rosclingo.engine import Engine, Improvement, Outcome
 from rosclingo.options import parse_options
 from rosclingo.ros_node import init_node
+from rosoclingo.controller import Controller
 from rosoclingo.node import Node
 
 COMMANDS = Path(__file__).resolve().parent.parent / "rosoclingo" / "nodes" / "commands.py"
@@ -81,7 +82,7 @@ def main() -> None:
     planner = TimedEngine(parse_options(options[:plus]))
     controller = Engine(parse_options(options[plus + 1 :]))
     init_node("rosoclingo")
-    node = Node(controller, planner, load_commands())
+    node = Node(Controller(controller), planner, load_commands())
     node.start()
     node.spin()
     if node.failure is not None:

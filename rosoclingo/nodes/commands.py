@@ -118,7 +118,7 @@ class ROSCommands:
 
     def publish(self) -> None:
         """Publishes the whole plan as one message; the loop is through then."""
-        plan = ", ".join(str(action) for action in self.state.plan.all_actions())
+        plan = ", ".join(str(action) for action in self.state.plan.actions_from(0))
         self.state.outside.publish("solver", f"[{plan}]")
         self.state.finish("the plan is published, and the mode is through: it takes no goals")
 

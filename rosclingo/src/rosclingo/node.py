@@ -20,7 +20,7 @@ from rosclingo.low_latency import LowLatencyActionServer
 from rosclingo.msg import ROSClingoAction, ROSClingoFeedback, ROSClingoResult
 from rosclingo.options import USAGE, Options, parse_options
 from rosclingo.programs import Policy
-from rosclingo.ros_node import init_node
+from rosclingo.ros_node import init_node, log_clingo
 from rosclingo.srv import ROSClingoControl, ROSClingoControlRequest
 from rosclingo.terms import parse_term
 from rosclingo.worker import Job, Stop, Worker
@@ -188,7 +188,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
         if options.help:
             print(USAGE, end="")
             sys.exit(0)
-        engine = Engine(options, log=_log_clingo)
+        engine = Engine(options, log=log_clingo)
         init_node("rosclingo")
         node = Node(engine, default_policy(options))
     except RosclingoError as err:
@@ -217,11 +217,6 @@ def _folders(value: Any) -> Tuple[str, ...]:
     """Reads ~load_path: a list of folders, or one text with colons in between."""
     folders = value.split(":") if isinstance(value, str) else value
     return tuple(str(folder) for folder in folders if folder)
-
-
-def _log_clingo(message: str) -> None:
-    log = rospy.logwarn if "warning:" in message or "error:" in message else rospy.loginfo
-    log("clingo: %s", message)
 
 
 def _log_start(options: Options, policy: Policy) -> None:

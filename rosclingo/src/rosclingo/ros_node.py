@@ -1,4 +1,4 @@
-"""Starting a ROS node that Ctrl-C is sure to end."""
+"""Starting a ROS node that Ctrl-C is sure to end, and what else nodes share."""
 
 from __future__ import annotations
 
@@ -32,6 +32,12 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
     for number in signals:
         signal.signal(number, _shut_down)
+
+
+def log_clingo(message: str) -> None:
+    """Logs one of clingo's messages: at level WARN if it is a warning or an error."""
+    log = rospy.logwarn if "warning:" in message or "error:" in message else rospy.loginfo
+    log("clingo: %s", message)
 
 
 def _shut_down(number: int, _: Optional[FrameType]) -> None:

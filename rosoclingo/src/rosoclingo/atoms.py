@@ -38,12 +38,13 @@ class Action:
 
 
 class Plan:
-    """What rosoclingo reads of the planner's answer set: do/3, status/3 and holds/2."""
+    """What rosoclingo reads of the planner's answer set: do/3, status/3, holds/2 and abort/2."""
 
     def __init__(self, symbols: Sequence[str] = ()) -> None:
         self._symbols = symbols
         self._actions: Dict[int, List[Action]] = {}
         self._statuses: Dict[int, List[Tuple[str, str]]] = {}
+        self._aborts: Dict[int, List[str]] = {}
         for text in symbols:
             if text.startswith("do("):
                 arguments = _arguments(text, "do", 3)
@@ -55,14 +56,28 @@ class Plan:
                 if arguments is not None:
                     status = (str(arguments[0]), str(arguments[1]))
                     self._statuses.setdefault(arguments[2].number, []).append(status)
+            elif text.startswith("abort("):
+                arguments = _arguments(text, "abort", 2)
+                if arguments is not None:
+                    self._aborts.setdefault(arguments[1].number, []).append(str(arguments[0]))
 
     def actions(self, step: int) -> Sequence[Action]:
         """Returns the actions of a step."""
         return self._actions.get(step, ())
 
-    def all_actions(self) -> List[Action]:
-        """Returns all actions, ordered by step."""
-        return [action for step in sorted(self._actions) for action in self._actions[step]]
+    def actions_from(self, step: int) -> List[Action]:
+        """Returns the actions of a step and of all after it, ordered by step."""
+        steps = sorted(other for other in self._actions if other >= step)
+        return [action for other in steps for action in self._actions[other]]
+
+    def aborts(self, step: int) -> Sequence[str]:
+        """Returns the actuators that are to end what they do in a step (ROSoClingo 1.0)."""
+        return self._aborts.get(step, ())
+
+    @property
+    def has_status(self) -> bool:
+        """Whether the plan says anything about goals."""
+        return bool(self._statuses)
 
     def statuses(self, step: int) -> Sequence[Tuple[str, str]]:
         """Returns the pairs of slot id and status of a step."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Sequence, Set, Tuple
+from typing import Dict, List, Optional, Protocol, Sequence, Set, Tuple
 
 import clingo
 
@@ -42,6 +42,26 @@ class Info:
         if self.result is not None:
             true.append(f"result({self.result.value})")
         return [event("info", name, 0) for name in true]
+
+
+class Decider(Protocol):
+    """Says what the loop does next. One thread makes the calls."""
+
+    @property
+    def dynamic(self) -> bool:
+        """Whether it takes messages and goals."""
+
+    def prepare(self) -> None:
+        """Begins anew."""
+
+    def decide(self, info: Info) -> clingo.Symbol:
+        """Returns the next command, such as ``ground(3)``."""
+
+    def describe(self, info: Info) -> str:
+        """Describes what the last decision was made from."""
+
+    def check(self) -> None:
+        """Raises an error if it cannot be asked any more."""
 
 
 class Controller:
@@ -108,6 +128,10 @@ class Controller:
             )
         self._saved = [event for event in map(self._save_event, fluents) if event]
         return parse_term(commands[0])
+
+    def check(self) -> None:
+        """Raises an error if the solver is not there any more."""
+        self._solver.check()
 
     def describe(self, info: Info) -> str:
         """Describes what the last decision was made from."""

@@ -5,12 +5,12 @@ Nothing here needs ROS: the solvers, the world outside and the commands are argu
 
 from __future__ import annotations
 
-from typing import Any, Callable
+from typing import Any, Callable, Tuple
 
 import clingo
 
 from rosclingo.errors import RosclingoError, ServiceError
-from rosoclingo.controller import Controller, Info
+from rosoclingo.controller import Decider, Info
 from rosoclingo.errors import ControllerError, LoopError, ShutdownError
 from rosoclingo.inbox import Inbox
 from rosoclingo.solver import Planner, Solver
@@ -26,26 +26,31 @@ class Loop:
 
     def __init__(
         self,
-        controller: Solver,
+        controller: Decider,
         planner: Solver,
         commands: Callable[[State], Any],
         inbox: Inbox,
         outside: Outside,
+        *,
+        action_timeout: float = 0.0,
     ) -> None:
         """Prepares a loop that asks nobody yet.
 
         Args:
-            controller: Solver with a mode.
+            controller: Says what to do next.
             planner: Solver with the task's encoding.
             commands: Class with a method for each command, such as ``ROSCommands``.
             inbox: Where messages, goals and cancel requests come in.
             outside: Where actions and log messages go.
+            action_timeout: From when on an action without an answer counts as failed, in seconds
+                since it was published; 0 for never.
         """
-        self._solvers = (controller, planner)
-        self.state = State(Planner(planner), inbox, outside, self._check)
-        self._controller = Controller(controller)
+        self._parts = (controller, planner)
+        self.state = State(Planner(planner), inbox, outside, self._check, action_timeout)
+        self._controller = controller
         self._commands = commands(self.state)
         self._outside = outside
+        self._shown: Tuple[object, ...] = ()
 
     def run(self) -> None:
         """Runs until the mode is through, and then keeps refusing goals until shut down.
@@ -94,10 +99,14 @@ class Loop:
         command = self._controller.decide(info)
         state.result = None
         self._call(command, info)
+        shown = (state.plan, state.step, state.horizon)
+        if shown != self._shown:
+            self._shown = shown
+            self._outside.show_plan(state.step, state.horizon, state.plan.actions_from(state.step))
 
     def _check(self) -> None:
-        for solver in self._solvers:
-            solver.check()
+        for part in self._parts:
+            part.check()
 
     def _call(self, command: clingo.Symbol, info: Info) -> None:
         is_function = command.type is clingo.SymbolType.Function

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from typing import Callable, Dict, Iterable, List, Set, Tuple
 
 from clingo import SymbolType
@@ -12,6 +14,8 @@ from rosoclingo.atoms import canonical, event
 from rosoclingo.goals import Goal, Goals
 from rosoclingo.inbox import Cancel, Inbox, Item, Message
 
+ANY_EVENT = "_,_"
+"""Stands for the source and content of any event, of a source that declares none of its own."""
 _RESERVED_IDS = ("commit", "save")
 _ORDINALS = ("first", "second", "third", "fourth", "fifth")
 _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
@@ -38,7 +42,9 @@ class Vocabulary:
 
     def has(self, source: str, content: str) -> bool:
         """Whether there is such an event in a step that was grounded when it last learned."""
-        return f"{source},{content}" in self._pairs
+        return f"{source},{content}" in self._pairs or (
+            ANY_EVENT in self._pairs and not self._of(f"{source},")
+        )
 
     def explain(self, source: str, content: str) -> str:
         """Says why there is no such event, by comparing it with those that there are."""
@@ -105,7 +111,7 @@ class Mail:
         self._held: List[Item] = []  # nobody can say yet whether the planner knows it
         self._arrivals = 0  # how much news has come
         self._told = 0  # how much of it the controller knows of
-        self._acting: Set[str] = set()  # actuators of the current step
+        self._acting: Dict[str, float] = {}  # the current step's actuators: when they were told
         self._answers: Dict[str, str] = {}  # of those that answered in it
 
     # What the controller is told.
@@ -113,7 +119,7 @@ class Mail:
     @property
     def pending_actions(self) -> bool:
         """Whether an actuator of the current step has not answered."""
-        return not self._acting <= self._answers.keys()
+        return not self._acting.keys() <= self._answers.keys()
 
     @property
     def new_messages(self) -> bool:
@@ -267,8 +273,19 @@ class Mail:
 
     def acts(self, actuator: str) -> None:
         """Notes that an actuator was told to act: what it answered was to another action."""
-        self._acting.add(actuator)
+        self._acting[actuator] = time.monotonic()
         self._answers.pop(actuator, None)
+
+    def overdue(self, seconds: float) -> List[str]:
+        """Returns the actuators without an answer since so many seconds; each action's once."""
+        now = time.monotonic()
+        late = [
+            actuator
+            for actuator, begin in self._acting.items()
+            if actuator not in self._answers and now - begin >= seconds
+        ]
+        self._acting.update(dict.fromkeys(late, math.inf))
+        return late
 
     def take_messages(self, step: int) -> Dict[str, Tuple[str, str]]:
         """Removes the messages, and returns their events with id and value, in order of arrival."""

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
+import os
 import sys
 import threading
 import time
-from typing import Any, Callable, Dict, NoReturn, Optional
+from typing import Any, Callable, Dict, NoReturn, Optional, Sequence
 
 import actionlib
 import rospy
 
 from rosclingo import stack
 from rosclingo.client import Client
-from rosclingo.errors import RosclingoError, TermError
+from rosclingo.errors import OptionsError, RosclingoError, TermError
 from rosclingo.low_latency import LowLatencyActionServer, publisher, subscriber
 from rosclingo.ros_node import init_node
-from rosoclingo.atoms import canonical
+from rosoclingo.atoms import Action, canonical
+from rosoclingo.controller import Controller, Decider
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import Goal, Stage
 from rosoclingo.inbox import Cancel, Inbox, Message
@@ -25,13 +28,15 @@ from rosoclingo.msg import (
     ROSoClingoFeedback,
     ROSoClingoIn,
     ROSoClingoOut,
+    ROSoClingoPlan,
     ROSoClingoResult,
 )
 from rosoclingo.solver import Solver
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.state import Outside
 
-_USAGE = """usage: run.py [_controller:=NAME] [_planner:=NAME] [ROS remappings]
+_USAGE = """\
+usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
@@ -70,11 +75,16 @@ class RosOutside(Outside):
 
     def __init__(self) -> None:
         self._out = publisher("~out", ROSoClingoOut, latch=True)
+        self._plan = publisher("~plan", ROSoClingoPlan, latch=True)
 
     def publish(self, actuator: str, action: str) -> None:
         """Publishes an action or a plan."""
         self._out.publish(actuator, action)
         rospy.loginfo("%s: %s", actuator, action)
+
+    def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
+        """Publishes to ``~plan``."""
+        self._plan.publish(step, horizon, [str(action) for action in actions])
 
     def info(self, text: str) -> None:
         """Logs at level INFO."""
@@ -94,23 +104,31 @@ class Node:
 
     def __init__(
         self,
-        controller: Solver,
+        controller: Decider,
         planner: Solver,
         commands: Callable[..., Any],
         inbox: Optional[Inbox] = None,
+        ready: Callable[[], None] = lambda: None,
     ) -> None:
         """Opens the names; :meth:`start` starts the loop.
 
         Args:
-            controller: Solver with a mode.
+            controller: Says what to do next.
             planner: Solver with the task's encoding.
             commands: Class with a method for each command, such as ``ROSCommands``.
             inbox: Where everything comes in, if the caller needs to close it.
+            ready: Waits until the solvers are there; called first in the loop's thread.
+
+        Raises:
+            OptionsError: A parameter is wrong.
         """
+        timeout = _seconds("~action_timeout")
         self.failure: Optional[str] = None
         self._inbox = inbox or Inbox()
-        self._loop = Loop(controller, planner, commands, self._inbox, RosOutside())
-        self._solvers = (controller, planner)
+        self._loop = Loop(
+            controller, planner, commands, self._inbox, RosOutside(), action_timeout=timeout
+        )
+        self._ready = ready
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
         self._goals: Dict[str, ActionGoal] = {}
         self._server = LowLatencyActionServer(
@@ -136,6 +154,10 @@ class Node:
         while self._thread.is_alive() and not rospy.is_shutdown():
             self._thread.join(_POLL_SECONDS)
 
+    def is_alive(self) -> bool:
+        """Whether the loop still runs."""
+        return self._thread.is_alive()
+
     def _close(self) -> None:
         # Runs before rospy stops publishing, so that open goals get their results.
         self._inbox.close()
@@ -145,9 +167,7 @@ class Node:
 
     def _run(self) -> None:
         try:
-            for solver in self._solvers:
-                if isinstance(solver, Client):
-                    solver.wait()
+            self._ready()
         except RosclingoError as err:
             self._loop.end(str(err))
             return
@@ -206,19 +226,65 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     Args:
         commands: Class with a method for each command, such as ``ROSCommands``.
 
-    The exit status is 0, or 1 when the loop had to end. Arguments of the command line are ignored,
-    because the manual passes one.
+    The exit status is that of :func:`run`. Arguments of the command line are ignored, because the
+    manual passes one.
     """
     init_node("rosoclingo", usage=_USAGE)
     inbox = Inbox()
     rospy.on_shutdown(inbox.close)  # before the clients are told, so that the loop knows why
     controller = Client(rospy.get_param("~controller", "controller"))
     planner = Client(rospy.get_param("~planner", "planner"))
-    node = Node(controller, planner, commands, inbox)
+
+    def ready() -> None:
+        controller.wait()
+        planner.wait()
+
+    run(Controller(controller), planner, commands, inbox, ready)
+
+
+def run(
+    controller: Decider,
+    planner: Solver,
+    commands: Callable[..., Any],
+    inbox: Inbox,
+    ready: Callable[[], None] = lambda: None,
+) -> NoReturn:
+    """Runs a node that is initialised until it is shut down, and ends the process.
+
+    The arguments are those of :class:`Node`. The exit status is 0, 1 when the loop had to end, or
+    2 when a parameter is wrong.
+    """
+    try:
+        node = Node(controller, planner, commands, inbox, ready)
+    except OptionsError as err:
+        rospy.logfatal("%s", err)
+        rospy.signal_shutdown(str(err))
+        sys.exit(2)
     node.start()
     node.spin()
+    status = 0
     if node.failure is not None:
         rospy.logfatal("%s", node.failure)
         rospy.signal_shutdown(node.failure)
-        sys.exit(1)
-    sys.exit(0)
+        status = 1
+    if node.is_alive():
+        # A solver in this process cannot be interrupted while it grounds.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+    sys.exit(status)
+
+
+def _seconds(name: str) -> float:
+    """Reads a parameter that is a time from 0 on, in seconds.
+
+    Raises:
+        OptionsError: It is something else.
+    """
+    value = rospy.get_param(name, 0.0)
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not (is_number and 0 <= value < math.inf):
+        raise OptionsError(
+            f"parameter {rospy.resolve_name(name)}: expected seconds from 0 on: {value!r}"
+        )
+    return float(value)

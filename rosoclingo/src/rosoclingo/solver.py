@@ -20,7 +20,7 @@ from rosclingo.engine import Outcome
 from rosoclingo.errors import PlannerError
 
 _BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
-_MANY = 20  # from how many assignments on it is quicker to ask for all externals first
+_MANY = 20  # so many assignments after one that failed, it is quicker to ask for all externals
 
 
 class Solver(Protocol):
@@ -77,12 +77,6 @@ class Planner:
         """
         missing: List[Tuple[str, str]] = []
         rest = list(atoms)
-        if len(rest) > _MANY:
-            declared = self.externals()
-            missing = [
-                (atom, f"there is no external {atom}") for atom in rest if atom not in declared
-            ]
-            rest = [atom for atom in rest if atom in declared]
         while rest:
             batch = _batch(rest)
             reply = self._solver.run([AssignExternal(atom, value) for atom in batch])
@@ -95,6 +89,11 @@ class Planner:
                 missing.append((batch[index], message))
                 done = index + 1
             rest = rest[done:]
+            if reply.failure is not None and len(rest) > _MANY:
+                declared = self.externals()
+                unknown = [atom for atom in rest if atom not in declared]
+                missing += [(atom, f"there is no external {atom}") for atom in unknown]
+                rest = [atom for atom in rest if atom in declared]
         return missing
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Callable, Dict, Iterable, List, Optional, Set, Tuple
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.engine import Result
 from rosoclingo.atoms import Action, Plan, event, last_argument
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import STATUSES, Goals
-from rosoclingo.inbox import Inbox
+from rosoclingo.inbox import Inbox, Message
 from rosoclingo.mail import Mail
 from rosoclingo.solver import Planner
 
@@ -22,6 +22,9 @@ class Outside:
 
     def publish(self, actuator: str, action: str) -> None:
         """Sends an action, or with the id ``solver`` a whole plan."""
+
+    def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
+        """Shows what is planned, from the current step on."""
 
     def info(self, text: str) -> None:
         """Logs what is worth to know."""
@@ -51,6 +54,7 @@ class State:
         inbox: Inbox,
         outside: Outside,
         check: Callable[[], None] = lambda: None,
+        action_timeout: float = 0.0,
     ) -> None:
         """Begins without any knowledge.
 
@@ -59,8 +63,11 @@ class State:
             inbox: Where messages, goals and cancel requests come in.
             outside: Where actions and log messages go.
             check: Called now and then while waiting; raises an error if a solver went away.
+            action_timeout: From when on an action without an answer counts as failed, in seconds
+                since it was published; 0 for never.
         """
         self._check = check
+        self._action_timeout = action_timeout
         self.planner = planner
         self.outside = outside
         self.goals = Goals()
@@ -145,7 +152,18 @@ class State:
                 raise ShutdownError("the node is shutting down")
             if not inbox.wait(_LOOK_SECONDS):
                 self._check()
+                self._give_up_actions()
             self.take_mail()
+
+    def _give_up_actions(self) -> None:
+        """Answers for the actuators that should have done so by now."""
+        if self._action_timeout > 0:
+            for actuator in self.mail.overdue(self._action_timeout):
+                self.outside.warn(
+                    f"{actuator} has not answered for {self._action_timeout:g} s "
+                    "(~action_timeout): its action counts as failed"
+                )
+                self.mail.inbox.put(Message(actuator, "failure"))
 
     def finish(self, reason: str) -> None:
         """Ends the work: goals that are open or still to come are told why."""

@@ -12,6 +12,7 @@ import pytest
 from rosclingo.engine import Engine
 from rosclingo.errors import RosclingoError
 from rosclingo.options import Options
+from rosoclingo.controller import Controller
 from rosoclingo.goals import Goal
 from rosoclingo.inbox import Cancel, Inbox, Message
 from rosoclingo.loop import Loop
@@ -99,7 +100,8 @@ class System:
         self.world = World(self.inbox)
         self.controller = Engine(_options(mode))
         self.planner = Engine(_options(encoding))
-        self.loop = Loop(self.controller, self.planner, commands, self.inbox, self.world)
+        decider = Controller(self.controller)
+        self.loop = Loop(decider, self.planner, commands, self.inbox, self.world)
         self.failure: Optional[BaseException] = None
         self._thread = threading.Thread(target=self._run, daemon=True)
 

@@ -12,6 +12,7 @@ from typing import Callable, Dict, List, Optional, Sequence, Tuple
 import rosoclingo
 from rosclingo.engine import Engine, Result
 from rosclingo.options import Options
+from rosoclingo.controller import Controller
 from rosoclingo.errors import LoopError, ShutdownError
 from rosoclingo.goals import Goal
 from rosoclingo.inbox import Cancel, Inbox, Message
@@ -93,7 +94,7 @@ class Episode(Inbox, Outside):
                 if self.state.result is Result.SAT:
                     episode.found_plan()
 
-        self.loop = Loop(controller, self.planner, Commands, self, self)
+        self.loop = Loop(Controller(controller), self.planner, Commands, self, self)
 
     def found_plan(self) -> None:
         """The planner has found a plan."""

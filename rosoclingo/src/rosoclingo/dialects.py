@@ -1,0 +1,275 @@
+"""The three dialects of encodings that the one-node system knows (PROTOCOL section 4).
+
+The loop speaks the dialect of ROSoClingo 2.0. For the other two, a class here stands between the
+loop and the solver and translates, so that neither knows of the other.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, Callable, List, Optional, Sequence, Set, Type
+
+from clingo import ast
+
+from rosclingo.commands import (
+    Add,
+    AssignExternal,
+    Assumption,
+    Command,
+    Externals,
+    GetExternals,
+    Ground,
+    Part,
+    ReleaseExternal,
+    Reply,
+    Restart,
+    Truth,
+)
+from rosclingo.engine import Outcome
+from rosclingo.errors import OptionsError
+from rosclingo.options import Options
+from rosclingo.programs import parse_files
+from rosclingo.terms import parse_term
+from rosoclingo.atoms import event
+from rosoclingo.mail import ANY_EVENT
+from rosoclingo.solver import Solver
+
+_ANY_ATOM = f"event({ANY_EVENT},"
+_PASSED = "event(info,passed,"
+_SLOT = "rosoclingo_slot("  # of the external that the command initialize declares for each slot
+
+
+class Dialect2:
+    """The dialect of ROSoClingo 2.0: nothing to translate.
+
+    Attributes:
+        name: What the dialect is called.
+        first_step: The step to which the first goal belongs.
+    """
+
+    name = "2.0"
+    first_step = 0
+
+    def __init__(self, solver: Solver) -> None:
+        self._solver = solver
+
+    def run(self, commands: Sequence[Command]) -> Reply:
+        """Runs commands in order until one fails; what ran before that stays."""
+        return self._solver.run(commands)
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+    ) -> Outcome:
+        """Searches for answer sets until told to stop."""
+        return self._solver.solve(assumptions, stopped)
+
+    def check(self) -> None:
+        """Raises an error if the solver is not there any more."""
+        self._solver.check()
+
+
+class _Translation(Dialect2):
+    """What the two older dialects have in common: the past is told by grounding program parts.
+
+    The loop asks for externals of the dialect 2.0 that encodings of these do not have. Those are
+    answered for here.
+    """
+
+    first_step = 1
+
+    def __init__(self, solver: Solver) -> None:
+        super().__init__(solver)
+        self._open: Set[str] = set()  # steps that are grounded and have not gone by
+
+    def run(self, commands: Sequence[Command]) -> Reply:
+        """Runs commands in order until one fails; what ran before that stays."""
+        answers: List[Any] = []
+        for index, command in enumerate(commands):
+            reply = self._solver.run(self._translate(command))
+            if reply.failure is not None:
+                return Reply(tuple(answers), dataclasses.replace(reply.failure, index=index))
+            answers += reply.answers
+            if isinstance(command, GetExternals):
+                answers[-1] = self._translate_back(answers[-1])
+        return Reply(tuple(answers))
+
+    def _translate(self, command: Command) -> List[Command]:
+        if isinstance(command, Restart):
+            self._open.clear()
+        elif isinstance(command, Ground):
+            transitions = [part for part in command.parts if part.name == "transition"]
+            self._open.update(part.parameters[0] for part in transitions)
+        elif isinstance(command, ReleaseExternal):
+            virtual = command.name.startswith((_ANY_ATOM, _PASSED))
+            return [] if virtual else [command]
+        elif isinstance(command, AssignExternal) and command.name.startswith("event("):
+            return self._tell(command)
+        return [command]
+
+    def _tell(self, command: AssignExternal) -> List[Command]:
+        source, content, step = parse_term(command.name).arguments
+        if command.value is not Truth.TRUE:
+            return []  # what has happened has happened, and nothing else is true
+        if command.name.startswith(_PASSED):
+            is_open = str(step) in self._open
+            self._open.discard(str(step))
+            return [self._passes(str(step))] if is_open else []
+        if str(source) == "commit":
+            actuator, action = content.arguments
+            return [self._acts(str(actuator), str(action), str(step))]
+        return [self._happens(str(source), str(content), str(step))]
+
+    def _translate_back(self, externals: Externals) -> Externals:
+        passed = (event("info", "passed", int(step)) for step in sorted(self._open))
+        return Externals((*externals.values, *((atom, Truth.FALSE) for atom in passed)))
+
+    def _acts(self, actuator: str, action: str, step: str) -> Command:
+        """Returns what says that an action was published."""
+        raise NotImplementedError
+
+    def _passes(self, step: str) -> Command:
+        """Returns what says that a step has gone by."""
+        raise NotImplementedError
+
+    def _happens(self, source: str, content: str, step: str) -> Command:
+        """Returns what says that an event has happened."""
+        raise NotImplementedError
+
+
+class Dialect1(_Translation):
+    """The dialect of ROSoClingo 1.0: programs ``set_event``, ``commit`` and ``finalize``.
+
+    Any message is an event, because ``set_event`` takes it. But of a source for which the encoding
+    declares externals, only these are: so a request that makes no sense is rejected.
+    """
+
+    name = "1.0"
+
+    def _translate_back(self, externals: Externals) -> Externals:
+        translated = super()._translate_back(externals)
+        any_event = (f"{_ANY_ATOM}{step})" for step in sorted(self._open))
+        return Externals((*translated.values, *((atom, Truth.FALSE) for atom in any_event)))
+
+    def _acts(self, actuator: str, action: str, step: str) -> Command:
+        return Ground((Part("commit", (actuator, action, step)),))
+
+    def _passes(self, step: str) -> Command:
+        return Ground((Part("finalize", (step,)),))
+
+    def _happens(self, source: str, content: str, step: str) -> Command:
+        return Ground((Part("set_event", (source, content, step)),))
+
+
+class PaperDialect(_Translation):
+    """The dialect of the paper: ``occurs/3``, ``horizon(t)``, and requests with ``id(ID)``.
+
+    An encoding of it does not know of actions that are published, or of steps that have gone by.
+    So constraints see to it that what was done stays in the plan, and nothing is added to it.
+    """
+
+    name = "paper"
+    _RULES = (
+        Add("base", (), "#defined id/1. rslot(ID) :- id(ID)."),
+        Add(
+            "rosoclingo_commit",
+            ("r", "a", "t"),
+            "rosoclingo_committed(r,a,t). :- not occurs(r,a,t).",
+        ),
+        Add(
+            "rosoclingo_pass",
+            ("t",),
+            "#defined occurs/3. #defined rosoclingo_committed/3."
+            ":- occurs(R,A,t), not rosoclingo_committed(R,A,t).",
+        ),
+    )
+
+    def __init__(self, solver: Solver) -> None:
+        super().__init__(solver)
+        self._slots: Set[str] = set()
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+    ) -> Outcome:
+        """Searches for answer sets until told to stop."""
+        outcome = super().solve(assumptions, stopped)
+        symbols = (f"do{s[6:]}" if s.startswith("occurs(") else s for s in outcome.symbols)
+        return dataclasses.replace(outcome, symbols=tuple(symbols))
+
+    def _translate(self, command: Command) -> List[Command]:
+        if isinstance(command, Restart):
+            return [*super()._translate(command), *self._RULES]
+        if isinstance(command, Ground):
+            parts = tuple(p for p in command.parts if p.name != "state" and p.parameters != ("0",))
+            super()._translate(command)
+            return [Ground(parts)]
+        if isinstance(command, (AssignExternal, ReleaseExternal)):
+            command = dataclasses.replace(command, name=self._name(command.name))
+        return super()._translate(command)
+
+    def _name(self, atom: str) -> str:
+        """Returns the paper's name of an external of the dialect 2.0."""
+        if atom.startswith("query("):
+            return f"horizon{atom[len('query') :]}"
+        if atom.startswith("event("):
+            source, content, step = parse_term(atom).arguments
+            if str(source) in self._slots:
+                return event("request", f"({source},{content})", step.number)
+        return atom
+
+    def _translate_back(self, externals: Externals) -> Externals:
+        translated = []
+        for atom, value in super()._translate_back(externals).values:
+            if atom.startswith(_SLOT):
+                self._slots.add(atom[len(_SLOT) : -1])
+            translated.append((self._name_back(atom), value))
+        return Externals(tuple(translated))
+
+    def _name_back(self, atom: str) -> str:
+        if atom.startswith("horizon("):
+            return f"query{atom[len('horizon') :]}"
+        if atom.startswith("event(request,("):
+            _, content, step = parse_term(atom).arguments
+            if len(content.arguments) == 2 and not content.name:
+                return event(str(content.arguments[0]), str(content.arguments[1]), step.number)
+        return atom
+
+    def _acts(self, actuator: str, action: str, step: str) -> Command:
+        return Ground((Part("rosoclingo_commit", (actuator, action, step)),))
+
+    def _passes(self, step: str) -> Command:
+        return Ground((Part("rosoclingo_pass", (step,)),))
+
+    def _happens(self, source: str, content: str, step: str) -> Command:
+        return AssignExternal(event(source, content, int(step)), Truth.TRUE)
+
+
+def detect(options: Options) -> Type[Dialect2]:
+    """Returns the dialect of the encodings of a command line.
+
+    Raises:
+        OptionsError: They are of none.
+        RosclingoError: A file does not parse.
+    """
+    program = parse_files(options.files)
+    externals = [
+        statement.atom.symbol
+        for statement in program.statements
+        if statement.ast_type is ast.ASTType.External
+        and statement.atom.symbol.ast_type is ast.ASTType.Function
+    ]
+    declared = {(symbol.name, len(symbol.arguments)) for symbol in externals}
+    if {("set_event", 3), ("commit", 3), ("finalize", 1)} <= program.parts:
+        return Dialect1
+    if ("horizon", 1) in declared:
+        return PaperDialect
+    if ("query", 1) in declared:
+        return Dialect2
+    raise OptionsError(
+        f"{', '.join(options.files) or 'no file'}: there is no encoding of a known dialect; one "
+        "declares #external horizon(t), or #external query(t), or the programs set_event(id,e,t), "
+        "commit(r,a,t) and finalize(t)"
+    )

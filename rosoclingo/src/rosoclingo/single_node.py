@@ -1,0 +1,71 @@
+"""The ROS node of the one-node system: solver and planning loop in one process."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any, NoReturn, Sequence, Type
+
+import rospy
+
+from rosclingo.engine import Engine
+from rosclingo.errors import RosclingoError
+from rosclingo.options import parse_options
+from rosclingo.ros_node import init_node, log_clingo
+from rosoclingo.dialects import detect
+from rosoclingo.inbox import Inbox
+from rosoclingo.node import run
+from rosoclingo.single import ClingoControl, commands_for, last_step
+
+_USAGE = """\
+usage: run-1.0.py --file FILE... [clingo options] [_action_timeout:=SECONDS] [ROS remappings]
+
+Plans and executes in one process, as the paper has it; a controller and a planner are not needed.
+
+  -f FILE, --file FILE  load the encoding FILE, or FILE.lp if FILE is not a file; repeatable
+  -c steps=N            end when there is no plan within N steps; without it, there is no such limit
+  -h, --help            print this text
+
+All else is handed to clingo, for instance:
+  -c NAME=TERM          replace the value of a #const
+  -t N                  search with N threads
+"""
+
+
+def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
+    """Runs the node until it is shut down, and ends the process.
+
+    Args:
+        commands: Class with a method for each command, such as ``ROSCommands``.
+        arguments: The command line with the program's name; ``sys.argv`` if empty.
+
+    The exit status is 0, 1 when the loop had to end, or 2 when the command line, a file or a
+    parameter is wrong.
+    """
+    arguments = rospy.myargv(list(arguments) or sys.argv)[1:]
+    try:
+        options = parse_options(arguments)
+        if options.help:
+            print(_USAGE, end="")
+            sys.exit(0)
+        dialect = detect(options)
+        last = last_step(options.clingo)
+        solver = dialect(Engine(options, log=log_clingo))
+    except RosclingoError as err:
+        print(f"rosoclingo: {err}", file=sys.stderr)
+        sys.exit(2)
+    init_node("rosoclingo")
+    inbox = Inbox()
+    rospy.on_shutdown(inbox.close)
+    rospy.loginfo(
+        "%s plans with %s, in the dialect %s; clingo options: %s",
+        rospy.get_name(),
+        ", ".join(options.files),
+        dialect.name,
+        " ".join(options.clingo) or "none",
+    )
+    run(
+        ClingoControl(dialect.first_step, last),
+        solver,
+        commands_for(dialect, commands),
+        inbox,
+    )
