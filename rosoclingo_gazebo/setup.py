@@ -3,4 +3,9 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["rosoclingo_gazebo"], package_dir={"": "src"}))
+setup(
+    **generate_distutils_setup(
+        packages=["rosoclingo_gazebo", "rosoclingo_gazebo.simulator", "rosoclingo_gazebo.world"],
+        package_dir={"": "src"},
+    )
+)
