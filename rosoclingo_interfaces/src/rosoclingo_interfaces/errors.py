@@ -19,3 +19,11 @@ class LineError(RosclingoError):
 
 class CanceledError(RosclingoError):
     """The action that runs in this thread is to stop; an interface's method lets it pass."""
+
+
+class WaypointError(RosclingoError):
+    """A waypoint that there is not, or a waypoint file that is none; the message says which."""
+
+
+class DriveError(RosclingoError):
+    """The robot did not get to where it should drive; the message says why."""

@@ -51,9 +51,12 @@ class ActionInterface:
         actuators: Ids of the actuators whose actions are done; none means those of all.
         leaves_unknown: Whether an action without a method is left to another node of the same
             actuator, and not answered with ``failure``.
+        timeout: Longest time from an action to its answer, in seconds, unless the node's parameter
+            ``~timeout`` says otherwise; 0 for no limit.
     """
 
     actuators: Sequence[str] = ()
+    timeout = 0.0
     leaves_unknown = False
 
     @property

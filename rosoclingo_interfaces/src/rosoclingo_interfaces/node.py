@@ -39,10 +39,10 @@ class InterfaceNode:
             RosclingoError: A parameter, or an actuator of the interface, is wrong.
         """
         interface.actuators = parameters.terms("actuators", interface.actuators)
-        timeout = parameters.number("timeout", 0.0)
+        interface.timeout = parameters.number("timeout", interface.timeout)
         simulated = rospy.get_param("/use_sim_time", False)
         clock = rospy.get_time if simulated else time.monotonic
-        self._executor = Executor(interface, timeout, clock)
+        self._executor = Executor(interface, interface.timeout, clock)
         rospy.on_shutdown(lambda: self._executor.close(_SECONDS_TO_END))
         self._in = rospy.Publisher(
             topic("in"), ROSoClingoIn, tcp_nodelay=True, queue_size=_QUEUE_SIZE

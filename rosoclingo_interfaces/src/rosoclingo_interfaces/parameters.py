@@ -55,6 +55,18 @@ def pattern(name: str, default: str = NOTHING) -> Pattern[str]:
         raise _wrong(name, "a regular expression", f"{value}: {err}") from err
 
 
+def text(name: str) -> str:
+    """Returns a text, which has to be there.
+
+    Raises:
+        ParameterError: It is not, or is something else.
+    """
+    value = _get(name, None)
+    if not isinstance(value, str):
+        raise _wrong(name, "a text", "there is none" if value is None else value)
+    return value
+
+
 def words(name: str, default: Sequence[str] = ()) -> List[str]:
     """Returns a list of words, which may also be given as a text with spaces between them.
 

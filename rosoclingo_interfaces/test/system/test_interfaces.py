@@ -82,7 +82,7 @@ def test_an_interface_that_starts_late(terminals: Terminals, node: Terminal) -> 
 def test_the_launch_file(terminals: Terminals, node: Terminal) -> None:
     launch = terminals.start(
         "roslaunch", "rosoclingo_interfaces", "mailbot_interfaces.launch", "actuator:=robot",
-        "go_delay:=0.1",
+        "navigation:=fulfill", "go_delay:=0.1",
     )  # fmt: skip
     results = terminals.start("rostopic", "echo", "/rosoclingo/result")
     visit(terminals, 3)
@@ -160,6 +160,7 @@ def test_interrupt_of_un_block(terminals: Terminals) -> None:
 def test_usage(terminals: Terminals) -> None:
     for script in (
         "fulfill.py",
+        "move_base_interface.py",
         "pickup_deliver.py",
         "un_block.py",
     ):

@@ -1,0 +1,174 @@
+"""The server move_base, as a client sees it that no server and no clock can hold up."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from typing import Callable, Optional
+
+import rospy
+from actionlib import ClientGoalHandle, CommState
+from actionlib_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseStamped
+from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseGoal
+from std_srvs.srv import Empty
+
+from rosclingo.low_latency import LowLatencyActionClient
+from rosoclingo_interfaces.errors import CanceledError, DriveError
+from rosoclingo_interfaces.pulse import Pulse
+from rosoclingo_interfaces.stray import Point
+from rosoclingo_interfaces.waypoints import Waypoint
+
+# All in wall time.
+_POLL_SECONDS = 0.05  # how often a wait looks at its conditions
+_REMINDER_SECONDS = 5.0  # how often it is said what is waited for
+_SILENCE_SECONDS = 5.0  # a server or a clock that says nothing for so long is gone
+_SECONDS_TO_STOP = 0.5  # for the server to confirm that the robot stops
+_SECONDS_TO_CLEAR = 0.5  # for the server to clear its costmaps
+
+
+class Base:
+    """Drives the robot with move_base. One thread at a time may use it.
+
+    Make it after the node is initialised.
+    """
+
+    def __init__(self, name: str = "move_base") -> None:
+        """Opens the connections without waiting for the server.
+
+        Args:
+            name: Name of the action, resolved and remapped like any other name.
+        """
+        self.name: str = rospy.resolve_name(name)
+        self._client = LowLatencyActionClient(name, MoveBaseAction)
+        self._clear = rospy.ServiceProxy(f"{self.name}/clear_costmaps", Empty)
+
+    def wait(self, seconds: float, canceled: threading.Event) -> None:
+        """Waits until the server is there, and says every five seconds what it waits for.
+
+        Args:
+            seconds: Longest time to wait; 0 for ever.
+            canceled: Ends the wait.
+
+        Raises:
+            CanceledError: The wait was cancelled.
+            DriveError: The server did not come.
+        """
+        begin = time.monotonic()
+        reminder = begin + 1.0
+        while not self._connected():
+            now = time.monotonic()
+            if 0 < seconds < now - begin:
+                raise DriveError(f"{self.name} did not come within {seconds:g} s (~timeout)")
+            if now > reminder:
+                rospy.loginfo(
+                    "waiting for the action %s; is the robot's navigation or a simulator running?",
+                    self.name,
+                )
+                reminder = now + _REMINDER_SECONDS
+            if canceled.wait(_POLL_SECONDS):
+                raise CanceledError("cancelled before the drive began")
+
+    def drive(
+        self,
+        frame: str,
+        waypoint: Waypoint,
+        moved: Callable[[Point], None],
+        canceled: threading.Event,
+    ) -> None:
+        """Drives to a waypoint, and stops the robot if it does not arrive.
+
+        Args:
+            frame: The waypoint's frame.
+            waypoint: Where to drive.
+            moved: Called with each position of the robot, in metres; what it raises ends the drive.
+            canceled: Ends the drive.
+
+        Raises:
+            CanceledError: The drive was cancelled.
+            DriveError: The robot did not arrive; the message says why.
+        """
+        drive = _Drive()
+        goal = self._client.send_goal(
+            MoveBaseGoal(_pose(frame, waypoint)), drive.on_transition, drive.on_feedback
+        )
+        statuses, clock = Pulse(lambda: self._client.last_status_msg), Pulse(rospy.get_rostime)
+        try:
+            while not drive.ended.wait(_POLL_SECONDS):
+                if canceled.is_set():
+                    raise CanceledError("cancelled during the drive")
+                if drive.position is not None:
+                    moved(drive.position)
+                self._check(statuses, clock)
+        finally:
+            if not drive.ended.is_set():
+                goal.cancel()
+                drive.ended.wait(_SECONDS_TO_STOP)
+        status = goal.get_terminal_state()
+        if status != GoalStatus.SUCCEEDED:
+            word = GoalStatus.to_string(status)
+            text = goal.get_goal_status_text()
+            raise DriveError(f"{self.name} ended the drive as {word}" + (text and f": {text}"))
+
+    def clear_costmaps(self) -> None:
+        """Has the server forget the obstacles it saw, if it offers that; waits for a short time."""
+        ended = threading.Event()
+
+        def clear() -> None:
+            try:
+                self._clear()
+            except (rospy.ServiceException, rospy.ROSException, OSError) as err:
+                rospy.loginfo("the costmaps were not cleared: %s", err)
+            ended.set()
+
+        # A call has no time limit, and a server that hangs accepts it like any other.
+        threading.Thread(target=clear, name="clear_costmaps", daemon=True).start()
+        if not ended.wait(_SECONDS_TO_CLEAR):
+            rospy.logwarn("%s has not answered yet", self._clear.resolved_name)
+
+    def _check(self, statuses: Pulse, clock: Pulse) -> None:
+        if not self._connected():
+            raise DriveError(f"{self.name} went away during the drive")
+        if clock.still() > _SILENCE_SECONDS:
+            raise DriveError(
+                f"the clock has stood still for {_SILENCE_SECONDS:g} s: "
+                "the simulator that publishes /clock has ended or pauses"
+            )
+        if statuses.still() > _SILENCE_SECONDS:
+            raise DriveError(f"{self.name} has sent no status for {_SILENCE_SECONDS:g} s")
+
+    def _connected(self) -> bool:
+        client = self._client
+        topics = (
+            client.pub_goal, client.pub_cancel,
+            client.status_sub, client.result_sub, client.feedback_sub,
+        )  # fmt: skip
+        return all(topic.get_num_connections() for topic in topics)
+
+
+class _Drive:
+    """What is known of a goal; its callbacks run in rospy's threads and only set a value."""
+
+    def __init__(self) -> None:
+        self.ended = threading.Event()
+        self.position: Optional[Point] = None
+
+    def on_transition(self, goal: ClientGoalHandle) -> None:
+        if goal.get_comm_state() == CommState.DONE:
+            self.ended.set()
+
+    def on_feedback(self, _: ClientGoalHandle, feedback: MoveBaseFeedback) -> None:
+        position = feedback.base_position.pose.position
+        self.position = (position.x, position.y)
+
+
+def _pose(frame: str, waypoint: Waypoint) -> PoseStamped:
+    pose = PoseStamped()
+    pose.header.frame_id = frame
+    pose.header.stamp = rospy.Time.now()
+    pose.pose.position.x = waypoint.x
+    pose.pose.position.y = waypoint.y
+    pose.pose.orientation.z = math.sin(waypoint.theta / 2)
+    pose.pose.orientation.w = math.cos(waypoint.theta / 2)
+    return pose
