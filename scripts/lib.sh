@@ -28,6 +28,8 @@ apt_packages() {
       python3-geometry-msgs python3-move-base-msgs python3-nav-msgs python3-rosgraph-msgs \
       python3-sensor-msgs python3-tf2-msgs python3-visualization-msgs python3-std-srvs
   fi
+  # OpenGL without a display, for the camera of the simulator with MuJoCo.
+  echo libegl1 libgl1 libgl1-mesa-dri
   # ROS looks up localhost and the machine's own name, which not every /etc/hosts has.
   getent -s files hosts localhost "$(uname -n)" >/dev/null || echo libnss-myhostname
 }
