@@ -11,11 +11,15 @@ import pytest
 
 from rosclingo.engine import Engine
 from rosclingo.errors import RosclingoError
-from rosclingo.options import Options
-from rosoclingo.controller import Controller
+from rosclingo.options import Options, parse_options
+from rosoclingo.atoms import Action
+from rosoclingo.controller import Controller, Decider
+from rosoclingo.dialects import detect
 from rosoclingo.goals import Goal
 from rosoclingo.inbox import Cancel, Inbox, Message
 from rosoclingo.loop import Loop
+from rosoclingo.single import ClingoControl, commands_for, last_step
+from rosoclingo.solver import Solver
 from rosoclingo.state import Outside
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -65,6 +69,8 @@ class World(Outside):
         self.inbox = inbox
         self.published: List[Tuple[str, str]] = []
         self.warnings: List[str] = []
+        self.horizon = 0
+        self.plan: List[str] = []
         self.answer: Callable[[str, str], Optional[str]] = lambda actuator, action: "success"
         self._changed = threading.Condition()
 
@@ -75,6 +81,12 @@ class World(Outside):
         answer = None if actuator == "solver" else self.answer(actuator, action)
         if answer is not None:
             self.inbox.put(Message(actuator, answer))
+
+    def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
+        with self._changed:
+            self.horizon = horizon
+            self.plan = [str(action) for action in actions]
+            self._changed.notify_all()
 
     def warn(self, text: str) -> None:
         with self._changed:
@@ -94,14 +106,19 @@ class System:
     """A loop in a thread."""
 
     def __init__(
-        self, mode: Sequence[str], encoding: Sequence[str], commands: Callable[..., Any]
+        self,
+        decider: Decider,
+        planner: Solver,
+        commands: Callable[..., Any],
+        action_timeout: float = 0.0,
     ) -> None:
         self.inbox = Inbox()
         self.world = World(self.inbox)
-        self.controller = Engine(_options(mode))
-        self.planner = Engine(_options(encoding))
-        decider = Controller(self.controller)
-        self.loop = Loop(decider, self.planner, commands, self.inbox, self.world)
+        self.controller = decider
+        self.planner = planner
+        self.loop = Loop(
+            decider, planner, commands, self.inbox, self.world, action_timeout=action_timeout
+        )
         self.failure: Optional[BaseException] = None
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -155,9 +172,36 @@ def system() -> Iterator[Callable[..., System]]:
         *options: str,
         encoding: Sequence[str] = (str(PACKAGE / "test/encodings/line.lp"),),
         commands: Callable[..., Any] = ROSCommands,
+        action_timeout: float = 0.0,
     ) -> System:
         file = mode if mode.endswith(".lp") else str(PACKAGE / "modes" / f"{mode}.lp")
-        made = System([file, *options], encoding, commands)
+        made = System(
+            Controller(Engine(_options([file, *options]))),
+            Engine(_options(encoding)),
+            commands,
+            action_timeout,
+        )
+        systems.append(made)
+        return made
+
+    yield make
+    for made in systems:
+        made.close()
+
+
+@pytest.fixture
+def single() -> Iterator[Callable[..., System]]:
+    """Makes one-node systems: by encodings, and options for clingo."""
+    systems: List[System] = []
+
+    def make(*arguments: str) -> System:
+        options = parse_options([p for a in arguments for p in (("-f", a) if ".lp" in a else (a,))])
+        dialect = detect(options)
+        made = System(
+            ClingoControl(dialect.first_step, last_step(options.clingo)),
+            dialect(Engine(options)),
+            commands_for(dialect, ROSCommands),
+        )
         systems.append(made)
         return made
 

@@ -115,7 +115,7 @@ def test_release_external(run: Callable[..., System]) -> None:
     assert "query(0)" not in system.loop.state.planner.externals()
 
 
-def test_the_infos(tmp_path: Path) -> None:
+def test_the_infos(system: Make, tmp_path: Path) -> None:
     commands = ["initialize", "ground(1)", "assign_messages(0)", "solve", "assign_messages(0)",
                 "assign_external(query(1),true)", "solve", "commit_actions(1)",
                 "status_update(1)", "status_update(1)", "reset(1)", "idle"]  # fmt: skip
@@ -125,16 +125,16 @@ def test_the_infos(tmp_path: Path) -> None:
         told.append([name[len("event(info,") : -len(",0)")] for name in info.events()])
         return decide(info)
 
-    system = System([script(tmp_path, *commands)], [LINE], ROSCommands)
-    decide = system.loop._controller.decide
-    system.loop._controller.decide = listen  # type: ignore[method-assign]
-    system.world.answer = lambda actuator, action: None
-    system.loop.prepare()
-    goal = system.goal("visit(2)")
+    made = system(script(tmp_path, *commands))
+    decide = made.controller.decide
+    made.controller.decide = listen  # type: ignore[method-assign]
+    made.world.answer = lambda actuator, action: None
+    made.loop.prepare()
+    goal = made.goal("visit(2)")
     for number in range(len(commands) - 1):
         if number == 8:
-            system.send("robot", "success")
-        system.loop.step()
+            made.send("robot", "success")
+        made.loop.step()
     assert told[:4] == [[], ["new_messages"], ["new_messages"], []]
     assert told[4] == ["result(sat)"]
     assert told[5] == []
@@ -142,7 +142,6 @@ def test_the_infos(tmp_path: Path) -> None:
     assert told[8] == ["new_messages"]  # the answer has come, so no action is pending
     assert told[9] == ["new_messages", "request_reset"]
     assert goal.words == ["accepted", "succeeded"]
-    system.close()
 
 
 def test_pending_actions_until_the_right_one_answers(run: Callable[..., System]) -> None:
@@ -311,7 +310,7 @@ def test_an_error_in_a_command_of_a_user(system: Make, tmp_path: Path) -> None:
     assert isinstance(made.failure, ZeroDivisionError)
 
 
-def test_status_words(run: Callable[..., System], tmp_path: Path) -> None:
+def test_status_words(system: Make, tmp_path: Path) -> None:
     file = tmp_path / "status.lp"
     file.write_text(
         "rslot(1..6). #program state(t). #external event(S,r,t) : rslot(S)."
@@ -319,11 +318,11 @@ def test_status_words(run: Callable[..., System], tmp_path: Path) -> None:
         "status(5,aborted,1). status(6,happy,1). status(1,rejected,2). status(9,accepted,1)."
     )
     commands = ["initialize", "assign_messages(0)", "solve", "status_update(1)", "status_update(2)"]
-    system = System([script(tmp_path, *commands)], [str(file)], ROSCommands)
-    goals = [system.goal("r") for _ in range(6)]
-    system.loop.prepare()
+    made = system(script(tmp_path, *commands), encoding=[str(file)])
+    goals = [made.goal("r") for _ in range(6)]
+    made.loop.prepare()
     for _ in commands:
-        system.loop.step()
+        made.loop.step()
     assert [goal.words for goal in goals] == [
         ["accepted", "aborted"],  # rejected is not legal any more
         ["rejected"],
@@ -332,7 +331,7 @@ def test_status_words(run: Callable[..., System], tmp_path: Path) -> None:
         ["accepted", "aborted"],
         [],
     ]
-    assert any("happy" in warning for warning in system.world.warnings)
+    assert any("happy" in warning for warning in made.world.warnings)
 
 
 def test_bad_messages_are_dropped_and_named(system: Make) -> None:

@@ -351,3 +351,30 @@ def test_release_step_keeps_what_the_mode_has_made_true(system: Make, tmp_path: 
         "event(save,f,0)", "event(save,f,1)", "gate(0)", "open(0)", "open(1)", "query(0)",
         "query(1)",
     ]  # fmt: skip
+
+
+def test_an_action_without_an_answer_counts_as_failed(system: Make) -> None:
+    made = system("dynamic.incremental.recording", "-c", "steps=20", action_timeout=0.01)
+    answers = iter([None, None, "success"])
+    made.world.answer = lambda actuator, action: next(answers, "success")
+    goal = made.goal("visit(2)")
+    made.start()
+    assert goal.wait() == "succeeded"
+    assert made.world.actions == ["go(2)"] * 3
+    assert len(made.world.warnings) == 2
+    assert "robot has not answered for 0.01 s (~action_timeout)" in made.world.warnings[0]
+
+
+def test_the_plan_is_shown_from_the_current_step_on(system: Make) -> None:
+    made = system("dynamic.incremental.recording", "-c", "steps=20")
+    made.world.answer = lambda actuator, action: None
+    goal = made.goal("visit(4)")
+    made.start()
+    made.world.wait_for(lambda world: bool(world.plan and world.published))
+    moves = [f"do(robot,go({cell}),{cell - 1})" for cell in (2, 3, 4)]
+    assert made.world.plan == moves
+    made.world.answer = lambda actuator, action: "success" if action == "go(3)" else None
+    made.send("robot", "success")
+    made.world.wait_for(lambda world: world.plan == moves[2:])
+    made.send("robot", "success")
+    assert goal.wait() == "succeeded"
