@@ -85,6 +85,11 @@ class MoveBase:
         return self._goal is not None
 
     @property
+    def goal(self) -> Optional[Pose]:
+        """Where to drive."""
+        return self._goal
+
+    @property
     def path(self) -> Optional[np.ndarray]:
         """The points that the robot drives along, in metres; a new array for each plan."""
         return None if self._follower is None else self._follower.path

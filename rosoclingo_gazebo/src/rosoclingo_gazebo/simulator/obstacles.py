@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Callable, Dict, Tuple
+from typing import Dict, Tuple
 
 import numpy as np
 
@@ -42,14 +42,12 @@ class _Way:
 class Obstacles:
     """Does the commands ``block c4 c5`` and ``unblock c4 c5``. One thread uses it."""
 
-    def __init__(
-        self, world: OccupancyMap, waypoints: Callable[[], Waypoints], physics: Physics
-    ) -> None:
+    def __init__(self, world: OccupancyMap, waypoints: Waypoints, physics: Physics) -> None:
         """Has no boxes yet.
 
         Args:
             world: Where the walls are.
-            waypoints: Returns the places that commands name.
+            waypoints: The places that commands name.
             physics: Where the boxes are put.
         """
         self._world = world
@@ -101,7 +99,7 @@ class Obstacles:
             name = str(parse_term(word))
         except TermError as err:
             raise ObstacleError(f"{quote(word)} is no waypoint: {err}") from err
-        return self._waypoints().find(name)
+        return self._waypoints.find(name)
 
     def _box(self, way: _Way, first: Waypoint, second: Waypoint) -> Box:
         """Returns a box that closes the way where it is narrowest, or else in the middle."""

@@ -12,7 +12,9 @@ from rosoclingo_gazebo.simulator.physics import Physics, Pose
 STEP_SECONDS = 0.05
 """How long a step is in simulated time."""
 
-_SCAN_STEPS = 4  # from one scan to the next
+SCAN_SECONDS = 0.2
+"""From one scan to the next, in simulated time."""
+
 _COMMAND_SECONDS = 0.5  # how long a command counts
 
 
@@ -81,7 +83,7 @@ class Simulation:
 
     def _look(self) -> Scan:
         """Returns a scan that is recent enough."""
-        if self.scan is None or self.time - self.scan.time > (_SCAN_STEPS - 0.5) * STEP_SECONDS:
+        if self.scan is None or self.time - self.scan.time > SCAN_SECONDS - STEP_SECONDS / 2:
             self.scan = look(self.physics, self.time)
             self.move_base.costmap.update(self.scan)
         return self.scan

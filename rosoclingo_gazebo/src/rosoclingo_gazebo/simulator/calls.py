@@ -1,0 +1,42 @@
+"""Lets other threads have the simulation's thread do something."""
+
+from __future__ import annotations
+
+import queue
+from concurrent.futures import Future
+from typing import Any, Callable, TypeVar
+
+_Returned = TypeVar("_Returned")
+
+
+class Calls:
+    """Functions to call between two steps. ``run`` is for one thread, the rest is thread-safe."""
+
+    def __init__(self) -> None:
+        self._waiting: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+
+    def submit(self, function: Callable[..., _Returned], *arguments: Any) -> Future[_Returned]:
+        """Has a function called soon; returns at once, and may be called under any lock.
+
+        Returns:
+            What will have the function's value, or what it raises.
+        """
+        future: Future[_Returned] = Future()
+
+        def call() -> None:
+            try:
+                future.set_result(function(*arguments))
+            except Exception as err:
+                future.set_exception(err)
+
+        self._waiting.put(call)
+        return future
+
+    def run(self) -> None:
+        """Calls what waits, in order of arrival."""
+        while True:
+            try:
+                call = self._waiting.get_nowait()
+            except queue.Empty:
+                return
+            call()

@@ -1,0 +1,125 @@
+"""The simulator's parameters."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import rospkg
+import rospy
+
+from rosoclingo_gazebo.simulator.follower import Limits
+from rosoclingo_gazebo.simulator.physics import LINEAR_SPEED, Pose
+from rosoclingo_interfaces import parameters
+from rosoclingo_interfaces.errors import ParameterError
+
+KINDS = ("kinematic", "mujoco")
+"""What ``~physics`` may be."""
+
+DEFAULT_POSE = "-y -8 -x 7 -z 0 -R 0 -P 0 -Y 0"
+"""The manual's ``ROBOT_INITIAL_POSE``."""
+
+_OPTION = re.compile(r"-([xyzRPY])\s+(\S+)")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the parameters say; the package's README describes them.
+
+    Attributes:
+        map: A map_server's YAML file.
+        waypoints: The file with the places for boxes.
+        world: The world for MuJoCo.
+        physics: One of ``KINDS``.
+        speed: Seconds of simulated time in one of wall time.
+        pose: Where the robot is at first.
+        limits: How to drive.
+        progress_timeout: Seconds of simulated time.
+    """
+
+    map: Path
+    waypoints: Path
+    world: Path
+    physics: str
+    speed: float
+    pose: Pose
+    limits: Limits
+    progress_timeout: float
+
+
+def read_settings() -> Settings:
+    """Reads the node's parameters.
+
+    Raises:
+        ParameterError: One is wrong; the message names it.
+    """
+    packages = rospkg.RosPack()
+    here = Path(packages.get_path("rosoclingo_gazebo"))
+    interfaces = Path(packages.get_path("rosoclingo_interfaces"))
+    physics = _text("physics", KINDS[0])
+    if physics not in KINDS:
+        raise ParameterError(f"parameter ~physics: expected {' or '.join(KINDS)}: {physics}")
+    return Settings(
+        map=Path(_text("map", str(here / "maps" / "office.yaml"))),
+        waypoints=Path(_text("waypoints", str(interfaces / "config" / "graph_wg.yaml"))),
+        world=Path(_text("world", str(here / "worlds" / "office.xml"))),
+        physics=physics,
+        speed=_positive("speed", 1.0),
+        pose=_pose(),
+        limits=Limits(
+            speed=_positive("max_speed", LINEAR_SPEED, LINEAR_SPEED),
+            xy_tolerance=_positive("xy_tolerance", Limits.xy_tolerance),
+            yaw_tolerance=_positive("yaw_tolerance", Limits.yaw_tolerance),
+        ),
+        progress_timeout=_positive("progress_timeout", 10.0),
+    )
+
+
+def parse_pose(text: str) -> Pose:
+    """Reads a pose in the manual's format, such as ``-y -8 -x 7 -z 0 -R 0 -P 0 -Y 0``.
+
+    What is not there is 0. The height and the angles ``R`` and ``P`` mean nothing here.
+
+    Raises:
+        ValueError: It is something else.
+    """
+    if _OPTION.sub("", text).strip():
+        raise ValueError(f"expected a text such as {DEFAULT_POSE!r}: {text!r}")
+    values = dict.fromkeys("xyzRPY", 0.0)
+    for name, value in _OPTION.findall(text):
+        try:
+            values[name] = float(value)
+        except ValueError:
+            values[name] = math.nan
+        if not math.isfinite(values[name]):
+            raise ValueError(f"expected a number after -{name}: {value!r}")
+    return Pose(values["x"], values["y"], values["Y"])
+
+
+def _pose() -> Pose:
+    try:
+        pose = parse_pose(_text("initial_pose", DEFAULT_POSE))
+    except ValueError as err:
+        raise ParameterError(f"parameter ~initial_pose: {err}") from err
+    return Pose(_coordinate("x", pose.x), _coordinate("y", pose.y), _coordinate("yaw", pose.theta))
+
+
+def _coordinate(name: str, default: float) -> float:
+    value = rospy.get_param(f"~{name}", default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise ParameterError(f"parameter ~{name}: expected a number: {value}")
+    return float(value)
+
+
+def _positive(name: str, default: float, most: float = math.inf) -> float:
+    value = parameters.number(name, default, most)
+    if value == 0:
+        raise ParameterError(f"parameter ~{name}: expected a number greater than 0: {value:g}")
+    return value
+
+
+def _text(name: str, default: str) -> str:
+    # A launch file hands over an argument that is not set as an empty text.
+    return parameters.text(name) if rospy.get_param(f"~{name}", "") != "" else default
