@@ -1,0 +1,156 @@
+"""The office as the manual starts it, and what happens when a part of it dies during a drive.
+
+Needs a sourced workspace, in devel or install space. The simulator runs ten times as fast as the
+clock on the wall.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+from typing import Tuple
+
+import pytest
+from terminals import Terminal, Terminals, package, terminals, wait_for
+from typist import Typist, pipe
+
+__all__ = ["terminals"]
+
+
+def simulator(terminals: Terminals) -> Terminal:
+    terminals.environment["ROBOT_INITIAL_POSE"] = "-y -8 -x 7 -z 0 -R 0 -P 0 -Y 0"
+    started = terminals.start(
+        "roslaunch", "rosoclingo_gazebo", "mailbot_scenario.launch", "speed:=10"
+    )
+    # What starts next reads use_sim_time, which tells it whose clock to go by.
+    wait_for(lambda: terminals.run("rosparam", "get", "/use_sim_time").output.strip() == "true")
+    return started
+
+
+def planner(terminals: Terminals, *parameters: str) -> Terminal:
+    mailbot = package("rosoclingo_aspprograms") / "mailbot"
+    return terminals.start(
+        "rosrun", "rosoclingo", "run-1.0.py",
+        "--file", str(mailbot / "instances" / "graph_wg.lp"),
+        "--file", str(mailbot / "mailbot.lp"),
+        *parameters,
+    )  # fmt: skip
+
+
+def interfaces(terminals: Terminals, *arguments: str) -> Terminal:
+    return terminals.start(
+        "roslaunch", "rosoclingo_interfaces", "mailbot_interfaces.launch", *arguments
+    )
+
+
+def client(terminals: Terminals, folder: Path) -> Tuple[Terminal, Typist]:
+    return pipe(terminals, folder, "rosrun", "rosoclingo_examples", "mailbot.py")
+
+
+def un_block(terminals: Terminals, line: str) -> None:
+    announced = terminals.start(
+        "bash", "-c", 'exec rosrun rosoclingo_interfaces un_block.py < <(echo "$1")', "bash", line
+    )
+    assert announced.wait() == 0, announced.output
+
+
+def kill(terminals: Terminals, node: str) -> None:
+    """Kills a node that somebody else has started."""
+    lines = terminals.run("rosnode", "info", node).output.splitlines()
+    process = next(line for line in lines if line.startswith("Pid:"))
+    os.kill(int(process.split()[1]), signal.SIGKILL)
+
+
+def actions(node: Terminal) -> list[str]:
+    """Returns the actions that rosoclingo says it has published."""
+    return [
+        line.split("mailbot: ")[1] for line in node.output.splitlines() if "]: mailbot: " in line
+    ]
+
+
+@pytest.mark.install_space
+def test_the_manuals_commands(terminals: Terminals, tmp_path: Path) -> None:
+    simulator(terminals)
+    node = planner(terminals)
+    interfaces(terminals)
+    mailbot, typist = client(terminals, tmp_path)
+
+    un_block(terminals, "b c3 c4")
+    typist.type("o9 o14 box_of_chocolate\n")
+    mailbot.wait_for("[1] bring(o9,o14) box_of_chocolate: succeeded")
+    # Not by c4, which would be half as far.
+    assert actions(node) == [
+        "go(c6)", "go(c5)", "go(o9)", "pickup(1)", "go(c5)", "go(c6)", "go(open1)", "go(c1)",
+        "go(c2)", "go(c3)", "go(o14)", "deliver(1)",
+    ]  # fmt: skip
+
+    # A package that is cancelled on its way goes back to where it came from.
+    typist.type("o14 o2 paper\n")
+    wait_for(lambda: actions(node)[12:] == ["pickup(1)", "go(c3)"])
+    typist.type("2\n")
+    mailbot.wait_for("[2] bring(o14,o2) paper: canceled")
+    assert actions(node)[12:] == ["pickup(1)", "go(c3)", "go(o14)", "deliver(1)"]
+
+    # Of four requests, three are considered.
+    typist.type("o6 o8 a\no6 o8 b\no6 o8 c\no6 o8 d\n")
+    mailbot.wait_for("[6] bring(o6,o8) d: queued 1")
+    for number, thing in ((3, "a"), (4, "b"), (5, "c")):
+        mailbot.wait_for(f"[{number}] bring(o6,o8) {thing}: accepted")
+    typist.type("3\n")
+    mailbot.wait_for("[3] bring(o6,o8) a: canceled")
+    mailbot.wait_for("[6] bring(o6,o8) d: accepted")
+    mailbot.interrupt()
+    typist.close()
+    assert mailbot.wait() == 130
+
+
+def test_the_simulator_dies(terminals: Terminals, tmp_path: Path) -> None:
+    office = simulator(terminals)
+    node = planner(terminals)
+    started = interfaces(terminals)
+    mailbot, typist = client(terminals, tmp_path)
+    typist.type("o9 o14 box\n")
+    started.wait_for("mailbot: go(c6)")
+    kill(terminals, "/simulator")
+    started.wait_for("mailbot: go(c6): failure after")
+    assert "/move_base went away during the drive" in started.output
+    # The next go waits for a simulator that may come again.
+    started.wait_for("waiting for the action /move_base")
+    typist.close()
+    for terminal in (mailbot, started, node, office):
+        terminal.interrupt()
+        terminal.wait(5.0)
+        assert "Traceback" not in terminal.output
+
+
+def test_the_interface_dies(terminals: Terminals, tmp_path: Path) -> None:
+    simulator(terminals)
+    planner(terminals)
+    started = interfaces(terminals)
+    mailbot, typist = client(terminals, tmp_path)
+    typist.type("o10 o12 box\n")
+    started.wait_for("mailbot: go(c6)")
+    kill(terminals, "/move_base_interface")
+    typist.close()
+    assert mailbot.wait() == 0, mailbot.output
+    assert "[1] bring(o10,o12) box: succeeded" in mailbot.output
+    # The second time in the new process, which cannot know what the first has done.
+    assert started.output.count("]: mailbot: go(c6)\n") == 2
+
+
+def test_an_interface_that_stays_dead(terminals: Terminals, tmp_path: Path) -> None:
+    simulator(terminals)
+    node = planner(terminals, "_action_timeout:=3")
+    interfaces(terminals, "navigation:=none")
+    mailbot, typist = client(terminals, tmp_path)
+    typist.type("o10 o12 box\n")
+    typist.close()
+    node.wait_for("mailbot has not answered for 3 s")
+    places = package("rosoclingo_interfaces") / "config" / "graph_wg.yaml"
+    terminals.start(
+        "rosrun", "rosoclingo_interfaces", "move_base_interface.py", f"_waypoints:={places}",
+        "_actuators:=mailbot",
+    )  # fmt: skip
+    assert mailbot.wait() == 0, mailbot.output
+    assert "[1] bring(o10,o12) box: succeeded" in mailbot.output
