@@ -11,12 +11,12 @@ from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from sensor_msgs.msg import CameraInfo, Image
 
 from rosoclingo_gazebo.simulator.headless import OpenGLError
+from rosoclingo_gazebo.simulator.messages import BASE, BASE_HEIGHT
 from rosoclingo_gazebo.simulator.mujoco_physics import MujocoPhysics
 from rosoclingo_gazebo.simulator.rendering import Eye, focal_length, mounting
 from rosoclingo_interfaces.errors import ParameterError
 from rosoclingo_interfaces.parameters import integer, number
 
-BASE_FRAME = "base_link"
 RGB_FRAME = "camera_rgb_optical_frame"
 DEPTH_FRAME = "camera_depth_optical_frame"
 
@@ -48,12 +48,12 @@ class CameraPublisher:
 
     def transforms(self) -> List[TransformStamped]:
         """Returns where the camera is on the robot, for ``/tf_static``."""
-        place, direction = mounting(self._physics)
+        (x, y, z), direction = mounting(self._physics)
         transforms = []
         for frame in (RGB_FRAME, DEPTH_FRAME):
             transform = TransformStamped(child_frame_id=frame)
-            transform.header.frame_id = BASE_FRAME
-            transform.transform.translation = Vector3(*place)
+            transform.header.frame_id = BASE
+            transform.transform.translation = Vector3(x, y, z - BASE_HEIGHT)
             transform.transform.rotation = Quaternion(*direction)
             transforms.append(transform)
         return transforms

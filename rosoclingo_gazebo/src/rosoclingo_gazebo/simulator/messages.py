@@ -25,7 +25,9 @@ from rosoclingo_gazebo.simulator.physics import Pose, normal_angle
 
 MAP, ODOM, FOOTPRINT, BASE, LASER = "map", "odom", "base_footprint", "base_link", "base_scan"
 
-_BASE_HEIGHT = 0.01  # metres
+BASE_HEIGHT = 0.01
+"""Of ``base_link`` above the floor, in metres."""
+
 _LASER_HEIGHT = 0.3  # metres, above the floor
 _UNIT_ERROR = 1e-2  # of a quaternion's length
 _VARIANCE = 1e-4  # m² and rad²; the simulator knows where the robot is, but filters divide by it
@@ -130,8 +132,8 @@ def robot_transforms() -> Tuple[TransformStamped, ...]:
     """Returns where the parts of the robot are."""
     here = Pose(0.0, 0.0, 0.0)
     return (
-        transform(FOOTPRINT, BASE, here, _BASE_HEIGHT),
-        transform(BASE, LASER, here, _LASER_HEIGHT - _BASE_HEIGHT),
+        transform(FOOTPRINT, BASE, here, BASE_HEIGHT),
+        transform(BASE, LASER, here, _LASER_HEIGHT - BASE_HEIGHT),
     )
 
 
