@@ -5,7 +5,12 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["rosoclingo_gazebo", "rosoclingo_gazebo.simulator", "rosoclingo_gazebo.world"],
+        packages=[
+            "rosoclingo_gazebo",
+            "rosoclingo_gazebo.markers",
+            "rosoclingo_gazebo.simulator",
+            "rosoclingo_gazebo.world",
+        ],
         package_dir={"": "src"},
     )
 )

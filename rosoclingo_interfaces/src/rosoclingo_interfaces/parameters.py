@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any, List, Pattern, Sequence
+from typing import Any, List, Optional, Pattern, Sequence
 
 import rospy
 
@@ -55,13 +55,13 @@ def pattern(name: str, default: str = NOTHING) -> Pattern[str]:
         raise _wrong(name, "a regular expression", f"{value}: {err}") from err
 
 
-def text(name: str) -> str:
-    """Returns a text, which has to be there.
+def text(name: str, default: Optional[str] = None) -> str:
+    """Returns a text, which has to be there if it has no default.
 
     Raises:
         ParameterError: It is not, or is something else.
     """
-    value = _get(name, None)
+    value = _get(name, default)
     if not isinstance(value, str):
         raise _wrong(name, "a text", "there is none" if value is None else value)
     return value

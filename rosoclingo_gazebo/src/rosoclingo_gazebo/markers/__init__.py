@@ -1,0 +1,1 @@
+"""What rviz shows of a graph: blocked ways, the plan ahead, packages and robots."""

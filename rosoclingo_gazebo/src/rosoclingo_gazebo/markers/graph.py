@@ -1,0 +1,87 @@
+"""The graph of an instance, and where its waypoints are. Needs no ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Dict, List, Mapping, Sequence, Tuple
+
+import clingo
+
+from rosoclingo_gazebo.markers.errors import GraphError
+
+_METRES = 0.1  # in a unit of position/3
+_MOST = 5  # waypoints that an error lists
+
+Point = Tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Graph:
+    """Where robots can be.
+
+    Attributes:
+        places: x and y of each waypoint, in m.
+        edges: Waypoints next to each other, each pair once.
+        starts: For each robot, the waypoint where it stands in the beginning.
+    """
+
+    places: Mapping[str, Point]
+    edges: Tuple[Tuple[str, str], ...]
+    starts: Mapping[str, str]
+
+
+def read_graph(files: Sequence[str]) -> Graph:
+    """Grounds an instance and takes ``connection/2``, ``position/3`` and ``start/2`` out of it.
+
+    Args:
+        files: Encodings that together are the instance; positions are in decimetres.
+
+    Raises:
+        GraphError: The files do not parse, or do not say where all waypoints are.
+    """
+    atoms = _ground(files)
+    where = " ".join(files)
+    places: Dict[str, Point] = {}
+    for atom in _named(atoms, "position", 3):
+        waypoint, *numbers = atom.arguments
+        if any(number.type is not clingo.SymbolType.Number for number in numbers):
+            raise GraphError(f"{where}: {atom}: expected two integers, decimetres")
+        x, y = (number.number * _METRES for number in numbers)
+        if str(waypoint) in places:
+            raise GraphError(f"{where}: {atom}: {waypoint} has another position, too; remove one")
+        places[str(waypoint)] = (x, y)
+    pairs = {
+        tuple(sorted(str(end) for end in atom.arguments)) for atom in _named(atoms, "connection", 2)
+    }
+    if not pairs:
+        raise GraphError(f"{where}: there is no connection(V,W); name the file of an instance")
+    lost = sorted({end for pair in pairs for end in pair if end not in places})
+    if lost:
+        more = ", ..." if len(lost) > _MOST else ""
+        raise GraphError(
+            f"{where}: no coordinates of {', '.join(lost[:_MOST])}{more}; add facts "
+            f"position({lost[0]},X,Y) in decimetres"
+        )
+    starts = {str(atom.arguments[0]): str(atom.arguments[1]) for atom in _named(atoms, "start", 2)}
+    return Graph(places, tuple((a, b) for a, b in sorted(pairs)), starts)
+
+
+def _ground(files: Sequence[str]) -> List[clingo.Symbol]:
+    for file in files:
+        if not Path(file).is_file():
+            raise GraphError(f"there is no file {file}; check the path")
+    said: List[str] = []
+    solver = clingo.Control(logger=lambda _, text: said.append(text.strip()))
+    try:
+        for file in files:
+            solver.load(file)
+        solver.ground([("base", [])])
+    except RuntimeError as err:
+        raise GraphError("\n".join(said) or f"{' '.join(files)}: {err}") from err
+    # Copied, because the atoms vanish together with their solver.
+    return sorted(atom.symbol for atom in solver.symbolic_atoms)
+
+
+def _named(atoms: List[clingo.Symbol], name: str, arity: int) -> List[clingo.Symbol]:
+    return [atom for atom in atoms if atom.match(name, arity)]

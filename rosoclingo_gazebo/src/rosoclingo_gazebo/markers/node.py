@@ -1,0 +1,124 @@
+"""The ROS node that draws a graph for rviz."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from typing import Any, Callable, List, NoReturn
+
+import rospy
+from actionlib_msgs.msg import GoalStatus
+from visualization_msgs.msg import Marker, MarkerArray
+
+from rosclingo.errors import RosclingoError, TermError
+from rosclingo.ros_node import init_node
+from rosoclingo.msg import (
+    ROSoClingoActionGoal,
+    ROSoClingoActionResult,
+    ROSoClingoIn,
+    ROSoClingoOut,
+    ROSoClingoPlan,
+)
+from rosoclingo_gazebo.markers.drawing import draw
+from rosoclingo_gazebo.markers.errors import GraphError
+from rosoclingo_gazebo.markers.graph import Graph, read_graph
+from rosoclingo_gazebo.markers.messages import marker_array, read_markers
+from rosoclingo_gazebo.markers.situation import Situation
+from rosoclingo_interfaces import parameters
+from rosoclingo_interfaces.topics import topic
+
+_USAGE = """\
+usage: graph_markers.py _instance:="FILE..." [_PARAMETER:=VALUE]... [ROS remappings]
+
+Publishes ~markers for rviz: the graph of an instance with coordinates, blocked ways, the plan
+ahead, packages and robots. The package's README lists the parameters."""
+
+ROBOT = "{robot}"
+"""In the name of a robot's frame, it stands for the robot's name."""
+
+_FRAMES = (("frame", "map"), ("robot_frame", "base_link"))  # parameters and defaults
+
+
+class MarkerNode:
+    """Hears what goes on around rosoclingo, and publishes a drawing after each change."""
+
+    def __init__(self, graph: Graph, background: List[Marker], frame: str, robot: str) -> None:
+        """Opens the topics, and publishes the first drawing.
+
+        Args:
+            graph: The graph to draw.
+            background: Markers to show as well.
+            frame: The frame of the map.
+            robot: The frame of a robot; ``{robot}`` in it stands for the robot's name.
+        """
+        self._graph = graph
+        self._background = background
+        self._frame = frame
+        self._robot = robot
+        self._lock = threading.Lock()  # guards the situation, and keeps drawings in order
+        self._situation = Situation(graph.starts)
+        self._markers = rospy.Publisher(
+            "~markers", MarkerArray, latch=True, tcp_nodelay=True, queue_size=10
+        )
+        self._publish()
+        hear = self._situation
+        self._subscribers = [
+            self._subscribe("in", ROSoClingoIn, lambda m: hear.hear(m.id, m.value)),
+            self._subscribe("out", ROSoClingoOut, lambda m: hear.begin_action(m.id, m.action)),
+            self._subscribe("plan", ROSoClingoPlan, lambda m: hear.set_plan(m.actions)),
+            self._subscribe(
+                "goal",
+                ROSoClingoActionGoal,
+                lambda m: hear.begin_goal(m.goal_id.id, m.goal.request),
+            ),
+            self._subscribe(
+                "result",
+                ROSoClingoActionResult,
+                lambda m: hear.end_goal(
+                    m.status.goal_id.id, m.status.status == GoalStatus.SUCCEEDED
+                ),
+            ),
+        ]
+
+    def _subscribe(self, name: str, kind: Any, take: Callable[[Any], None]) -> rospy.Subscriber:
+        def on_message(message: Any) -> None:
+            with self._lock:
+                try:
+                    take(message)
+                except TermError as err:
+                    rospy.logwarn("ignored a message of %s: %s", topic(name), err)
+                    return
+                self._publish()
+
+        return rospy.Subscriber(topic(name), kind, on_message, tcp_nodelay=True)
+
+    def _publish(self) -> None:
+        shapes = draw(self._graph, self._situation)
+        message = marker_array(
+            shapes, self._background, self._frame, lambda name: self._robot.replace(ROBOT, name)
+        )
+        if not rospy.is_shutdown():
+            self._markers.publish(message)
+
+
+def main() -> NoReturn:
+    """Runs the node until it is shut down, and ends the process.
+
+    The exit status is 0, or 2 if a parameter or a file is wrong.
+    """
+    init_node("graph_markers", usage=_USAGE)
+    try:
+        files = parameters.words("instance")
+        if not files:
+            raise GraphError("parameter ~instance: name the instance's files")
+        world = parameters.words("world")
+        background = [marker for file in world for marker in read_markers(file)]
+        frames = [parameters.text(name, default) for name, default in _FRAMES]
+        node = MarkerNode(read_graph(files), background, *frames)
+    except RosclingoError as err:
+        rospy.logfatal("%s", err)
+        rospy.signal_shutdown(str(err))
+        sys.exit(2)
+    rospy.spin()
+    del node
+    sys.exit(0)

@@ -1,0 +1,180 @@
+"""What is going on, as the messages around rosoclingo tell it. Needs no ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Dict, FrozenSet, List, Mapping, Optional, Sequence, Set, Tuple
+
+import clingo
+
+from rosclingo.terms import parse_term
+
+_SUCCESS, _FAILURE = "success", "failure"
+_SOURCE = "info"  # who announces what is blocked
+_SOLVER = "solver"  # who publishes a plan as ``[do(R,A,T),...]``
+_MOST_DELIVERED = 10  # packages that are shown where they were delivered
+
+Edge = FrozenSet[str]
+
+
+@dataclass
+class Package:
+    """A thing that a goal ``bring(O,P)`` is about.
+
+    Attributes:
+        label: What to write on it.
+        origin: Where it was; empty if nobody knows.
+        destination: Where it is to go; likewise.
+        place: The waypoint where it is; empty while a robot carries it.
+        robot: Who carries it; empty while nobody does.
+        slot: The planner's id of its goal; known from the pickup on.
+        delivered: Whether its goal has succeeded.
+    """
+
+    label: str
+    origin: str
+    destination: str
+    place: str
+    robot: str = ""
+    slot: str = ""
+    delivered: bool = False
+
+
+@dataclass(frozen=True)
+class Step:
+    """An action of the plan ahead."""
+
+    number: int
+    robot: str
+    action: clingo.Symbol
+
+
+class Situation:
+    """Is told what was published, in its order, and remembers what follows from it.
+
+    Not thread-safe. Every method that takes text raises TermError if it is no ground term.
+
+    Attributes:
+        positions: For each robot, the last waypoint that it reached.
+        blocked: Pairs of waypoints with a blocked way between.
+        steps: The plan ahead, ordered by step.
+        packages: What is to be brought, is on its way, or was lately delivered.
+    """
+
+    def __init__(self, starts: Mapping[str, str]) -> None:
+        """Begins where nothing has happened.
+
+        Args:
+            starts: For each robot, the waypoint where it stands.
+        """
+        self.positions: Dict[str, str] = dict(starts)
+        self.blocked: Set[Edge] = set()
+        self.steps: Tuple[Step, ...] = ()
+        self._open: Dict[str, Package] = {}  # by the ids of goals
+        self._strange: Dict[str, Package] = {}  # by slots: of goals that came before this node
+        self._delivered: List[Package] = []
+        self._actions: Dict[str, clingo.Symbol] = {}  # of robots that have not answered
+        self._early: Dict[str, str] = {}  # answers that overtook their actions
+
+    @property
+    def packages(self) -> List[Package]:
+        """All packages, those that were delivered first."""
+        return [*self._delivered, *self._open.values(), *self._strange.values()]
+
+    def begin_goal(self, goal: str, request: str) -> None:
+        """A goal was sent."""
+        term = parse_term(request)
+        if goal and term.match("bring", 2):
+            origin, destination = (str(argument) for argument in term.arguments)
+            label = f"{origin} to {destination}"
+            self._open[goal] = Package(label, origin, destination, place=origin)
+
+    def end_goal(self, goal: str, succeeded: bool) -> None:
+        """A goal has ended: its package is where it should be, or of no interest any more."""
+        package = self._open.pop(goal, None)
+        if package is not None and succeeded:
+            package.place, package.robot, package.delivered = package.destination, "", True
+            self._delivered = [*self._delivered, package][-_MOST_DELIVERED:]
+
+    def set_plan(self, actions: Sequence[str]) -> None:
+        """There is another plan, in atoms ``do(R,A,T)``."""
+        self.steps = _steps([parse_term(action) for action in actions])
+
+    def begin_action(self, actuator: str, action: str) -> None:
+        """An action was published, or all of a static mode's plan."""
+        robot = str(parse_term(actuator))
+        if robot == _SOLVER:
+            self.steps = _steps(parse_term(f"plan({action.strip()[1:-1]})").arguments)
+        elif robot in self.positions:
+            self._actions[robot] = parse_term(action)
+            answer = self._early.pop(robot, None)
+            if answer is not None:
+                self._end_action(robot, answer)
+
+    def hear(self, source: str, value: str) -> None:
+        """A message to rosoclingo was published: an answer, or what someone has seen."""
+        sender, term = str(parse_term(source)), parse_term(value)
+        if sender == _SOURCE:
+            self._announce(term)
+        elif sender in self.positions and str(term) in (_SUCCESS, _FAILURE):
+            if sender in self._actions:
+                self._end_action(sender, str(term))
+            else:
+                # Action and answer come from different nodes, and may overtake each other.
+                self._early[sender] = str(term)
+
+    def _announce(self, term: clingo.Symbol) -> None:
+        edge = frozenset(str(argument) for argument in term.arguments)
+        if term.match("blocked", 2):
+            self.blocked.add(edge)
+        elif term.match("unblocked", 2):
+            self.blocked.discard(edge)
+
+    def _end_action(self, robot: str, answer: str) -> None:
+        action = self._actions.pop(robot)
+        here = self.positions[robot]
+        if action.match("go", 1):
+            there = str(action.arguments[0])
+            if answer == _SUCCESS:
+                self.positions[robot] = there
+            else:
+                self.blocked.add(frozenset((here, there)))
+        elif answer == _SUCCESS and action.match("pickup", 1):
+            self._pick_up(robot, str(action.arguments[0]))
+        elif answer == _SUCCESS and action.match("deliver", 1):
+            self._hand_over(robot, str(action.arguments[0]))
+
+    def _pick_up(self, robot: str, slot: str) -> None:
+        """Finds out which package it was: nobody says which goal has which slot."""
+        here = self.positions[robot]
+        waiting = [package for package in self._open.values() if package.place == here]
+        end = self._where_delivered(robot, slot)
+        # The oldest of those that are to go where the plan delivers it, else the oldest of all.
+        waiting.sort(key=lambda package: package.destination != end)
+        package = waiting[0] if waiting else self._strange.get(slot)
+        if package is None:
+            package = self._strange[slot] = Package(f"package {slot}", "", "", place="")
+        package.place, package.robot, package.slot = "", robot, slot
+
+    def _hand_over(self, robot: str, slot: str) -> None:
+        self._strange.pop(slot, None)
+        for package in self._open.values():
+            if (package.robot, package.slot) == (robot, slot):
+                package.place, package.robot = self.positions[robot], ""
+
+    def _where_delivered(self, robot: str, slot: str) -> Optional[str]:
+        here = self.positions[robot]
+        for step in self.steps:
+            if step.robot == robot and step.action.match("go", 1):
+                here = str(step.action.arguments[0])
+            elif step.robot == robot and str(step.action) == f"deliver({slot})":
+                return here
+        return None
+
+
+def _steps(atoms: Sequence[clingo.Symbol]) -> Tuple[Step, ...]:
+    return tuple(
+        Step(atom.arguments[2].number, str(atom.arguments[0]), atom.arguments[1])
+        for atom in atoms
+        if atom.match("do", 3) and atom.arguments[2].type is clingo.SymbolType.Number
+    )
