@@ -13,10 +13,12 @@ import rosoclingo
 from rosclingo.engine import Engine, Result
 from rosclingo.options import Options
 from rosoclingo.controller import Controller
+from rosoclingo.dialects import detect
 from rosoclingo.errors import LoopError, ShutdownError
 from rosoclingo.goals import Goal
 from rosoclingo.inbox import Cancel, Inbox, Message
 from rosoclingo.loop import Loop
+from rosoclingo.single import ClingoControl, commands_for
 from rosoclingo.state import Outside
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -32,8 +34,10 @@ FIXED = "dynamic.fixed.recording"
 RECORDING = "dynamic.incremental.recording"
 RESET = "dynamic.incremental.reset"
 DYN_RESET = "dynamic.incremental.dyn_reset"
-INCREMENTAL = [RECORDING, RESET, DYN_RESET]
+SINGLE = "run-1.0"  # no mode, but one node for all
+INCREMENTAL = [RECORDING, RESET, DYN_RESET, SINGLE]
 MAILBOT = str(PACKAGE / "mailbot" / "mailbot.lp")
+PAPER = str(PACKAGE / "mailbot" / "mailbot_paper.lp")
 BENCH = str(PACKAGE / "mailbot" / "instances" / "graph_bench.lp")
 OFFICE = str(PACKAGE / "mailbot" / "instances" / "graph_wg.lp")
 REQUEST = str(PACKAGE / "mailbot" / "mailbot" / "requests" / "request01.lp")
@@ -82,10 +86,8 @@ class Episode(Inbox, Outside):
         self.pending: Dict[str, str] = {}
         self.warnings: List[str] = []
         self._turn: Callable[[], bool] = lambda: False
-        controller = Engine(
-            Options((str(ROSOCLINGO / "modes" / f"{mode}.lp"),), tuple(mode_options))
-        )
-        self.planner = Engine(Options(tuple(encoding), tuple(options)), log=self.warnings.append)
+        planner_options = Options(tuple(encoding), tuple(options))
+        self.planner = Engine(planner_options, log=self.warnings.append)
         episode = self
 
         class Commands(ROSCommands):
@@ -94,7 +96,15 @@ class Episode(Inbox, Outside):
                 if self.state.result is Result.SAT:
                     episode.found_plan()
 
-        self.loop = Loop(Controller(controller), self.planner, Commands, self, self)
+        if mode == SINGLE:
+            dialect = detect(planner_options)
+            single = ClingoControl(dialect.first_step)
+            commands = commands_for(dialect, Commands)
+            self.loop = Loop(single, dialect(self.planner), commands, self, self)
+        else:
+            file = str(ROSOCLINGO / "modes" / f"{mode}.lp")
+            controller = Controller(Engine(Options((file,), tuple(mode_options))))
+            self.loop = Loop(controller, self.planner, Commands, self, self)
 
     def found_plan(self) -> None:
         """The planner has found a plan."""

@@ -6,7 +6,7 @@ import random
 from typing import Dict, List, Optional, Set
 
 import pytest
-from episode import BENCH, DYN_RESET, FIXED, MAILBOT, RECORDING, RESET, Episode, Request
+from episode import BENCH, DYN_RESET, FIXED, MAILBOT, RECORDING, RESET, SINGLE, Episode, Request
 from oracle import shortest
 
 from rosoclingo_aspprograms.validator import Edge, Map, Parcel
@@ -16,6 +16,7 @@ STEPS: Dict[str, List[str]] = {
     RECORDING: ["-c", "steps=300"],
     RESET: ["-c", "steps=300", "-c", "r=4"],
     DYN_RESET: ["-c", "steps=300"],
+    SINGLE: [],
 }
 SIZES = [(2, 2), (2, 2), (3, 1), (3, 2)]
 
@@ -140,7 +141,7 @@ class RandomEpisode(Episode):
         return any(goal.stage.value != "ended" for goal in self.requests)
 
 
-@pytest.mark.parametrize("mode", [FIXED, RECORDING, RESET, DYN_RESET])
+@pytest.mark.parametrize("mode", [FIXED, RECORDING, RESET, DYN_RESET, SINGLE])
 @pytest.mark.parametrize("seed", range(50))
 def test_a_random_episode(mode: str, seed: int) -> None:
     episode = RandomEpisode(mode, seed)

@@ -1,0 +1,129 @@
+"""The mailbot of the paper: its three scenarios, requests that are cancelled, failures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Callable, List, Optional
+
+from episode import OFFICE, PAPER, SINGLE, Episode
+
+from rosoclingo_aspprograms.validator import Map
+
+
+def _office() -> Episode:
+    return Episode(SINGLE, Map.read(Path(OFFICE)), [OFFICE, PAPER])
+
+
+def _run(episode: Episode, turn: Optional[Callable[[], bool]] = None) -> None:
+    assert episode.run(turn) is None
+    assert episode.warnings == []
+
+
+def _walk(text: str) -> List[str]:
+    return [word if "(" in word else f"go({word})" for word in text.split()]
+
+
+def test_scenario_1() -> None:
+    episode = _office()
+    episode.announce("blocked(c3,c4)")
+    goal = episode.request("bring(o9,o14)")
+    _run(episode)
+    assert episode.actions == _walk(
+        "c6 c5 o9 pickup(o9,o14) c5 c6 open1 c1 c2 c3 o14 deliver(o9,o14)"
+    )
+    assert goal.words == ["accepted", "succeeded"]
+
+
+def test_scenario_2() -> None:
+    episode = _office()
+    episode.announce("blocked(c3,c4)")
+    episode.request("bring(o9,o14)")
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        if episode.answer("mailbot") == "go(c6)" and "pickup(o9,o14)" in episode.actions:
+            episode.announce("unblocked(c4,c3)")
+        return True
+
+    _run(episode, turn)
+    assert episode.actions == _walk("c6 c5 o9 pickup(o9,o14) c5 c6 c5 c4 c3 o14 deliver(o9,o14)")
+
+
+def test_scenario_3() -> None:
+    episode = _office()
+    goals = [episode.request("bring(o7,o11)")]
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        if episode.pending["mailbot"] == "go(c6)" and len(goals) == 1:
+            goals.append(episode.request("bring(o2,o3)"))
+        fails = episode.pending["mailbot"] == "go(c4)" and "go(open1)" not in episode.actions
+        episode.answer("mailbot", "failure" if fails else "success")
+        return True
+
+    _run(episode, turn)
+    assert episode.actions == _walk(
+        "c6 c5 c4 c6 open1 c1 c2 o2 pickup(o2,o3) c2 c1 o3 deliver(o2,o3) "
+        "c1 c2 c3 c4 o7 pickup(o7,o11) c4 o11 deliver(o7,o11)"
+    )
+    assert [goal.words[-1] for goal in goals] == ["succeeded", "succeeded"]
+
+
+def test_a_package_on_the_robot_goes_back() -> None:
+    episode = _office()
+    goal = episode.request("bring(o1,o3)")
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        if episode.pending["mailbot"] == "pickup(o1,o3)":
+            episode.cancel(goal)
+        episode.answer("mailbot")
+        return True
+
+    _run(episode, turn)
+    assert episode.actions == _walk("c1 o1 pickup(o1,o3) deliver(o1,o3)")
+    assert goal.words == ["accepted", "canceled"]
+
+
+def test_a_package_that_is_not_picked_up_stays() -> None:
+    episode = _office()
+    goals = [episode.request("bring(o1,o3)")]
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        if len(goals) == 1:
+            episode.cancel(goals[0])
+            goals.append(episode.request("bring(o3,o1)"))
+        episode.answer("mailbot")
+        return True
+
+    _run(episode, turn)
+    assert episode.actions == _walk("c1 o3 pickup(o3,o1) c1 o1 deliver(o3,o1)")
+    assert [goal.words[-1] for goal in goals] == ["canceled", "succeeded"]
+
+
+def test_failures() -> None:
+    """A hand that fails tries again; a way that fails is gone round until it is free."""
+    episode = _office()
+    goal = episode.request("bring(o1,o2)")
+    failing = ["pickup(o1,o2)", "deliver(o1,o2)"]
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        action = episode.pending["mailbot"]
+        fails = action in failing
+        if fails:
+            failing.remove(action)
+        episode.answer("mailbot", "failure" if fails else "success")
+        return True
+
+    _run(episode, turn)
+    assert episode.actions == _walk(
+        "c1 o1 pickup(o1,o2) pickup(o1,o2) c1 c2 o2 deliver(o1,o2) deliver(o1,o2)"
+    )
+    assert goal.words == ["accepted", "succeeded"]
