@@ -14,7 +14,9 @@ from rosoclingo_gazebo.simulator.errors import ObstacleError, PhysicsError
 from rosoclingo_gazebo.simulator.headless import mujoco
 from rosoclingo_gazebo.simulator.physics import (
     ANGULAR_ACCELERATION,
+    ANGULAR_SPEED,
     LINEAR_ACCELERATION,
+    LINEAR_SPEED,
     Box,
     Pose,
     between,
@@ -96,6 +98,8 @@ class MujocoPhysics:
             angular: Wanted speed of turning, in rad/s.
             seconds: How much time passes.
         """
+        linear = between(linear, -LINEAR_SPEED, LINEAR_SPEED)
+        angular = between(angular, -ANGULAR_SPEED, ANGULAR_SPEED)
         self._owed += seconds
         steps = int(self._owed / self._step + 1e-6)
         self._owed -= steps * self._step
