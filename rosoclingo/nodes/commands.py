@@ -132,7 +132,7 @@ class ROSCommands:
         steps = max(self.state.grounded, default=0)
         raise LoopError(
             "the controller ended the system: the planner has no plan within the horizon of "
-            f"{steps} steps; -c steps=N at the controller sets another"
+            f"{steps} steps; -c steps=N sets another, at the controller if there is one"
         )
 
 

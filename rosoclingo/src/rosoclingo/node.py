@@ -162,6 +162,9 @@ class Node:
         # Runs before rospy stops publishing, so that open goals get their results.
         self._inbox.close()
         self._thread.join(_SECONDS_TO_END)
+        if self._thread.is_alive():  # a solver in this process that grounds cannot be interrupted
+            for goal in self._goals.values():
+                goal.set_status("aborted", "the node is shutting down")
         if self._goals:
             time.sleep(_SECONDS_TO_SEND)
 

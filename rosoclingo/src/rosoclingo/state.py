@@ -199,7 +199,7 @@ class State:
             goals.end_waiting(
                 "aborted",
                 f"the mode waits in step {self.step}, and all slots belong to goals that ended in "
-                "it; the maximal horizon may be reached (-c steps=N at the controller)",
+                "it; the maximal horizon may be reached (-c steps=N)",
             )
         return False
 

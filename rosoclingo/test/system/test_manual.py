@@ -238,7 +238,7 @@ def test_interrupt_while_waiting(terminals: Terminals) -> None:
 
 
 def test_usage(terminals: Terminals) -> None:
-    for script in ("run.py",):
+    for script in ("run.py", "run-1.0.py"):
         asked = terminals.run("rosrun", "rosoclingo", script, "--help")
         assert asked.wait() == 0
         assert asked.output.startswith(f"usage: {script}")

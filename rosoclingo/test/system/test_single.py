@@ -1,0 +1,79 @@
+"""The one-node system as a process: its command line, its end, and what can go wrong.
+
+Needs a sourced workspace, in devel or install space.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from terminals import Terminals, package, terminals, wait_for
+
+__all__ = ["terminals"]
+
+RESULTS = ("rostopic", "echo", "/rosoclingo/result")
+
+
+def line(dialect: str = "") -> str:
+    return str(package("rosoclingo") / "test" / "encodings" / f"line{dialect}.lp")
+
+
+def ask(terminals: Terminals, request: str) -> None:
+    """Sends a goal as an old client may do, by the topic."""
+    wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output.split())
+    terminals.start(
+        "rostopic", "pub", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
+        f"{{goal_id: {{id: g}}, goal: {{request: '{request}'}}}}",
+    )  # fmt: skip
+
+
+@pytest.mark.install_space
+def test_files_without_their_ending(terminals: Terminals) -> None:
+    office = package("rosoclingo_aspprograms") / "mailbot"
+    node = terminals.start(
+        "rosrun", "rosoclingo", "run-1.0.py", "--file", str(office / "instances" / "graph_wg"),
+        "--file", str(office / "mailbot"), "-c", "slots=1",
+    )  # fmt: skip
+    node.wait_for("in the dialect 2.0; clingo options: -c slots=1")
+    ask(terminals, "bring(o1,o3)")
+    node.wait_for("mailbot: go(c1)")
+    node.interrupt()
+    assert node.wait() == 0
+    assert "Traceback" not in node.output
+
+
+@pytest.mark.parametrize("options", [[], ["-c", "steps=3"]])
+def test_a_goal_that_cannot_be_reached(terminals: Terminals, options: list[str]) -> None:
+    """It is searched for until the node is told to end, or up to the last step."""
+    node = terminals.start(
+        "rosrun", "rosoclingo", "run-1.0.py", "-f", line("_paper"), "-c", "cells=900", *options
+    )
+    results = terminals.start(*RESULTS)
+    ask(terminals, "visit(900)")
+    if not options:
+        horizon = ("rostopic", "echo", "-n", "1", "/rosoclingo/plan/horizon")
+        wait_for(lambda: int(terminals.run(*horizon).output.split()[0]) > 1)
+        node.interrupt()
+    assert node.wait() == (1 if options else 0)
+    assert "Traceback" not in node.output
+    results.wait_for("status: 4")  # ABORTED
+    assert not options or "no plan within the horizon of 3 steps" in node.output
+
+
+def test_a_wrong_command_line(terminals: Terminals, tmp_path: Path) -> None:
+    wrong = tmp_path / "wrong.lp"
+    wrong.write_text("#external query(t")
+    for arguments, text in (
+        (["--file", "nowhere.lp"], "there is no file 'nowhere.lp'"),
+        (["--file", str(wrong)], "wrong.lp:2:1"),
+        (["--file", str(package("rosclingo") / "example" / "toh.lp")], "toh.lp: there is no enc"),
+        (["--file", line(), "-c", "steps=many"], "steps is a number from 1 on"),
+        (["--file", line(), "--no-such-option"], "no-such-option"),
+        ([], "no file: there is no encoding"),
+        (["--file", line(), "_action_timeout:=soon"], "action_timeout: expected seconds"),
+    ):
+        node = terminals.run("rosrun", "rosoclingo", "run-1.0.py", *arguments)
+        assert node.wait() == 2, node.output
+        assert text in node.output
+        assert "Traceback" not in node.output
