@@ -79,10 +79,10 @@ class Planner:
         cells = np.array(search.traceback(end))
         path = self._smooth(self.grid.points(cells[:, 0], cells[:, 1]), distances)
         # The cells of start and goal are where these are, but for less than a cell.
-        if end == self._cell(goal):
-            path[-1] = goal.x, goal.y
         if begin == self._cell(start):
             path[0] = start.x, start.y
+        if end == self._cell(goal):
+            path[-1] = goal.x, goal.y
         return path
 
     def _smooth(self, path: np.ndarray, distances: np.ndarray) -> np.ndarray:
