@@ -18,14 +18,14 @@ NAME: Colour = (0.05, 0.1, 0.3)
 BLOCKED: Colour = (0.9, 0.05, 0.05)
 PLAN: Colour = (0.95, 0.5, 0.0)
 ROBOT: Colour = (0.2, 0.2, 0.22)
-PACKAGE: Colour = (0.75, 0.5, 0.2)
+PACKAGE: Colour = (0.5, 0.25, 0.05)
 DELIVERED: Colour = (0.1, 0.65, 0.2)
 
 _LETTERS = 0.6
 _ABOVE = 0.6  # where texts are: higher than the walls that rviz shows
 _ROBOT_RADIUS, _ROBOT_HEIGHT = 0.18, 0.4
 _BOX = 0.3
-_ASIDE = 0.35  # how far a step's number is to the right of its arrow
+_ASIDE = 0.5  # how far a step's number is to the right of its arrow
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,8 @@ def _plan(graph: Graph, situation: Situation) -> Iterator[Shape]:
     for waypoint, lines in errands.items():
         x, y = graph.places[waypoint]
         text = "\n".join(lines)
-        yield Shape("plan's steps", "text", ((x, y + 1.2, _ABOVE),), _LETTERS, PLAN, text)
+        at = (x + 1.9, y + 0.6, _ABOVE)  # beside the name, above packages
+        yield Shape("plan's steps", "text", (at,), _LETTERS, PLAN, text)
 
 
 def _beside(begin: Point, end: Point) -> Point:
@@ -144,5 +145,5 @@ def _packages(graph: Graph, situation: Situation) -> Iterator[Shape]:
                 x, y, z = x + 0.6, y - index * 1.5 * _LETTERS, _BOX / 2
             colour = DELIVERED if package.delivered else PACKAGE
             yield Shape("packages", "box", ((x, y, z),), _BOX, colour, robot=robot)
-            at = (x + 1.2, y, max(z, _ABOVE))
+            at = (x + 1.5, y, max(z, _ABOVE))
             yield Shape("packages", "text", (at,), _LETTERS, colour, package.label, robot=robot)

@@ -133,6 +133,7 @@ class Situation:
     def _end_action(self, robot: str, answer: str) -> None:
         action = self._actions.pop(robot)
         here = self.positions[robot]
+        self._forget_step(robot, action)
         if action.match("go", 1):
             there = str(action.arguments[0])
             if answer == _SUCCESS:
@@ -143,6 +144,13 @@ class Situation:
             self._pick_up(robot, str(action.arguments[0]))
         elif answer == _SUCCESS and action.match("deliver", 1):
             self._hand_over(robot, str(action.arguments[0]))
+
+    def _forget_step(self, robot: str, action: clingo.Symbol) -> None:
+        """Takes what has been answered out of the plan ahead: the last action has no successor."""
+        for index, step in enumerate(self.steps):
+            if (step.robot, step.action) == (robot, action):
+                self.steps = self.steps[:index] + self.steps[index + 1 :]
+                return
 
     def _pick_up(self, robot: str, slot: str) -> None:
         """Finds out which package it was: nobody says which goal has which slot."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from typing import Iterator, Sequence
+from typing import Iterator
 
-from rosoclingo_gazebo.world.description import Area, World
+from rosoclingo_gazebo.world.description import Area, Room, World
 from rosoclingo_gazebo.world.geometry import Grid
 from rosoclingo_gazebo.world.text import FLOORS, WALL, Colour, numbers, origin
 
@@ -15,6 +15,8 @@ _CUBE, _TEXT = 1, 9
 _FLOOR_HEIGHT = 0.01  # m, below of the map
 _WALL_HEIGHT = 0.4  # m; lower than it is, to look over it
 _LETTERS = 0.5  # m
+# How far along a room its name is: not where the names of waypoints and the numbers of steps are.
+_PART = {"open": 0.3, "corridor": 0.6, "office": 0.25}
 _INK: Colour = (0.35, 0.35, 0.4)
 
 
@@ -34,15 +36,22 @@ def marker_file(world: World, grid: Grid) -> str:
         lines += _shape(area, -_FLOOR_HEIGHT, _FLOOR_HEIGHT)
     for index, room in enumerate(world.rooms):
         lines += _marker("rooms", index, _TEXT, _INK)
-        lines += _shape(_sign(room.areas), 0.05, _LETTERS)
+        lines += _shape(_sign(room), 0.05, _LETTERS)
         lines.append(f"  text: {json.dumps(room.name)}")
     return "\n".join(lines) + "\n"
 
 
-def _sign(areas: Sequence[Area]) -> Area:
-    """Returns where a room's name stands: in its largest area, along the northern wall."""
-    area = max(areas, key=lambda area: area.size[0] * area.size[1])
-    return Area(area.west, max(area.south, area.north - 2 * _LETTERS), area.east, area.north)
+def _sign(room: Room) -> Area:
+    """Returns where a room's name is: in its largest area, along the wall that has no door."""
+    area = max(room.areas, key=lambda area: area.size[0] * area.size[1])
+    (width, height), part = area.size, _PART[room.kind]
+    if room.kind != "office" and height > width:
+        x, y = area.centre[0], area.south + part * height
+    else:
+        x, y = area.west + max(part * width, 3 * _LETTERS), area.north - _LETTERS
+        if room.doors and room.doors[0].centre[1] > area.centre[1]:
+            y = area.south + _LETTERS
+    return Area(x - _LETTERS, y - _LETTERS, x + _LETTERS, y + _LETTERS)
 
 
 def _marker(namespace: str, number: int, kind: int, colour: Colour) -> Iterator[str]:
