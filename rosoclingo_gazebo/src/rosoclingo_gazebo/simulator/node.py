@@ -70,6 +70,9 @@ class SimulatorNode:
         self._stop = threading.Event()
         self._stopped = threading.Event()
         self._pacer = Pacer(settings.speed, self._warn, sleep=self._stop.wait)
+        self._about = (
+            f"{settings.map.stem}, {settings.physics}, at {settings.speed:g} times real time"
+        )
         self._map = messages.map_message(world)
         camera = self._camera.transforms() if self._camera is not None else ()
         parts = (*messages.robot_transforms(), *camera)
@@ -89,6 +92,7 @@ class SimulatorNode:
     def run(self) -> None:
         """Runs the simulation until the node is shut down."""
         rospy.on_shutdown(self._end)
+        rospy.loginfo("simulates %s", self._about)
         while not self._stop.is_set():
             self._calls.run()
             self._simulation.watched = self._publications.scan_is_wanted

@@ -1,0 +1,64 @@
+"""Starting and ending the simulator."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Tuple
+
+import pytest
+from terminals import Terminals, terminals  # noqa: F401 - the fixture
+
+SIMULATOR = ("rosrun", "rosoclingo_gazebo", "simulator.py")
+ENDS = 2.0  # s
+
+
+@pytest.mark.install_space
+@pytest.mark.parametrize("arguments", [(), ("_speed:=0.001",), ("_physics:=mujoco",)])
+def test_ctrl_c_ends_it_at_once(
+    terminals: Terminals,  # noqa: F811 - the fixture
+    arguments: Tuple[str, ...],
+) -> None:
+    terminals.run("rosparam", "set", "/use_sim_time", "true")
+    simulator = terminals.start(*SIMULATOR, *arguments)
+    simulator.wait_for("simulates")
+    began = time.monotonic()
+    simulator.interrupt()
+    assert simulator.wait() == 0
+    assert time.monotonic() - began < ENDS
+    assert "Traceback" not in simulator.output
+
+
+def test_what_is_wrong_is_named(terminals: Terminals) -> None:  # noqa: F811 - the fixture
+    wrong = (
+        ("_map:=/nowhere.yaml", "cannot read the map /nowhere.yaml"),
+        ("_waypoints:=/nowhere.yaml", "cannot read the waypoint file /nowhere.yaml"),
+        ("_physics:=magic", "parameter ~physics: expected kinematic or mujoco: magic"),
+        ("_speed:=0", "parameter ~speed: expected a number greater than 0"),
+        ("_speed:=fast", "expected a number from 0: fast"),
+        ("_max_speed:=2", "expected a number from 0 to 0.5: 2"),
+        ("_x:=-3", "the robot cannot stand at (-3, -8)"),
+        ("_initial_pose:=here", "parameter ~initial_pose: expected a text such as"),
+    )
+    for number, (argument, message) in enumerate(wrong):
+        # A name for each, because parameters of the command line outlive the node.
+        simulator = terminals.run(*SIMULATOR, argument, f"__name:=simulator_{number}")
+        assert message in simulator.output
+        assert simulator.wait() == 2
+        assert "Traceback" not in simulator.output
+
+
+def test_without_mujoco_it_says_what_to_install(
+    terminals: Terminals,  # noqa: F811 - the fixture
+    tmp_path: Path,
+) -> None:
+    # A package in the way of MuJoCo's, which is as good as none.
+    (tmp_path / "mujoco.py").write_text(
+        "raise ModuleNotFoundError(\"No module named 'mujoco'\", name='mujoco')\n"
+    )
+    path = terminals.environment.get("PYTHONPATH", "")
+    terminals.environment["PYTHONPATH"] = f"{tmp_path}:{path}"
+    simulator = terminals.run(*SIMULATOR, "_physics:=mujoco")
+    assert "pip install mujoco" in simulator.output
+    assert simulator.wait() == 2
+    assert "Traceback" not in simulator.output
