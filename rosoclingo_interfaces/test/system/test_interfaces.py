@@ -106,6 +106,26 @@ def test_wrong_parameters(terminals: Terminals) -> None:
         assert "Traceback" not in node.output
 
 
+def test_wrong_waypoint_files(terminals: Terminals, tmp_path: Path) -> None:
+    places = tmp_path / "places.yaml"
+    places.write_text("frame: map\nwaypoints: {c3: {x: 1, y: far, theta: 0}}\n")
+    wrong = {
+        "_timeout:=1": "parameter /n0/waypoints: expected a text",
+        "_waypoints:=/nowhere.yaml": "cannot read the waypoint file /nowhere.yaml",
+        f"_waypoints:={places}": f"{places}: waypoint c3: y: expected a number of metres: far",
+    }
+    nodes = [
+        terminals.start(
+            "rosrun", "rosoclingo_interfaces", "move_base_interface.py", f"__name:=n{n}", text
+        )
+        for n, text in enumerate(wrong)
+    ]
+    for node, text in zip(nodes, wrong.values()):
+        assert node.wait() == 2
+        assert text in node.output
+        assert "Traceback" not in node.output
+
+
 def test_interrupt_of_an_action(terminals: Terminals, node: Terminal) -> None:
     interface = fulfill(terminals, "_delay:=3600")
     visit(terminals, 3)
