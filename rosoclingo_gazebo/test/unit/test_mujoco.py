@@ -117,6 +117,20 @@ def test_wheels_that_a_wall_stops_stand_still_and_turn_back_at_once(robot: Mujoc
     assert robot.velocity[0] < -0.15
 
 
+def test_a_robot_that_pushes_against_a_corner_stays_upright_and_outside(
+    robot: MujocoPhysics,
+) -> None:
+    post = Box(1, 0, 0, 0.2, 2)  # with a corner at (0.9, 1)
+    robot.put("post", post)
+    for y in np.arange(0.9, 1.15, 0.05):
+        robot.reset(Pose(0.4, y, 0))
+        for linear, angular in ((0.5, 0.0), (0.0, -1.0), (0.5, -1.0), (0.5, 1.5)):
+            for _ in range(20):
+                robot.step(linear, angular, 0.05)
+                assert post.distance(robot.pose.x, robot.pose.y) > RADIUS - 0.004
+                assert tilt(robot) < 2
+
+
 def test_a_box_takes_another_size_and_place(robot: MujocoPhysics) -> None:
     for length in (0.05, 2.0, 0.3):
         robot.reset(Pose(-3, 0, 0))

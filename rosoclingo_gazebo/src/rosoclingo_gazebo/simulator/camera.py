@@ -20,6 +20,7 @@ from rosoclingo_interfaces.parameters import integer, number
 RGB_FRAME = "camera_rgb_optical_frame"
 DEPTH_FRAME = "camera_depth_optical_frame"
 
+_ROUNDING = 1e-6  # seconds, what times may be off
 _MOST_PIXELS = 4096  # of a side; what OpenGL allows is seldom less
 
 
@@ -65,7 +66,7 @@ class CameraPublisher:
             seconds: Simulated time now.
         """
         streams = [stream for stream in (self._rgb, self._depth) if stream.wanted]
-        if self._fails or not streams or seconds < self._due:
+        if self._fails or not streams or seconds < self._due - _ROUNDING:
             return
         self._due = seconds + self._period
         try:

@@ -37,8 +37,10 @@ _WHEEL_DISTANCE = 0.23
 _LINEAR_LEAD = 0.1
 _ANGULAR_LEAD = 0.5
 
-# How fast the robot is at most when it touches something, in m/s and rad/s.
-_PUSHED = 1.5
+# How fast the robot is at most when it touches something: no faster than it drives itself.
+# Of its base along and around three axes, and of its wheels.
+_WHEEL_SPEED = (LINEAR_SPEED + ANGULAR_SPEED * _WHEEL_DISTANCE / 2) / _WHEEL_RADIUS
+_PUSHED = np.array([LINEAR_SPEED] * 3 + [ANGULAR_SPEED] * 3 + [_WHEEL_SPEED] * 2)
 
 # A box that is not there is under the floor, and invisible, which the laser sees through.
 _NO_BOX = Box(0.0, 0.0, 0.0, 0.1, 0.1, height=-10.0)
@@ -72,7 +74,7 @@ class MujocoPhysics:
         self._hull = self.model.geom("hull").id
         joints = [self.model.joint(name) for name in ("robot", "wheel_left", "wheel_right")]
         self._place = slice(joints[0].qposadr[0], joints[0].qposadr[0] + 7)
-        self._speeds = slice(joints[0].dofadr[0], joints[0].dofadr[0] + 6)
+        self._speeds = slice(joints[0].dofadr[0], joints[0].dofadr[0] + len(_PUSHED))
         self._wheels = [joint.dofadr[0] for joint in joints[1:]]
         self._motors = [self.model.actuator(name).id for name in ("wheel_left", "wheel_right")]
         self._free = [f"box_{number}" for number in range(BOXES)]
