@@ -7,6 +7,7 @@ setup(
     **generate_distutils_setup(
         packages=[
             "rosoclingo_gazebo",
+            "rosoclingo_gazebo.demo",
             "rosoclingo_gazebo.markers",
             "rosoclingo_gazebo.simulator",
             "rosoclingo_gazebo.world",

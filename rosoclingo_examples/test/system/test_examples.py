@@ -255,21 +255,10 @@ def test_the_quick_start_of_the_readme(terminals: Terminals, tmp_path: Path) -> 
     assert client.output.splitlines()[-1] == "2 deliveries"
 
 
-@pytest.mark.install_space
-def test_the_demo(terminals: Terminals) -> None:
-    terminals.start("roslaunch", "rosoclingo_examples", "mailbot_office.launch")
-    demo = terminals.start("rosrun", "rosoclingo_examples", "demo.py")
-    assert demo.wait() == 0, demo.output
-    assert "go(c4)      failure" in demo.output
-    assert "2 deliveries, 1 canceled" in demo.output
-    assert "wrong" not in demo.output
-
-
 def test_usage(terminals: Terminals) -> None:
     for script in (
         "mailbot.py",
         "mailbot_manual.py",
-        "demo.py",
     ):
         asked = terminals.run("rosrun", "rosoclingo_examples", script, "--help")
         assert asked.wait() == 0

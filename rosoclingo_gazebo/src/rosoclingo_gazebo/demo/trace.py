@@ -1,0 +1,76 @@
+"""Where a robot drove, and what happened where. Needs no ROS."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass, field
+from typing import List, Optional, Tuple
+
+Point = Tuple[float, float]
+
+
+class Kind(enum.Enum):
+    """What happened."""
+
+    OBSTACLE = "obstacle"
+    REQUEST = "request"
+    PICKUP = "pickup"
+    DELIVERY = "delivery"
+    FAILURE = "failure"
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened.
+
+    Attributes:
+        kind: What it was.
+        text: More about it.
+        place: Where it was, in metres.
+        seconds: When, in seconds of simulated time since the beginning.
+    """
+
+    kind: Kind
+    text: str
+    place: Point
+    seconds: float
+
+
+@dataclass
+class Trace:
+    """A drive. One thread adds to it.
+
+    Attributes:
+        path: Where the robot's centre was, in metres.
+        times: When it was there, in seconds of simulated time.
+        events: What happened, in order.
+    """
+
+    path: List[Point] = field(default_factory=list)
+    times: List[float] = field(default_factory=list)
+    events: List[Event] = field(default_factory=list)
+
+    def move(self, seconds: float, place: Point) -> None:
+        """The robot is at a place."""
+        self.times.append(seconds)
+        self.path.append(place)
+
+    def happen(self, kind: Kind, text: str, place: Optional[Point] = None) -> None:
+        """Something happens at a place, or where the robot is now, as soon as that is known."""
+        if self.path:
+            self.events.append(Event(kind, text, place or self.path[-1], self.seconds))
+
+    @property
+    def seconds(self) -> float:
+        """How long the drive took, in seconds of simulated time."""
+        return self.times[-1] - self.times[0] if self.times else 0.0
+
+    @property
+    def metres(self) -> float:
+        """How far the robot has driven."""
+        return sum(map(math.dist, self.path, self.path[1:]))
+
+    def distance(self, place: Point) -> float:
+        """Returns how far from a place the robot is now, in metres."""
+        return math.dist(self.path[-1], place) if self.path else math.inf
