@@ -18,7 +18,7 @@ from rosoclingo_gazebo.simulator.physics import Box, Physics, Pose
 
 STEP = 0.05  # s
 # MuJoCo's contacts give way, most at a wall's corner, and then push back.
-SOFT, PUSHED = 0.03, 0.8  # m, m/s
+SOFT, PUSHED = 0.005, 0.55  # m, m/s
 SOLID = [box_of(wall) for wall in WALLS]
 ROBOT = Path(__file__).parents[2] / "models" / "turtlebot.xml"
 
