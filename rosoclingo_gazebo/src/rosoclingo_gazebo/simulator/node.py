@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import sys
 import threading
 from typing import TYPE_CHECKING, Callable, NoReturn, Optional, Tuple, TypeVar
@@ -116,7 +117,7 @@ class SimulatorNode:
         """Has the simulation's thread call a function; a service returns its value."""
         try:
             return self._calls.submit(function, *arguments).result(_SECONDS_TO_ANSWER)
-        except TimeoutError as err:
+        except concurrent.futures.TimeoutError as err:
             raise rospy.ServiceException("the simulator is busy or shutting down") from err
 
     def _make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
