@@ -4,7 +4,10 @@
 export ROS_HOSTNAME=localhost
 unset ROS_IP
 
-say() { printf '\033[1m[%s] %s\033[0m\n' "$(basename "$0")" "$*"; }
+# Says what comes next, and how long the script has run, in minutes and seconds.
+say() {
+  printf '\033[1m[%s %d:%02d] %s\033[0m\n' "$(basename "$0")" $((SECONDS / 60)) $((SECONDS % 60)) "$*"
+}
 
 fail() {
   printf '[%s] %s\n' "$(basename "$0")" "$*" >&2
