@@ -8,15 +8,26 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from terminals import Terminals, package, terminals, wait_for
+from terminals import Terminal, Terminals, package, terminals, wait_for
 
 __all__ = ["terminals"]
 
-RESULTS = ("rostopic", "echo", "/rosoclingo/result")
 
 
 def line(dialect: str = "") -> str:
     return str(package("rosoclingo") / "test" / "encodings" / f"line{dialect}.lp")
+
+
+def listen(terminals: Terminals) -> Terminal:
+    """Listens to the results, as soon as there is a node that sends any."""
+    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
+
+    def connected() -> bool:
+        about = terminals.run("rostopic", "info", "/rosoclingo/result").output
+        return "/rosoclingo (" in about and "/rostopic_" in about
+
+    wait_for(connected)
+    return results
 
 
 def ask(terminals: Terminals, request: str) -> None:
@@ -49,7 +60,7 @@ def test_a_goal_that_cannot_be_reached(terminals: Terminals, options: list[str])
     node = terminals.start(
         "rosrun", "rosoclingo", "run-1.0.py", "-f", line("_paper"), "-c", "cells=900", *options
     )
-    results = terminals.start(*RESULTS)
+    results = listen(terminals)
     ask(terminals, "visit(900)")
     if not options:
         horizon = ("rostopic", "echo", "-n", "1", "/rosoclingo/plan/horizon")
