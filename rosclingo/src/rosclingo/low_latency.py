@@ -6,11 +6,13 @@ rospy keeps the setting by topic, and all publishers and subscribers of a node s
 connections.
 
 The status list: actionlib sends the statuses of all goals of the last five seconds each time that
-one of them changes. With hundreds of short goals a second, that takes most of the time.
+one of them changes. With hundreds of short goals a second, that takes most of the time. And it
+repeats them by the clock of ROS, so that nothing comes while a simulator's stands still.
 """
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import deque
 from typing import Any, Callable, Deque, Optional, Tuple
@@ -68,8 +70,12 @@ class LowLatencyActionServer(actionlib.ActionServer):
         frequency_name = rospy.search_param("actionlib_status_frequency")
         frequency = rospy.get_param(frequency_name) if frequency_name else 5.0
         if frequency > 0:
-            period = rospy.Duration(1.0 / frequency)
-            self.status_timer = rospy.Timer(period, self.publish_status_async)
+            threading.Thread(
+                target=self._repeat_statuses,
+                args=(1.0 / frequency,),
+                name=f"statuses of {name}",
+                daemon=True,
+            ).start()
 
     def publish_result(self, status: GoalStatus, result: Any) -> None:
         """Publishes a goal's result; called by actionlib, once for each goal."""
@@ -90,14 +96,18 @@ class LowLatencyActionServer(actionlib.ActionServer):
         with self.lock:
             message = GoalStatusArray(status_list=[goal.status for goal in self.status_list])
             message.header.stamp = rospy.Time.now()
-            if not rospy.is_shutdown():
-                self.status_pub.publish(message)
+            self.status_pub.publish(message)
 
-    def publish_status_async(self, event: Any) -> None:
-        """Publishes the goals' statuses; called by actionlib five times a second."""
-        with self.lock:
-            if self.started:
-                super().publish_status()  # forgets what is old, which takes longer
+    def _repeat_statuses(self, seconds: float) -> None:
+        """Publishes the goals' statuses again and again, until the node is shut down."""
+        # In wall time: by these messages a client sees that the server is there, also when a
+        # simulator's clock is slow, stands still or begins anew. A timer of rospy's ends then.
+        end = threading.Event()
+        rospy.on_shutdown(end.set)
+        while not end.wait(seconds):
+            with self.lock:
+                if self.started:
+                    super().publish_status()  # forgets what is old, which takes longer
 
 
 class LowLatencyActionClient(actionlib.ActionClient):
@@ -130,7 +140,8 @@ class _Publisher(rospy.Publisher):
         try:
             super().publish(*args, **kwds)
         except rospy.ROSException:
-            if not rospy.is_shutdown():
+            # rospy.is_shutdown() turns true later: functions that a shutdown calls come first.
+            if not rospy.core.is_shutdown_requested():
                 raise
 
 
