@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Callable, Optional
+from typing import Optional
 
 import clingo
 
 from rosoclingo_interfaces.errors import CanceledError
+from rosoclingo_interfaces.stopwatch import Clock, Stopwatch
 
 _SLICE_SECONDS = 0.05  # how often a wait looks at a clock that may be a simulator's
-
-Clock = Callable[[], float]
 
 
 class Execution:
@@ -30,8 +29,7 @@ class Execution:
         self.action = action
         self.canceled = threading.Event()
         self.ended = threading.Event()
-        self._clock = clock
-        self._begin = clock()
+        self._stopwatch = Stopwatch(clock)
         self._lock = threading.Lock()  # guards _closed; held for moments only
         self._closed = False
 
@@ -41,7 +39,7 @@ class Execution:
     @property
     def seconds(self) -> float:
         """Time since the action was asked for."""
-        return self._clock() - self._begin
+        return self._stopwatch.seconds()
 
     def close(self) -> bool:
         """Takes the right to answer, which is there once.
@@ -59,9 +57,9 @@ class Execution:
         Returns:
             Whether the event is set.
         """
-        end = None if seconds is None else self._clock() + seconds
+        end = None if seconds is None else self.seconds + seconds
         while end is not None:
-            rest = end - self._clock()
+            rest = end - self.seconds
             if rest <= 0:
                 return event.is_set()
             if event.wait(min(rest, _SLICE_SECONDS)):
