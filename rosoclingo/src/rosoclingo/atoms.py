@@ -74,11 +74,6 @@ class Plan:
         """Returns the actuators that are to end what they do in a step (ROSoClingo 1.0)."""
         return self._aborts.get(step, ())
 
-    @property
-    def has_status(self) -> bool:
-        """Whether the plan says anything about goals."""
-        return bool(self._statuses)
-
     def statuses(self, step: int) -> Sequence[Tuple[str, str]]:
         """Returns the pairs of slot id and status of a step."""
         return self._statuses.get(step, ())

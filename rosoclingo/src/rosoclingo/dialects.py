@@ -7,6 +7,8 @@ loop and the solver and translates, so that neither knows of the other.
 from __future__ import annotations
 
 import dataclasses
+import logging
+import re
 from typing import Any, Callable, List, Optional, Sequence, Set, Type
 
 from clingo import ast
@@ -34,8 +36,10 @@ from rosoclingo.atoms import event
 from rosoclingo.mail import ANY_EVENT
 from rosoclingo.solver import Solver
 
+_log = logging.getLogger("rosout")
 _ANY_ATOM = f"event({ANY_EVENT},"
 _PASSED = "event(info,passed,"
+_PARTS_1_0 = frozenset({("set_event", 3), ("commit", 3), ("finalize", 1)})
 _SLOT = "rosoclingo_slot("  # of the external that the command initialize declares for each slot
 
 
@@ -247,26 +251,50 @@ class PaperDialect(_Translation):
         return AssignExternal(event(source, content, int(step)), Truth.TRUE)
 
 
+def says_status(options: Options) -> bool:
+    """Whether the encodings of a command line have rules for ``status/3``.
+
+    Raises:
+        RosclingoError: A file does not parse.
+    """
+    rules = (s for s in parse_files(options.files).statements if s.ast_type is ast.ASTType.Rule)
+    return any(re.search(r"\bstatus\(", str(rule.head)) for rule in rules)
+
+
 def detect(options: Options) -> Type[Dialect2]:
     """Returns the dialect of the encodings of a command line.
 
     Raises:
-        OptionsError: They are of none.
+        OptionsError: They are of none, or not wholly of one.
         RosclingoError: A file does not parse.
     """
     program = parse_files(options.files)
-    externals = [
-        statement.atom.symbol
-        for statement in program.statements
-        if statement.ast_type is ast.ASTType.External
-        and statement.atom.symbol.ast_type is ast.ASTType.Function
-    ]
-    declared = {(symbol.name, len(symbol.arguments)) for symbol in externals}
-    if {("set_event", 3), ("commit", 3), ("finalize", 1)} <= program.parts:
+    declared = set()
+    commits = False
+    for statement in program.statements:
+        if statement.ast_type is ast.ASTType.External:
+            symbol = statement.atom.symbol
+            if symbol.ast_type is ast.ASTType.Function:
+                declared.add((symbol.name, len(symbol.arguments)))
+                commits |= str(symbol).startswith("event(commit,")
+    missing = _PARTS_1_0 - program.parts
+    if not missing:
         return Dialect1
+    if ("set_event", 3) in program.parts or ("finalize", 1) in program.parts:
+        raise OptionsError(
+            f"{', '.join(options.files)}: an encoding of the dialect 1.0 has the programs "
+            "set_event(id,e,t), commit(r,a,t) and finalize(t), and this one lacks "
+            + " and ".join(sorted(f"{name}/{arity}" for name, arity in missing))
+        )
     if ("horizon", 1) in declared:
         return PaperDialect
     if ("query", 1) in declared:
+        if not commits:
+            _log.warning(
+                "%s: there is no #external event(commit,do(R,A),t), so a later plan may have "
+                "another past than the one that was executed",
+                ", ".join(options.files),
+            )
         return Dialect2
     raise OptionsError(
         f"{', '.join(options.files) or 'no file'}: there is no encoding of a known dialect; one "

@@ -112,6 +112,7 @@ class Mail:
         self._arrivals = 0  # how much news has come
         self._told = 0  # how much of it the controller knows of
         self._acting: Dict[str, float] = {}  # the current step's actuators: when they were told
+        self._reminded: Dict[str, float] = {}  # when it was said last that one does not answer
         self._answers: Dict[str, str] = {}  # of those that answered in it
 
     # What the controller is told.
@@ -210,6 +211,10 @@ class Mail:
         if self.rejection:
             self.goals.end(goal, "rejected", self.rejection)
             return False
+        if goal.request == "cancel":
+            reason = "cancel is no request; a goal is cancelled by a cancel request of its action"
+            self.goals.end(goal, "rejected", reason)
+            return False
         slots = self.goals.slots
         if self._hold(goal, [(slot, goal.request) for slot in slots], ask):
             return True
@@ -273,19 +278,33 @@ class Mail:
 
     def acts(self, actuator: str) -> None:
         """Notes that an actuator was told to act: what it answered was to another action."""
-        self._acting[actuator] = time.monotonic()
+        self._acting[actuator] = self._reminded[actuator] = time.monotonic()
         self._answers.pop(actuator, None)
 
     def overdue(self, seconds: float) -> List[str]:
         """Returns the actuators without an answer since so many seconds; each action's once."""
-        now = time.monotonic()
-        late = [
-            actuator
-            for actuator, begin in self._acting.items()
-            if actuator not in self._answers and now - begin >= seconds
-        ]
+        late = [actuator for actuator, silence in self._silent() if silence >= seconds]
         self._acting.update(dict.fromkeys(late, math.inf))
         return late
+
+    def late(self, seconds: float) -> List[Tuple[str, float]]:
+        """Returns the actuators without an answer, and for how many seconds they were told to act.
+
+        Args:
+            seconds: Longest silence; each actuator is returned again after so much more of it.
+        """
+        now = time.monotonic()
+        late = [pair for pair in self._silent() if now - self._reminded[pair[0]] >= seconds]
+        self._reminded.update(dict.fromkeys((actuator for actuator, _ in late), now))
+        return late
+
+    def _silent(self) -> List[Tuple[str, float]]:
+        now = time.monotonic()
+        return [
+            (actuator, now - begin)
+            for actuator, begin in self._acting.items()
+            if actuator not in self._answers
+        ]
 
     def take_messages(self, step: int) -> Dict[str, Tuple[str, str]]:
         """Removes the messages, and returns their events with id and value, in order of arrival."""

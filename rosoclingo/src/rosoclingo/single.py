@@ -15,6 +15,7 @@ import clingo
 from rosclingo.engine import Result
 from rosclingo.errors import OptionsError
 from rosclingo.terms import parse_term
+from rosoclingo.atoms import event
 from rosoclingo.controller import Info
 from rosoclingo.dialects import Dialect2, PaperDialect
 from rosoclingo.goals import Goal, Stage
@@ -130,12 +131,15 @@ def last_step(clingo_options: Sequence[str]) -> Optional[int]:
     return last
 
 
-def commands_for(dialect: Type[Dialect2], commands: Type[Any]) -> Callable[[State], Any]:
-    """Returns the class of the commands for a dialect.
+def commands_for(
+    dialect: Type[Dialect2], commands: Type[Any], has_status: bool
+) -> Callable[[State], Any]:
+    """Returns the class of the commands for an encoding.
 
     Args:
-        dialect: The dialect.
+        dialect: The encoding's dialect.
         commands: Class with a method for each command, such as ``ROSCommands``.
+        has_status: Whether the encoding says how goals end.
     """
 
     class Commands(commands):
@@ -154,7 +158,7 @@ def commands_for(dialect: Type[Dialect2], commands: Type[Any]) -> Callable[[Stat
                     self.state.outside.publish(actuator, "abort")
 
     class PaperCommands(Commands):
-        """The paper's encodings need not say how goals end: they do when the plan is through."""
+        """Of an encoding that does not say how goals end: they do when the plan is through."""
 
         def __init__(self, state: State) -> None:
             super().__init__(state)
@@ -162,14 +166,17 @@ def commands_for(dialect: Type[Dialect2], commands: Type[Any]) -> Callable[[Stat
 
         def assign_messages(self, step: clingo.Symbol) -> None:
             """Makes the event of each message, goal and cancel request that has come true."""
-            self._canceled.update(self.state.mail.cancels)
+            canceled = [(goal, goal.slot or "") for goal in self.state.mail.cancels]
             super().assign_messages(step)
+            self._canceled.update(
+                goal
+                for goal, slot in canceled
+                if self.state.is_true(event(slot, "cancel", step.number))
+            )
 
         def status_update(self, step: clingo.Symbol) -> None:
             """Sets the goals' statuses as the plan has them in a step."""
             super().status_update(step)
-            if self.state.plan.has_status:
-                return
             for slot in self.state.goals.slots:
                 goal = self.state.goals.occupant(slot)
                 if goal is None or goal.stage is Stage.ENDED:
@@ -180,4 +187,5 @@ def commands_for(dialect: Type[Dialect2], commands: Type[Any]) -> Callable[[Stat
                     self._canceled.discard(goal)
                     self.state.set_status(slot, "canceled" if canceled else "succeeded")
 
-    return PaperCommands if issubclass(dialect, PaperDialect) else Commands
+    ends_with_plan = issubclass(dialect, PaperDialect) and not has_status
+    return PaperCommands if ends_with_plan else Commands

@@ -11,7 +11,7 @@ from rosclingo.engine import Engine
 from rosclingo.errors import RosclingoError
 from rosclingo.options import parse_options
 from rosclingo.ros_node import init_node, log_clingo
-from rosoclingo.dialects import detect
+from rosoclingo.dialects import detect, says_status
 from rosoclingo.inbox import Inbox
 from rosoclingo.node import run
 from rosoclingo.single import ClingoControl, commands_for, last_step
@@ -48,6 +48,7 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
             print(_USAGE, end="")
             sys.exit(0)
         dialect = detect(options)
+        has_status = says_status(options)
         last = last_step(options.clingo)
         solver = dialect(Engine(options, log=log_clingo))
     except RosclingoError as err:
@@ -66,6 +67,6 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
     run(
         ClingoControl(dialect.first_step, last),
         solver,
-        commands_for(dialect, commands),
+        commands_for(dialect, commands, has_status),
         inbox,
     )

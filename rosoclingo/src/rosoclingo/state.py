@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.commands import AssignExternal, ReleaseExternal, Truth
@@ -15,6 +16,7 @@ from rosoclingo.solver import Planner
 
 _SAVE = "event(save,"
 _LOOK_SECONDS = 1.0  # how often it is seen, while waiting, whether the solvers are there
+_REMINDER_SECONDS = 30.0  # how often it is said that an actuator does not answer
 
 
 class Outside:
@@ -68,6 +70,7 @@ class State:
         """
         self._check = check
         self._action_timeout = action_timeout
+        self._look_at = 0.0  # when it is time to look again
         self.planner = planner
         self.outside = outside
         self.goals = Goals()
@@ -150,13 +153,20 @@ class State:
         while not (self.mail.has_news or self._step_is_awaited()):
             if inbox.closed:
                 raise ShutdownError("the node is shutting down")
-            if not inbox.wait(_LOOK_SECONDS):
-                self._check()
-                self._give_up_actions()
+            inbox.wait(max(0.0, self._look_at - time.monotonic()))
+            self._look()
             self.take_mail()
 
-    def _give_up_actions(self) -> None:
-        """Answers for the actuators that should have done so by now."""
+    def _look(self) -> None:
+        """Looks now and then, whatever comes, whether the solvers and the actuators are there."""
+        if time.monotonic() < self._look_at:
+            return
+        self._look_at = time.monotonic() + _LOOK_SECONDS
+        self._check()
+        for actuator, seconds in self.mail.late(_REMINDER_SECONDS):
+            self.outside.warn(
+                f"{actuator} has not answered for {seconds:.0f} s; does an interface of it run?"
+            )
         if self._action_timeout > 0:
             for actuator in self.mail.overdue(self._action_timeout):
                 self.outside.warn(
@@ -242,6 +252,10 @@ class State:
             self.planner.run(ReleaseExternal(atom))
             self._seen = 0  # what was seen is out of date
         self.note_assigned(atom, False)
+
+    def is_true(self, atom: str) -> bool:
+        """Whether an event of the planner was made true since the last reset."""
+        return atom in self._made_true
 
     def make_true(self, atoms: List[str]) -> List[Tuple[str, str]]:
         """Makes externals of the planner true, until the next reset.

@@ -13,7 +13,6 @@ from terminals import Terminal, Terminals, package, terminals, wait_for
 __all__ = ["terminals"]
 
 
-
 def line(dialect: str = "") -> str:
     return str(package("rosoclingo") / "test" / "encodings" / f"line{dialect}.lp")
 

@@ -14,7 +14,7 @@ from rosclingo.errors import RosclingoError
 from rosclingo.options import Options, parse_options
 from rosoclingo.atoms import Action
 from rosoclingo.controller import Controller, Decider
-from rosoclingo.dialects import detect
+from rosoclingo.dialects import detect, says_status
 from rosoclingo.goals import Goal
 from rosoclingo.inbox import Cancel, Inbox, Message
 from rosoclingo.loop import Loop
@@ -200,7 +200,7 @@ def single() -> Iterator[Callable[..., System]]:
         made = System(
             ClingoControl(dialect.first_step, last_step(options.clingo)),
             dialect(Engine(options)),
-            commands_for(dialect, ROSCommands),
+            commands_for(dialect, ROSCommands, says_status(options)),
         )
         systems.append(made)
         return made

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Any, Callable, List
 
@@ -378,3 +379,26 @@ def test_the_plan_is_shown_from_the_current_step_on(system: Make) -> None:
     made.world.wait_for(lambda world: world.plan == moves[2:])
     made.send("robot", "success")
     assert goal.wait() == "succeeded"
+
+
+def test_an_action_fails_in_time_although_messages_keep_coming(system: Make) -> None:
+    made = system("dynamic.incremental.recording", "-c", "steps=20", action_timeout=0.1)
+    answers = iter([None, "success"])
+    made.world.answer = lambda actuator, action: next(answers, "success")
+    goal = made.goal("visit(2)")
+    made.start()
+    made.world.wait_for(lambda world: bool(world.published))
+    stop = threading.Event()
+
+    def chatter() -> None:
+        while not stop.wait(0.01):
+            made.send("nobody", "cares")
+
+    talker = threading.Thread(target=chatter)
+    talker.start()
+    try:
+        assert goal.wait() == "succeeded"
+    finally:
+        stop.set()
+        talker.join()
+    assert made.world.actions == ["go(2)"] * 2

@@ -40,6 +40,16 @@ def test_the_dialect_is_told_by_the_encoding(dialect: str) -> None:
     assert detect(Options((LINE[dialect],))).name == dialect
 
 
+def test_an_encoding_of_half_a_dialect(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    file = tmp_path / "half.lp"
+    file.write_text("#program query(t). #external query(t). #program set_event(id,e,t). e(id,e,t).")
+    with pytest.raises(OptionsError, match="this one lacks commit/3 and finalize/1"):
+        detect(Options((str(file),)))
+    file.write_text("#program query(t). #external query(t).")
+    assert detect(Options((str(file),))).name == "2.0"
+    assert "no #external event(commit" in caplog.text
+
+
 def test_an_encoding_of_no_dialect(tmp_path: Path) -> None:
     file = tmp_path / "none.lp"
     file.write_text("#program transition(t). #external now(t).")
@@ -212,6 +222,15 @@ def test_what_the_encoding_does_not_know(single: Make, dialect: str) -> None:
 
 
 @EVERY
+def test_cancel_is_no_request(single: Make, dialect: str) -> None:
+    running = single(LINE[dialect]).start()
+    goal = running.goal("cancel")
+    assert goal.wait() == "rejected"
+    assert "cancel is no request" in goal.reason
+    assert running.goal("visit(2)").wait() == "succeeded"
+
+
+@EVERY
 def test_the_loop_ends_when_it_is_told_to(single: Make, dialect: str) -> None:
     running = single(LINE[dialect])
     running.send("info", "close(3)")
@@ -268,3 +287,22 @@ def test_a_goal_of_the_paper_with_a_status_ends_by_it(single: Make, tmp_path: Pa
     running.world.wait_for(lambda world: len(world.published) == 2)
     running.send("robot", "success")
     assert goals[1].wait() == "succeeded"
+
+
+def test_a_cancel_that_the_encoding_does_not_know(single: Make, tmp_path: Path) -> None:
+    text = Path(LINE["paper"]).read_text()
+    file = tmp_path / "no_cancel.lp"
+    external = "#external event(request,(ID,cancel),t) : id(ID)."
+    assert external in text
+    file.write_text("#defined event/3." + text.replace(external, ""))
+    running = single(str(file))
+    running.world.answer = lambda actuator, action: None
+    goal = running.goal("visit(3)")
+    running.start()
+    running.world.wait_for(lambda world: bool(world.published))
+    running.cancel(goal)
+    running.world.wait_for(lambda world: bool(world.warnings))
+    assert "cannot be cancelled" in running.world.warnings[0]
+    running.world.answer = lambda actuator, action: "success"
+    running.send("robot", "success")
+    assert goal.wait() == "succeeded"

@@ -13,7 +13,7 @@ import rosoclingo
 from rosclingo.engine import Engine, Result
 from rosclingo.options import Options
 from rosoclingo.controller import Controller
-from rosoclingo.dialects import detect
+from rosoclingo.dialects import detect, says_status
 from rosoclingo.errors import LoopError, ShutdownError
 from rosoclingo.goals import Goal
 from rosoclingo.inbox import Cancel, Inbox, Message
@@ -99,7 +99,7 @@ class Episode(Inbox, Outside):
         if mode == SINGLE:
             dialect = detect(planner_options)
             single = ClingoControl(dialect.first_step)
-            commands = commands_for(dialect, Commands)
+            commands = commands_for(dialect, Commands, says_status(planner_options))
             self.loop = Loop(single, dialect(self.planner), commands, self, self)
         else:
             file = str(ROSOCLINGO / "modes" / f"{mode}.lp")

@@ -127,3 +127,39 @@ def test_failures() -> None:
         "c1 o1 pickup(o1,o2) pickup(o1,o2) c1 c2 o2 deliver(o1,o2) deliver(o1,o2)"
     )
     assert goal.words == ["accepted", "succeeded"]
+
+
+def test_one_of_two_requests_for_the_same_package_is_cancelled() -> None:
+    episode = _office()
+    goals = [episode.request("bring(o1,o3)"), episode.request("bring(o1,o3)")]
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        if episode.pending["mailbot"] == "pickup(o1,o3)":
+            episode.cancel(goals[0])
+        episode.answer("mailbot")
+        return True
+
+    _run(episode, turn)
+    assert episode.actions == _walk("c1 o1 pickup(o1,o3) c1 o3 deliver(o1,o3)")
+    assert [goal.words[-1] for goal in goals] == ["canceled", "succeeded"]
+
+
+def test_a_package_on_its_way_back_is_requested_again() -> None:
+    episode = _office()
+    goals = [episode.request("bring(o1,o2)")]
+
+    def turn() -> bool:
+        if not episode.pending:
+            return False
+        if episode.pending["mailbot"] == "go(c2)" and len(goals) == 1:
+            episode.cancel(goals[0])
+        elif goals[0].cancel_requested and len(goals) == 1:
+            goals.append(episode.request("bring(o1,o2)"))
+        episode.answer("mailbot")
+        return True
+
+    _run(episode, turn)
+    assert episode.actions == _walk("c1 o1 pickup(o1,o2) c1 c2 c1 c2 o2 deliver(o1,o2)")
+    assert [goal.words[-1] for goal in goals] == ["canceled", "succeeded"]
