@@ -13,6 +13,7 @@ import actionlib
 import rospy
 
 from rosclingo import stack
+from rosclingo.backlog import BacklogPublisher
 from rosclingo.client import Client
 from rosclingo.errors import OptionsError, RosclingoError, TermError
 from rosclingo.low_latency import LowLatencyActionServer, publisher, subscriber
@@ -21,10 +22,12 @@ from rosoclingo.atoms import Action, canonical
 from rosoclingo.controller import Controller, Decider
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import Goal, Stage
+from rosoclingo.journal import Event
 from rosoclingo.inbox import Cancel, Inbox, Message
 from rosoclingo.loop import Loop
 from rosoclingo.msg import (
     ROSoClingoAction,
+    ROSoClingoEvent,
     ROSoClingoFeedback,
     ROSoClingoIn,
     ROSoClingoOut,
@@ -39,6 +42,7 @@ _USAGE = """\
 usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
+_JOURNAL_LENGTH = 20_000  # events that late subscribers get
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
 _SECONDS_TO_SEND = 0.3  # how long the results of aborted goals have until rospy ends connections
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
@@ -47,16 +51,22 @@ _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ende
 class ActionGoal(Goal):
     """A goal of the node's action."""
 
-    def __init__(self, handle: actionlib.ServerGoalHandle, request: str) -> None:
-        super().__init__(request, handle.get_goal().information)
+    def __init__(
+        self, handle: actionlib.ServerGoalHandle, request: str, note: Callable[..., None]
+    ) -> None:
+        goal = handle.get_goal()
+        super().__init__(request, goal.information, handle.get_goal_id().id)
         self._handle = handle
+        self._note = note
 
     def accepted(self) -> None:
         """Accepts the goal."""
         self._handle.set_accepted()
+        self._note("status", self.id, "accepted", (self.slot or "",))
 
     def ended(self, word: str, reason: str) -> None:
         """Sends the result."""
+        self._note("status", self.id, word, (self.slot or "", reason))
         ends: Dict[str, Callable[..., None]] = {
             "rejected": self._handle.set_rejected,
             "succeeded": self._handle.set_succeeded,
@@ -76,6 +86,10 @@ class RosOutside(Outside):
     def __init__(self) -> None:
         self._out = publisher("~out", ROSoClingoOut, latch=True)
         self._plan = publisher("~plan", ROSoClingoPlan, latch=True)
+        self._about = publisher("~about", String, latch=True)
+        self._journal = BacklogPublisher("~journal", ROSoClingoEvent, _JOURNAL_LENGTH)
+        self._lock = threading.Lock()  # guards the number; the journal's order is that of numbers
+        self._number = 0
 
     def publish(self, actuator: str, action: str) -> None:
         """Publishes an action or a plan."""
@@ -85,6 +99,22 @@ class RosOutside(Outside):
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Publishes to ``~plan``."""
         self._plan.publish(step, horizon, [str(action) for action in actions])
+
+    def describe(self, text: str) -> None:
+        """Publishes to ``~about`` what the node was started with."""
+        self._about.publish(text)
+
+    def note(self, event: Event) -> None:
+        """Publishes to ``~journal``. Thread-safe."""
+        with self._lock:
+            self._number += 1
+            stamp = rospy.Time.from_sec(time.time())  # of wall time, whatever a simulator's clock
+            self._journal.publish(
+                ROSoClingoEvent(
+                    stamp, self._number, event.step, event.horizon, event.kind, event.id,
+                    event.text, event.details, event.seconds,
+                )
+            )  # fmt: skip
 
     def info(self, text: str) -> None:
         """Logs at level INFO."""
@@ -197,9 +227,12 @@ class Node:
             request = canonical(handle.get_goal().request)
         except TermError as err:
             rospy.logwarn("goal rejected: %s", err)
+            identifier, goal = handle.get_goal_id().id, handle.get_goal()
+            self._loop.state.note("goal", identifier, goal.request, goal.information)
+            self._loop.state.note("status", identifier, "rejected", ("", str(err)))
             handle.set_rejected(ROSoClingoResult("rejected"), str(err))
             return
-        goal = ActionGoal(handle, request)
+        goal = ActionGoal(handle, request, self._loop.state.note)
         self._goals = {
             key: other for key, other in self._goals.items() if other.stage is not Stage.ENDED
         }
