@@ -48,6 +48,7 @@ class ClingoControl:
         self._step = self._horizon = self._first
         self._commands = self._run()
         self._begun = False
+        self._untouched = True  # nothing has come since the beginning
 
     def decide(self, info: Info) -> clingo.Symbol:
         """Returns the next command, such as ``ground(3)``."""
@@ -69,8 +70,9 @@ class ClingoControl:
         info = yield f"assign_external(query({self._horizon}),true)"
         info = yield from self._plan(info)
         info = yield f"commit_actions({self._step})"
-        while not (info.new_messages or info.pending_actions or self._step < self._horizon):
-            info = yield "idle"  # the first goal belongs to the first step
+        if self._untouched and self._step == self._horizon and not info.pending_actions:
+            while not info.new_messages:
+                info = yield "idle"  # the first goal belongs to the first step
         while True:
             while info.new_messages or info.pending_actions:
                 if info.new_messages:
@@ -95,6 +97,7 @@ class ClingoControl:
         """Searches for a plan with all that has come, up to the first horizon that has one."""
         while info.new_messages or info.result is not Result.SAT:
             if info.new_messages:
+                self._untouched = False
                 info = yield f"assign_messages({self._step})"
             elif info.result is not Result.UNSAT:
                 info = yield "solve"

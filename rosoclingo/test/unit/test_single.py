@@ -80,6 +80,17 @@ def test_the_first_goal_belongs_to_the_first_step(single: Make, dialect: str) ->
 
 
 @EVERY
+@pytest.mark.parametrize("early", [False, True])
+def test_a_first_goal_that_needs_no_action(single: Make, dialect: str, early: bool) -> None:
+    running = single(LINE[dialect])
+    early_goals = [running.goal("visit(1)") for _ in range(3 if early else 0)]
+    running.start()
+    goals = early_goals or [running.goal("visit(1)") for _ in range(3)]
+    assert [goal.wait() for goal in goals] == ["succeeded"] * 3
+    assert running.world.actions == []
+
+
+@EVERY
 def test_a_goal_that_comes_during_an_action_belongs_to_its_step(single: Make, dialect: str) -> None:
     running = single(LINE[dialect])
     running.world.answer = lambda actuator, action: None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, Tuple, Union
+from typing import Dict, Tuple
 
 import numpy as np
 
@@ -16,12 +16,11 @@ from rosoclingo_gazebo.simulator.physics import (
     normal_angle,
 )
 
-_Bound = Union[float, np.ndarray]
-
 _LONGEST_MOVE = 0.05  # metres between two looks for contact, far less than the robot's width
 _HALVINGS = 12  # of that, which finds the contact to a few hundredths of a millimetre
 _TOUCHING = 0.001  # metres; nearer is touching
-_SHORTEST_STEP = 0.4  # cells that a beam goes on at least; shorter finds no more
+_PARALLEL = 1e-12  # to an axis, a beam's part along the other
+_INTO_CELL = 1e-6  # cells; a beam that is so far beyond an edge is in the next cell
 
 
 class KinematicPhysics:
@@ -36,10 +35,10 @@ class KinematicPhysics:
         """
         self._world = world
         self._boxes: Dict[str, Box] = {}
-        # How far a beam may go on from each cell without a wall in between; 0 inside of one.
-        resolution = world.grid.resolution
-        steps = world.distances - math.sqrt(2) * resolution
-        self._steps = np.where(world.solid, 0.0, np.maximum(steps, _SHORTEST_STEP * resolution))
+        # How far, in cells, a beam may go on from anywhere in a cell without getting into a wall;
+        # 0 inside of one.
+        steps = world.distances / world.grid.resolution - math.sqrt(2)
+        self._steps = np.where(world.solid, 0.0, np.maximum(steps, _INTO_CELL))
         self.reset(pose)
 
     @property
@@ -121,33 +120,35 @@ class KinematicPhysics:
         return np.where(ranges <= longest, ranges, np.inf)
 
     def _ranges_of_walls(self, directions: np.ndarray, longest: float) -> np.ndarray:
-        """Follows the beams, each as far as nothing can be in its way, until it is in a wall."""
+        """Follows the beams, each as far as nothing can be in its way, until it is in a wall.
+
+        No beam gets out of the map, because a frame of solid cells is around it.
+        """
         grid = self._world.framed
         steps = self._steps.ravel()
-        resolution = grid.resolution
-        # All in cells, because each beam takes dozens of steps.
-        x, y = (self._pose.x - grid.x) / resolution, (self._pose.y - grid.y) / resolution
-        ranges = np.zeros(directions.shape[1])
-        places = np.zeros(directions.shape[1], np.intp)
-        rest = np.arange(directions.shape[1])
-        dx, dy, gone = directions[0], directions[1], ranges.copy()
+        # All in cells, and as few operations as possible: each beam takes dozens of steps.
+        x, y = (self._pose.x - grid.x) / grid.resolution, (self._pose.y - grid.y) / grid.resolution
+        longest = longest / grid.resolution
+        ranges = np.full(directions.shape[1], np.inf)
+        rest = np.arange(directions.shape[1])  # the beams that go on
+        dx, dy = np.where(np.abs(directions) < _PARALLEL, _PARALLEL, directions)
+        gone = np.zeros(directions.shape[1])
+        # For each beam: what a cell takes, and whether its far edge is the right and the upper one.
+        beams = np.stack((dx, dy, 1 / dx, 1 / dy, dx > 0, dy > 0))
         while len(rest):
-            columns = np.clip((x + gone * dx).astype(np.intp), 0, grid.columns - 1)
-            rows = np.clip((y + gone * dy).astype(np.intp), 0, grid.rows - 1)
-            cells = rows * grid.columns + columns
-            step = steps[cells] / resolution
-            on = (step > 0) & (gone * resolution < longest)
+            dx, dy, per_column, per_row, right, up = beams
+            px, py = x + gone * dx, y + gone * dy
+            columns, rows = px.astype(np.intp), py.astype(np.intp)
+            step = steps[rows * grid.columns + columns]
+            # Next to a wall, a beam goes on cell by cell, so that it cuts no corner.
+            into_next = np.minimum((columns + right - px) * per_column, (rows + up - py) * per_row)
+            on = (step > 0) & (gone < longest)
             if not on.all():
-                ended = ~on
-                ranges[rest[ended]] = gone[ended]
-                places[rest[ended]] = cells[ended]
-                rest, dx, dy, gone, step = rest[on], dx[on], dy[on], gone[on], step[on]
-            gone = gone + step
-        walls = steps[places] == 0
-        entered = _into_cells(places // grid.columns - y, places % grid.columns - x, directions)
-        # A beam that cuts a corner may be in the next cell: then it is where it was found.
-        ranges = np.where(walls, np.minimum(ranges, np.maximum(entered, 0.0)), np.inf)
-        return ranges * resolution
+                ranges[rest[~on]] = gone[~on]
+                rest, gone, beams = rest[on], gone[on], beams[:, on]
+                step, into_next = step[on], into_next[on]
+            gone = gone + np.maximum(step, into_next + _INTO_CELL)
+        return ranges * grid.resolution
 
 
 def _moved(pose: Pose, speed: float, turning: float, seconds: float) -> Pose:
@@ -173,17 +174,10 @@ def _through(box: Box, pose: Pose, directions: np.ndarray) -> Tuple[np.ndarray, 
     return np.maximum(x_in, y_in), np.minimum(x_out, y_out)
 
 
-def _into_cells(rows: np.ndarray, columns: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Returns where lines from the origin get into a cell each; its lower left corner is given."""
-    x_in, _ = _between_planes(0.0, directions[0], columns, columns + 1)
-    y_in, _ = _between_planes(0.0, directions[1], rows, rows + 1)
-    return np.maximum(x_in, y_in)
-
-
 def _between_planes(
-    start: float, slope: np.ndarray, low: _Bound, high: _Bound
+    start: float, slope: np.ndarray, low: float, high: float
 ) -> Tuple[np.ndarray, np.ndarray]:
     """Returns where lines get between two planes and out again, along one axis."""
-    slope = np.where(np.abs(slope) < 1e-12, 1e-12, slope)
+    slope = np.where(np.abs(slope) < _PARALLEL, _PARALLEL, slope)
     first, second = (low - start) / slope, (high - start) / slope
     return np.minimum(first, second), np.maximum(first, second)
