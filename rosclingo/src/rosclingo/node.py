@@ -15,9 +15,9 @@ from actionlib_msgs.msg import GoalStatus
 from std_msgs.msg import String
 
 from rosclingo.about import about
+from rosclingo.backlog import BacklogPublisher
 from rosclingo.commands import Assumption, Failure, Reply
 from rosclingo.engine import Engine, Improvement, Outcome, Result, default_policy
-from rosclingo.backlog import BacklogPublisher
 from rosclingo.errors import LONGEST_MESSAGE, OptionsError, RosclingoError, XmlError, shorten
 from rosclingo.low_latency import LowLatencyActionServer, publisher
 from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
@@ -30,7 +30,7 @@ from rosclingo.worker import Job, Stop, Worker
 from rosclingo.xml_codec import decode_assumptions, decode_commands, encode_reply
 
 _SECONDS_TO_END = 0.5  # how long a shutdown waits for the solver
-_LOG_LENGTH = 100  # control requests that late subscribers get
+_LOG_LENGTH = 20  # control requests that late subscribers get
 _SECONDS_TO_SEND = 0.2  # how long the results of aborted goals have until rospy ends connections
 
 
@@ -96,6 +96,8 @@ class Node:
         self._goals: queue.Queue[Optional[actionlib.ServerGoalHandle]] = queue.Queue()
         self._reader = threading.Thread(target=self._read_goals, name="goals", daemon=True)
         self._reader.start()
+        self._about = publisher("~about", String, latch=True)
+        self._log = BacklogPublisher("~control_log", ROSClingoControlLog, _LOG_LENGTH)
         # The action last: a client that sees it may use the service at once.
         self._service = rospy.Service("~control", ROSClingoControl, self._on_control)
         self._server = LowLatencyActionServer(
@@ -105,8 +107,6 @@ class Node:
             self._on_cancel,
             ROSClingoResult(result=Result.UNKNOWN.value, interrupted=True),
         )
-        self._about = publisher("~about", String, latch=True)
-        self._log = BacklogPublisher("~control_log", ROSClingoControlLog, _LOG_LENGTH)
         self._server.start()
         rospy.on_shutdown(self._close)
 

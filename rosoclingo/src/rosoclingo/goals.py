@@ -31,9 +31,7 @@ class Goal:
         recalled: Whether it was canceled before it had a slot.
     """
 
-    def __init__(
-        self, request: str, information: Sequence[str] = (), identifier: str = ""
-    ) -> None:
+    def __init__(self, request: str, information: Sequence[str] = (), identifier: str = "") -> None:
         self.id = identifier
         self.request = request
         self.information = tuple(information)

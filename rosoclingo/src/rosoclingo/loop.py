@@ -101,8 +101,7 @@ class Loop:
         state.result = None
         begin = time.perf_counter()
         self._call(command, info)
-        result = "" if state.result is None else state.result.value
-        state.note("command", result, str(command), seconds=time.perf_counter() - begin)
+        state.note_command(str(command), time.perf_counter() - begin)
         shown = (state.plan, state.step, state.horizon)
         if shown != self._shown:
             self._shown = shown

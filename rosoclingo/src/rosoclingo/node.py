@@ -11,8 +11,10 @@ from typing import Any, Callable, Dict, NoReturn, Optional, Sequence
 
 import actionlib
 import rospy
+from std_msgs.msg import String
 
 from rosclingo import stack
+from rosclingo.about import about
 from rosclingo.backlog import BacklogPublisher
 from rosclingo.client import Client
 from rosclingo.errors import OptionsError, RosclingoError, TermError
@@ -22,8 +24,8 @@ from rosoclingo.atoms import Action, canonical
 from rosoclingo.controller import Controller, Decider
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import Goal, Stage
-from rosoclingo.journal import Event
 from rosoclingo.inbox import Cancel, Inbox, Message
+from rosoclingo.journal import Event
 from rosoclingo.loop import Loop
 from rosoclingo.msg import (
     ROSoClingoAction,
@@ -83,10 +85,11 @@ class ActionGoal(Goal):
 class RosOutside(Outside):
     """Publishes to ``~out`` and logs to ROS."""
 
-    def __init__(self) -> None:
+    def __init__(self, description: str) -> None:
         self._out = publisher("~out", ROSoClingoOut, latch=True)
         self._plan = publisher("~plan", ROSoClingoPlan, latch=True)
         self._about = publisher("~about", String, latch=True)
+        self._about.publish(description)
         self._journal = BacklogPublisher("~journal", ROSoClingoEvent, _JOURNAL_LENGTH)
         self._lock = threading.Lock()  # guards the number; the journal's order is that of numbers
         self._number = 0
@@ -99,10 +102,6 @@ class RosOutside(Outside):
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Publishes to ``~plan``."""
         self._plan.publish(step, horizon, [str(action) for action in actions])
-
-    def describe(self, text: str) -> None:
-        """Publishes to ``~about`` what the node was started with."""
-        self._about.publish(text)
 
     def note(self, event: Event) -> None:
         """Publishes to ``~journal``. Thread-safe."""
@@ -138,7 +137,9 @@ class Node:
         planner: Solver,
         commands: Callable[..., Any],
         inbox: Optional[Inbox] = None,
+        *,
         ready: Callable[[], None] = lambda: None,
+        description: str = "{}",
     ) -> None:
         """Opens the names; :meth:`start` starts the loop.
 
@@ -148,6 +149,7 @@ class Node:
             commands: Class with a method for each command, such as ``ROSCommands``.
             inbox: Where everything comes in, if the caller needs to close it.
             ready: Waits until the solvers are there; called first in the loop's thread.
+            description: What :func:`rosclingo.about.about` says of the node.
 
         Raises:
             OptionsError: A parameter is wrong.
@@ -155,8 +157,9 @@ class Node:
         timeout = _seconds("~action_timeout")
         self.failure: Optional[str] = None
         self._inbox = inbox or Inbox()
+        outside = RosOutside(description)
         self._loop = Loop(
-            controller, planner, commands, self._inbox, RosOutside(), action_timeout=timeout
+            controller, planner, commands, self._inbox, outside, action_timeout=timeout
         )
         self._ready = ready
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
@@ -275,7 +278,9 @@ def main(commands: Callable[..., Any]) -> NoReturn:
         controller.wait()
         planner.wait()
 
-    run(Controller(controller), planner, commands, inbox, ready)
+    solvers = {"controller": controller.name, "planner": planner.name}
+    description = about("rosoclingo run.py", [], {}, solvers=solvers)
+    run(Controller(controller), planner, commands, inbox, ready=ready, description=description)
 
 
 def run(
@@ -283,7 +288,9 @@ def run(
     planner: Solver,
     commands: Callable[..., Any],
     inbox: Inbox,
+    *,
     ready: Callable[[], None] = lambda: None,
+    description: str = "{}",
 ) -> NoReturn:
     """Runs a node that is initialised until it is shut down, and ends the process.
 
@@ -291,7 +298,7 @@ def run(
     2 when a parameter is wrong.
     """
     try:
-        node = Node(controller, planner, commands, inbox, ready)
+        node = Node(controller, planner, commands, inbox, ready=ready, description=description)
     except OptionsError as err:
         rospy.logfatal("%s", err)
         rospy.signal_shutdown(str(err))

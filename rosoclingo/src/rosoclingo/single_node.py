@@ -7,6 +7,7 @@ from typing import Any, NoReturn, Sequence, Type
 
 import rospy
 
+from rosclingo.about import about
 from rosclingo.engine import Engine
 from rosclingo.errors import RosclingoError
 from rosclingo.options import parse_options
@@ -49,7 +50,7 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
             sys.exit(0)
         dialect = detect(options)
         last = last_step(options.clingo)
-        solver = dialect(Engine(options, log=log_clingo))
+        engine = Engine(options, log=log_clingo)
     except RosclingoError as err:
         print(f"rosoclingo: {err}", file=sys.stderr)
         sys.exit(2)
@@ -65,7 +66,8 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
     )
     run(
         ClingoControl(dialect.first_step, last),
-        solver,
+        dialect(engine),
         commands_for(dialect, commands),
         inbox,
+        description=about("rosoclingo run-1.0.py", arguments, engine.files),
     )

@@ -9,8 +9,8 @@ from rosclingo.engine import Result
 from rosoclingo.atoms import Action, Plan, event, last_argument
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import STATUSES, Goals
-from rosoclingo.journal import Event
 from rosoclingo.inbox import Inbox, Message
+from rosoclingo.journal import Event
 from rosoclingo.mail import Mail
 from rosoclingo.solver import Planner
 
@@ -124,6 +124,11 @@ class State:
         self.outside.note(
             Event(kind, identifier, text, tuple(details), seconds, self.step, self.horizon)
         )
+
+    def note_command(self, command: str, seconds: float) -> None:
+        """Adds a command that was carried out to the journal, with the result of a search."""
+        result = "" if self.result is None else self.result.value
+        self.note("command", result, command, seconds=seconds)
 
     def set_grounded(self, step: int) -> None:
         """Takes note that a step is grounded."""
