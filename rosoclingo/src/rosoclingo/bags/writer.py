@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import struct
 from pathlib import Path
 from types import TracebackType
 from typing import Dict, NamedTuple, Optional, Type
@@ -13,6 +15,10 @@ from rosbags.rosbag1.writer import WriterError
 from rosoclingo.bags.errors import BagWriteError
 from rosoclingo.bags.wire import rosbags_type
 
+_MAGIC = b"#ROSBAG V2.0\n"
+_HEADER = 4096  # bytes of the header and its padding, without their two lengths
+_LENGTH = struct.Struct("<I")
+_MISSING = 2 * _LENGTH.size  # bytes by which rosbags' padding is shorter
 COMPRESSIONS = ("none", "bz2", "lz4")
 """How a bag can be compressed."""
 
@@ -65,6 +71,7 @@ class BagWriter:
             if compression != "none":
                 self._writer.set_compression(Writer.CompressionFormat[compression.upper()])
             self._writer.open()
+            self._pad()
         except WriterError as err:
             raise BagWriteError(
                 f"{file}: there is such a file already, and it is not overwritten; give another "
@@ -136,10 +143,18 @@ class BagWriter:
             return
         try:
             self._writer.close()
+            _lengthen_header(self._file)
             if not self.count:  # which no tool of ROS can read
                 self._file.unlink()
         except OSError as err:
             raise self._refused(err) from err
+
+    def _pad(self) -> None:
+        file = self._writer.bio
+        if file is not None:
+            file.write(b" " * _MISSING)
+            file.flush()
+            _lengthen_header(self._file)
 
     def _connect(self, source: Source) -> Connection:
         return self._writer.add_connection(
@@ -156,3 +171,16 @@ class BagWriter:
             f"{self._file}: {err.strerror} after {self.count} messages; make room on the disk; "
             "what was written can be read"
         )
+
+
+def _lengthen_header(path: Path) -> None:
+    """Sets how long a bag's header is to what ROS's tools expect.
+
+    rosbags leaves out what the lengths themselves take, and ``rosbag reindex`` then writes over the
+    beginning of the first chunk.
+    """
+    with path.open("r+b") as file:
+        file.seek(len(_MAGIC))
+        length = _LENGTH.unpack(file.read(_LENGTH.size))[0]
+        file.seek(length, os.SEEK_CUR)
+        file.write(_LENGTH.pack(_HEADER - length))
