@@ -1,0 +1,160 @@
+"""Recording runs and replaying them, as processes.
+
+Needs a sourced workspace, in devel or install space.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Sequence
+from xml.etree import ElementTree
+
+import pytest
+from rosbags.rosbag1 import Reader, Writer
+from terminals import Terminal, Terminals, package, terminals, wait_for
+
+from rosoclingo.bags.errors import BagError
+from rosoclingo.bags.reader import read_recording
+
+__all__ = ["terminals"]
+
+RECORDING = "dynamic.incremental.recording"
+STATIC = "static.incremental.recording"
+
+# A robot that answers each action, and a client that sends goals: those of an argument together,
+# when the ones before have ended. The answers that are named by their number are failures.
+DRIVER = """
+import sys, threading, rospy
+from actionlib import CommState
+from rosclingo.low_latency import LowLatencyActionClient
+from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
+
+rospy.init_node("driver")
+failures, groups = eval(sys.argv[1]), sys.argv[2:]
+answers = rospy.Publisher("rosoclingo/in", ROSoClingoIn, tcp_nodelay=True, queue_size=100)
+count = 0
+
+def act(message):
+    global count
+    count += 1
+    answers.publish(message.id, "failure" if count in failures else "success")
+
+actions = rospy.Subscriber("rosoclingo/out", ROSoClingoOut, act, tcp_nodelay=True)
+client = LowLatencyActionClient("rosoclingo", ROSoClingoAction)
+client.wait_for_server()
+while not (answers.get_num_connections() and actions.get_num_connections()):
+    rospy.sleep(0.01)
+for group in groups:
+    handles = []
+    for request in group.split():
+        ended = threading.Event()
+        def watch(handle, ended=ended):
+            if handle.get_comm_state() == CommState.DONE:
+                ended.set()
+        handles.append((client.send_goal(ROSoClingoGoal(request, []), watch), ended))
+    for handle, ended in handles:
+        assert ended.wait(50.0)
+"""
+
+
+def line() -> str:
+    return str(package("rosoclingo") / "test" / "encodings" / "line.lp")
+
+
+class Recorder:
+    """Runs systems and records them."""
+
+    def __init__(self, terminals: Terminals, folder: Path) -> None:
+        self._terminals = terminals
+        self._folder = folder
+
+    def record(
+        self,
+        groups: Sequence[str],
+        encodings: Sequence[str] = (),
+        mode: str = RECORDING,
+        failures: Sequence[int] = (),
+        single: Sequence[str] = (),
+    ) -> Path:
+        """Runs a system until its goals have ended, or until it has published its plan."""
+        start, bag = self._terminals.start, self._folder / "run.bag"
+        if single:
+            nodes = [start("rosrun", "rosoclingo", "run-1.0.py", *single)]
+        else:
+            path = str(package("rosoclingo") / "modes" / f"{mode}.lp")
+            nodes = [
+                start("rosrun", "rosclingo", "run.py", "__name:=controller", "-f", path,
+                      "-c", "steps=20"),
+                start("rosrun", "rosclingo", "run.py", "__name:=planner",
+                      *(part for file in encodings for part in ("-f", file))),
+                start("rosrun", "rosoclingo", "run.py"),
+            ]  # fmt: skip
+        recorder = start("rosrun", "rosoclingo", "record.py", "-o", str(bag))
+        recorder.wait_for("recording /rosoclingo")
+        if groups:
+            driver = start("python3", "-c", DRIVER, repr(list(failures)), *groups)
+            assert driver.wait() == 0, driver.output
+        else:
+            nodes[-1].wait_for("solver: [do(")
+        wait_for(lambda: is_through(bag))
+        for node in (recorder, *reversed(nodes)):
+            node.interrupt()
+            assert node.wait() == 0, node.output
+        return bag
+
+
+def is_through(bag: Path) -> bool:
+    """Whether a bag that is being written says what all nodes are, and that the loop rests."""
+    try:
+        recording = read_recording(bag)
+    except BagError:
+        return False
+    loop = recording.programs.get("/rosoclingo")
+    last = recording.entries[-1].event
+    rests = last.kind == "waiting" or last.text == "publish"
+    return rests and loop is not None and {*loop.solvers.values()} <= set(recording.programs)
+
+
+@pytest.fixture
+def recorder(terminals: Terminals, tmp_path: Path) -> Recorder:
+    return Recorder(terminals, tmp_path)
+
+
+def replay(terminals: Terminals, bag: Path, *options: str) -> Terminal:
+    ended = terminals.run("rosrun", "rosoclingo", "replay.py", str(bag), *options)
+    assert "Traceback" not in ended.output, ended.output
+    return ended
+
+
+def without(bag: Path, dropped: int) -> Path:
+    """Copies a bag without one of the answers, counted from 1, in the journal and its topic."""
+    changed = bag.with_name("changed.bag")
+    count = 0
+    with Reader(bag) as reader, Writer(changed) as writer:
+        connections = {
+            one.id: writer.add_connection(
+                one.topic, one.msgtype, msgdef=one.msgdef.data, md5sum=one.digest
+            )
+            for one in reader.connections
+        }
+        for connection, time, data in reader.messages():
+            is_answer = connection.topic == "/rosoclingo/journal" and b"message" in data
+            count += is_answer
+            if not (is_answer and count == dropped):
+                writer.write(connections[connection.id], time, data)
+    assert count >= dropped
+    return changed
+
+
+@pytest.mark.install_space
+def test_replays_what_was_recorded(
+    terminals: Terminals, recorder: Recorder, tmp_path: Path
+) -> None:
+    bag = recorder.record(["visit(3)", "visit(5) visit(1)"], [line()], failures=[2])
+    results = tmp_path / "results.xml"
+    for options in ((), ("--level", "equivalent"), ("--files", "disk", "--junit", str(results))):
+        ended = replay(terminals, bag, *options)
+        assert ended.wait() == 0, ended.output
+        assert "no difference" in ended.output
+    suite = ElementTree.parse(results).getroot()
+    assert (suite.get("tests"), suite.get("failures")) == ("4", "0")
