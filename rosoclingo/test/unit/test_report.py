@@ -138,12 +138,13 @@ def test_the_page_needs_nothing_else_and_runs_its_own_script_alone() -> None:
 
 
 def test_a_page_of_10000_steps_is_below_5_mib() -> None:
-    text = page_of(long_journal(10_000).recording())
-    assert len(Page(text).data["steps"]["rows"]) == 10_000
-    assert len(text.encode()) < 5 * 2**20
+    recording = long_journal(10_000).recording()
+    statistics = compute(recording)
+    assert len(statistics.steps) == len(statistics.changes) == 10_000
+    assert len(render(recording, statistics, Path("run.bag")).encode()) < 5 * 2**20
 
 
-@pytest.mark.parametrize("steps", [0, 12, 2_000])
+@pytest.mark.parametrize("steps", [0, 12, 1_000])
 def test_a_picture_is_written(tmp_path: Path, steps: int) -> None:
     file = tmp_path / "run.png"
     draw(long_journal(steps).compute(), f"$ {HOSTILE}", file)
@@ -201,6 +202,27 @@ def test_what_is_no_bag_ends_the_program_with_a_message(
     assert end.value.code == 2
     assert str(file) in capsys.readouterr().err
     assert not (tmp_path / "run.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("modules", "reason"), [((), "bmp"), (("matplotlib.collections",), "pip install")]
+)
+def test_a_picture_that_cannot_be_drawn(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    modules: Tuple[str, ...],
+    reason: str,
+) -> None:
+    monkeypatch.delitem(sys.modules, "rosoclingo.bags.picture", raising=False)
+    for module in modules:
+        monkeypatch.setitem(sys.modules, module, None)  # importing it fails
+    with pytest.raises(SystemExit) as end:
+        main([str(bag(tmp_path)), "--png", str(tmp_path / "run.bmp")])
+    assert end.value.code == 2
+    error = capsys.readouterr().err
+    assert str(tmp_path / "run.bmp") in error
+    assert reason in error
 
 
 def test_a_page_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

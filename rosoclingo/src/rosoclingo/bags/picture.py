@@ -49,7 +49,7 @@ def draw(statistics: Statistics, title: str, file: Path) -> None:
     figure.suptitle(_plain(title))
     _draw_time_line(axes["time"], statistics)
     _draw_steps(axes, statistics)
-    figure.savefig(file, dpi=_DOTS_PER_INCH)
+    figure.savefig(file, dpi=_DOTS_PER_INCH, format=file.suffix[1:] or "png")
 
 
 def _draw_time_line(axes: Any, run: Statistics) -> None:

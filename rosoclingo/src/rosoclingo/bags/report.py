@@ -13,6 +13,10 @@ from rosoclingo.bags.reader import read_recording
 from rosoclingo.bags.statistics import compute
 
 
+class PictureError(RosclingoError):
+    """The picture cannot be drawn."""
+
+
 def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
     """Writes the report and ends the process.
 
@@ -56,9 +60,14 @@ def _report(bag: Path, page: Path, picture: Optional[Path], name: Optional[str])
     print(f"wrote {page}")
     if picture is not None:
         # It takes a second, and who wants no picture need not have matplotlib.
-        from rosoclingo.bags.picture import draw  # noqa: PLC0415 (see above)
-
-        draw(statistics, f"{bag.name}: {recording.name}", picture)
+        try:
+            from rosoclingo.bags.picture import draw  # noqa: PLC0415 (see above)
+        except ImportError as err:
+            raise PictureError(f"{picture}: {err}; pip install matplotlib, or no --png") from err
+        try:
+            draw(statistics, f"{bag.name}: {recording.name}", picture)
+        except ValueError as err:
+            raise PictureError(f"{picture}: {err}; .png is a good ending") from err
         print(f"wrote {picture}")
 
 

@@ -1,8 +1,12 @@
 // Draws the report. Texts of the bag get into the page by textContent and fillText alone.
 
 const DATA = JSON.parse(document.getElementById("data").textContent);
-const ROW = 20, LABELS = 108, AXIS = 24, GAP = 8; // heights and widths on the time line, in pixels
+const ROW = 20,
+  LABELS = 108,
+  AXIS = 24,
+  GAP = 8; // heights and widths on the time line, in pixels
 const PAGE = 25; // rows of a table that are shown at once
+const MOST_CAUSES = 4; // that are named of one plan change
 const LEAST = 0.05; // shortest section, in seconds
 
 const byId = (id) => document.getElementById(id);
@@ -26,12 +30,23 @@ function dot(name, parent) {
   element("i", "", parent).style.background = colour(name);
 }
 
-const goals = unpack(DATA.goals), actions = unpack(DATA.actions), messages = unpack(DATA.messages);
-const searches = unpack(DATA.searches), steps = unpack(DATA.steps), changes = unpack(DATA.changes);
+const goals = unpack(DATA.goals),
+  actions = unpack(DATA.actions),
+  messages = unpack(DATA.messages);
+const searches = unpack(DATA.searches),
+  steps = unpack(DATA.steps),
+  changes = unpack(DATA.changes);
 const END = Math.max(DATA.ended, DATA.began + LEAST);
 const CAUSES = {
-  start: "the first plan", goal: "goal", queued: "goal from the queue", cancel: "cancel request", message: "message",
-  failure: "failed", answer: "answer", success: "done", none: "nothing came",
+  start: "the first plan",
+  goal: "goal",
+  queued: "goal from the queue",
+  cancel: "cancel request",
+  message: "message",
+  failure: "failed",
+  answer: "answer",
+  success: "done",
+  none: "nothing came",
 };
 
 // Words.
@@ -41,7 +56,8 @@ function clock(seconds, unit = 0.001) {
   const sign = seconds < 0 ? "−" : "";
   const rounded = Math.abs(seconds).toFixed(digits);
   if (rounded < 60) return `${sign}${rounded} s`;
-  const whole = Math.floor(rounded), parts = [Math.floor(whole / 60) % 60, whole % 60];
+  const whole = Math.floor(rounded),
+    parts = [Math.floor(whole / 60) % 60, whole % 60];
   if (whole >= 3600) parts.unshift(Math.floor(whole / 3600));
   const text = parts.map((part, i) => (i ? String(part).padStart(2, "0") : part)).join(":");
   return sign + text + (digits ? (rounded - whole).toFixed(digits).slice(1) : "");
@@ -53,8 +69,14 @@ function lasted(seconds) {
   return seconds < 60 ? `${seconds.toFixed(1)} s` : clock(seconds, 1);
 }
 
-const causesOf = (change) =>
-  change.causes.map(([kind, text]) => (text ? `${CAUSES[kind]} ${text}` : CAUSES[kind])).join("; ");
+const counted = (number, word) => `${number} ${word}${number === 1 ? "" : word.endsWith("h") ? "es" : "s"}`;
+
+function causesOf(change) {
+  const texts = change.causes.map(([kind, text]) => (text ? `${CAUSES[kind]} ${text}` : CAUSES[kind]));
+  const more = texts.length > MOST_CAUSES ? `; and ${texts.length - MOST_CAUSES} more` : "";
+  return texts.slice(0, MOST_CAUSES).join("; ") + more;
+}
+
 const waited = (goal) => Math.max(0, (goal.accepted ?? goal.ended ?? END) - goal.came);
 const ran = (goal) => (goal.accepted === null ? 0 : (goal.ended ?? END) - goal.accepted);
 const listed = (texts) => texts.join(", ") || "nothing";
@@ -64,10 +86,18 @@ function tellGoal(goal) {
   if (goal.information.length) lines.push(`information: ${goal.information.join(", ")}`);
   lines.push(`came at ${clock(goal.came)}${goal.behind && `, queued behind ${goal.behind}`}`);
   if (goal.accepted !== null) {
-    lines.push(`accepted${goal.slot && ` in slot ${goal.slot}`} at ${clock(goal.accepted)}, after ${lasted(waited(goal))}`);
+    lines.push(
+      `accepted${goal.slot && ` in slot ${goal.slot}`} at ${clock(goal.accepted)}, after ${lasted(waited(goal))}`,
+    );
   }
   if (goal.cancels !== null) lines.push(`asked to be cancelled at ${clock(goal.cancels)}`);
-  if (goal.ended !== null) lines.push(`ended at ${clock(goal.ended)}: ran ${lasted(ran(goal))}, ${goal.steps} steps`);
+  if (goal.ended !== null) {
+    const how =
+      goal.accepted === null
+        ? `waited ${lasted(waited(goal))}`
+        : `ran ${lasted(ran(goal))}, ${counted(goal.steps, "step")}`;
+    lines.push(`ended at ${clock(goal.ended)}: ${how}`);
+  }
   return lines.join("\n");
 }
 
@@ -79,7 +109,8 @@ function tellAction(action) {
 
 function tellMessage(message) {
   const what = message.id ? `message ${message.id}: ${message.value}\n` : "";
-  return `${what}${message.dropped && `dropped: ${message.dropped}\n`}step ${message.step}, at ${clock(message.seconds)}`;
+  const why = message.dropped && `dropped: ${message.dropped}\n`;
+  return `${what}${why}step ${message.step}, at ${clock(message.seconds)}`;
 }
 
 const tellChange = (change) =>
@@ -91,5 +122,6 @@ const tellSearch = (search) =>
   `step ${search.step}, horizon ${search.horizon}, ended at ${clock(search.ended)}`;
 const tellStep = (row, i) =>
   `step ${row.number}${row.number === i ? "" : ` (number ${i} since the start)`}, from ${clock(row.began)}\n` +
-  `horizon ${row.horizon}\n${row.searches} searches, ${row.interrupted} of them interrupted: ${lasted(row.solving)}\n` +
+  `horizon ${row.horizon}\n` +
+  `${counted(row.searches, "search")}, ${row.interrupted} interrupted: ${lasted(row.solving)}\n` +
   `other commands: ${lasted(row.other)}`;

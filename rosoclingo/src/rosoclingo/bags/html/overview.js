@@ -4,11 +4,15 @@ const overview = byId("overview");
 const strip = () => overview.clientWidth - LABELS;
 
 function drawOverview() {
-  const width = overview.clientWidth, height = 38, pen = prepare(overview, width, height);
-  const x = (seconds) => LABELS + ((seconds - DATA.began) / (END - DATA.began)) * strip();
+  const width = overview.clientWidth,
+    height = 38,
+    pen = prepare(overview, width, height);
+  const scale = strip() / (END - DATA.began),
+    x = (seconds) => LABELS + (seconds - DATA.began) * scale;
   pen.fillStyle = colour("back");
   pen.fillRect(LABELS, 0, width, height);
-  const bins = new Uint32Array(Math.max(1, Math.ceil(strip()))), failed = new Set();
+  const bins = new Uint32Array(Math.max(1, Math.ceil(strip()))),
+    failed = new Set();
   for (const action of actions) {
     const bin = Math.min(bins.length - 1, Math.floor(x(action.began) - LABELS));
     bins[bin]++;

@@ -1,6 +1,8 @@
 // The section in sight.
 
-let from = DATA.began, to = END, drawing = false;
+let from = DATA.began,
+  to = END,
+  drawing = false;
 
 function show(a, b) {
   const length = Math.min(Math.max(b - a, LEAST), END - DATA.began);
@@ -10,14 +12,18 @@ function show(a, b) {
 }
 
 function zoom(factor, around = (from + to) / 2) {
-  const length = Math.max((to - from) * factor, LEAST), part = (around - from) / (to - from);
+  const length = Math.max((to - from) * factor, LEAST),
+    part = (around - from) / (to - from);
   show(around - part * length, around + (1 - part) * length);
 }
 
 const move = (part) => show(from + part * (to - from), to + part * (to - from));
 
 function reveal(a, b, text) {
-  const length = Math.min(to - from, Math.max(20 * LEAST, 3 * (b - a), 20 * (END - DATA.began) / Math.max(20, steps.length)));
+  const length = Math.min(
+    to - from,
+    Math.max(20 * LEAST, 3 * (b - a), (20 * (END - DATA.began)) / Math.max(20, steps.length)),
+  );
   show((a + b - length) / 2, (a + b + length) / 2);
   byId("details").textContent = text;
   byId("overview").scrollIntoView({ block: "nearest" });
@@ -37,7 +43,8 @@ function redraw() {
 
 /** Returns the index of the first item for which a test holds; it holds for all after it too. */
 function first(items, test) {
-  let low = 0, high = items.length;
+  let low = 0,
+    high = items.length;
   while (low < high) {
     const middle = (low + high) >> 1;
     if (test(items[middle])) high = middle;
@@ -48,7 +55,8 @@ function first(items, test) {
 
 function prepare(canvas, width, height) {
   const dots = window.devicePixelRatio || 1;
-  const w = Math.round(width * dots), h = Math.round(height * dots);
+  const w = Math.round(width * dots),
+    h = Math.round(height * dots);
   if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
   const pen = canvas.getContext("2d");
   pen.setTransform(dots, 0, 0, dots, 0, 0);
@@ -60,13 +68,17 @@ function prepare(canvas, width, height) {
 
 /** Returns a round distance of ticks on an axis. */
 function ticks(low, high, most) {
-  const raw = Math.max((high - low) / most, 1e-9), power = 10 ** Math.floor(Math.log10(raw));
+  const raw = Math.max((high - low) / most, 1e-9),
+    power = 10 ** Math.floor(Math.log10(raw));
   return [1, 2, 5, 10].map((n) => n * power).find((n) => n >= raw * 0.999);
 }
 
 function timeTicks(low, high, most) {
   const raw = (high - low) / most;
-  return (raw > 5 && [10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 21600, 86400].find((s) => s >= raw)) || ticks(low, high, most);
+  return (
+    (raw > 5 && [10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 21600, 86400].find((s) => s >= raw)) ||
+    ticks(low, high, most)
+  );
 }
 
 /** Shortens a text until it fits. */

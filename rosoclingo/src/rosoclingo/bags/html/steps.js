@@ -1,13 +1,40 @@
 // The charts over the steps.
 
-const LEFT = 48, BOTTOM = 20, CHART = 190;
+const LEFT = 48,
+  BOTTOM = 20,
+  CHART = 190;
 const CHARTS = [
-  { id: "horizon", title: "horizon and current step", parts: [["horizon", "accent"], ["number", "canceled"]], lines: true,
-    unit: "", names: ["horizon", "current step"] },
-  { id: "solving", title: "time for a step, in ms", parts: [["solving", "accent"], ["other", "recalled"]], factor: 1000,
-    names: ["searching", "other commands"] },
-  { id: "searches", title: "searches in a step", parts: [["searches", "accent"], ["interrupted", "unknown"]], whole: true,
-    names: ["ended", "interrupted"] },
+  {
+    id: "horizon",
+    title: "steps",
+    parts: [
+      ["horizon", "accent"],
+      ["number", "canceled"],
+    ],
+    lines: true,
+    unit: "",
+    names: ["horizon", "current step"],
+  },
+  {
+    id: "solving",
+    title: "ms in a step",
+    parts: [
+      ["solving", "accent"],
+      ["other", "recalled"],
+    ],
+    factor: 1000,
+    names: ["searching", "other commands"],
+  },
+  {
+    id: "searches",
+    title: "searches in a step",
+    parts: [
+      ["searches", "accent"],
+      ["interrupted", "unknown"],
+    ],
+    whole: true,
+    names: ["ended", "interrupted"],
+  },
 ];
 
 /** Returns the steps in sight: their first and last number. */
@@ -27,14 +54,19 @@ function heights(chart, row) {
 function drawCharts() {
   const [low, high] = stepsInSight();
   for (const chart of CHARTS) {
-    const canvas = byId(chart.id), width = canvas.clientWidth, pen = prepare(canvas, width, CHART);
-    const wide = (width - LEFT) / (high - low + 1), tall = CHART - BOTTOM - 8;
+    const canvas = byId(chart.id),
+      width = canvas.clientWidth,
+      pen = prepare(canvas, width, CHART);
+    const wide = (width - LEFT) / (high - low + 1),
+      tall = CHART - BOTTOM - 8;
     // A column for each step, or for each pixel the largest and smallest of its steps.
     const count = Math.min(high - low + 1, Math.max(1, Math.floor(width - LEFT)));
     const columns = Array.from({ length: steps.length ? count : 0 }, (_, i) => {
       const a = low + Math.floor((i * (high - low + 1)) / count);
       const b = Math.max(a + 1, low + Math.floor(((i + 1) * (high - low + 1)) / count));
-      return steps.slice(a, b).map((row) => heights(chart, row))
+      return steps
+        .slice(a, b)
+        .map((row) => heights(chart, row))
         .reduce((best, next) => (Math.max(...next) > Math.max(...best) ? next : best));
     });
     const largest = columns.reduce((best, pair) => Math.max(best, ...pair), 0);
@@ -85,7 +117,8 @@ function drawLines(pen, chart, columns, column, y) {
 }
 
 for (const chart of CHARTS) {
-  const caption = byId(`caption-${chart.id}`), canvas = byId(chart.id);
+  const caption = byId(`caption-${chart.id}`),
+    canvas = byId(chart.id);
   caption.textContent = `${chart.title}: `;
   chart.names.forEach((name, i) => {
     dot(chart.parts[i][1], caption);

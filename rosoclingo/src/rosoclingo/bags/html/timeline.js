@@ -1,17 +1,30 @@
 // What the time line shows.
 
 const answerColour = (action) =>
-  action.ended === null || !action.answer ? "none" : ["success", "failure"].includes(action.answer) ? action.answer : "answer";
+  action.ended === null || !action.answer
+    ? "none"
+    : ["success", "failure"].includes(action.answer)
+      ? action.answer
+      : "answer";
 
 // Each row's items are in order and do not overlap, so that those in sight are found by bisection.
 function goalRows() {
-  const rows = [], ends = [], least = Math.min(1, (END - DATA.began) / 250); // so that short ones are not hidden
+  const rows = [],
+    ends = [],
+    least = Math.min(1, (END - DATA.began) / 250); // so that short ones are not hidden
   for (const goal of goals) {
     const end = goal.ended ?? END;
     let i = ends.findIndex((last) => last < goal.came);
     if (i < 0) i = rows.push([]) - 1;
     ends[i] = Math.max(end, goal.came + least);
-    rows[i].push({ from: goal.came, to: end, goal, colour: goal.outcome, text: goal.request, tell: () => tellGoal(goal) });
+    rows[i].push({
+      from: goal.came,
+      to: end,
+      goal,
+      colour: goal.outcome,
+      text: goal.request,
+      tell: () => tellGoal(goal),
+    });
   }
   return rows;
 }
@@ -22,16 +35,27 @@ goalRows().forEach((items, i) => lanes.push({ name: i ? "" : "goals", items, str
 for (const actuator of new Set(actions.map((action) => action.actuator))) {
   const own = actions.filter((action) => action.actuator === actuator);
   const items = own.map((action, i) => ({
-    from: action.began, to: action.ended ?? own[i + 1]?.began ?? END, colour: answerColour(action), text: action.name,
+    from: action.began,
+    to: action.ended ?? own[i + 1]?.began ?? END,
+    colour: answerColour(action),
+    text: action.name,
     tell: () => tellAction(action),
   }));
   lanes.push({ name: actuator, items });
 }
-lanes.push({ name: "messages", items: messages.map((m) => mark(m.seconds, m.dropped ? "dropped" : "message", () => tellMessage(m))) });
+lanes.push({
+  name: "messages",
+  items: messages.map((m) => mark(m.seconds, m.dropped ? "dropped" : "message", () => tellMessage(m))),
+});
 lanes.push({ name: "plan changes", items: changes.map((c) => mark(c.seconds, c.causes[0][0], () => tellChange(c))) });
 lanes.push({
   name: "searches",
-  items: searches.map((s) => ({ from: s.ended - s.duration, to: s.ended, colour: s.result, tell: () => tellSearch(s) })),
+  items: searches.map((s) => ({
+    from: s.ended - s.duration,
+    to: s.ended,
+    colour: s.result,
+    tell: () => tellSearch(s),
+  })),
 });
 let top = AXIS;
 for (const lane of lanes) {
@@ -43,21 +67,24 @@ const HEIGHT = top + 6;
 
 const LEGEND = [
   ["goal", "open", "succeeded", "aborted", "rejected", "canceled", "recalled"],
-  ["action", "success", "failure", "answer", "none"], ["message", "message", "dropped"],
-  ["plan changed by", "goal", "cancel", "failure", "message"], ["search", "sat", "unsat", "unknown"],
+  ["action", "success", "failure", "answer", "none"],
+  ["message", "message", "dropped"],
+  ["plan changed by", "goal", "cancel", "failure", "message"],
+  ["search", "sat", "unsat", "unknown"],
 ];
 const WORDS = { answer: "other answer", none: "no answer", message: "no answer to an action", unknown: "interrupted" };
 for (const [kind, ...names] of LEGEND) {
   const group = element("span", `${kind}: `, byId("legend"));
   for (const name of names) {
     dot(name, group);
-    group.append(`${(kind === "message" || name !== "message") && WORDS[name] || name}  `);
+    group.append(`${((kind === "message" || name !== "message") && WORDS[name]) || name}  `);
   }
 }
 
 // The time line.
 
-const scroller = byId("scroller"), timeline = byId("timeline");
+const scroller = byId("scroller"),
+  timeline = byId("timeline");
 const size = () => ({ width: scroller.clientWidth, height: Math.min(HEIGHT, Math.round(window.innerHeight * 0.62)) });
 const xOf = (seconds) => LABELS + ((seconds - from) / (to - from)) * (size().width - LABELS);
 const secondsAt = (x) => from + ((x - LABELS) / (size().width - LABELS)) * (to - from);
@@ -68,8 +95,10 @@ function drawTimeline() {
   scroller.style.height = `${height + 2}px`;
   timeline.style.width = `${width}px`;
   timeline.style.height = `${height}px`;
-  const pen = prepare(timeline, width, height), scrolled = scroller.scrollTop;
-  const scale = (width - LABELS) / (to - from), x = (seconds) => LABELS + (seconds - from) * scale;
+  const pen = prepare(timeline, width, height),
+    scrolled = scroller.scrollTop;
+  const scale = (width - LABELS) / (to - from),
+    x = (seconds) => LABELS + (seconds - from) * scale;
   const unit = timeTicks(from, to, (width - LABELS) / 90);
   pen.strokeStyle = colour("line");
   for (let t = Math.ceil(from / unit) * unit; t <= to; t += unit) {
@@ -100,11 +129,13 @@ function drawTimeline() {
 }
 
 function drawLane(pen, lane, y, x, width) {
-  let reached = -1, drawn = "";
+  let reached = -1,
+    drawn = "";
   for (let i = first(lane.items, (item) => item.to >= from); i < lane.items.length; i++) {
     const item = lane.items[i];
     if (item.from > to) break;
-    const a = Math.max(x(item.from), LABELS - 2), isMark = item.from === item.to;
+    const a = Math.max(x(item.from), LABELS - 2),
+      isMark = item.from === item.to;
     const b = Math.max(Math.min(x(item.to), width + 2), a + (isMark || item.goal ? 3 : 1.5));
     // What is on the same pixel is seen once, but each colour is seen.
     if (b <= reached && item.colour === drawn) continue;
@@ -130,7 +161,7 @@ function drawGoal(pen, item, a, b, y, x) {
   const { accepted, cancels, came } = item.goal;
   const middle = accepted === null ? b : Math.min(Math.max(x(accepted), a), b);
   pen.fillStyle = colour(item.colour);
-  pen.globalAlpha = 0.25; // pale while it waits
+  pen.globalAlpha = b - a > 4 ? 0.25 : 1; // pale while it waits
   pen.fillRect(a, y + 2, middle - a, ROW - 4);
   pen.globalAlpha = 1;
   pen.fillRect(middle, y + 2, b - middle, ROW - 4);
@@ -163,7 +194,8 @@ function drawGoal(pen, item, a, b, y, x) {
 function itemAt(x, y) {
   const lane = lanes.find((other) => y + scroller.scrollTop >= other.top && y + scroller.scrollTop < other.top + ROW);
   if (!lane || x < LABELS || y < AXIS) return null;
-  const seconds = secondsAt(x), near = (4 * (to - from)) / (size().width - LABELS);
+  const seconds = secondsAt(x),
+    near = (4 * (to - from)) / (size().width - LABELS);
   const distance = (item) => Math.max(item.from - seconds, seconds - item.to, 0);
   const i = first(lane.items, (item) => item.to >= seconds);
   const found = [lane.items[i], lane.items[i - 1]].filter((item) => item && distance(item) <= near);
@@ -203,17 +235,25 @@ timeline.addEventListener("pointerup", (event) => {
 });
 timeline.addEventListener("pointercancel", () => (drag = null));
 timeline.addEventListener("pointerleave", () => tip(""));
-timeline.addEventListener("wheel", (event) => {
-  if (event.ctrlKey || event.metaKey) zoom(1.0018 ** event.deltaY, secondsAt(event.offsetX));
-  else if (event.deltaX) move(event.deltaX / size().width);
-  else return;
-  event.preventDefault();
-}, { passive: false });
+timeline.addEventListener(
+  "wheel",
+  (event) => {
+    if (event.ctrlKey || event.metaKey) zoom(1.0018 ** event.deltaY, secondsAt(event.offsetX));
+    else if (event.deltaX) move(event.deltaX / size().width);
+    else return;
+    event.preventDefault();
+  },
+  { passive: false },
+);
 scroller.addEventListener("scroll", redraw);
 scroller.addEventListener("keydown", (event) => {
   const keys = {
-    "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2), 0: () => show(DATA.began, END),
-    ArrowLeft: () => move(-0.25), ArrowRight: () => move(0.25),
+    "+": () => zoom(0.5),
+    "=": () => zoom(0.5),
+    "-": () => zoom(2),
+    0: () => show(DATA.began, END),
+    ArrowLeft: () => move(-0.25),
+    ArrowRight: () => move(0.25),
   };
   if (event.ctrlKey || event.metaKey || !keys[event.key]) return;
   keys[event.key]();
