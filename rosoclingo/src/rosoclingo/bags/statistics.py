@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import deque
 from dataclasses import replace
-from typing import Callable, Deque, Dict, List, Mapping, Optional, Tuple
+from typing import Callable, Deque, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.bags.changes import Found, Planned, after_reset, changes, planned
@@ -49,6 +49,17 @@ def compute(recording: Recording) -> Statistics:
     )
 
 
+class _Taken(NamedTuple):
+    """A message, as long as it may be dropped."""
+
+    position: int
+    id: str
+    value: str
+    prefixes: Tuple[str, str, str]  # how a reason that names it begins
+    answered: Optional[int]  # the index of an action
+    message: int  # else its index
+
+
 class _Reading:
     """Reads a journal once, entry by entry."""
 
@@ -70,8 +81,7 @@ class _Reading:
         self._slots: Dict[str, str] = {}  # the last goal of each slot
         self._latest: Dict[str, int] = {}  # index of each actuator's last action
         self._causes: Dict[int, Cause] = {}  # messages that were not dropped, by position
-        # Of the last messages: position, id, value, and index of the action that was answered.
-        self._recent: Deque[Tuple[int, str, str, Optional[int]]] = deque(maxlen=_RECENT)
+        self._recent: Deque[_Taken] = deque(maxlen=_RECENT)
         self._handlers: Mapping[str, Callable[[float, Event], None]] = {
             "goal": self._on_goal,
             "cancel": self._on_cancel,
@@ -167,30 +177,30 @@ class _Reading:
             self.messages.append(MessageRun(seconds, event.id, event.text, event.step))
             kind, text = "message", f"{event.id}: {event.text}"
         self._causes[self._position] = Cause(kind, text)
-        self._recent.append((self._position, event.id, event.text, index))
+        prefixes = _prefixes(event.id, event.text)
+        message = len(self.messages) - 1
+        self._recent.append(_Taken(self._position, event.id, event.text, prefixes, index, message))
 
     def _on_dropped(self, seconds: float, event: Event) -> None:
-        for entry in reversed(self._recent):
-            position, source, value, index = entry
-            if position in self._causes and _is_about(event.text, source, value):
+        reason = (_compact(event.text), event.text)
+        for taken in reversed(self._recent):
+            names, *quoted = taken.prefixes
+            is_named = reason[0].startswith(names) or reason[1].startswith(tuple(quoted))
+            if is_named and taken.position in self._causes:
                 break
         else:
             self.messages.append(MessageRun(seconds, "", "", event.step, event.text))
             return
-        del self._causes[position]
-        if index is None:
-            number = max(
-                number
-                for number, message in enumerate(self.messages)
-                if (message.id, message.value, message.dropped) == (source, value, "")
-            )
-            self.messages[number] = replace(self.messages[number], dropped=event.text)
+        del self._causes[taken.position]
+        if taken.answered is None:
+            message = self.messages[taken.message]
+            self.messages[taken.message] = replace(message, dropped=event.text)
         else:  # it was no answer
-            action = self.actions[index]
-            self.messages.append(MessageRun(seconds, source, value, event.step, event.text))
-            is_latest = self._latest[_compact(source)] == index
+            self.messages.append(MessageRun(seconds, taken.id, taken.value, event.step, event.text))
+            action = self.actions[taken.answered]
+            is_latest = self._latest[_compact(taken.id)] == taken.answered
             ended = None if is_latest else action.ended
-            self.actions[index] = replace(action, answer="", ended=ended)
+            self.actions[taken.answered] = replace(action, answer="", ended=ended)
 
     def _on_command(self, seconds: float, event: Event) -> None:
         step = self.steps[-1]
@@ -234,9 +244,7 @@ def _compact(text: str) -> str:
     return "".join(text.split())
 
 
-def _is_about(reason: str, source: str, value: str) -> bool:
-    """Whether a reason why a message was dropped names this message."""
-    if reason.startswith("id "):
-        names = f"id {shorten(source)}, value {shorten(value)}:"
-        return _compact(reason).startswith(_compact(names))
-    return reason.startswith((f"{source!r} ", f"{value!r} "))  # it is no term
+def _prefixes(source: str, value: str) -> Tuple[str, str, str]:
+    """Returns how reasons to drop a message begin: the first without spaces."""
+    names = f"id {shorten(source)}, value {shorten(value)}:"
+    return _compact(names), f"{source!r} ", f"{value!r} "
