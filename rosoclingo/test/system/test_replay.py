@@ -158,3 +158,67 @@ def test_replays_what_was_recorded(
         assert "no difference" in ended.output
     suite = ElementTree.parse(results).getroot()
     assert (suite.get("tests"), suite.get("failures")) == ("4", "0")
+
+
+@pytest.mark.parametrize(
+    "mode", [RECORDING, "dynamic.incremental.reset", "dynamic.incremental.dyn_reset"]
+)
+def test_every_dynamic_mode(terminals: Terminals, recorder: Recorder, mode: str) -> None:
+    bag = recorder.record(["visit(3) visit(2)", "visit(1)"], [line()], mode, failures=[1, 4])
+    ended = replay(terminals, bag)
+    assert ended.wait() == 0, ended.output
+    assert "no difference at level exact: 3 goals" in ended.output
+
+
+@pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])
+def test_a_static_mode(terminals: Terminals, recorder: Recorder, mode: str) -> None:
+    example = package("rosoclingo") / "example"
+    blocks = [str(example / file) for file in ("instance.lp", "itoh.lp")]
+    bag = recorder.record([], blocks, mode)
+    assert replay(terminals, bag).wait() == 0
+    instance = package("rosclingo") / "example" / "instance.lp"
+    other = bag.with_name("other.lp")
+    other.write_text(instance.read_text().replace("goal(on(1,c)).", "goal(on(1,b))."))
+    ended = replay(terminals, bag, "--planner", f"-f {other} -f {blocks[1]}")
+    assert ended.wait() == 1, ended.output
+    assert "published: [do(arm,pickup(4)," in ended.output
+    assert "<- first divergence" in ended.output
+
+
+@pytest.mark.parametrize("dialect", ["", "_1.0", "_paper"])
+def test_one_node(terminals: Terminals, recorder: Recorder, dialect: str) -> None:
+    file = line().replace("line.lp", f"line{dialect}.lp")
+    bag = recorder.record(["visit(3)", "visit(1)"], single=["-f", file])
+    ended = replay(terminals, bag)
+    assert ended.wait() == 0, ended.output
+    ended = replay(terminals, bag, "--single", f"-f {file} -c cells=2", "--level", "outcome")
+    assert ended.wait() == 1
+    assert "rejected" in ended.output
+
+
+def test_differences(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
+    """Each change is found, in the step where it shows."""
+    bag = recorder.record(["visit(3) visit(2)"], [line()])
+    changed = tmp_path / "line.lp"
+    changed.write_text(Path(line()).read_text() + "#program transition(t). :- do(robot,_,t), t=3.")
+    ended = replay(terminals, bag, "--planner", f"-f {changed}")
+    assert ended.wait() == 1
+    (first,) = (text for text in ended.output.splitlines() if "<- first divergence" in text)
+    assert first.split()[1] == "3/4", ended.output  # a step later than recorded
+    assert first.count("robot: go(3)") == 2
+
+    mode = package("rosoclingo") / "modes" / "dynamic.incremental.dyn_reset.lp"
+    ended = replay(terminals, bag, "--controller", f"-f {mode} -c steps=20")
+    assert ended.wait() == 1
+    assert "<- first divergence" in ended.output
+
+    ended = replay(terminals, bag, "--planner", f"-f {line()} -c slots=1")
+    assert ended.wait() == 1
+    assert "goal 2 visit(2): accepted" in ended.output
+
+    ended = replay(terminals, without(bag, dropped=1))
+    assert ended.wait() == 1
+    assert "! the replay waits for an answer of robot, and nothing is to be sent" in ended.output
+    ended = replay(terminals, without(bag, dropped=2), "--level", "outcome")
+    assert ended.wait() == 1
+    assert "goal 1 visit(3)" in ended.output

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import enum
+import re
 from dataclasses import dataclass, replace
 from itertools import groupby, zip_longest
 from typing import Dict, Iterator, List, Optional, Sequence, Tuple
@@ -14,6 +15,7 @@ from rosoclingo.bags.schedule import Stall
 
 _MOST_TO_ALIGN = 2000  # rows; longer ones are compared one by one
 _OPEN = "open"
+_STEP = re.compile(r",(-?\d+)\)(?=, do\(|\Z)")  # of an action in a published plan
 
 
 class Level(enum.Enum):
@@ -137,7 +139,8 @@ def compare(
     """
     expected, seen = tidy(expected), tidy(seen)
     is_cut = is_open(expected)
-    old, new = _History(expected, has_journal), _History(seen, has_journal)
+    old = _History(expected, has_journal, Reader(has_journal))
+    new = _History(seen, has_journal, Reader())
     goals = tuple(
         _pair(
 (identifier, request), old.goals[identifier], new.goals.get(identifier, Goal()),
@@ -171,7 +174,7 @@ def _pair(goal: Tuple[str, str], old: Goal, new: Goal, level: Level, is_cut: boo
 class _History:
     """What a journal says of its goals, and what its loop has put out."""
 
-    def __init__(self, entries: Sequence[Entry], has_journal: bool) -> None:
+    def __init__(self, entries: Sequence[Entry], has_journal: bool, reader: Reader) -> None:
         self.requests: Dict[str, str] = {}
         self.numbers: Dict[str, int] = {}  # of the goals, in the order in which they came
         self.goals: Dict[str, Goal] = {}
@@ -183,7 +186,6 @@ class _History:
         self._has_journal = has_journal
         self._begins: Dict[str, int] = {}
         self._acted: Optional[int] = None  # the step of the last action
-        reader = Reader(any(entry.event.kind == "command" for entry in entries))
         for entry in entries:
             output = reader.output(entry.event)
             if output is not None:
@@ -200,10 +202,7 @@ class _History:
     def ends(self, level: Level) -> List[Tuple[str, int]]:
         """Returns which plans were published, with their lengths, and whether the loop ended."""
         plans = level is Level.EQUIVALENT
-        return [
-            (output.kind, output.text.count("do(") if plans and output.kind == "plan" else 0)
-            for output in self._published
-        ]
+        return [(output.kind, _length(output) if plans else 0) for output in self._published]
 
     def cell(self, output: Output) -> Cell:
         """Describes an output."""
@@ -238,6 +237,7 @@ class _History:
     def _take_output(self, output: Output) -> None:
         if output.kind in ("plan", "end"):
             self._published.append(output)
+            self.steps += _length(output)
         if output.kind == "status":
             self._take_status(output)
             if output.step is None or not self._has_journal:
@@ -254,6 +254,11 @@ class _History:
             _OPEN if output.text == "accepted" else output.text,
             self.steps - self._begins[output.id],
         )
+
+
+def _length(output: Output) -> int:
+    """Returns in how many steps a published plan has actions; 0 for anything else."""
+    return len(set(_STEP.findall(output.text))) if output.kind == "plan" else 0
 
 
 def _rows(old: _History, new: _History, is_cut: bool) -> List[Row]:

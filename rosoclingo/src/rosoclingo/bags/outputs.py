@@ -69,6 +69,13 @@ class Reader:
         return None
 
 
+def matters(event: Event) -> bool:
+    """Whether an event of a replay matters for its comparison with the recording."""
+    if event.kind == "command":
+        return event.text == "publish" or event.text.startswith("reset(")
+    return event.kind in (*INPUTS, "action", "status", "plan", "end")
+
+
 def tidy(entries: Sequence[Entry]) -> Tuple[Entry, ...]:
     """Returns a journal without what the end of the process has caused, in causal order.
 

@@ -15,7 +15,7 @@ from actionlib_msgs.msg import GoalID
 from rosclingo.low_latency import publisher, subscriber
 from rosoclingo.bags.inputs import Input, inputs
 from rosoclingo.bags.model import Entry, Recording
-from rosoclingo.bags.outputs import is_open, outputs, tidy
+from rosoclingo.bags.outputs import is_open, matters, outputs, tidy
 from rosoclingo.bags.schedule import Schedule, Stall
 from rosoclingo.bags.startup import Start
 from rosoclingo.bags.system import System
@@ -33,7 +33,7 @@ class Replayed(NamedTuple):
     """What a replay has brought.
 
     Attributes:
-        entries: The journal.
+        entries: What matters of the journal.
         stalls: Where the replay waited in vain.
         skipped: How many answers were not sent, since their actions did not come.
         seconds: How long it took, from the first event on.
@@ -149,9 +149,10 @@ def play(
         patience = _patience(entries, planned, rate, timeout)
         play_on = _Player(connection, schedule, system, patience)
         failure = play_on.run(lambda: progress(schedule.sent + schedule.skipped, len(planned)))
+        seconds = play_on.seconds
         rospy.signal_shutdown("the replay is over")
     return Replayed(
-        tuple(play_on.entries), tuple(schedule.stalls), schedule.skipped, play_on.seconds, failure
+        tuple(play_on.entries), tuple(schedule.stalls), schedule.skipped, seconds, failure
     )
 
 
@@ -167,6 +168,8 @@ class _Player:
         self._system = system
         self._patience = patience
         self._begin = time.time()
+        self._last: Optional[Event] = None  # that was heard
+        self._plan: Optional[Entry] = None  # the last one
         self._begun: Optional[float] = None  # when the first event came
 
     @property
@@ -203,13 +206,24 @@ class _Player:
                 return self._silence(now - heard)
 
     def _hear(self, timeout: float) -> bool:
-        count = len(self.entries)
+        before = self._last
         for number, seconds, event in self._connection.hear(timeout):
             if self._begun is None:
                 self._begun = time.monotonic()
-            self.entries.append(Entry(number, seconds - self._begin, event))
             self._schedule.see(event, time.monotonic())
-        return len(self.entries) > count
+            self._last = event
+            if matters(event):
+                self._keep(Entry(number, seconds - self._begin, event))
+        return self._last is not before
+
+    def _keep(self, entry: Entry) -> None:
+        """Keeps an entry; of the plans, only that which is published: others need memory only."""
+        if entry.event.kind == "plan":
+            self._plan = entry
+            return
+        if entry.event.text == "publish" and self._plan is not None:
+            self.entries.append(self._plan)
+        self.entries.append(entry)
 
     def _end_of(self, name: str) -> str:
         end = time.monotonic() + _LAST_WORDS_SECONDS
@@ -218,19 +232,19 @@ class _Player:
             if self._schedule.is_finished(time.monotonic()):
                 return ""
         log = self._system.log(name)
-        if not self.entries:
+        if self._last is None:
             raise ReplayError(f"{name} does not start; the end of what it says:\n{log}")
         return f"{name} has ended by itself; the end of what it said:\n{log}"
 
     def _silence(self, seconds: float) -> str:
-        if not self.entries:
+        if self._last is None:
             logs = "\n".join(
                 f"{name}: {line}"
                 for name in self._system.pids()
                 for line in self._system.log(name).splitlines()
             )
             raise ReplayError(f"the system has done nothing for {seconds:.0f} s; it says:\n{logs}")
-        last = self.entries[-1].event
+        last = self._last
         return (
             f"there was no event for {seconds:.0f} s (--timeout); the last one was: "
             f"{' '.join(filter(None, (last.kind, last.id, last.text)))}, in step {last.step}"

@@ -121,7 +121,7 @@ def _progress() -> Callable[[int, int], None]:
 
     def say(sent: int, all_: int) -> None:
         now = time.monotonic()
-        if now - (times or [now])[-1] >= _PROGRESS_SECONDS:
+        if all_ and now - (times or [now])[-1] >= _PROGRESS_SECONDS:
             print(f"replay: {sent} of {all_} inputs, {now - times[0]:.0f} s", file=sys.stderr)
             times[1:] = [now]
         elif not times:
