@@ -78,7 +78,7 @@ def test_the_page_holds_what_happened() -> None:
     assert [row["dropped"] for row in rows(found["messages"])] == ["id x, value y: why"]
     figures = {name: (value, more) for name, value, more in found["figures"]}
     assert figures["goals"] == ("1", "1 open")
-    assert figures["actions failed"] == ("1", "all were answered")
+    assert figures["actions"] == ("1", "1 failed, 0 without an answer")
     assert figures["messages"] == ("2", "1 dropped")
     assert figures["bag"] == ("4.0 KiB", f"{len(journal.entries)} events, with a journal")
 

@@ -81,11 +81,15 @@ def figures(recording: Recording, statistics: Statistics) -> List[Tuple[str, str
     return [
         ("duration", _duration(run.ended - run.began), run.end and f"the loop ended: {run.end}"),
         ("goals", str(len(run.goals)), _counts(outcomes)),
-        ("steps", str(max(0, len(run.steps) - 1)), f"{len(run.actions)} actions"),
         (
-            "actions failed",
-            str(answers["failure"]),
-            f"{answers['']} without an answer" if answers[""] else "all were answered",
+            "steps",
+            str(max(0, len(run.steps) - 1)),
+            f"planned up to step {max((step.horizon for step in run.steps), default=0)}",
+        ),
+        (
+            "actions",
+            str(len(run.actions)),
+            f"{answers['failure']} failed, {answers['']} without an answer",
         ),
         ("plans", str(run.plans), f"{len(run.changes)} changed what was planned"),
         (

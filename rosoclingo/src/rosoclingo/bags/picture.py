@@ -44,7 +44,7 @@ def draw(statistics: Statistics, title: str, file: Path) -> None:
     """
     figure = Figure(figsize=_INCHES, layout="constrained")
     axes = figure.subplot_mosaic(
-        [["time"] * 3, ["horizon", "solving", "searches"]], height_ratios=[1.7, 1]
+        [["time"] * 3, ["horizon", "solving", "searches"]], gridspec_kw={"height_ratios": [1.7, 1]}
     )
     figure.suptitle(_plain(title))
     _draw_time_line(axes["time"], statistics)
@@ -87,7 +87,7 @@ def _draw_time_line(axes: Any, run: Statistics) -> None:
         Patch(color=_COLOURS["message"], label="message"),
     ]
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.1),
-                ncols=len(handles), frameon=False)  # fmt: skip
+                ncol=len(handles), frameon=False)  # fmt: skip
 
 
 def _rows(
