@@ -5,8 +5,9 @@ Needs a sourced workspace, in devel or install space.
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
-from typing import Sequence
+from typing import List, Sequence
 from xml.etree import ElementTree
 
 import pytest
@@ -19,7 +20,7 @@ from rosoclingo.bags.reader import read_recording
 __all__ = ["terminals"]
 
 RECORDING = "dynamic.incremental.recording"
-STATIC = "static.incremental.recording"
+KIND = b"\x07\0\0\0message"  # of a journal's event, as it is on the wire
 
 # A robot that answers each action, and a client that sends goals: those of an argument together,
 # when the ones before have ended. The answers that are named by their number are failures.
@@ -128,7 +129,7 @@ def replay(terminals: Terminals, bag: Path, *options: str) -> Terminal:
 
 def without(bag: Path, dropped: int) -> Path:
     """Copies a bag without one of the answers, counted from 1, in the journal and its topic."""
-    changed = bag.with_name("changed.bag")
+    changed = bag.with_name(f"without_{dropped}.bag")
     count = 0
     with Reader(bag) as reader, Writer(changed) as writer:
         connections = {
@@ -138,7 +139,7 @@ def without(bag: Path, dropped: int) -> Path:
             for one in reader.connections
         }
         for connection, time, data in reader.messages():
-            is_answer = connection.topic == "/rosoclingo/journal" and b"message" in data
+            is_answer = connection.topic == "/rosoclingo/journal" and KIND in data
             count += is_answer
             if not (is_answer and count == dropped):
                 writer.write(connections[connection.id], time, data)
@@ -222,3 +223,79 @@ def test_differences(terminals: Terminals, recorder: Recorder, tmp_path: Path) -
     ended = replay(terminals, without(bag, dropped=2), "--level", "outcome")
     assert ended.wait() == 1
     assert "goal 1 visit(3)" in ended.output
+
+
+PACKAGE = "<package format='3'><name>robots</name><version>1.0.0</version></package>"
+LAUNCH = """
+<launch>
+  <test test-name="run" pkg="rosoclingo" type="replay.py"
+        args="$(find robots)/test/run.bag {options}"/>
+</launch>
+"""
+
+
+def test_a_line_in_a_rostest(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
+    """A user's package has a bag, and says what has to be the same."""
+    bag = recorder.record(["visit(3)", "visit(1)"], [line()])
+    robots = tmp_path / "robots"
+    (robots / "test").mkdir(parents=True)
+    (robots / "package.xml").write_text(PACKAGE)
+    bag.rename(robots / "test" / "run.bag")
+    paths = terminals.environment["ROS_PACKAGE_PATH"]
+    terminals.environment["ROS_PACKAGE_PATH"] = f"{robots}:{paths}"
+    terminals.environment["ROS_TEST_RESULTS_DIR"] = str(tmp_path / "results")
+    small = f"--single '-f {line()} -c cells=2' --level outcome"
+    for options, failures in (("", "0"), ("--single '-f nothing.lp'", None), (small, "1")):
+        (robots / "test" / "run.test").write_text(LAUNCH.format(options=options))
+        ended = terminals.run("rostest", "robots", "run.test")
+        assert (ended.wait() == 0) == (failures == "0"), ended.output
+        (file,) = (tmp_path / "results").rglob("rosunit-run.xml")
+        suite = ElementTree.parse(file).getroot()
+        assert suite.get("failures") == (failures or "0")
+        assert suite.get("errors") == ("1" if failures is None else "0")
+
+
+def children(pid: int) -> List[int]:
+    tasks = Path(f"/proc/{pid}/task").glob("*/children")
+    direct = [int(child) for task in tasks for child in task.read_text().split()]
+    return direct + [other for child in direct for other in children(child)]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_nothing_is_left_when_it_is_interrupted(
+    terminals: Terminals, recorder: Recorder, number: signal.Signals
+) -> None:
+    bag = recorder.record(["visit(3)"], [line()])
+    started = terminals.start("rosrun", "rosoclingo", "replay.py", str(bag), "--rate", "0.001")
+    wait_for(lambda: len(children(started.process.pid)) == 4)
+    pids = children(started.process.pid)
+    started.process.send_signal(number)
+    assert started.wait(20.0) == 130
+    assert "Traceback" not in started.output
+    assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
+
+
+def test_what_cannot_be_replayed(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
+    bag = recorder.record(["visit(3)"], [line()])
+    empty = tmp_path / "empty.bag"
+    empty.touch()
+    for arguments, text in (
+        ([str(empty)], "the file is empty"),
+        ([str(bag), "--planner", "-f nowhere.lp"], "there is no file 'nowhere.lp'"),
+        ([str(bag), "--planner", "-f 'nowhere.lp"], "cannot be split into words"),
+        ([str(bag), "--single", "-f a.lp", "--planner", "-f a.lp"], "--single is one node"),
+        ([str(bag), "--system", "rosoclingo no_such.launch"], "no_such.launch"),
+        ([str(bag), "--rate", "0"], "a positive number is needed"),
+        ([str(bag), "--name", "/other"], "/other"),
+    ):
+        ended = terminals.run("rosrun", "rosoclingo", "replay.py", *arguments)
+        assert ended.wait() == 2, ended.output
+        assert text in ended.output
+        assert "Traceback" not in ended.output
+
+
+def test_a_launch_file(terminals: Terminals, recorder: Recorder) -> None:
+    bag = recorder.record(["visit(3)"], [line()])
+    launch = f"rosoclingo rosoclingo.launch mode:={RECORDING} steps:=20 encoding:={line()}"
+    ended = replay(terminals, bag, "--system", launch)
+    assert ended.wait() == 0, ended.output

@@ -198,6 +198,10 @@ class _History:
                 self.steps += 1
             elif entry.event.kind == "command" and entry.event.text.startswith("reset("):
                 self._acted = None  # steps count from 0 again
+        for identifier, goal in self.goals.items():
+            if goal.outcome == _OPEN:
+                steps = self.steps - self._begins[identifier]
+                self.goals[identifier] = replace(goal, steps=steps)
 
     def ends(self, level: Level) -> List[Tuple[str, int]]:
         """Returns which plans were published, with their lengths, and whether the loop ended."""
