@@ -149,7 +149,7 @@ def _read(file: Path, content: bytes) -> None:
         assert isinstance(read_recording(file), Recording)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(place=st.floats(0, 1, exclude_max=True))
 def test_any_truncation(sample: Tuple[Path, bytes], place: float) -> None:
     file, content = sample
@@ -164,7 +164,7 @@ def test_any_truncation_of_the_beginning(sample: Tuple[Path, bytes], length: int
     _read(file, content[:length])
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(place=st.floats(0, 1, exclude_max=True), value=st.integers(0, 255))
 def test_any_wrong_byte(sample: Tuple[Path, bytes], place: float, value: int) -> None:
     file, content = sample

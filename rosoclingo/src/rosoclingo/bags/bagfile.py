@@ -32,12 +32,12 @@ class Bag(NamedTuple):
     size: int
 
 
-def read_bag(file: Path, wanted: Callable[[str], bool]) -> Bag:
+def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
     """Reads a bag; one that is damaged, as far as that goes.
 
     Args:
         file: The bag.
-        wanted: Whether the messages of a topic are.
+        wanted: Whether the messages of a connection are.
 
     Raises:
         BagError: It is no bag, or nothing can be read.
@@ -74,7 +74,7 @@ def _check(file: Path) -> Tuple[int, int]:
     return magic.end(), size
 
 
-def _read_index(file: Path, wanted: Callable[[str], bool]) -> Bag:
+def _read_index(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
     with Reader(str(file)) as reader:
         connections: Dict[int, Connection] = {
             connection.id: Connection(
@@ -85,7 +85,7 @@ def _read_index(file: Path, wanted: Callable[[str], bool]) -> Bag:
             )
             for connection in reader.connections
         }
-        chosen = [one for one in reader.connections if wanted(one.topic)]
+        chosen = [one for one in reader.connections if wanted(connections[one.id])]
         messages = [
             Message(connections[connection.id], time, bytes(data))
             for connection, time, data in (reader.messages(chosen) if chosen else ())
@@ -93,7 +93,7 @@ def _read_index(file: Path, wanted: Callable[[str], bool]) -> Bag:
         return Bag(messages, list(connections.values()), (), 0)
 
 
-def _repair(file: Path, begin: int, wanted: Callable[[str], bool], reason: str) -> Bag:
+def _repair(file: Path, begin: int, wanted: Callable[[Connection], bool], reason: str) -> Bag:
     try:
         data = file.read_bytes()
     except OSError as err:

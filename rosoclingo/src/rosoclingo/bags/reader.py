@@ -31,7 +31,7 @@ def read_recording(file: Path, name: Optional[str] = None) -> Recording:
     Raises:
         BagError: The bag cannot be read, or has no such run.
     """
-    bag = read_bag(file, lambda topic: owner(topic)[1] in LOOP_TYPES)
+    bag = read_bag(file, lambda one: one.type == LOOP_TYPES.get(owner(one.topic)[1]))
     return _Reading(file, bag, name).recording()
 
 

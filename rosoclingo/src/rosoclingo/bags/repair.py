@@ -39,13 +39,13 @@ class _DamageError(Exception):
     """No record can be read from here on."""
 
 
-def read_all(data: bytes, begin: int, wanted: Callable[[str], bool]) -> Repaired:
+def read_all(data: bytes, begin: int, wanted: Callable[[Connection], bool]) -> Repaired:
     """Reads all records.
 
     Args:
         data: The file.
         begin: Where the first record is.
-        wanted: Whether the messages of a topic are.
+        wanted: Whether the messages of a connection are.
     """
     scan = _Scan(wanted)
     scan.read(data, begin, "the bag")
@@ -53,7 +53,7 @@ def read_all(data: bytes, begin: int, wanted: Callable[[str], bool]) -> Repaired
 
 
 class _Scan:
-    def __init__(self, wanted: Callable[[str], bool]) -> None:
+    def __init__(self, wanted: Callable[[Connection], bool]) -> None:
         self.messages: List[Message] = []
         self.connections: Dict[int, Connection] = {}
         self.losses: List[str] = []
@@ -83,7 +83,7 @@ class _Scan:
             connection = self.connections.get(_number(header, b"conn"))
             if connection is None:
                 raise _DamageError("a message belongs to no connection")
-            if self._wanted(connection.topic):
+            if self._wanted(connection):
                 time = header.get(b"time", b"")
                 if len(time) != _TIME.size:
                     raise _DamageError("a message has no time")
