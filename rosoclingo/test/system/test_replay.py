@@ -5,9 +5,10 @@ Needs a sourced workspace, in devel or install space.
 
 from __future__ import annotations
 
+import itertools
 import signal
 from pathlib import Path
-from typing import List, Sequence
+from typing import Any, Callable, Dict, List, Sequence
 from xml.etree import ElementTree
 
 import pytest
@@ -127,23 +128,31 @@ def replay(terminals: Terminals, bag: Path, *options: str) -> Terminal:
     return ended
 
 
-def without(bag: Path, dropped: int) -> Path:
-    """Copies a bag without one of the answers, counted from 1, in the journal and its topic."""
-    changed = bag.with_name(f"without_{dropped}.bag")
-    count = 0
+def copy(bag: Path, name: str, keep: Callable[[str, bytes], bool]) -> Path:
+    """Copies the messages that are to be kept, by their topic and bytes."""
+    changed = bag.with_name(name)
+    connections: Dict[int, Any] = {}
     with Reader(bag) as reader, Writer(changed) as writer:
-        connections = {
-            one.id: writer.add_connection(
-                one.topic, one.msgtype, msgdef=one.msgdef.data, md5sum=one.digest
-            )
-            for one in reader.connections
-        }
-        for connection, time, data in reader.messages():
-            is_answer = connection.topic == "/rosoclingo/journal" and KIND in data
-            count += is_answer
-            if not (is_answer and count == dropped):
-                writer.write(connections[connection.id], time, data)
-    assert count >= dropped
+        for one, time, data in reader.messages():
+            if keep(one.topic, bytes(data)):
+                if one.id not in connections:
+                    connections[one.id] = writer.add_connection(
+                        one.topic, one.msgtype, msgdef=one.msgdef.data, md5sum=one.digest
+                    )
+                writer.write(connections[one.id], time, data)
+    return changed
+
+
+def without(bag: Path, dropped: int) -> Path:
+    """Copies a bag without one of the answers of the journal, counted from 1."""
+    count = itertools.count(1)
+
+    def keep(topic: str, data: bytes) -> bool:
+        is_answer = topic == "/rosoclingo/journal" and KIND in data
+        return not (is_answer and next(count) == dropped)
+
+    changed = copy(bag, f"without_{dropped}.bag", keep)
+    assert next(count) > dropped
     return changed
 
 
@@ -253,6 +262,21 @@ def test_a_line_in_a_rostest(terminals: Terminals, recorder: Recorder, tmp_path:
         suite = ElementTree.parse(file).getroot()
         assert suite.get("failures") == (failures or "0")
         assert suite.get("errors") == ("1" if failures is None else "0")
+
+
+def test_a_bag_of_an_old_system(terminals: Terminals, recorder: Recorder) -> None:
+    """It has no journal, and does not say what was started."""
+    bag = recorder.record(["visit(3)", "visit(5) visit(1)"], [line()], failures=[2])
+    old = copy(bag, "old.bag", lambda topic, _: not topic.endswith(("/journal", "/about")))
+    ended = replay(terminals, old)
+    assert ended.wait() == 2
+    assert "--planner" in ended.output
+    mode = package("rosoclingo") / "modes" / f"{RECORDING}.lp"
+    system = ("--controller", f"-f {mode} -c steps=20", "--planner", f"-f {line()}")
+    ended = replay(terminals, old, *system)
+    assert ended.wait() == 0, ended.output
+    assert "no difference at level exact: 3 goals" in ended.output
+    assert replay(terminals, old, *system[:3], f"-f {line()} -c slots=1").wait() == 1
 
 
 def children(pid: int) -> List[int]:
