@@ -6,7 +6,7 @@ import contextlib
 import socket
 import threading
 import time
-from typing import Callable, List, Optional, Sequence, Tuple
+from typing import Callable, Optional, Sequence, Tuple
 
 import rospy
 from actionlib import GoalIDGenerator
@@ -245,9 +245,9 @@ class Client:
             ) from err
 
     def _connected(self) -> bool:
-        topics = (self._goals, self._cancels, self._results, self._feedback)
-        connections: List[int] = [topic.get_num_connections() for topic in topics]
-        return all(connections)
+        # Others may listen to the goals as well, such as a recorder; only the node publishes.
+        sends = all(t.impl.has_connection(self.name) for t in (self._goals, self._cancels))
+        return sends and all(t.get_num_connections() for t in (self._results, self._feedback))
 
     def _has_service(self) -> bool:
         try:

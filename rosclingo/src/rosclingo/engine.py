@@ -139,6 +139,11 @@ class Engine:
         self._program = Program()
         self._restart()
 
+    @property
+    def files(self) -> Dict[str, str]:
+        """What was in the files of the command line, and in those that they include."""
+        return dict(self._program.texts)
+
     def apply(self, command: Command) -> Optional[Answer]:
         """Runs a command.
 

@@ -12,12 +12,15 @@ from typing import Any, Dict, NoReturn, Optional, Sequence, Tuple
 import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
+from std_msgs.msg import String
 
+from rosclingo.about import about
+from rosclingo.backlog import BacklogPublisher
 from rosclingo.commands import Assumption, Failure, Reply
 from rosclingo.engine import Engine, Improvement, Outcome, Result, default_policy
 from rosclingo.errors import LONGEST_MESSAGE, OptionsError, RosclingoError, XmlError, shorten
-from rosclingo.low_latency import LowLatencyActionServer
-from rosclingo.msg import ROSClingoAction, ROSClingoFeedback, ROSClingoResult
+from rosclingo.low_latency import LowLatencyActionServer, publisher
+from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
 from rosclingo.options import USAGE, Options, parse_options
 from rosclingo.programs import Policy
 from rosclingo.ros_node import init_node, log_clingo
@@ -27,6 +30,7 @@ from rosclingo.worker import Job, Stop, Worker
 from rosclingo.xml_codec import decode_assumptions, decode_commands, encode_reply
 
 _SECONDS_TO_END = 0.5  # how long a shutdown waits for the solver
+_LOG_LENGTH = 20  # control requests that late subscribers get
 _SECONDS_TO_SEND = 0.2  # how long the results of aborted goals have until rospy ends connections
 
 
@@ -92,6 +96,8 @@ class Node:
         self._goals: queue.Queue[Optional[actionlib.ServerGoalHandle]] = queue.Queue()
         self._reader = threading.Thread(target=self._read_goals, name="goals", daemon=True)
         self._reader.start()
+        self._about = publisher("~about", String, latch=True)
+        self._log = BacklogPublisher("~control_log", ROSClingoControlLog, _LOG_LENGTH)
         # The action last: a client that sees it may use the service at once.
         self._service = rospy.Service("~control", ROSClingoControl, self._on_control)
         self._server = LowLatencyActionServer(
@@ -104,6 +110,10 @@ class Node:
         self._server.start()
         rospy.on_shutdown(self._close)
 
+    def describe(self, text: str) -> None:
+        """Publishes what the node was started with, to ``~about``."""
+        self._about.publish(text)
+
     def _close(self) -> None:
         # Runs before rospy stops publishing, so that open goals get their results.
         self.worker.close()
@@ -114,6 +124,15 @@ class Node:
             time.sleep(_SECONDS_TO_SEND)
 
     def _on_control(self, request: ROSClingoControlRequest) -> str:
+        begin = time.perf_counter()
+        result = self._control(request)
+        log = ROSClingoControlLog(
+            rospy.Time.from_sec(time.time()), request.commands, result, time.perf_counter() - begin
+        )
+        self._log.publish(log)
+        return result
+
+    def _control(self, request: ROSClingoControlRequest) -> str:
         try:
             self._check_size(request.commands)
             reply = self.worker.control(decode_commands(request.commands))
@@ -191,6 +210,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
         engine = Engine(options, log=log_clingo)
         init_node("rosclingo")
         node = Node(engine, default_policy(options))
+        node.describe(about("rosclingo run.py", arguments, engine.files))
     except RosclingoError as err:
         print(f"rosclingo: {err}", file=sys.stderr)
         sys.exit(2)

@@ -23,6 +23,7 @@ class Goal:
     Only the loop's thread uses it, but for :meth:`recall`.
 
     Attributes:
+        id: What the client calls it.
         request: The request, a ground term as clingo prints it.
         information: What came with the request.
         slot: The planner's id for the goal, once it has one.
@@ -30,7 +31,8 @@ class Goal:
         recalled: Whether it was canceled before it had a slot.
     """
 
-    def __init__(self, request: str, information: Sequence[str] = ()) -> None:
+    def __init__(self, request: str, information: Sequence[str] = (), identifier: str = "") -> None:
+        self.id = identifier
         self.request = request
         self.information = tuple(information)
         self.slot: Optional[str] = None

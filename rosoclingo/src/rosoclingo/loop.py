@@ -5,6 +5,7 @@ Nothing here needs ROS: the solvers, the world outside and the commands are argu
 
 from __future__ import annotations
 
+import time
 from typing import Any, Callable, Tuple
 
 import clingo
@@ -98,7 +99,9 @@ class Loop:
         info = Info(state.result, mail.pending_actions, mail.tell(), state.goals.some_ended)
         command = self._controller.decide(info)
         state.result = None
+        begin = time.perf_counter()
         self._call(command, info)
+        state.note_command(str(command), time.perf_counter() - begin)
         shown = (state.plan, state.step, state.horizon)
         if shown != self._shown:
             self._shown = shown
@@ -134,6 +137,7 @@ class Loop:
         if mail.inbox.closed:
             reason = "the node is shutting down"
         mail.inbox.end(reason)
+        self.state.note("end", text=reason)
         mail.refuse(reason)
         mail.take()
         self.state.goals.end_all("aborted", reason)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Callable, Dict, Iterable, List, Set, Tuple
+from typing import Callable, Dict, Iterable, List, Sequence, Set, Tuple
 
 from clingo import SymbolType
 
@@ -97,7 +97,13 @@ class Mail:
         new_goals: Whether a goal has come, or a slot for one that waits.
     """
 
-    def __init__(self, inbox: Inbox, goals: Goals, warn: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        inbox: Inbox,
+        goals: Goals,
+        warn: Callable[[str], None],
+        note: Callable[[str, str, str, Sequence[str]], None],
+    ) -> None:
         self.inbox = inbox
         self.goals = goals
         self.dynamic = True
@@ -106,6 +112,7 @@ class Mail:
         self.cancels: List[Goal] = []
         self.new_goals = False
         self._warn = warn
+        self._note = note
         self._vocabulary = Vocabulary()
         self._grounded = 0  # steps; none before the planner is initialised
         self._held: List[Item] = []  # nobody can say yet whether the planner knows it
@@ -182,6 +189,8 @@ class Mail:
         held, self._held = self._held, []
         items = held + new
         dropped: List[str] = []
+        for item in new:
+            self._note(*_event(item))
         for number, item in enumerate(items):
             try:
                 is_news = self._take(item, ask, dropped)
@@ -326,7 +335,18 @@ class Mail:
         )
 
     def _log_dropped(self, dropped: List[str]) -> None:
+        for reason in dropped:
+            self._note("dropped", "", reason, ())
         for reason in dropped[:_LOGGED_DROPS]:
             self._warn(f"dropped a message: {reason}")
         if len(dropped) > _LOGGED_DROPS:
             self._warn(f"dropped {len(dropped) - _LOGGED_DROPS} more messages like these")
+
+
+def _event(item: Item) -> Tuple[str, str, str, Sequence[str]]:
+    """Returns what the journal says of something that has come."""
+    if isinstance(item, Message):
+        return "message", item.id, item.value, ()
+    if isinstance(item, Cancel):
+        return "cancel", item.goal.id, "", ()
+    return "goal", item.id, item.request, item.information

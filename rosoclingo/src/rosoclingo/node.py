@@ -11,8 +11,11 @@ from typing import Any, Callable, Dict, NoReturn, Optional, Sequence
 
 import actionlib
 import rospy
+from std_msgs.msg import String
 
 from rosclingo import stack
+from rosclingo.about import about
+from rosclingo.backlog import BacklogPublisher
 from rosclingo.client import Client
 from rosclingo.errors import OptionsError, RosclingoError, TermError
 from rosclingo.low_latency import LowLatencyActionServer, publisher, subscriber
@@ -22,9 +25,11 @@ from rosoclingo.controller import Controller, Decider
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import Goal, Stage
 from rosoclingo.inbox import Cancel, Inbox, Message
+from rosoclingo.journal import Event
 from rosoclingo.loop import Loop
 from rosoclingo.msg import (
     ROSoClingoAction,
+    ROSoClingoEvent,
     ROSoClingoFeedback,
     ROSoClingoIn,
     ROSoClingoOut,
@@ -39,6 +44,7 @@ _USAGE = """\
 usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
+_JOURNAL_LENGTH = 20_000  # events that late subscribers get
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
 _SECONDS_TO_SEND = 0.3  # how long the results of aborted goals have until rospy ends connections
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
@@ -47,16 +53,22 @@ _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ende
 class ActionGoal(Goal):
     """A goal of the node's action."""
 
-    def __init__(self, handle: actionlib.ServerGoalHandle, request: str) -> None:
-        super().__init__(request, handle.get_goal().information)
+    def __init__(
+        self, handle: actionlib.ServerGoalHandle, request: str, note: Callable[..., None]
+    ) -> None:
+        goal = handle.get_goal()
+        super().__init__(request, goal.information, handle.get_goal_id().id)
         self._handle = handle
+        self._note = note
 
     def accepted(self) -> None:
         """Accepts the goal."""
         self._handle.set_accepted()
+        self._note("status", self.id, "accepted", (self.slot or "",))
 
     def ended(self, word: str, reason: str) -> None:
         """Sends the result."""
+        self._note("status", self.id, word, (self.slot or "", reason))
         ends: Dict[str, Callable[..., None]] = {
             "rejected": self._handle.set_rejected,
             "succeeded": self._handle.set_succeeded,
@@ -73,9 +85,14 @@ class ActionGoal(Goal):
 class RosOutside(Outside):
     """Publishes to ``~out`` and logs to ROS."""
 
-    def __init__(self) -> None:
+    def __init__(self, description: str) -> None:
         self._out = publisher("~out", ROSoClingoOut, latch=True)
         self._plan = publisher("~plan", ROSoClingoPlan, latch=True)
+        self._about = publisher("~about", String, latch=True)
+        self._about.publish(description)
+        self._journal = BacklogPublisher("~journal", ROSoClingoEvent, _JOURNAL_LENGTH)
+        self._lock = threading.Lock()  # guards the number; the journal's order is that of numbers
+        self._number = 0
 
     def publish(self, actuator: str, action: str) -> None:
         """Publishes an action or a plan."""
@@ -85,6 +102,18 @@ class RosOutside(Outside):
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Publishes to ``~plan``."""
         self._plan.publish(step, horizon, [str(action) for action in actions])
+
+    def note(self, event: Event) -> None:
+        """Publishes to ``~journal``. Thread-safe."""
+        with self._lock:
+            self._number += 1
+            stamp = rospy.Time.from_sec(time.time())  # of wall time, whatever a simulator's clock
+            self._journal.publish(
+                ROSoClingoEvent(
+                    stamp, self._number, event.step, event.horizon, event.kind, event.id,
+                    event.text, event.details, event.seconds,
+                )
+            )  # fmt: skip
 
     def info(self, text: str) -> None:
         """Logs at level INFO."""
@@ -108,7 +137,9 @@ class Node:
         planner: Solver,
         commands: Callable[..., Any],
         inbox: Optional[Inbox] = None,
+        *,
         ready: Callable[[], None] = lambda: None,
+        description: str = "{}",
     ) -> None:
         """Opens the names; :meth:`start` starts the loop.
 
@@ -118,6 +149,7 @@ class Node:
             commands: Class with a method for each command, such as ``ROSCommands``.
             inbox: Where everything comes in, if the caller needs to close it.
             ready: Waits until the solvers are there; called first in the loop's thread.
+            description: What :func:`rosclingo.about.about` says of the node.
 
         Raises:
             OptionsError: A parameter is wrong.
@@ -125,8 +157,9 @@ class Node:
         timeout = _seconds("~action_timeout")
         self.failure: Optional[str] = None
         self._inbox = inbox or Inbox()
+        outside = RosOutside(description)
         self._loop = Loop(
-            controller, planner, commands, self._inbox, RosOutside(), action_timeout=timeout
+            controller, planner, commands, self._inbox, outside, action_timeout=timeout
         )
         self._ready = ready
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
@@ -197,9 +230,12 @@ class Node:
             request = canonical(handle.get_goal().request)
         except TermError as err:
             rospy.logwarn("goal rejected: %s", err)
+            identifier, goal = handle.get_goal_id().id, handle.get_goal()
+            self._loop.state.note("goal", identifier, goal.request, goal.information)
+            self._loop.state.note("status", identifier, "rejected", ("", str(err)))
             handle.set_rejected(ROSoClingoResult("rejected"), str(err))
             return
-        goal = ActionGoal(handle, request)
+        goal = ActionGoal(handle, request, self._loop.state.note)
         self._goals = {
             key: other for key, other in self._goals.items() if other.stage is not Stage.ENDED
         }
@@ -242,7 +278,9 @@ def main(commands: Callable[..., Any]) -> NoReturn:
         controller.wait()
         planner.wait()
 
-    run(Controller(controller), planner, commands, inbox, ready)
+    solvers = {"controller": controller.name, "planner": planner.name}
+    description = about("rosoclingo run.py", [], {}, solvers=solvers)
+    run(Controller(controller), planner, commands, inbox, ready=ready, description=description)
 
 
 def run(
@@ -250,7 +288,9 @@ def run(
     planner: Solver,
     commands: Callable[..., Any],
     inbox: Inbox,
+    *,
     ready: Callable[[], None] = lambda: None,
+    description: str = "{}",
 ) -> NoReturn:
     """Runs a node that is initialised until it is shut down, and ends the process.
 
@@ -258,7 +298,7 @@ def run(
     2 when a parameter is wrong.
     """
     try:
-        node = Node(controller, planner, commands, inbox, ready)
+        node = Node(controller, planner, commands, inbox, ready=ready, description=description)
     except OptionsError as err:
         rospy.logfatal("%s", err)
         rospy.signal_shutdown(str(err))

@@ -7,6 +7,7 @@ from typing import Any, NoReturn, Sequence, Type
 
 import rospy
 
+from rosclingo.about import about
 from rosclingo.engine import Engine
 from rosclingo.errors import RosclingoError
 from rosclingo.options import parse_options
@@ -50,7 +51,7 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
         dialect = detect(options)
         has_status = says_status(options)
         last = last_step(options.clingo)
-        solver = dialect(Engine(options, log=log_clingo))
+        engine = Engine(options, log=log_clingo)
     except RosclingoError as err:
         print(f"rosoclingo: {err}", file=sys.stderr)
         sys.exit(2)
@@ -66,7 +67,8 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
     )
     run(
         ClingoControl(dialect.first_step, last),
-        solver,
+        dialect(engine),
         commands_for(dialect, commands, has_status),
         inbox,
+        description=about("rosoclingo run-1.0.py", arguments, engine.files),
     )

@@ -11,6 +11,7 @@ from rosoclingo.atoms import Action, Plan, event, last_argument
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import STATUSES, Goals
 from rosoclingo.inbox import Inbox, Message
+from rosoclingo.journal import Event
 from rosoclingo.mail import Mail
 from rosoclingo.solver import Planner
 
@@ -27,6 +28,9 @@ class Outside:
 
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Shows what is planned, from the current step on."""
+
+    def note(self, event: Event) -> None:
+        """Adds an event to the journal; may be called from any thread."""
 
     def info(self, text: str) -> None:
         """Logs what is worth to know."""
@@ -74,7 +78,7 @@ class State:
         self.planner = planner
         self.outside = outside
         self.goals = Goals()
-        self.mail = Mail(inbox, self.goals, outside.warn)
+        self.mail = Mail(inbox, self.goals, outside.warn, self.note)
         self.plan = Plan()
         self.step = 0
         self.horizon = 0
@@ -110,6 +114,24 @@ class State:
         self._published.clear()
         self._declares_passed = None
         self._free_slots()
+
+    def note(
+        self,
+        kind: str,
+        identifier: str = "",
+        text: str = "",
+        details: Sequence[str] = (),
+        seconds: float = 0.0,
+    ) -> None:
+        """Adds an event to the journal. Thread-safe; the arguments are those of :class:`Event`."""
+        self.outside.note(
+            Event(kind, identifier, text, tuple(details), seconds, self.step, self.horizon)
+        )
+
+    def note_command(self, command: str, seconds: float) -> None:
+        """Adds a command that was carried out to the journal, with the result of a search."""
+        result = "" if self.result is None else self.result.value
+        self.note("command", result, command, seconds=seconds)
 
     def set_grounded(self, step: int) -> None:
         """Takes note that a step is grounded."""
@@ -150,9 +172,13 @@ class State:
         self.take_mail()
         if not (self.mail.pending_actions or self.mail.has_news):
             self.goals.tell(f"waiting in step {self.step}: the plan has no action for now")
+        noted = False
         while not (self.mail.has_news or self._step_is_awaited()):
             if inbox.closed:
                 raise ShutdownError("the node is shutting down")
+            if not noted:
+                noted = True
+                self.note("waiting")
             inbox.wait(max(0.0, self._look_at - time.monotonic()))
             self._look()
             self.take_mail()
@@ -319,6 +345,7 @@ class State:
         self._published.add(action)
         self.mail.acts(action.actuator)
         self.outside.publish(action.actuator, action.name)
+        self.note("action", action.actuator, action.name)
 
     def is_published(self, action: Action) -> bool:
         """Whether an action was published since the last reset."""
@@ -327,6 +354,7 @@ class State:
     def found(self, plan: Plan) -> None:
         """Takes a new plan."""
         self.plan = plan
+        self.note("plan", details=[str(action) for action in plan.actions_from(self.step)])
         self.goals.tell(f"plan {self.horizon} step{'' if self.horizon == 1 else 's'}")
 
     def set_status(self, slot: str, word: str) -> None:

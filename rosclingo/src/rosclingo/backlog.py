@@ -1,0 +1,55 @@
+"""A topic whose late subscribers get what was published before."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from typing import Any, Callable, Deque
+
+import rospy
+
+_QUEUE_SIZE = 100_000
+
+
+class BacklogPublisher:
+    """Publishes to a topic, and keeps the last messages for subscribers that come later.
+
+    A recorder that starts a little late misses nothing. Thread-safe. A message that is published
+    while a subscriber connects may reach it twice, so messages should be numbered.
+    """
+
+    def __init__(self, name: str, message: Any, length: int) -> None:
+        """Opens the topic.
+
+        Args:
+            name: Name of the topic.
+            message: Type of the messages.
+            length: How many messages are kept.
+        """
+        self._lock = threading.Lock()  # guards the backlog; held for moments only
+        self._backlog: Deque[Any] = deque(maxlen=length)
+        self._publisher = rospy.Publisher(
+            name, message, _Listener(self._on_subscriber), tcp_nodelay=True, queue_size=_QUEUE_SIZE
+        )
+
+    def publish(self, message: Any) -> None:
+        """Publishes a message, which must not be changed any more; does not wait."""
+        with self._lock:
+            self._backlog.append(message)
+        if self._publisher.get_num_connections() and not rospy.core.is_shutdown_requested():
+            self._publisher.publish(message)
+
+    def _on_subscriber(self, send: Callable[[Any], None]) -> None:
+        with self._lock:
+            messages = list(self._backlog)
+        for message in messages:
+            send(message)
+
+
+class _Listener(rospy.SubscribeListener):
+    def __init__(self, connected: Callable[[Callable[[Any], None]], None]) -> None:
+        super().__init__()
+        self._connected = connected
+
+    def peer_subscribe(self, _name: str, _all: Any, send: Callable[[Any], None]) -> None:
+        self._connected(send)

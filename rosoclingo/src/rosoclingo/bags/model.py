@@ -1,0 +1,68 @@
+"""What a bag says of a run. Needs no ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Mapping, Tuple
+
+from rosoclingo.journal import Event
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An event of the journal.
+
+    Attributes:
+        number: Its number in the journal, from 1.
+        seconds: When it happened, in seconds of wall time since the recording began; negative for
+            what was published before.
+        event: What happened.
+    """
+
+    number: int
+    seconds: float
+    event: Event
+
+
+@dataclass(frozen=True)
+class Program:
+    """What a node was started with; see :func:`rosclingo.about.about`.
+
+    Attributes:
+        node: Its resolved name, such as ``/planner``.
+        program: Package and executable, such as ``rosclingo run.py``.
+        arguments: Its command line, without ROS remappings.
+        files: The texts of the files that it had loaded, by path.
+        versions: Versions of clingo and Python.
+        solvers: Of ``rosoclingo run.py``, the names of the nodes which are ``controller`` and
+            ``planner``; else empty.
+    """
+
+    node: str
+    program: str
+    arguments: Tuple[str, ...] = ()
+    files: Mapping[str, str] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=dict)
+    solvers: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One system's run, read from a bag.
+
+    Attributes:
+        name: Resolved name of the node with the planning loop, such as ``/rosoclingo``.
+        entries: The journal, in the order of its numbers.
+        programs: What the nodes were started with, by node; empty if the bag does not say.
+        remarks: What was wrong with the bag and could be mended, in words for the user.
+        size: Size of the bag in bytes.
+        has_journal: Whether the bag has the journal itself; otherwise the entries were made from
+            what the bag has of the node's other topics.
+    """
+
+    name: str
+    entries: Tuple[Entry, ...]
+    programs: Mapping[str, Program] = field(default_factory=dict)
+    remarks: Tuple[str, ...] = ()
+    size: int = 0
+    has_journal: bool = True

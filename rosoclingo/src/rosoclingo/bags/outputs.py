@@ -1,0 +1,146 @@
+"""What a run has put out, as what two runs are compared by. Needs no ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Dict, Iterable, List, Optional, Sequence, Tuple
+
+from rosoclingo.atoms import last_argument
+from rosoclingo.bags.model import Entry
+from rosoclingo.journal import Event
+
+INPUTS = ("goal", "cancel", "message")
+"""The kinds of events that come from outside."""
+
+_SHUTDOWN = "the node is shutting down"  # the reason when a node was told to end, as by Ctrl-C
+
+
+@dataclass(frozen=True)
+class Output:
+    """Something that a run has put out.
+
+    Attributes:
+        kind: ``action``, ``status``, ``plan`` (a whole plan was published) or ``end``.
+        id: The actuator or the goal; else empty.
+        text: The action, the status, the plan's actions or the reason of the end.
+        step: In which step; None if another thread than the loop's had a part in it, so that the
+            step is a matter of chance.
+    """
+
+    kind: str
+    id: str = ""
+    text: str = ""
+    step: Optional[int] = None
+
+    @property
+    def key(self) -> Tuple[str, str, str]:
+        """What it is, whatever the step; the reason of an end does not count."""
+        return self.kind, self.id, "" if self.kind == "end" else self.text
+
+
+class Reader:
+    """Finds the outputs among a journal's events, one by one."""
+
+    def __init__(self, has_journal: bool = True) -> None:
+        """Prepares to read a journal from its beginning.
+
+        Args:
+            has_journal: Whether there was a journal: else steps are not known, and plans are those
+                that were published.
+        """
+        self._has_journal = has_journal
+        self._plan: Sequence[str] = ()
+
+    def output(self, event: Event) -> Optional[Output]:
+        """Returns what an event puts out, if it does."""
+        step = event.step if self._has_journal else None
+        if event.kind == "action":
+            return Output("action", event.id, event.text, step)
+        if event.kind == "status":
+            # Without a slot, the goal was recalled or rejected by the thread that took it.
+            return Output("status", event.id, event.text, step if slot(event) else None)
+        if event.kind == "end":
+            return Output("end", text=event.text, step=step)
+        if event.kind == "plan":
+            self._plan = event.details
+        published = event.text == "publish" if event.kind == "command" else event.kind == "plan"
+        if published and (event.kind == "command") == self._has_journal:
+            return Output("plan", text=", ".join(sorted(self._plan, key=_place)))
+        return None
+
+
+def matters(event: Event) -> bool:
+    """Whether an event of a replay matters for its comparison with the recording."""
+    if event.kind == "command":
+        return event.text == "publish" or event.text.startswith("reset(")
+    return event.kind in (*INPUTS, "action", "status", "plan", "end")
+
+
+def tidy(entries: Sequence[Entry]) -> Tuple[Entry, ...]:
+    """Returns a journal without what the end of the process has caused, in causal order.
+
+    The status of a goal that is recalled without a slot is noted before its cancel request, which
+    is the cause: here it comes after. Goals that came after the end are refused and have no entry,
+    so their statuses are left out.
+    """
+    entries = entries[: _shutdown(entries)]
+    goals = {entry.event.id for entry in entries if entry.event.kind == "goal"}
+    cancels: Dict[str, int] = {}
+    for entry in entries:
+        if entry.event.kind == "cancel":
+            cancels.setdefault(entry.event.id, entry.number)
+    ordered: List[Entry] = []
+    recalled: Dict[str, Entry] = {}
+    for entry in entries:
+        event = entry.event
+        if event.kind == "status":
+            if event.id not in goals:
+                continue
+            is_recall = event.text == "canceled" and not slot(event)
+            if is_recall and cancels.get(event.id, 0) > entry.number:
+                recalled[event.id] = entry
+                continue
+        ordered.append(entry)
+        if event.kind == "cancel" and event.id in recalled:
+            ordered.append(recalled.pop(event.id))
+    return tuple(ordered)
+
+
+def outputs(entries: Iterable[Entry], has_journal: bool = True) -> List[Output]:
+    """Returns all outputs of a journal, in its order."""
+    reader = Reader(has_journal)
+    found = (reader.output(entry.event) for entry in entries)
+    return [output for output in found if output is not None]
+
+
+def is_open(entries: Sequence[Entry]) -> bool:
+    """Whether a tidy journal ends while the loop was at work, so that more was to come."""
+    for entry in reversed(entries):
+        kind = entry.event.kind
+        if kind in ("waiting", "end"):
+            return False
+        if kind == "command":
+            return entry.event.text != "publish"
+        if kind in INPUTS:  # whether the loop took it as news is not known
+            return True
+    return True
+
+
+def slot(event: Event) -> str:
+    """Returns the slot of the goal that a status belongs to, or nothing."""
+    return event.details[0] if event.details else ""
+
+
+def _shutdown(entries: Sequence[Entry]) -> Optional[int]:
+    for place, entry in enumerate(entries):
+        event = entry.event
+        if event.kind == "end" and event.text == _SHUTDOWN:
+            return place
+        if event.kind == "status" and _SHUTDOWN in event.details:
+            return place
+    return None
+
+
+def _place(atom: str) -> Tuple[int, str]:
+    step = last_argument(atom)
+    return (0 if step is None else step), atom

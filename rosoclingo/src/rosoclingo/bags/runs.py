@@ -1,0 +1,203 @@
+"""What happened in a recorded run, as values. Needs no ROS.
+
+All times are in seconds of wall time since the recording began; they are negative for what happened
+before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional, Tuple
+
+OPEN = "open"
+RECALLED = "recalled"
+
+
+@dataclass(frozen=True)
+class GoalRun:
+    """A goal from its arrival to its end.
+
+    Attributes:
+        id: That of actionlib.
+        came: When it was taken.
+        request: The request.
+        information: What came with it.
+        slot: The planner's id for it; empty if it is not known to have had one.
+        behind: The request that had this slot while the goal waited; empty if it was not queued.
+        accepted: When the planner accepted it, if it did.
+        cancels: When it was asked to be cancelled, if it was.
+        ended: When it ended, if it did.
+        outcome: ``open``, ``succeeded``, ``canceled``, ``rejected``, ``aborted``, or ``recalled``
+            if it was cancelled before it had a slot.
+        reason: Why it ended.
+        steps: How many steps began from its acceptance on until its end.
+    """
+
+    id: str
+    came: float
+    request: str = ""
+    information: Tuple[str, ...] = ()
+    slot: str = ""
+    behind: str = ""
+    accepted: Optional[float] = None
+    cancels: Optional[float] = None
+    ended: Optional[float] = None
+    outcome: str = OPEN
+    reason: str = ""
+    steps: int = 0
+
+
+@dataclass(frozen=True)
+class ActionRun:
+    """An action from its publication to its answer.
+
+    Attributes:
+        actuator: Who acts.
+        name: What it does.
+        step: In which step.
+        began: When it was published.
+        ended: When it was answered, or when the actuator was told something else; None if neither.
+        answer: The answer; empty if there was none.
+    """
+
+    actuator: str
+    name: str
+    step: int
+    began: float
+    ended: Optional[float] = None
+    answer: str = ""
+
+
+@dataclass(frozen=True)
+class MessageRun:
+    """A message that answered no action.
+
+    Attributes:
+        seconds: When it was taken.
+        id: Its id; empty if it was dropped and the journal does not say which one it was.
+        value: Its value, likewise.
+        step: In which step.
+        dropped: Why it was dropped; empty if it was not.
+    """
+
+    seconds: float
+    id: str
+    value: str
+    step: int
+    dropped: str = ""
+
+
+@dataclass(frozen=True)
+class Search:
+    """A search for a plan.
+
+    Attributes:
+        ended: When it ended.
+        duration: How long it took, in seconds.
+        result: ``sat``, ``unsat``, or ``unknown`` if it was interrupted.
+        step: In which step.
+        horizon: Up to which step it planned.
+    """
+
+    ended: float
+    duration: float
+    result: str
+    step: int
+    horizon: int
+
+
+@dataclass(frozen=True)
+class StepRun:
+    """A step, or what was before the first one.
+
+    Attributes:
+        began: When it began.
+        number: Its number; a reset makes that 0.
+        horizon: The step that was planned up to when it ended.
+        searches: How many searches there were in it.
+        interrupted: How many of these were interrupted.
+        solving: How long they took together, in seconds.
+        other: How long the loop's other commands took, but for waiting, in seconds.
+    """
+
+    began: float
+    number: int
+    horizon: int
+    searches: int = 0
+    interrupted: int = 0
+    solving: float = 0.0
+    other: float = 0.0
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Why a plan was changed.
+
+    Attributes:
+        kind: ``start`` for the first plan; ``goal`` for a goal that came, ``queued`` for one that
+            got its slot later; ``cancel``, ``message``, ``failure``; ``answer`` for an action's
+            answer that is neither ``success`` nor ``failure``; ``success``; ``none`` if nothing
+            came before.
+        text: What it was.
+    """
+
+    kind: str
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Change:
+    """A plan that differs from what was left of the one before.
+
+    Attributes:
+        seconds: When it was found.
+        step: In which step.
+        horizon: Up to which step it goes.
+        causes: Why it was searched for.
+        old: How many actions the old plan had from the step on.
+        new: How many the new one has.
+        first: The first step with other actions.
+        before: The actions that are no longer done in it.
+        after: Those that are done in it instead.
+    """
+
+    seconds: float
+    step: int
+    horizon: int
+    causes: Tuple[Cause, ...]
+    old: int
+    new: int
+    first: int
+    before: Tuple[str, ...]
+    after: Tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What happened in a run.
+
+    Attributes:
+        began: When its first event was.
+        ended: When its last one was.
+        end: Why the loop ended; empty if it did not.
+        goals: The goals, in order of arrival.
+        actions: The actions, in order of publication.
+        messages: The messages that answered nothing, dropped ones included, in order.
+        received: How many messages there were of all kinds.
+        searches: The searches, in order.
+        steps: The steps, what was before the first one included.
+        plans: How many plans were found.
+        changes: Those of them that changed what was planned before.
+    """
+
+    began: float
+    ended: float
+    end: str
+    goals: Tuple[GoalRun, ...]
+    actions: Tuple[ActionRun, ...]
+    messages: Tuple[MessageRun, ...]
+    received: int
+    searches: Tuple[Search, ...]
+    steps: Tuple[StepRun, ...]
+    plans: int
+    changes: Tuple[Change, ...]

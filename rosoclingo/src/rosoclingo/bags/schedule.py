@@ -1,0 +1,250 @@
+"""When each recorded input is sent to the system that replays a run. Needs no ROS.
+
+By cause, not by the clock: an input has to come after the outputs that it came after when it was
+recorded, such as an answer after its action. What came while the loop waited is sent when the loop
+waits again. When the replayed run goes another way, the loop waits in vain for what is expected:
+that is noted, and the rest of the inputs is sent as far as it makes sense.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Sequence, Set, Tuple
+
+from rosoclingo.bags.inputs import Input, Key, Point, input_key
+from rosoclingo.bags.outputs import INPUTS, Output, Reader
+from rosoclingo.journal import Event
+
+_SETTLED_SECONDS = 1.0  # a loop that waits has taken what came, and does nothing about it
+_ORDER_SECONDS = 0.05  # an input that takes another topic lets the one before it arrive first
+_MOST_ON_THEIR_WAY = 1000  # inputs that are sent and not taken; publishers have a limited queue
+
+
+@dataclass(frozen=True)
+class Stall:
+    """The replayed loop waited, and what had to come before the next input was not there.
+
+    Attributes:
+        position: How many of the expected outputs come before the first one that is missing.
+        pending: The actuators whose answers the loop waited for.
+    """
+
+    position: int
+    pending: Tuple[str, ...]
+
+
+class Schedule:
+    """Says what is to be sent, from what the replayed system's journal says. Not thread-safe.
+
+    Attributes:
+        stalls: Where the replay went another way and waited.
+        skipped: How many inputs were not sent: answers to actions that never came.
+        sent: How many inputs were sent.
+    """
+
+    def __init__(
+        self,
+        planned: Sequence[Input],
+        expected: Sequence[Output],
+        *,
+        is_open: bool = False,
+        rate: Optional[float] = None,
+    ) -> None:
+        """Begins before the first input.
+
+        Args:
+            planned: The inputs, in order.
+            expected: All outputs of the recording.
+            is_open: Whether the recording ends while the loop was at work.
+            rate: How many times faster than recorded the inputs follow what they followed; None for
+                at once.
+        """
+        self.stalls: List[Stall] = []
+        self.skipped = 0
+        self.sent = 0
+        self._planned = planned
+        self._expected = expected
+        self._is_open = is_open
+        self._rate = rate
+        self._reader = Reader()
+        self._next = 0
+        self._awaited: Counter[Key] = Counter()  # expected before the next input, less what came
+        self._missing = 0  # how many of them have not come
+        self._waived: Counter[Key] = Counter()  # given up, and may still come
+        self._on_way: Counter[Key] = Counter()  # sent and not taken
+        self._ended_goals: Set[str] = set()
+        self._acting: Dict[str, None] = {}  # actuators without an answer, in order
+        self._rests = False  # the loop waits, or is through
+        self._settled = False  # and knows of all that was sent
+        self._command = ""
+        self._ended = False
+        self._seen_at = self._sent_at = 0.0
+        self._sent_kind = ""
+        self._expect()
+
+    # What the replayed run does.
+
+    def see(self, event: Event, now: float) -> None:
+        """Takes an event of the replayed journal.
+
+        Args:
+            event: The event, in the journal's order.
+            now: The time, in seconds of a monotonic clock.
+        """
+        self._seen_at = now
+        if event.kind in INPUTS:
+            self._take(input_key(event))
+        elif event.kind == "waiting":
+            self._rests, self._settled = True, not self._on_way
+        elif event.kind == "command":
+            self._command = event.text
+            self._rests = event.text == "publish"
+            self._settled = self._rests and not self._on_way
+        elif event.kind == "action":
+            self._acting[event.id] = None
+        elif event.kind == "status":
+            if event.text != "accepted":
+                self._ended_goals.add(event.id)
+                self._take(("cancel", event.id, ""))  # actionlib passes on none to an ended goal
+        elif event.kind == "end":
+            self._ended = True
+        output = self._reader.output(event)
+        if output is not None:
+            self._came(output.key)
+
+    def _take(self, key: Key) -> None:
+        if self._on_way[key] > 0:
+            self._on_way[key] -= 1
+            if not self._on_way[key]:
+                del self._on_way[key]
+
+    def _came(self, key: Key) -> None:
+        if self._waived[key] > 0:
+            self._waived[key] -= 1
+            return
+        if self._awaited[key] > 0:
+            self._missing -= 1
+        self._awaited[key] -= 1
+
+    # What is to be sent.
+
+    @property
+    def on_way(self) -> int:
+        """How many inputs are sent and not taken yet."""
+        return sum(self._on_way.values())
+
+    def due(self, now: float) -> Optional[Input]:
+        """Returns the next input if it is to be sent now; the caller sends it.
+
+        Args:
+            now: The time, in seconds of the clock of :meth:`see`.
+        """
+        while self._next < len(self._planned) and not self._ended:
+            planned = self._planned[self._next]
+            ready = not self._missing and self._at(planned)
+            if not (ready or self._is_settled(now)):
+                return None
+            if self._missing:
+                self._stall()
+            if planned.answers and self.stalls and planned.event.id not in self._acting:
+                if not self._is_settled(now):
+                    return None
+                self.skipped += 1
+                self._step()
+                continue
+            if not self._may_go(planned, now):
+                return None
+            self._send(planned, now)
+            return planned
+        return None
+
+    def is_finished(self, now: float) -> bool:
+        """Whether nothing is left to be sent, and nothing can come any more."""
+        if self._ended:
+            return True
+        if self._next < len(self._planned):
+            return False
+        if self._is_open and not self._missing:
+            return True
+        if not self._is_settled(now):
+            return False
+        if self._missing:
+            self._stall()
+        return True
+
+    def wake(self, now: float) -> float:
+        """Returns in how many seconds something may be due even if no event comes."""
+        times = [self._seen_at + _SETTLED_SECONDS, self._sent_at + _ORDER_SECONDS]
+        if self._next < len(self._planned) and self._rate is not None:
+            gap = self._planned[self._next].gap / self._rate
+            times.append(max(self._seen_at, self._sent_at) + gap)
+        return min((time - now for time in times if time > now), default=_SETTLED_SECONDS)
+
+    def _at(self, planned: Input) -> bool:
+        if planned.point is Point.WAITING:
+            return self._settled
+        if planned.point is Point.SEARCHING:
+            return self._settled or (not self._on_way and self._command == planned.command)
+        return True
+
+    def _is_settled(self, now: float) -> bool:
+        """Whether the loop waits, and will do so until something is sent."""
+        if self._rests and now - max(self._seen_at, self._sent_at) >= _SETTLED_SECONDS:
+            self._on_way.clear()  # lost: a loop that waits takes at once what comes
+            self._settled = True
+        return self._settled
+
+    def _may_go(self, planned: Input, now: float) -> bool:
+        gap = 0.0 if self._rate is None else planned.gap / self._rate
+        if now < max(self._seen_at, self._sent_at) + gap:
+            return False
+        if self.on_way >= _MOST_ON_THEIR_WAY:
+            return False
+        kind = planned.event.kind
+        late = now - self._sent_at >= _ORDER_SECONDS
+        return late or not self._on_way or kind == self._sent_kind
+
+    def _send(self, planned: Input, now: float) -> None:
+        lost = planned.event.kind == "cancel" and planned.event.id in self._ended_goals
+        if not lost:
+            self._on_way[planned.key] += 1
+            self._settled = False
+        if planned.event.kind == "message":
+            self._acting.pop(planned.event.id, None)
+        self._sent_at, self._sent_kind = now, planned.event.kind
+        self.sent += 1
+        self._step()
+
+    def _step(self) -> None:
+        self._next += 1
+        self._expect()
+
+    def _expect(self) -> None:
+        """Expects what comes between the input before and the next one."""
+        if self._next < len(self._planned):
+            new: Sequence[Output] = self._planned[self._next].before
+        else:
+            position = self._planned[-1].position if self._planned else 0
+            new = [output for output in self._expected[position:] if output.kind != "end"]
+        for output in new:
+            self._awaited[output.key] += 1
+            if self._awaited[output.key] > 0:
+                self._missing += 1
+
+    def _stall(self) -> None:
+        """Gives up what is awaited."""
+        missing = {key: count for key, count in self._awaited.items() if count > 0}
+        before = 0
+        if self._next:
+            before = self._planned[self._next - 1].position
+        position = before
+        for place, output in enumerate(self._expected[before:], before):
+            if output.key in missing:
+                position = place
+                break
+        self.stalls.append(Stall(position, tuple(self._acting)))
+        self._waived.update(missing)
+        for key in missing:
+            self._awaited[key] = 0
+        self._missing = 0

@@ -1,0 +1,98 @@
+"""Which topics a system has, of which types. Needs no ROS."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Dict, Mapping, Tuple
+
+MD5SUMS: Mapping[str, str] = {
+    "actionlib_msgs/GoalID": "302881f31927c1df708a2dbab0e80ee8",
+    "actionlib_msgs/GoalStatusArray": "8b2b82f13216d0a8ea88bd3af735e619",
+    "rosclingo/ROSClingoActionFeedback": "cfc8df433733b209d8d27c4550e82185",
+    "rosclingo/ROSClingoActionGoal": "a954f14b3320c8eab8820876f876a308",
+    "rosclingo/ROSClingoActionResult": "35254b6ae782e495beaf0013e2e11e74",
+    "rosclingo/ROSClingoControlLog": "e29c446218f3573cbbfa9c187b4b6eba",
+    "rosoclingo/ROSoClingoActionFeedback": "82e97615735594b25e2cee3da22d3eb7",
+    "rosoclingo/ROSoClingoActionGoal": "a564766fd8aefcfc4f48c76156e15a29",
+    "rosoclingo/ROSoClingoActionResult": "5489bcfa93e36e07a0b801f3ac4c7c97",
+    "rosoclingo/ROSoClingoEvent": "2a31dfc214852870398149dd202c7519",
+    "rosoclingo/ROSoClingoIn": "0b40d0b5a778942032d78099d7e20200",
+    "rosoclingo/ROSoClingoOut": "9a51ce6280ae95d37f544ff777ac99c9",
+    "rosoclingo/ROSoClingoPlan": "d1cce18e22b1eeb482fd2a05a3b11771",
+    "std_msgs/String": "992ce8a1687cec8c8bd883ec73ca41d1",
+}
+"""MD5 sums of the messages; comments and constants' order of a definition do not change them."""
+
+LOOP_TYPES: Mapping[str, str] = {
+    "about": "std_msgs/String",
+    "journal": "rosoclingo/ROSoClingoEvent",
+    "goal": "rosoclingo/ROSoClingoActionGoal",
+    "cancel": "actionlib_msgs/GoalID",
+    "in": "rosoclingo/ROSoClingoIn",
+    "out": "rosoclingo/ROSoClingoOut",
+    "plan": "rosoclingo/ROSoClingoPlan",
+    "status": "actionlib_msgs/GoalStatusArray",
+    "feedback": "rosoclingo/ROSoClingoActionFeedback",
+    "result": "rosoclingo/ROSoClingoActionResult",
+}
+"""The topics below the node with the planning loop."""
+
+SOLVER_TYPES: Mapping[str, str] = {
+    "about": "std_msgs/String",
+    "control_log": "rosclingo/ROSClingoControlLog",
+    "goal": "rosclingo/ROSClingoActionGoal",
+    "cancel": "actionlib_msgs/GoalID",
+    "feedback": "rosclingo/ROSClingoActionFeedback",
+    "result": "rosclingo/ROSClingoActionResult",
+}
+"""The topics below a solver node; its status list comes often and says nothing more."""
+
+
+def loop_topics(name: str) -> Dict[str, str]:
+    """Returns the topics of the node with the planning loop, with their types.
+
+    Args:
+        name: Resolved name of the node, such as ``/rosoclingo``.
+    """
+    return {f"{name}/{topic}": kind for topic, kind in LOOP_TYPES.items()}
+
+
+def solver_topics(about: str) -> Dict[str, str]:
+    """Returns the topics of the solver nodes that a planning loop uses, with their types.
+
+    Args:
+        about: What the loop's node says of itself; see :func:`rosclingo.about.about`. That of a
+            one-node system names no solvers.
+    """
+    return {
+        f"{node}/{topic}": kind
+        for node in solvers(parse_about(about)).values()
+        for topic, kind in SOLVER_TYPES.items()
+    }
+
+
+def parse_about(text: str) -> Dict[str, Any]:
+    """Returns the entries of what a node says of itself; none if it is no JSON object."""
+    try:
+        described = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    return described if isinstance(described, dict) else {}
+
+
+def solvers(described: Mapping[str, Any]) -> Dict[str, str]:
+    """Returns the names of the nodes which are ``controller`` and ``planner``."""
+    return text_entries(described.get("solvers"))
+
+
+def text_entries(value: object) -> Dict[str, str]:
+    """Returns those entries of a JSON object whose values are texts; none of anything else."""
+    if not isinstance(value, dict):
+        return {}
+    return {key: text for key, text in value.items() if isinstance(text, str)}
+
+
+def owner(topic: str) -> Tuple[str, str]:
+    """Returns the name of the node that a private topic belongs to, and the topic's last name."""
+    node, _, last = topic.rpartition("/")
+    return node, last

@@ -1,0 +1,34 @@
+"""What the planning loop has learned and done, event by event. Needs no ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Tuple
+
+KINDS = (
+    "goal", "cancel", "message", "dropped", "command", "plan", "action", "status", "waiting", "end",
+)  # fmt: skip
+"""The kinds of events, explained in ``ROSoClingoEvent.msg``."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """One thing that the loop has learned or done; see ``ROSoClingoEvent.msg``.
+
+    Attributes:
+        kind: One of :data:`KINDS`.
+        id: Who or what it is about.
+        text: What it is.
+        details: More about it.
+        seconds: How long a command took, in seconds of wall time.
+        step: The current step.
+        horizon: The step that is planned up to.
+    """
+
+    kind: str
+    id: str = ""
+    text: str = ""
+    details: Tuple[str, ...] = ()
+    seconds: float = 0.0
+    step: int = 0
+    horizon: int = 0

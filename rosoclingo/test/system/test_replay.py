@@ -1,0 +1,325 @@
+"""Recording runs and replaying them, as processes.
+
+Needs a sourced workspace, in devel or install space.
+"""
+
+from __future__ import annotations
+
+import itertools
+import signal
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Sequence
+from xml.etree import ElementTree
+
+import pytest
+from rosbags.rosbag1 import Reader, Writer
+from terminals import Terminal, Terminals, package, terminals, wait_for
+
+from rosoclingo.bags.errors import BagError
+from rosoclingo.bags.reader import read_recording
+
+__all__ = ["terminals"]
+
+RECORDING = "dynamic.incremental.recording"
+KIND = b"\x07\0\0\0message"  # of a journal's event, as it is on the wire
+
+# A robot that answers each action, and a client that sends goals: those of an argument together,
+# when the ones before have ended. The answers that are named by their number are failures.
+DRIVER = """
+import sys, threading, rospy
+from actionlib import CommState
+from rosclingo.low_latency import LowLatencyActionClient
+from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
+
+rospy.init_node("driver")
+failures, groups = eval(sys.argv[1]), sys.argv[2:]
+answers = rospy.Publisher("rosoclingo/in", ROSoClingoIn, tcp_nodelay=True, queue_size=100)
+count = 0
+
+def act(message):
+    global count
+    count += 1
+    answers.publish(message.id, "failure" if count in failures else "success")
+
+actions = rospy.Subscriber("rosoclingo/out", ROSoClingoOut, act, tcp_nodelay=True)
+client = LowLatencyActionClient("rosoclingo", ROSoClingoAction)
+client.wait_for_server()
+while not (answers.get_num_connections() and actions.get_num_connections()):
+    rospy.sleep(0.01)
+for group in groups:
+    handles = []
+    for request in group.split():
+        ended = threading.Event()
+        def watch(handle, ended=ended):
+            if handle.get_comm_state() == CommState.DONE:
+                ended.set()
+        handles.append((client.send_goal(ROSoClingoGoal(request, []), watch), ended))
+    for handle, ended in handles:
+        assert ended.wait(50.0)
+"""
+
+
+def line() -> str:
+    return str(package("rosoclingo") / "test" / "encodings" / "line.lp")
+
+
+class Recorder:
+    """Runs systems and records them."""
+
+    def __init__(self, terminals: Terminals, folder: Path) -> None:
+        self._terminals = terminals
+        self._folder = folder
+
+    def record(
+        self,
+        groups: Sequence[str],
+        encodings: Sequence[str] = (),
+        mode: str = RECORDING,
+        failures: Sequence[int] = (),
+        single: Sequence[str] = (),
+    ) -> Path:
+        """Runs a system until its goals have ended, or until it has published its plan."""
+        start, bag = self._terminals.start, self._folder / "run.bag"
+        if single:
+            nodes = [start("rosrun", "rosoclingo", "run-1.0.py", *single)]
+        else:
+            path = str(package("rosoclingo") / "modes" / f"{mode}.lp")
+            nodes = [
+                start("rosrun", "rosclingo", "run.py", "__name:=controller", "-f", path,
+                      "-c", "steps=20"),
+                start("rosrun", "rosclingo", "run.py", "__name:=planner",
+                      *(part for file in encodings for part in ("-f", file))),
+                start("rosrun", "rosoclingo", "run.py"),
+            ]  # fmt: skip
+        recorder = start("rosrun", "rosoclingo", "record.py", "-o", str(bag))
+        recorder.wait_for("recording /rosoclingo")
+        if groups:
+            driver = start("python3", "-c", DRIVER, repr(list(failures)), *groups)
+            assert driver.wait() == 0, driver.output
+        else:
+            nodes[-1].wait_for("solver: [do(")
+        wait_for(lambda: is_through(bag))
+        for node in (recorder, *reversed(nodes)):
+            node.interrupt()
+            assert node.wait() == 0, node.output
+        return bag
+
+
+def is_through(bag: Path) -> bool:
+    """Whether a bag that is being written says what all nodes are, and that the loop rests."""
+    try:
+        recording = read_recording(bag)
+    except BagError:
+        return False
+    loop = recording.programs.get("/rosoclingo")
+    last = recording.entries[-1].event
+    rests = last.kind == "waiting" or last.text == "publish"
+    return rests and loop is not None and {*loop.solvers.values()} <= set(recording.programs)
+
+
+@pytest.fixture
+def recorder(terminals: Terminals, tmp_path: Path) -> Recorder:
+    return Recorder(terminals, tmp_path)
+
+
+def replay(terminals: Terminals, bag: Path, *options: str) -> Terminal:
+    ended = terminals.run("rosrun", "rosoclingo", "replay.py", str(bag), *options)
+    assert "Traceback" not in ended.output, ended.output
+    return ended
+
+
+def copy(bag: Path, name: str, keep: Callable[[str, bytes], bool]) -> Path:
+    """Copies the messages that are to be kept, by their topic and bytes."""
+    changed = bag.with_name(name)
+    connections: Dict[int, Any] = {}
+    with Reader(bag) as reader, Writer(changed) as writer:
+        for one, time, data in reader.messages():
+            if keep(one.topic, bytes(data)):
+                if one.id not in connections:
+                    connections[one.id] = writer.add_connection(
+                        one.topic, one.msgtype, msgdef=one.msgdef.data, md5sum=one.digest
+                    )
+                writer.write(connections[one.id], time, data)
+    return changed
+
+
+def without(bag: Path, dropped: int) -> Path:
+    """Copies a bag without one of the answers of the journal, counted from 1."""
+    count = itertools.count(1)
+
+    def keep(topic: str, data: bytes) -> bool:
+        is_answer = topic == "/rosoclingo/journal" and KIND in data
+        return not (is_answer and next(count) == dropped)
+
+    changed = copy(bag, f"without_{dropped}.bag", keep)
+    assert next(count) > dropped
+    return changed
+
+
+@pytest.mark.install_space
+def test_replays_what_was_recorded(
+    terminals: Terminals, recorder: Recorder, tmp_path: Path
+) -> None:
+    bag = recorder.record(["visit(3)", "visit(5) visit(1)"], [line()], failures=[2])
+    results = tmp_path / "results.xml"
+    for options in ((), ("--level", "equivalent"), ("--files", "disk", "--junit", str(results))):
+        ended = replay(terminals, bag, *options)
+        assert ended.wait() == 0, ended.output
+        assert "no difference" in ended.output
+    suite = ElementTree.parse(results).getroot()
+    assert (suite.get("tests"), suite.get("failures")) == ("4", "0")
+
+
+@pytest.mark.parametrize(
+    "mode", [RECORDING, "dynamic.incremental.reset", "dynamic.incremental.dyn_reset"]
+)
+def test_every_dynamic_mode(terminals: Terminals, recorder: Recorder, mode: str) -> None:
+    bag = recorder.record(["visit(3) visit(2)", "visit(1)"], [line()], mode, failures=[1, 4])
+    ended = replay(terminals, bag)
+    assert ended.wait() == 0, ended.output
+    assert "no difference at level exact: 3 goals" in ended.output
+
+
+@pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])
+def test_a_static_mode(terminals: Terminals, recorder: Recorder, mode: str) -> None:
+    example = package("rosoclingo") / "example"
+    blocks = [str(example / file) for file in ("instance.lp", "itoh.lp")]
+    bag = recorder.record([], blocks, mode)
+    assert replay(terminals, bag).wait() == 0
+    instance = package("rosclingo") / "example" / "instance.lp"
+    other = bag.with_name("other.lp")
+    other.write_text(instance.read_text().replace("goal(on(1,c)).", "goal(on(1,b))."))
+    ended = replay(terminals, bag, "--planner", f"-f {other} -f {blocks[1]}")
+    assert ended.wait() == 1, ended.output
+    assert "published: [do(arm,pickup(4)," in ended.output
+    assert "<- first divergence" in ended.output
+
+
+@pytest.mark.parametrize("dialect", ["", "_1.0", "_paper"])
+def test_one_node(terminals: Terminals, recorder: Recorder, dialect: str) -> None:
+    file = line().replace("line.lp", f"line{dialect}.lp")
+    bag = recorder.record(["visit(3)", "visit(1)"], single=["-f", file])
+    ended = replay(terminals, bag)
+    assert ended.wait() == 0, ended.output
+    ended = replay(terminals, bag, "--single", f"-f {file} -c cells=2", "--level", "outcome")
+    assert ended.wait() == 1
+    assert "rejected" in ended.output
+
+
+def test_differences(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
+    """Each change is found, in the step where it shows."""
+    bag = recorder.record(["visit(3) visit(2)"], [line()])
+    changed = tmp_path / "line.lp"
+    changed.write_text(Path(line()).read_text() + "#program transition(t). :- do(robot,_,t), t=3.")
+    ended = replay(terminals, bag, "--planner", f"-f {changed}")
+    assert ended.wait() == 1
+    (first,) = (text for text in ended.output.splitlines() if "<- first divergence" in text)
+    assert first.split()[1] == "3/4", ended.output  # a step later than recorded
+    assert first.count("robot: go(3)") == 2
+
+    mode = package("rosoclingo") / "modes" / "dynamic.incremental.dyn_reset.lp"
+    ended = replay(terminals, bag, "--controller", f"-f {mode} -c steps=20")
+    assert ended.wait() == 1
+    assert "<- first divergence" in ended.output
+
+    ended = replay(terminals, bag, "--planner", f"-f {line()} -c slots=1")
+    assert ended.wait() == 1
+    assert "goal 2 visit(2): accepted" in ended.output
+
+    ended = replay(terminals, without(bag, dropped=1))
+    assert ended.wait() == 1
+    assert "! the replay waits for an answer of robot, and nothing is to be sent" in ended.output
+    ended = replay(terminals, without(bag, dropped=2), "--level", "outcome")
+    assert ended.wait() == 1
+    assert "goal 1 visit(3)" in ended.output
+
+
+PACKAGE = "<package format='3'><name>robots</name><version>1.0.0</version></package>"
+LAUNCH = """
+<launch>
+  <test test-name="run" pkg="rosoclingo" type="replay.py"
+        args="$(find robots)/test/run.bag {options}"/>
+</launch>
+"""
+
+
+def test_a_line_in_a_rostest(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
+    """A user's package has a bag, and says what has to be the same."""
+    bag = recorder.record(["visit(3)", "visit(1)"], [line()])
+    robots = tmp_path / "robots"
+    (robots / "test").mkdir(parents=True)
+    (robots / "package.xml").write_text(PACKAGE)
+    bag.rename(robots / "test" / "run.bag")
+    paths = terminals.environment["ROS_PACKAGE_PATH"]
+    terminals.environment["ROS_PACKAGE_PATH"] = f"{robots}:{paths}"
+    terminals.environment["ROS_TEST_RESULTS_DIR"] = str(tmp_path / "results")
+    small = f"--single '-f {line()} -c cells=2' --level outcome"
+    for options, failures in (("", "0"), ("--single '-f nothing.lp'", None), (small, "1")):
+        (robots / "test" / "run.test").write_text(LAUNCH.format(options=options))
+        ended = terminals.run("rostest", "robots", "run.test")
+        assert (ended.wait() == 0) == (failures == "0"), ended.output
+        (file,) = (tmp_path / "results").rglob("rosunit-run.xml")
+        suite = ElementTree.parse(file).getroot()
+        assert suite.get("failures") == (failures or "0")
+        assert suite.get("errors") == ("1" if failures is None else "0")
+
+
+def test_a_bag_of_an_old_system(terminals: Terminals, recorder: Recorder) -> None:
+    """It has no journal, and does not say what was started."""
+    bag = recorder.record(["visit(3)", "visit(5) visit(1)"], [line()], failures=[2])
+    old = copy(bag, "old.bag", lambda topic, _: not topic.endswith(("/journal", "/about")))
+    ended = replay(terminals, old)
+    assert ended.wait() == 2
+    assert "--planner" in ended.output
+    mode = package("rosoclingo") / "modes" / f"{RECORDING}.lp"
+    system = ("--controller", f"-f {mode} -c steps=20", "--planner", f"-f {line()}")
+    ended = replay(terminals, old, *system)
+    assert ended.wait() == 0, ended.output
+    assert "no difference at level exact: 3 goals" in ended.output
+    assert replay(terminals, old, *system[:3], f"-f {line()} -c slots=1").wait() == 1
+
+
+def children(pid: int) -> List[int]:
+    tasks = Path(f"/proc/{pid}/task").glob("*/children")
+    direct = [int(child) for task in tasks for child in task.read_text().split()]
+    return direct + [other for child in direct for other in children(child)]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_nothing_is_left_when_it_is_interrupted(
+    terminals: Terminals, recorder: Recorder, number: signal.Signals
+) -> None:
+    bag = recorder.record(["visit(3)"], [line()])
+    started = terminals.start("rosrun", "rosoclingo", "replay.py", str(bag), "--rate", "0.001")
+    wait_for(lambda: len(children(started.process.pid)) == 4)
+    pids = children(started.process.pid)
+    started.process.send_signal(number)
+    assert started.wait(20.0) == 130
+    assert "Traceback" not in started.output
+    assert not [pid for pid in pids if Path(f"/proc/{pid}").exists()]
+
+
+def test_what_cannot_be_replayed(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
+    bag = recorder.record(["visit(3)"], [line()])
+    empty = tmp_path / "empty.bag"
+    empty.touch()
+    for arguments, text in (
+        ([str(empty)], "the file is empty"),
+        ([str(bag), "--planner", "-f nowhere.lp"], "there is no file 'nowhere.lp'"),
+        ([str(bag), "--planner", "-f 'nowhere.lp"], "cannot be split into words"),
+        ([str(bag), "--single", "-f a.lp", "--planner", "-f a.lp"], "--single is one node"),
+        ([str(bag), "--system", "rosoclingo no_such.launch"], "no_such.launch"),
+        ([str(bag), "--rate", "0"], "a positive number is needed"),
+        ([str(bag), "--name", "/other"], "/other"),
+    ):
+        ended = terminals.run("rosrun", "rosoclingo", "replay.py", *arguments)
+        assert ended.wait() == 2, ended.output
+        assert text in ended.output
+        assert "Traceback" not in ended.output
+
+
+def test_a_launch_file(terminals: Terminals, recorder: Recorder) -> None:
+    bag = recorder.record(["visit(3)"], [line()])
+    launch = f"rosoclingo rosoclingo.launch mode:={RECORDING} steps:=20 encoding:={line()}"
+    ended = replay(terminals, bag, "--system", launch)
+    assert ended.wait() == 0, ended.output

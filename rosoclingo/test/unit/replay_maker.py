@@ -1,0 +1,49 @@
+"""Short journals for the tests of replaying."""
+
+from __future__ import annotations
+
+from typing import Iterable, List, Sequence, Tuple
+
+from rosoclingo.bags.model import Entry
+from rosoclingo.journal import Event
+
+Made = Tuple[str, str, str, int]
+"""Kind, id, text and step."""
+
+ASK: List[Made] = [("waiting", "", "", 0), ("goal", "g", "visit(3)", 0), ("command", "", "idle", 0)]
+
+
+def drive(*targets: int, first: int = 1) -> List[Made]:
+    """A robot that goes somewhere, and says each time that it is there."""
+    made: List[Made] = []
+    for step, target in enumerate(targets, first):
+        made += [
+            ("action", "robot", f"go({target})", step),
+            ("command", "", f"commit_actions({step})", step),
+            ("waiting", "", "", step),
+            ("message", "robot", "success", step),
+            ("command", "", "idle", step),
+        ]
+    return made
+
+
+def status(word: str, step: int, goal: str = "g") -> List[Made]:
+    """A status of a goal, and the command that sets it."""
+    return [("status", goal, word, step), ("command", "", f"status_update({step})", step)]
+
+
+END: List[Made] = [("waiting", "", "", 2)]
+RUN: List[Made] = ASK + status("accepted", 1) + drive(2, 3) + status("succeeded", 2) + END
+
+
+def entries(made: Sequence[Made], gap: float = 1.0) -> Tuple[Entry, ...]:
+    """Makes a journal whose events follow each other after so many seconds."""
+    return tuple(Entry(number, number * gap, event) for number, event in enumerate(events(made), 1))
+
+
+def events(made: Iterable[Made]) -> List[Event]:
+    """Makes events; goals with a status have the slot 1."""
+    return [
+        Event(kind, identifier, text, ("1",) if kind == "status" else (), 0.0, step)
+        for kind, identifier, text, step in made
+    ]

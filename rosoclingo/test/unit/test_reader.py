@@ -1,0 +1,362 @@
+"""Reads bags: intact ones, compressed and damaged ones, and what is no bag."""
+
+from __future__ import annotations
+
+import contextlib
+import random
+from pathlib import Path
+from typing import Tuple
+
+import pytest
+from bag_maker import STORE, Maker, data, run, source, stamp, texts
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosoclingo.bags.errors import (
+    BagError,
+    BagTypeError,
+    BagVersionError,
+    DamagedBagError,
+    NoBagError,
+    NoSystemError,
+    SeveralSystemsError,
+)
+from rosoclingo.bags.model import Recording
+from rosoclingo.bags.reader import read_recording
+from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS
+from rosoclingo.bags.wire import rosbags_type
+from rosoclingo.bags.writer import COMPRESSIONS, BagWriter
+
+NUMBERS = [str(number) for number in range(1, 21)]
+
+
+@pytest.mark.parametrize("kind", sorted(MD5SUMS))
+def test_md5_sums(kind: str) -> None:
+    assert STORE.generate_msgdef(rosbags_type(kind))[1] == MD5SUMS[kind]
+
+
+@pytest.mark.parametrize("compression", COMPRESSIONS)
+def test_intact(tmp_path: Path, compression: str) -> None:
+    file = run().write(tmp_path / "a.bag", compression)
+    recording = read_recording(file)
+    assert recording.name == "/rosoclingo"
+    assert texts(recording) == NUMBERS
+    assert [entry.number for entry in recording.entries] == list(range(1, 21))
+    assert recording.entries[3].seconds == pytest.approx(0.4)
+    assert recording.entries[3].event.step == 2
+    assert recording.remarks == ()
+    assert recording.has_journal
+    assert recording.size == file.stat().st_size
+
+
+def test_programs(tmp_path: Path) -> None:
+    programs = read_recording(run().write(tmp_path / "a.bag")).programs
+    assert set(programs) == {"/rosoclingo", "/controller", "/planner"}
+    assert programs["/rosoclingo"].solvers == {"controller": "/controller", "planner": "/planner"}
+    planner = programs["/planner"]
+    assert planner.program == "rosclingo run.py"
+    assert planner.arguments == ("-f", "/planner.lp")
+    assert planner.files == {"/planner.lp": "a."}
+    assert planner.versions == {"clingo": "5.5.0"}
+
+
+def test_about_that_is_no_description(tmp_path: Path) -> None:
+    maker = Maker().event(1, "end").add("about", 0.0, data="[1")
+    recording = read_recording(maker.write(tmp_path / "a.bag"))
+    assert recording.programs == {}
+    assert "/rosoclingo/about" in recording.remarks[0]
+
+
+def test_events_twice_and_out_of_order(tmp_path: Path) -> None:
+    maker = run()
+    maker.messages += maker.messages[3:9]
+    random.Random(1).shuffle(maker.messages)
+    recording = read_recording(maker.write(tmp_path / "a.bag"))
+    assert texts(recording) == NUMBERS
+    assert recording.remarks == ()
+
+
+def test_missing_events(tmp_path: Path) -> None:
+    maker = run()
+    del maker.messages[10:13]
+    assert read_recording(maker.write(tmp_path / "a.bag")).remarks == (
+        "3 events of the journal are missing",
+    )
+
+
+def test_node_started_again(tmp_path: Path) -> None:
+    maker = run()
+    for number in (1, 2, 3):
+        maker.event(number, "command", 5.0 + number, text=f"again {number}")
+    recording = read_recording(maker.write(tmp_path / "a.bag"))
+    assert texts(recording) == ["again 1", "again 2", "again 3"]
+    assert "2 times" in recording.remarks[0]
+
+
+# Damaged bags.
+
+
+@pytest.mark.parametrize("compression", COMPRESSIONS)
+def test_without_index(tmp_path: Path, compression: str) -> None:
+    file = run().write(tmp_path / "a.bag", compression)
+    content = file.read_bytes()
+    at = content.index(b"index_pos=") + len(b"index_pos=")
+    file.write_bytes(content[:at] + bytes(8) + content[at + 8 :])
+    recording = read_recording(file)
+    assert texts(recording) == NUMBERS
+    assert "no intact index" in recording.remarks[0]
+
+
+@pytest.mark.parametrize("compression", COMPRESSIONS)
+def test_truncated(tmp_path: Path, compression: str) -> None:
+    file = run().write(tmp_path / "a.bag", compression)
+    content = file.read_bytes()
+    third = content.index(b"compression=", content.index(b"compression=", 5000) + 1)
+    file.write_bytes(content[: third + 400])
+    recording = read_recording(file)
+    known = texts(recording)
+    assert 0 < len(known) < 20
+    assert known == NUMBERS[: len(known)]
+    assert "no intact index" in recording.remarks[0]
+    assert recording.remarks[1].startswith("lost: ")
+
+
+def test_damaged_chunk(tmp_path: Path) -> None:
+    file = run().write(tmp_path / "a.bag", "bz2")
+    content = bytearray(file.read_bytes())
+    at = content.rindex(b"BZh9") + 20
+    content[at : at + 4] = bytes(4)
+    file.write_bytes(bytes(content))
+    recording = read_recording(file)
+    assert 0 < len(recording.entries) < 20
+    assert any("cannot be decompressed" in remark for remark in recording.remarks)
+
+
+def _sample(tmp_path_factory: pytest.TempPathFactory) -> Tuple[Path, bytes]:
+    folder = tmp_path_factory.mktemp("bags")
+    return folder / "cut.bag", run(events=6).write(folder / "a.bag", "lz4").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory: pytest.TempPathFactory) -> Tuple[Path, bytes]:
+    """Where to write a bag, and the content of an intact one."""
+    return _sample(tmp_path_factory)
+
+
+def _read(file: Path, content: bytes) -> None:
+    file.write_bytes(content)
+    with contextlib.suppress(BagError):
+        assert isinstance(read_recording(file), Recording)
+
+
+@settings(max_examples=150, deadline=None)
+@given(place=st.floats(0, 1, exclude_max=True))
+def test_any_truncation(sample: Tuple[Path, bytes], place: float) -> None:
+    file, content = sample
+    begin = 4096  # before are magic and bag header only
+    _read(file, content[: begin + int(place * (len(content) - begin))])
+
+
+@settings(max_examples=60, deadline=None)
+@given(length=st.integers(0, 4200))
+def test_any_truncation_of_the_beginning(sample: Tuple[Path, bytes], length: int) -> None:
+    file, content = sample
+    _read(file, content[:length])
+
+
+@settings(max_examples=150, deadline=None)
+@given(place=st.floats(0, 1, exclude_max=True), value=st.integers(0, 255))
+def test_any_wrong_byte(sample: Tuple[Path, bytes], place: float, value: int) -> None:
+    file, content = sample
+    at = int(place * len(content))
+    _read(file, content[:at] + bytes([value]) + content[at + 1 :])
+
+
+# What is no bag, or not ours.
+
+
+def test_no_file(tmp_path: Path) -> None:
+    with pytest.raises(NoBagError, match=r"none\.bag: No such file"):
+        read_recording(tmp_path / "none.bag")
+
+
+def test_folder(tmp_path: Path) -> None:
+    with pytest.raises(NoBagError, match="this is a folder"):
+        read_recording(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("content", "error", "words"),
+    [
+        (b"", NoBagError, "the file is empty"),
+        (b"PK\x03\x04 and more", NoBagError, "no ROS 1 bag"),
+        (b"#ROSBAG V1.2\nmore", BagVersionError, "version 1.2"),
+        (b"#ROSRECORD V1.1\nmore", NoBagError, "no ROS 1 bag"),
+        (b"#ROSBAG V2.0\n", DamagedBagError, "nothing can be read"),
+        (b"#ROSBAG V2.0\nnonsense that is no record", DamagedBagError, "nothing can be read"),
+    ],
+)
+def test_no_bag(tmp_path: Path, content: bytes, error: type, words: str) -> None:
+    file = tmp_path / "a.bag"
+    file.write_bytes(content)
+    with pytest.raises(error, match=words):
+        read_recording(file)
+
+
+def test_encrypted(tmp_path: Path) -> None:
+    file = run().write(tmp_path / "a.bag")
+    content = file.read_bytes()
+    at = content.index(b"\n") + 1
+    length = int.from_bytes(content[at : at + 4], "little")
+    header = content[at + 4 : at + 4 + length] + b"\x14\0\0\0encryptor=rosbag/Aes"
+    rest = content[at + 4 + length :]
+    file.write_bytes(content[:at] + len(header).to_bytes(4, "little") + header + rest)
+    with pytest.raises(BagVersionError, match="rosbag decrypt"):
+        read_recording(file)
+
+
+def test_other_topics_only(tmp_path: Path) -> None:
+    file = tmp_path / "a.bag"
+    with BagWriter(file) as writer:
+        kind = "std_msgs/String"
+        writer.write(source("/chatter/in", kind), 10**18, data(kind, data="hello"))
+    with pytest.raises(NoSystemError, match=r"/chatter/in, nothing of rosoclingo"):
+        read_recording(file)
+
+
+def test_no_message_that_can_be_read(tmp_path: Path) -> None:
+    maker = Maker().event(1, "end")
+    maker.messages = [(sender, seconds, b"") for sender, seconds, _ in maker.messages]
+    with pytest.raises(NoSystemError, match=r"no message that can be read .*are damaged"):
+        read_recording(maker.write(tmp_path / "a.bag"))
+
+
+def test_several_systems(tmp_path: Path) -> None:
+    first, second = run("/a/rosoclingo"), run("/b/rosoclingo", events=3)
+    first.messages += second.messages
+    file = first.write(tmp_path / "a.bag")
+    with pytest.raises(SeveralSystemsError, match="/a/rosoclingo, /b/rosoclingo"):
+        read_recording(file)
+    assert len(read_recording(file, "/b/rosoclingo").entries) == 3
+    assert len(read_recording(file, "a/rosoclingo").entries) == 20
+    with pytest.raises(NoSystemError, match=r"no topics of /c; there are /a/rosoclingo"):
+        read_recording(file, "c")
+
+
+# Types.
+
+
+def test_other_comments(tmp_path: Path) -> None:
+    maker = run()
+    kind = LOOP_TYPES["journal"]
+    other = source("/rosoclingo/journal", kind, comment="# Another comment: = MSG: \n\n")
+    maker.messages = [
+        (other if sender.type == kind else sender, seconds, content)
+        for sender, seconds, content in maker.messages
+    ]
+    recording = read_recording(maker.write(tmp_path / "a.bag"))
+    assert texts(recording) == NUMBERS
+    assert recording.remarks == ()
+
+
+def test_journal_of_another_md5_sum(tmp_path: Path) -> None:
+    maker = run()
+    other = source("/rosoclingo/journal", LOOP_TYPES["journal"], md5sum="0" * 32)
+    maker.messages = [(other, seconds, content) for _, seconds, content in maker.messages]
+    with pytest.raises(BagTypeError, match=r"MD5 sum 0000.*record again"):
+        read_recording(maker.write(tmp_path / "a.bag"))
+
+
+def test_definition_that_does_not_fit_its_md5_sum(tmp_path: Path) -> None:
+    kind = LOOP_TYPES["journal"]
+    lying = source("/rosoclingo/journal", kind)._replace(definition="uint32 number\n")
+    maker = Maker()
+    maker.messages.append((lying, 0.0, bytes(4)))
+    with pytest.raises(BagTypeError, match="does not have the MD5 sum"):
+        read_recording(maker.write(tmp_path / "a.bag"))
+
+
+def test_a_foreign_connection_beside_the_right_one(tmp_path: Path) -> None:
+    maker = run()
+    foreign = source("/rosoclingo/journal", "std_msgs/String")
+    maker.messages.append((foreign, 1.0, data("std_msgs/String", data="hello")))
+    recording = read_recording(maker.write(tmp_path / "a.bag"))
+    assert texts(recording) == NUMBERS
+    assert "recorded as std_msgs/String" in recording.remarks[0]
+
+
+def test_messages_that_are_too_short(tmp_path: Path) -> None:
+    maker = run()
+    sender, seconds, content = maker.messages[-1]
+    maker.messages[-1] = (sender, seconds, content[:10])
+    recording = read_recording(maker.write(tmp_path / "a.bag"))
+    assert texts(recording) == NUMBERS[:-1]
+    assert "1 messages of /rosoclingo/journal are damaged" in recording.remarks[0]
+
+
+# Bags of systems without a journal.
+
+GOAL = {"id": "g1", "stamp": stamp(0.0)}
+
+
+def _old() -> Maker:
+    maker = Maker()
+    maker.add("goal", 0.0, goal_id=GOAL, goal={"request": "bring(1,3)", "information": ["a"]})
+    maker.add("feedback", 0.1, status={"goal_id": GOAL}, feedback={"status": "plan 9 steps"})
+    maker.add("status", 0.2, status_list=[{"goal_id": GOAL, "status": 1}])
+    maker.add("out", 0.3, id="r", action="go(1)")
+    maker.add("in", 0.4, id="r", value="success")
+    maker.add("in", 0.5, id="r", value="failure")  # recorded just before its action
+    maker.add("out", 0.55, id="r", action="go(2)")
+    maker.add("in", 0.6, id="door", value="open")
+    maker.add("status", 0.7, status_list=[{"goal_id": GOAL, "status": 3, "text": "done"}])
+    maker.add("result", 0.8, status={"goal_id": GOAL, "status": 3, "text": "done"})
+    return maker
+
+
+def test_old_bag(tmp_path: Path) -> None:
+    recording = read_recording(_old().write(tmp_path / "a.bag"))
+    assert not recording.has_journal
+    assert "no journal" in recording.remarks[0]
+    assert recording.programs == {}
+    events = [entry.event for entry in recording.entries]
+    assert [(e.kind, e.id, e.text, e.step) for e in events] == [
+        ("goal", "g1", "bring(1,3)", 0),
+        ("status", "g1", "accepted", 0),
+        ("action", "r", "go(1)", 1),
+        ("message", "r", "success", 1),
+        ("action", "r", "go(2)", 2),
+        ("message", "r", "failure", 2),
+        ("message", "door", "open", 2),
+        ("status", "g1", "succeeded", 2),
+    ]
+    assert events[0].details == ("a",)
+    assert events[-1].details == ("", "done")
+    assert {e.horizon for e in events[1:]} == {9}
+
+
+@pytest.mark.parametrize(
+    ("cancel", "canceled"),
+    [
+        ({"id": "g1"}, ["g1"]),
+        ({}, ["g1", "g2"]),
+        ({"stamp": stamp(0.5)}, ["g1"]),
+        ({"id": "g2", "stamp": stamp(0.5)}, ["g1", "g2"]),
+        ({"id": "other"}, []),
+    ],
+)
+def test_old_bag_with_cancel(tmp_path: Path, cancel: dict, canceled: list) -> None:
+    maker = Maker()
+    maker.add("goal", 0.0, goal_id={"id": "g1", "stamp": stamp(0.0)}, goal={"request": "a"})
+    maker.add("goal", 1.0, goal_id={"id": "g2", "stamp": stamp(1.0)}, goal={"request": "b"})
+    maker.add("cancel", 2.0, **cancel)
+    recording = read_recording(maker.write(tmp_path / "a.bag"))
+    found = [e.event.id for e in recording.entries if e.event.kind == "cancel"]
+    assert found == canceled
+
+
+def test_old_bag_of_a_static_mode(tmp_path: Path) -> None:
+    plan = "[do(a,move(b,1),1), do(a,put,2)]"
+    maker = Maker().add("out", 0.0, id="solver", action=plan)
+    entry = read_recording(maker.write(tmp_path / "a.bag")).entries[0]
+    assert (entry.event.kind, entry.event.details) == ("plan", ("do(a,move(b,1),1)", "do(a,put,2)"))

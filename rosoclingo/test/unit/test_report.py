@@ -1,0 +1,232 @@
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any, Dict, List, Tuple
+
+import pytest
+from bag_maker import Maker
+from journals import Journal, long_journal
+
+from rosoclingo.bags.model import Program, Recording
+from rosoclingo.bags.page import data, render
+from rosoclingo.bags.picture import draw
+from rosoclingo.bags.report import main
+from rosoclingo.bags.statistics import compute
+
+HOSTILE = "</script><img src=x onerror=alert(1)><!--<script>&lt;\u2028'\"@SCRIPT@"
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+class Page(HTMLParser):
+    """What a browser sees of a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self._inside = ""
+        self.tags: List[str] = []
+        self.attributes: List[Tuple[str, str]] = []
+        self.texts: Dict[str, str] = {}
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: Any) -> None:
+        self.tags.append(tag)
+        self.attributes += [(name, value or "") for name, value in attrs]
+        self._inside = dict(attrs).get("type") or tag
+
+    def handle_endtag(self, _: str) -> None:
+        self._inside = ""
+
+    def handle_data(self, data: str) -> None:
+        self.texts[self._inside] = self.texts.get(self._inside, "") + data
+
+    @property
+    def data(self) -> Any:
+        return json.loads(self.texts["application/json"])
+
+
+def page_of(recording: Recording) -> str:
+    return render(recording, compute(recording), Path("some/run.bag"))
+
+
+def rows(table: Dict[str, Any]) -> List[Dict[str, Any]]:
+    return [dict(zip(table["names"], row)) for row in table["rows"]]
+
+
+def test_the_page_holds_what_happened() -> None:
+    journal = Journal().goal("g", "bring(1,3)", "a box").plan("do(r,a,1)")
+    journal.status("g", "accepted", "1").move(1, 5).action("r", "a").message("r", "failure")
+    journal.plan("do(r,a,1)", "do(r,b,2)").message("x", "y").dropped("id x, value y: why")
+    found = Page(page_of(journal.recording())).data
+    assert found["title"] == "run.bag"
+    (goal,) = rows(found["goals"])
+    assert (goal["request"], goal["information"], goal["came"]) == ("bring(1,3)", ["a box"], 1)
+    assert goal["ended"] is None
+    (action,) = rows(found["actions"])
+    assert (action["actuator"], action["answer"]) == ("r", "failure")
+    assert [row["causes"] for row in rows(found["changes"])] == [
+        [["goal", "bring(1,3)"]],
+        [["failure", "r: a"]],
+    ]
+    assert [row["horizon"] for row in rows(found["steps"])] == [0, 5]
+    assert [row["dropped"] for row in rows(found["messages"])] == ["id x, value y: why"]
+    figures = {name: (value, more) for name, value, more in found["figures"]}
+    assert figures["goals"] == ("1", "1 open")
+    assert figures["actions"] == ("1", "1 failed, 0 without an answer")
+    assert figures["messages"] == ("2", "1 dropped")
+    assert figures["bag"] == ("4.0 KiB", f"{len(journal.entries)} events, with a journal")
+
+
+def test_the_page_says_with_what_the_nodes_were_started() -> None:
+    planner = Program(
+        "/planner", "rosclingo run.py", ("-f", "a b.lp"), {"a b.lp": "a."}, {"clingo": "5.8"}
+    )
+    loop = Program("/rosoclingo", "rosoclingo run.py", solvers={"planner": "/planner"})
+    programs = {program.node: program for program in (planner, loop)}
+    recording = Recording("/rosoclingo", (), programs, ("it was repaired",), has_journal=False)
+    found = data(recording, compute(recording), Path("run.bag"))
+    assert found["remarks"] == ["it was repaired"]
+    assert found["programs"][0] == {
+        "node": "/planner",
+        "role": "planner",
+        "command": "rosrun rosclingo run.py -f 'a b.lp'",
+        "files": [["a b.lp", hashlib.sha256(b"a.").hexdigest()[:8]]],
+        "versions": "clingo 5.8",
+    }
+    assert "without a journal" in found["figures"][-1][2]
+
+
+def test_texts_of_the_bag_are_no_html() -> None:
+    journal = Journal().goal(HOSTILE, HOSTILE, HOSTILE).status(HOSTILE, "accepted", HOSTILE)
+    journal.action(HOSTILE, HOSTILE).message(HOSTILE, HOSTILE).dropped(HOSTILE)
+    journal.plan(f"do({HOSTILE},{HOSTILE},1)").status(HOSTILE, HOSTILE, HOSTILE, HOSTILE)
+    program = Program(HOSTILE, HOSTILE, (HOSTILE,), {HOSTILE: HOSTILE}, {HOSTILE: HOSTILE})
+    recording = Recording(
+        HOSTILE,
+        journal.add("end", text=HOSTILE).recording().entries,
+        {HOSTILE: program},
+        (HOSTILE,),
+    )
+    harmless = Page(page_of(Journal().goal("g", "x").recording()))
+    page = Page(render(recording, compute(recording), Path(HOSTILE)))
+    # Nothing but the data differs: not a tag, and no text outside of them.
+    assert page.tags == harmless.tags
+    assert page.attributes == harmless.attributes
+    assert {**page.texts, "application/json": ""} == {**harmless.texts, "application/json": ""}
+    assert rows(page.data["goals"])[0]["request"] == HOSTILE
+    assert page.data["remarks"] == [HOSTILE]
+
+
+def test_the_page_needs_nothing_else_and_runs_its_own_script_alone() -> None:
+    page = Page(page_of(Journal().goal("g", "x").recording()))
+    names = {name for name, _ in page.attributes}
+    assert names.isdisjoint({"src", "href", "onclick", "onload", "style"})
+    policy = next(value for _, value in page.attributes if "default-src" in value)
+    assert "default-src 'none'" in policy
+    for text in (page.texts["module"], page.texts["style"]):
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy
+    assert "unsafe" not in policy
+    for word in ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval("):
+        assert word not in page.texts["module"]
+
+
+def test_a_page_of_10000_steps_is_below_5_mib() -> None:
+    recording = long_journal(10_000).recording()
+    statistics = compute(recording)
+    assert len(statistics.steps) == len(statistics.changes) == 10_000
+    assert len(render(recording, statistics, Path("run.bag")).encode()) < 5 * 2**20
+
+
+@pytest.mark.parametrize("steps", [0, 12, 1_000])
+def test_a_picture_is_written(tmp_path: Path, steps: int) -> None:
+    file = tmp_path / "run.png"
+    draw(long_journal(steps).compute(), f"$ {HOSTILE}", file)
+    assert file.read_bytes().startswith(PNG)
+
+
+# The program.
+
+
+def bag(folder: Path) -> Path:
+    maker = Maker().about().event(1, "goal", 0.1, id="g", text="bring(1,3)")
+    maker.event(2, "status", 0.2, id="g", text="accepted", details=["1", ""], step=1)
+    return maker.write(folder / "run.bag")
+
+
+def test_the_program_writes_page_and_picture(tmp_path: Path) -> None:
+    with pytest.raises(SystemExit) as end:
+        main([str(bag(tmp_path)), "--png", str(tmp_path / "run.png")])
+    assert end.value.code == 0
+    assert (tmp_path / "run.png").read_bytes().startswith(PNG)
+    found = Page((tmp_path / "run.html").read_text(encoding="utf-8")).data
+    assert rows(found["goals"])[0]["request"] == "bring(1,3)"
+    assert [program["node"] for program in found["programs"]] == [
+        "/rosoclingo",
+        "/controller",
+        "/planner",
+    ]
+
+
+def test_the_program_runs_without_ros_and_without_matplotlib(tmp_path: Path) -> None:
+    code = (
+        "import sys\n"
+        "for name in ('rospy', 'genpy', 'roslib', 'actionlib', 'matplotlib'):\n"
+        "    sys.modules[name] = None\n"  # importing it fails
+        "from rosoclingo.bags.report import main\n"
+        "main(sys.argv[1:])\n"
+    )
+    page = tmp_path / "page.html"
+    command = [sys.executable, "-c", code, str(bag(tmp_path)), "-o", str(page)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == f"wrote {page}\n"
+    assert page.exists()
+
+
+@pytest.mark.parametrize("content", [None, b"", b"no bag at all"])
+def test_what_is_no_bag_ends_the_program_with_a_message(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: Any
+) -> None:
+    file = tmp_path / "run.bag"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(SystemExit) as end:
+        main([str(file)])
+    assert end.value.code == 2
+    assert str(file) in capsys.readouterr().err
+    assert not (tmp_path / "run.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("modules", "reason"), [((), "bmp"), (("matplotlib.collections",), "pip install")]
+)
+def test_a_picture_that_cannot_be_drawn(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    modules: Tuple[str, ...],
+    reason: str,
+) -> None:
+    monkeypatch.delitem(sys.modules, "rosoclingo.bags.picture", raising=False)
+    for module in modules:
+        monkeypatch.setitem(sys.modules, module, None)  # importing it fails
+    with pytest.raises(SystemExit) as end:
+        main([str(bag(tmp_path)), "--png", str(tmp_path / "run.bmp")])
+    assert end.value.code == 2
+    error = capsys.readouterr().err
+    assert str(tmp_path / "run.bmp") in error
+    assert reason in error
+
+
+def test_a_page_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main([str(bag(tmp_path)), "-o", str(tmp_path / "none" / "page.html")])
+    assert end.value.code == 2
+    assert "none/page.html" in capsys.readouterr().err

@@ -1,0 +1,234 @@
+"""When inputs are sent: by cause, whatever the replayed run does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import List, Optional, Sequence
+
+import pytest
+from replay_maker import ASK, END, RUN, Made, drive, entries, events, status
+
+from rosoclingo.bags.inputs import Point, inputs
+from rosoclingo.bags.model import Entry
+from rosoclingo.bags.outputs import is_open, outputs, tidy
+from rosoclingo.bags.schedule import Schedule
+from rosoclingo.journal import Event
+
+
+class Replay:
+    """A schedule with a clock, and what it has had sent."""
+
+    def __init__(self, recorded: Sequence[Entry], rate: Optional[float] = None) -> None:
+        recorded = tidy(recorded)
+        self.schedule = Schedule(
+            inputs(recorded), outputs(recorded), is_open=is_open(recorded), rate=rate
+        )
+        self.now = 100.0
+        self.sent: List[str] = []
+
+    def see(self, made: Sequence[Made]) -> None:
+        for event in events(made):
+            self.schedule.see(event, self.now)
+
+    def send(self) -> List[str]:
+        """Sends all that is due, and returns it."""
+        sent: List[str] = []
+        planned = self.schedule.due(self.now)
+        while planned is not None:
+            sent.append(" ".join(filter(None, (planned.event.id, planned.event.text))))
+            planned = self.schedule.due(self.now)
+        self.sent += sent
+        return sent
+
+    @property
+    def finished(self) -> bool:
+        return self.schedule.is_finished(self.now)
+
+
+def test_a_run_that_is_the_same() -> None:
+    replay = Replay(entries(RUN))
+    sent = []
+    for event in RUN:
+        if event[0] in ("goal", "message"):
+            (one,) = replay.send()
+            sent.append(one)
+        else:
+            assert replay.send() == [], event
+        assert not replay.finished
+        replay.see([event])
+    assert sent == ["g visit(3)", "robot success", "robot success"]
+    assert replay.finished
+    assert replay.schedule.stalls == []
+
+
+def test_an_answer_comes_after_its_action_even_if_the_loop_does_not_wait() -> None:
+    recorded = [made for made in RUN if made[0] != "waiting" or made[3] == 0] + END
+    replay = Replay(entries(recorded))
+    replay.see(ASK[:1])
+    assert replay.send() == ["g visit(3)"]
+    replay.see([*ASK[1:], *status("accepted", 1)])
+    assert replay.send() == []
+    replay.see(drive(2)[:1])
+    assert replay.send() == ["robot success"]
+    assert replay.send() == []
+
+
+def test_what_came_while_the_loop_waited_is_sent_when_it_waits_again() -> None:
+    second: List[Made] = [("goal", "h", "visit(1)", 1), ("command", "", "idle", 1)]
+    recorded = ASK + drive(2)[:3] + second + drive(2)[2:] + END
+    replay = Replay(entries(recorded))
+    replay.see(ASK[:1])
+    assert replay.send() == ["g visit(3)"]
+    replay.see(ASK[1:] + drive(2)[:2])
+    assert replay.send() == []  # the action is there, but the loop does not wait yet
+    replay.see(drive(2)[2:3])
+    assert replay.send() == ["h visit(1)"]
+    assert replay.send() == []  # the loop has to take it, and to wait again
+    replay.see(second)
+    assert replay.send() == []
+    replay.see(drive(2)[2:3])
+    assert replay.send() == ["robot success"]
+
+
+def test_what_was_taken_together_is_sent_together() -> None:
+    both: List[Made] = [("message", "info", "a", 0), ("message", "info", "b", 0)]
+    replay = Replay(entries([ASK[0], *both, ASK[2], *END]))
+    assert replay.send() == []
+    replay.see(ASK[:1])
+    assert replay.send() == ["info a", "info b"]
+
+
+def test_what_interrupted_a_long_search_is_sent_when_it_has_begun() -> None:
+    recorded = list(entries([
+        *ASK, ("command", "", "assign_messages(1)", 1), ("message", "info", "late", 1),
+        ("command", "unknown", "solve", 1), *END,
+    ]))  # fmt: skip
+    long = [
+        replace(entry, event=replace(entry.event, seconds=2.0))
+        if entry.event.text == "solve"
+        else entry
+        for entry in recorded
+    ]
+    assert [one.point for one in inputs(recorded)] == [Point.WAITING, Point.BUSY]
+    assert [one.point for one in inputs(long)] == [Point.WAITING, Point.SEARCHING]
+    replay = Replay(long)
+    replay.see(ASK[:1])
+    assert replay.send() == ["g visit(3)"]
+    replay.see(ASK[1:])
+    assert replay.send() == []
+    replay.see([("command", "", "assign_messages(1)", 1)])
+    assert replay.send() == ["info late"]
+
+
+def test_a_goal_that_was_recalled() -> None:
+    """Its status is noted before the cancel request, which nevertheless is the cause."""
+    recall = Event("status", "h", "canceled", ("", "recalled before it had a slot"))
+    made: List[Made] = [ASK[0], ("goal", "h", "visit(1)", 0)]
+    recorded = events(made)
+    recorded += [recall, *events([("message", "info", "a", 0), ("cancel", "h", "", 0)])]
+    journal = tuple(Entry(n, float(n), event) for n, event in enumerate(recorded, 1))
+    replay = Replay(journal)
+    replay.see(ASK[:1])
+    assert replay.send() == ["h visit(1)"]
+    replay.now += 0.1  # lets it arrive, since a message takes another way
+    assert replay.send() == ["info a"]
+    replay.now += 0.1
+    assert replay.send() == ["h"]
+
+
+def test_a_replay_that_goes_another_way_is_noted_and_goes_on() -> None:
+    replay = Replay(entries(RUN))
+    replay.see(ASK[:1])
+    replay.send()
+    replay.see(ASK[1:] + status("accepted", 1) + drive(5)[:3])
+    assert replay.send() == ["robot success"]  # an answer to another action is one, too
+    (stall,) = replay.schedule.stalls
+    assert (stall.position, stall.pending) == (1, ("robot",))
+    replay.see(drive(5)[3:] + status("succeeded", 1) + END)
+    assert replay.send() == []
+    assert replay.schedule.skipped == 1  # there is no second action to answer
+    assert replay.finished
+
+
+def test_a_missing_answer_is_noted_where_it_is_missing() -> None:
+    recorded = [made for place, made in enumerate(RUN) if place != RUN.index(drive(2)[3])]
+    replay = Replay(entries(recorded))
+    replay.see(ASK[:1])
+    replay.send()
+    replay.see(ASK[1:] + status("accepted", 1) + drive(2)[:3])
+    assert replay.send() == ["robot success"]
+    (stall,) = replay.schedule.stalls
+    assert (stall.position, stall.pending) == (2, ("robot",))
+
+
+def test_an_input_that_is_never_taken_is_given_up() -> None:
+    replay = Replay(entries(RUN))
+    replay.see(ASK[:1])
+    replay.send()
+    assert replay.send() == []
+    replay.now += 10.0
+    assert replay.send() == []
+    assert replay.schedule.skipped == 2  # there is no action to answer
+    assert replay.schedule.stalls
+    assert replay.finished
+
+
+def test_the_end() -> None:
+    replay = Replay(entries([*RUN[:-1], ("end", "", "no plan", 2)]))
+    replay.see(ASK[:1])
+    replay.send()
+    replay.see([*ASK[1:], ("end", "", "no plan", 1)])
+    assert replay.send() == []
+    assert replay.finished
+
+
+def test_a_plan_that_is_published() -> None:
+    made: List[Made] = [("plan", "", "", 0), ("command", "", "publish", 0)]
+    replay = Replay(entries(made))
+    replay.see(made[:1])
+    assert not replay.finished
+    replay.see(made[1:])
+    assert replay.finished
+
+
+def test_a_recording_that_ends_in_between_needs_no_more_than_it_has() -> None:
+    replay = Replay(entries(RUN[: RUN.index(drive(3, first=2)[0]) + 1]))
+    for place, made in enumerate(RUN):
+        replay.send()
+        if made == drive(3, first=2)[0]:
+            assert not replay.finished
+            replay.see([made])
+            assert replay.finished
+            break
+        replay.see(RUN[place : place + 1])
+
+
+def test_in_real_time() -> None:
+    replay = Replay(entries(RUN, gap=3.0), rate=2.0)
+    replay.see(ASK[:1])
+    assert replay.send() == []
+    assert replay.schedule.wake(replay.now) <= 1.5
+    replay.now += 1.4
+    assert replay.send() == []
+    replay.now += 0.2
+    assert replay.send() == ["g visit(3)"]
+
+
+def test_not_too_many_at_once() -> None:
+    many: List[Made] = [("message", "sensor", f"reading({n})", 0) for n in range(5000)]
+    replay = Replay(entries([ASK[0], *many, ASK[2], *END], gap=0.001))
+    replay.see(ASK[:1])
+    sent = replay.send()
+    assert len(sent) < 5000
+    while sent:
+        replay.see([("message", *one.split(), 0) for one in sent])  # type: ignore[list-item, misc]  # two words
+        sent = replay.send()
+    assert len(replay.sent) == 5000
+
+
+@pytest.mark.parametrize("quiet", [0.5, 5.0])
+def test_without_a_journal(quiet: float) -> None:
+    """After some quiet, the loop is taken to have waited."""
+    made: List[Made] = [("goal", "g", "visit(3)", 0), ("message", "info", "a", 0)]
+    points = [one.point for one in inputs(entries(made, gap=quiet), has_journal=False)]
+    assert points == [Point.WAITING, Point.WAITING if quiet > 1 else Point.BUSY]

@@ -1,0 +1,144 @@
+"""Which processes replay a bag, and the files that they get."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Dict, List, Mapping, Sequence
+
+import pytest
+
+from rosoclingo.bags.model import Program, Recording
+from rosoclingo.bags.startup import Changes, starts
+from rosoclingo.bags.unpack import ReplayError, from_disk, unpack
+
+FILES = {"/home/me/ws/task.lp": '#include "parts/map.lp".', "/home/me/ws/parts/map.lp": "a."}
+
+
+def program(
+    arguments: Sequence[str], files: Mapping[str, str] = FILES, node: str = "/planner"
+) -> Program:
+    return Program(node, "rosclingo run.py", tuple(arguments), files)
+
+
+def recording(name: str = "/rosoclingo", **programs: Program) -> Recording:
+    solvers = {role: f"/{role}" for role in ("controller", "planner")}
+    loop = Program(name, "rosoclingo run.py", solvers=solvers)
+    nodes = {"controller": program(["-f", "task.lp"], node="/controller"),
+             "planner": program(["-f", "task.lp", "-c", "slots=1"]), **programs}  # fmt: skip
+    return Recording(name, (), {name: loop, **{one.node: one for one in nodes.values()}})
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["-f", "/home/me/ws/task.lp"], ["-f", "task.lp"], ["-f", "task"], ["-fws/task.lp"],
+        ["--file", "../ws/task"], ["--file=./task.lp"], ["-f", "/a/link/ws/task.lp"],
+    ],
+)  # fmt: skip
+def test_files_are_written_and_found(tmp_path: Path, arguments: List[str]) -> None:
+    changed, directory = unpack(program([*arguments, "-c", "f=task.lp"]), tmp_path)
+    assert directory.is_dir()
+    assert changed[-2:] == ["-c", "f=task.lp"]
+    file = Path(changed[-3].replace("--file=", "").replace("-f", "", 1))
+    assert file.read_text() == FILES["/home/me/ws/task.lp"]
+    assert (file.parent / "parts" / "map.lp").read_text() == "a."
+    assert tmp_path in file.parents
+
+
+def test_includes_from_the_working_directory(tmp_path: Path) -> None:
+    files = {"/ws/a/task.lp": '#include "maps/map.lp".', "/ws/maps/map.lp": "a."}
+    _, directory = unpack(program(["-f", "/ws/a/task.lp"], files), tmp_path)
+    assert (directory / "maps" / "map.lp").read_text() == "a."
+
+
+def test_includes_with_an_absolute_path(tmp_path: Path) -> None:
+    files = {"/ws/task.lp": '#include "/ws/map.lp".\n#include  "/etc/x.lp".', "/ws/map.lp": "a."}
+    (_, file), _ = unpack(program(["-f", "task.lp"], files), tmp_path)
+    text = Path(file).read_text()
+    assert f'"{tmp_path}/ws/map.lp"' in text
+    assert '"/etc/x.lp"' in text
+
+
+def test_the_same_name_in_two_folders(tmp_path: Path) -> None:
+    files = {"/ws/a/task.lp": "a.", "/ws/b/task.lp": "b."}
+    (_, first, _, second), _ = unpack(program(["-f", "b/task", "-f", "a/task.lp"], files), tmp_path)
+    assert (Path(first).read_text(), Path(second).read_text()) == ("b.", "a.")
+
+
+def test_no_file_leaves_the_folder(tmp_path: Path) -> None:
+    files = {"/ws/../../../../evil.lp": "a.", "../up.lp": "b."}
+    folder = tmp_path / "a" / "b"
+    unpack(program([], files), folder)
+    assert {path.relative_to(folder) for path in tmp_path.rglob("*.lp")} == {
+        Path("evil.lp"), Path("up.lp"),
+    }  # fmt: skip
+
+
+def test_a_file_that_the_bag_does_not_have(tmp_path: Path) -> None:
+    with pytest.raises(ReplayError, match=r"does not have the file other\.lp of /planner"):
+        unpack(program(["-f", "other.lp"]), tmp_path)
+
+
+def test_files_from_disk(tmp_path: Path) -> None:
+    file = tmp_path / "task.lp"
+    recorded = program(["-f", "task", "-t", "2"], {str(file): "old."})
+    with pytest.raises(ReplayError, match="is not there any more"):
+        from_disk(recorded)
+    file.touch()
+    assert from_disk(recorded) == ["-f", str(file), "-t", "2"]
+
+
+def commands(changes: Changes, folder: Path, of: Recording) -> Dict[str, List[str]]:
+    return {one.name: list(one.command) for one in starts(of, changes, folder)}
+
+
+def test_the_recorded_system(tmp_path: Path) -> None:
+    made = commands(Changes(), tmp_path, recording())
+    assert list(made) == ["rosoclingo", "controller", "planner"]  # the loop first
+    assert made["rosoclingo"] == [
+        "rosrun", "rosoclingo", "run.py", "__name:=rosoclingo", "_controller:=/controller",
+        "_planner:=/planner",
+    ]  # fmt: skip
+    assert made["planner"][:4] == ["rosrun", "rosclingo", "run.py", "__name:=planner"]
+    assert made["planner"][-2:] == ["-c", "slots=1"]
+
+
+def test_another_planner(tmp_path: Path) -> None:
+    made = commands(Changes(planner="-f 'my task.lp' -t 2"), tmp_path, recording())
+    assert made["planner"][4:] == ["-f", "my task.lp", "-t", "2"]
+    assert Path(made["controller"][-1]).is_file()
+
+
+def test_namespaces(tmp_path: Path) -> None:
+    made = starts(
+        Recording("/a/b/loop", ()), Changes(planner="-f p", controller="-f c"), tmp_path
+    )  # fmt: skip
+    assert [(one.name, one.namespace) for one in made] == [
+        ("loop", "/a/b"), ("controller", "/a/b"), ("planner", "/a/b"),
+    ]  # fmt: skip
+
+
+def test_another_system(tmp_path: Path) -> None:
+    made = commands(Changes(system="robots all.launch map:=office"), tmp_path, recording())
+    assert list(made.values()) == [["roslaunch", "robots", "all.launch", "map:=office"]]
+    made = commands(Changes(single="-f a.lp"), tmp_path, recording())
+    assert made == {"rosoclingo": ["rosrun", "rosoclingo", "run-1.0.py", "__name:=rosoclingo",
+                                   "-f", "a.lp"]}  # fmt: skip
+
+
+def test_what_does_not_fit(tmp_path: Path) -> None:
+    single = Program("/rosoclingo", "rosoclingo run-1.0.py", ("-f", "task.lp"), FILES)
+    one_node = Recording("/rosoclingo", (), {"/rosoclingo": single})
+    strange = Recording("/rosoclingo", (), {"/rosoclingo": Program("/rosoclingo", "rm -r")})
+    for of, changes, text in (
+        (Recording("/rosoclingo", ()), Changes(), "does not say what /rosoclingo was started with"),
+        (Recording("/rosoclingo", ()), Changes(planner="-f a"), "--controller"),
+        (one_node, Changes(planner="-f a.lp"), "use --single"),
+        (strange, Changes(), "unknown program"),
+        (recording(), Changes(single="-f a", planner="-f a"), "--single is one node"),
+        (recording(), Changes(system="a b", planner="-f a"), "--system starts everything"),
+        (recording(planner=program([], node="/other")), Changes(), "the planner, /planner"),
+    ):
+        with pytest.raises(ReplayError, match=text):
+            starts(of, changes, tmp_path)
+    assert commands(Changes(), tmp_path, one_node)["rosoclingo"][2] == "run-1.0.py"

@@ -1,0 +1,141 @@
+"""Records the dynamic mailbot, as a user does, and ends the recorder in every way.
+
+Needs a sourced workspace, in devel or install space.
+"""
+
+from __future__ import annotations
+
+import signal
+import time
+from pathlib import Path
+
+import pytest
+from terminals import Terminal, Terminals, package, terminals, wait_for
+from typist import Typist, pipe
+
+from rosoclingo.bags.errors import BagError
+from rosoclingo.bags.model import Recording
+from rosoclingo.bags.reader import read_recording
+
+__all__ = ["terminals"]
+
+RECORD = ("rosrun", "rosoclingo", "record.py")
+ACTIONS = ["go(1)", "pickup(1)", "go(c(1))", "go(c(3))", "go(3)", "deliver(1)"]
+
+
+def deliver(terminals: Terminals, folder: Path) -> None:
+    """Has the mailbot bring something from 1 to 3."""
+    client, typist = pipe(terminals, folder, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
+    _ask(client, typist)
+
+
+def _ask(client: Terminal, typist: Typist) -> None:
+    typist.type("1 3\n")
+    client.wait_for("succeeded")
+    typist.close()
+    client.wait()
+
+
+def read(bag: Path) -> Recording:
+    """Reads a bag that is still being written, when the delivery is in it."""
+    found = []
+
+    def is_through() -> bool:
+        try:
+            recording = read_recording(bag)
+        except BagError:
+            return False
+        found.append(recording)
+        has_ended = any(entry.event.text == "succeeded" for entry in recording.entries)
+        return has_ended and "/planner" in recording.programs
+
+    wait_for(is_through)
+    return found[-1]
+
+
+def check(recording: Recording) -> None:
+    """Checks that the delivery is recorded, with what the nodes were started with."""
+    events = [entry.event for entry in recording.entries]
+    assert [entry.number for entry in recording.entries] == list(range(1, len(events) + 1))
+    assert [event.text for event in events if event.kind == "action"] == ACTIONS
+    assert [event.text for event in events if event.kind == "goal"] == ["bring(1,3)"]
+    assert set(recording.programs) == {"/rosoclingo", "/controller", "/planner"}
+    mode = package("rosoclingo") / "modes" / "dynamic.incremental.recording.lp"
+    assert recording.programs["/controller"].files[str(mode)] == mode.read_text()
+
+
+@pytest.mark.install_space
+def test_launch_argument(terminals: Terminals, tmp_path: Path) -> None:
+    bag = tmp_path / "a.bag"
+    launch = terminals.start(
+        "roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch", f"record:={bag}"
+    )
+    deliver(terminals, tmp_path)
+    launch.interrupt()
+    assert launch.wait() == 0
+    assert "Traceback" not in launch.output
+    assert f"rosrun rosoclingo replay.py {bag}" in launch.output
+    recording = read_recording(bag)
+    check(recording)
+    assert recording.remarks == ()
+    info = terminals.run("rosbag", "info", str(bag))
+    assert info.process.returncode == 0
+    for topic in ("/rosoclingo/journal", "/planner/control_log", "/controller/about"):
+        assert topic in info.output
+    assert "/planner/status" not in info.output
+
+
+@pytest.mark.parametrize("compression", ["bz2", "lz4"])
+def test_recorder_that_is_interrupted(
+    terminals: Terminals, tmp_path: Path, compression: str
+) -> None:
+    bag = tmp_path / "a.bag"
+    recorder = terminals.start(*RECORD, "-o", str(bag), "--compression", compression)
+    recorder.wait_for("recording /rosoclingo in")  # before there is one
+    terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch")
+    deliver(terminals, tmp_path)
+    read(bag)
+    begin = time.monotonic()
+    recorder.interrupt()
+    assert recorder.wait() == 0
+    assert time.monotonic() - begin < 2.0
+    assert f"rosrun rosoclingo replay.py {bag}" in recorder.output
+    assert "Traceback" not in recorder.output
+    check(read_recording(bag))
+    assert read_recording(bag).remarks == ()
+    assert terminals.run("rosbag", "info", str(bag)).process.returncode == 0
+
+
+def test_recorder_that_is_killed(terminals: Terminals, tmp_path: Path) -> None:
+    bag = tmp_path / "a.bag"
+    terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch")
+    deliver(terminals, tmp_path)
+    recorder = terminals.start(*RECORD, "-o", str(bag))  # after the delivery
+    read(bag)
+    recorder.process.send_signal(signal.SIGKILL)
+    recorder.wait()
+    recording = read_recording(bag)
+    check(recording)
+    assert "no intact index" in recording.remarks[0]
+    assert terminals.run("rosbag", "reindex", str(bag)).process.returncode == 0
+    assert terminals.run("rosbag", "info", str(bag)).process.returncode == 0
+
+
+def test_nothing_to_record(terminals: Terminals, tmp_path: Path) -> None:
+    bag = tmp_path / "a.bag"
+    recorder = terminals.start(*RECORD, "-o", str(bag), "rosoclingo:=/nobody")
+    recorder.wait_for("recording /nobody in")
+    recorder.interrupt()
+    assert recorder.wait() == 0
+    assert "/nobody has sent nothing" in recorder.output
+    assert not bag.exists()
+
+
+def test_bag_that_cannot_be_made(terminals: Terminals, tmp_path: Path) -> None:
+    bag = tmp_path / "a.bag"
+    bag.write_text("precious")
+    for file, reason in ((bag, "not overwritten"), (tmp_path / "no" / "a.bag", "No such file")):
+        recorder = terminals.run(*RECORD, "-o", str(file))
+        assert recorder.process.returncode == 2
+        assert reason in recorder.output
+    assert bag.read_text() == "precious"
