@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import threading
 import time
-from typing import Callable, Optional
+from collections import deque
+from typing import Callable, Deque
 
 import rospy
 from actionlib import ClientGoalHandle, CommState
@@ -109,8 +110,8 @@ class Base:
             while not drive.ended.wait(_POLL_SECONDS):
                 if canceled.is_set():
                     raise CanceledError("cancelled during the drive")
-                if drive.position is not None:
-                    moved(drive.position)
+                while drive.positions:
+                    moved(drive.positions.popleft())
                 self._check(statuses, clock)
         finally:
             if not drive.ended.is_set():
@@ -166,11 +167,11 @@ class Base:
 
 
 class _Drive:
-    """What is known of a goal; its callbacks run in rospy's threads and only set a value."""
+    """What is known of a goal; its callbacks run in rospy's threads and only set values."""
 
     def __init__(self) -> None:
         self.ended = threading.Event()
-        self.position: Optional[Point] = None
+        self.positions: Deque[Point] = deque()  # the newest on the right
 
     def on_transition(self, goal: ClientGoalHandle) -> None:
         if goal.get_comm_state() == CommState.DONE:
@@ -178,7 +179,7 @@ class _Drive:
 
     def on_feedback(self, _: ClientGoalHandle, feedback: MoveBaseFeedback) -> None:
         position = feedback.base_position.pose.position
-        self.position = (position.x, position.y)
+        self.positions.append((position.x, position.y))
 
 
 def _pose(frame: str, waypoint: Waypoint) -> PoseStamped:
