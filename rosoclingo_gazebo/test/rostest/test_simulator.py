@@ -176,9 +176,11 @@ class TestSimulator(unittest.TestCase):
 
     def test_simulated_time_is_as_fast_as_it_should_be(self) -> None:
         began, simulated = time.monotonic(), rospy.get_time()
-        self.truth.wait(lambda messages: rospy.get_time() - simulated > 3 * SPEED)
-        passed = time.monotonic() - began
-        self.assertAlmostEqual((rospy.get_time() - simulated) / passed, SPEED, delta=SPEED / 5)
+        self.truth.wait(lambda messages: rospy.get_time() - simulated > 6 * SPEED)
+        speed = (rospy.get_time() - simulated) / (time.monotonic() - began)
+        # A machine with much to do makes it slower, and nothing much faster.
+        self.assertGreater(speed, 0.6 * SPEED)
+        self.assertLess(speed, 1.1 * SPEED)
 
     def test_the_map(self) -> None:
         grid = rospy.wait_for_message("/map", OccupancyGrid, TIMEOUT)

@@ -87,6 +87,8 @@ def test_with_gazebo(terminals: Terminals, gazebo: Dict[str, str]) -> None:
         ("-y -8 -x 7 -z 0 -R 0 -P 0 -Y 0", (7, -8, 0)),
         ("-x 16.5 -y -17 -Y 1.5", (16.5, -17, 1.5)),
         ("", (7, -8, 0)),
+        ("-Y 1", (7, -8, 1)),
+        ("-x 1  -y 2 -x 3", (3, 2, 0)),
     ],
 )
 def test_where_gazebos_robot_is(

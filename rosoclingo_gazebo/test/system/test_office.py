@@ -55,11 +55,15 @@ def un_block(terminals: Terminals, line: str) -> None:
     assert announced.wait() == 0, announced.output
 
 
-def kill(terminals: Terminals, node: str) -> None:
-    """Kills a node that somebody else has started."""
-    lines = terminals.run("rosnode", "info", node).output.splitlines()
-    process = next(line for line in lines if line.startswith("Pid:"))
-    os.kill(int(process.split()[1]), signal.SIGKILL)
+def pid(terminals: Terminals, node: str) -> int:
+    """Returns the process of a node that somebody else starts, to kill it at once later."""
+
+    def line() -> str:
+        lines = terminals.run("rosnode", "info", node).output.splitlines()
+        return next((line for line in lines if line.startswith("Pid:")), "")
+
+    wait_for(lambda: bool(line()))
+    return int(line().split()[1])
 
 
 def actions(node: Terminal) -> list[str]:
@@ -110,9 +114,10 @@ def test_the_simulator_dies(terminals: Terminals, tmp_path: Path) -> None:
     node = planner(terminals)
     started = interfaces(terminals)
     mailbot, typist = client(terminals, tmp_path)
+    process = pid(terminals, "/simulator")
     typist.type("o9 o14 box\n")
     started.wait_for("mailbot: go(c6)")
-    kill(terminals, "/simulator")
+    os.kill(process, signal.SIGKILL)
     started.wait_for("mailbot: go(c6): failure after")
     assert "/move_base went away during the drive" in started.output
     # The next go waits for a simulator that may come again.
@@ -129,9 +134,10 @@ def test_the_interface_dies(terminals: Terminals, tmp_path: Path) -> None:
     planner(terminals)
     started = interfaces(terminals)
     mailbot, typist = client(terminals, tmp_path)
+    process = pid(terminals, "/move_base_interface")
     typist.type("o10 o12 box\n")
     started.wait_for("mailbot: go(c6)")
-    kill(terminals, "/move_base_interface")
+    os.kill(process, signal.SIGKILL)
     typist.close()
     assert mailbot.wait() == 0, mailbot.output
     assert "[1] bring(o10,o12) box: succeeded" in mailbot.output
@@ -158,16 +164,25 @@ def test_an_interface_that_stays_dead(terminals: Terminals, tmp_path: Path) -> N
 
 
 def test_another_simulator_comes(terminals: Terminals, tmp_path: Path) -> None:
-    """The way that failed counts as blocked, and the clock begins anew."""
-    simulator(terminals)
-    planner(terminals)
-    started = interfaces(terminals)
+    """It comes when all ways have failed, and its clock begins anew."""
+    started = [simulator(terminals), planner(terminals), interfaces(terminals, "timeout:=25")]
+    office, node, drives = started
     mailbot, typist = client(terminals, tmp_path)
-    typist.type("o9 o8 box\n")
+    process = pid(terminals, "/simulator")
+    typist.type("o1 o3 box\n")
     typist.close()
-    started.wait_for("mailbot: go(c6)")
-    kill(terminals, "/simulator")
-    started.wait_for("mailbot: go(c6): failure after")
-    simulator(terminals)
+    drives.wait_for("mailbot: go(c1)")
+    os.kill(process, signal.SIGKILL)
+    drives.wait_for("mailbot: go(c1): failure after")
+    assert "/move_base went away during the drive" in drives.output
+    drives.wait_for("/move_base did not come within 25 s")
+    drives.wait_for("mailbot: go(c6): failure after")
+    mailbot.wait_for("waiting in step")
+    started.append(simulator(terminals))
     assert mailbot.wait() == 0, mailbot.output
-    assert "mailbot: go(c3): success" in started.output
+    assert "[1] bring(o1,o3) box: succeeded" in mailbot.output
+    for way in ("open1 to c1", "open1 to c6"):
+        assert f"{way} is not blocked" in drives.output
+    assert actions(node)[2:] == ["go(c1)", "go(o1)", "pickup(1)", "go(c1)", "go(o3)", "deliver(1)"]
+    for terminal in (office, *started):
+        assert "Traceback" not in terminal.output

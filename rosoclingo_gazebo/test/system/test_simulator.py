@@ -14,7 +14,7 @@ ENDS = 2.0  # s
 
 
 @pytest.mark.install_space
-@pytest.mark.parametrize("arguments", [(), ("_speed:=0.001",), ("_physics:=mujoco",)])
+@pytest.mark.parametrize("arguments", [(), ("_speed:=0.02",), ("_physics:=mujoco",)])
 def test_ctrl_c_ends_it_at_once(
     terminals: Terminals,  # noqa: F811 - the fixture
     arguments: Tuple[str, ...],
@@ -29,12 +29,23 @@ def test_ctrl_c_ends_it_at_once(
     assert "Traceback" not in simulator.output
 
 
+def test_a_slow_clock_holds_up_no_statuses(
+    terminals: Terminals,  # noqa: F811 - the fixture
+) -> None:
+    """A client takes a server without statuses for dead; by the clock, these would take 200 s."""
+    terminals.run("rosparam", "set", "/use_sim_time", "true")
+    terminals.start(*SIMULATOR, "_speed:=0.02").wait_for("simulates")
+    statuses = terminals.start("rostopic", "echo", "-n", "20", "/move_base/status")
+    assert statuses.wait() == 0, statuses.output
+
+
 def test_what_is_wrong_is_named(terminals: Terminals) -> None:  # noqa: F811 - the fixture
     wrong = (
         ("_map:=/nowhere.yaml", "cannot read the map /nowhere.yaml"),
         ("_waypoints:=/nowhere.yaml", "cannot read the waypoint file /nowhere.yaml"),
         ("_physics:=magic", "parameter ~physics: expected kinematic or mujoco: magic"),
-        ("_speed:=0", "parameter ~speed: expected a number greater than 0"),
+        ("_speed:=0", "parameter ~speed: expected a number from 0.02 on: 0"),
+        ("_speed:=0.01", "parameter ~speed: expected a number from 0.02 on: 0.01"),
         ("_speed:=fast", "expected a number from 0: fast"),
         ("_max_speed:=2", "expected a number from 0 to 0.5: 2"),
         ("_x:=-3", "the robot cannot stand at (-3, -8)"),

@@ -217,6 +217,22 @@ def test_of_two_packages_at_a_place_the_plan_tells_which(situation: Situation) -
     assert places(situation) == [("a to c", "a"), ("a to b", "r")]
 
 
+def test_the_papers_actions_name_origin_and_destination(situation: Situation) -> None:
+    situation.begin_goal("first", "bring(a,c)")
+    situation.begin_goal("second", "bring(a,b)")
+    act(situation, "pickup(a,b)")
+    assert places(situation) == [("a to c", "a"), ("a to b", "r")]
+    act(situation, "go(b)")
+    act(situation, "deliver(a,b)")
+    assert places(situation) == [("a to c", "a"), ("a to b", "b")]
+
+
+def test_an_abort_leaves_the_action_that_it_ends(situation: Situation) -> None:
+    situation.begin_action("r", "go(b)")
+    act(situation, "abort", "failure")
+    assert situation.blocked == {frozenset(("a", "b"))}
+
+
 def test_a_package_of_an_unknown_goal_is_shown_on_the_robot(situation: Situation) -> None:
     act(situation, "pickup(3)")
     assert situation.packages == [Package("package 3", "", "", "", robot="r", slot="3")]

@@ -85,6 +85,13 @@ def test_there_is_no_path_through_a_closed_door_or_into_a_wall() -> None:
     assert PLANNER.plan(Pose(9, 9, 0), goal) is None
 
 
+@pytest.mark.filterwarnings("error")
+def test_far_from_the_map_is_no_path() -> None:
+    far = Pose(1e300, -1e300, 0)
+    assert PLANNER.plan(Pose(0, 0.5, 0), far) is None
+    assert PLANNER.plan(far, Pose(0, 0.5, 0)) is None
+
+
 def test_a_tolerance_lets_it_end_near_the_goal() -> None:
     start, goal = Pose(4, 0.5, 0), Pose(5.0, 2.15, 0)
     assert PLANNER.plan(start, goal, tolerance=0.1) is None

@@ -171,8 +171,9 @@ def test_it_says_once_in_a_while_what_speed_is_reached() -> None:
 
 def test_the_manuals_pose() -> None:
     assert parse_pose(DEFAULT_POSE) == Pose(7, -8, 0)
-    assert parse_pose("-x 1.5 -Y -0.5") == Pose(1.5, 0, -0.5)
-    assert parse_pose("") == Pose(0, 0, 0)
+    assert parse_pose("-x 1.5 -Y -0.5") == Pose(1.5, -8, -0.5)
+    assert parse_pose("-x 1 -y 2 -x 3") == Pose(3, 2, 0)
+    assert parse_pose("") == Pose(7, -8, 0)
 
 
 @pytest.mark.parametrize("text", ["7 -8", "-x", "-x one", "-x nan", "-q 1", "-x 1 2", "-x -y 1"])

@@ -132,6 +132,7 @@ def test_what_is_wrong_is_named(tmp_path: Path, place: str, value: Any, message:
     [
         ("name: a\nname: b\n", "line 2: name is there twice; remove or rename one"),
         ("rooms:\n  a: {}\n  b: {}\n  a: {}\n", "line 4: a is there twice"),
+        ("[" * 5000, "nested too deeply"),
         ("name: [", "is not YAML: "),
         ("", "the description: expected names with values (NAME: VALUE), not None"),
         ("? [a]\n: b\n", "is not YAML: "),

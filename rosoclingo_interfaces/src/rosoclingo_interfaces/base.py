@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import threading
 import time
-from typing import Callable, Optional
+from collections import deque
+from typing import Callable, Deque
 
 import rospy
 from actionlib import ClientGoalHandle, CommState
@@ -15,7 +16,7 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseGoal
 from std_srvs.srv import Empty
 
 from rosclingo.low_latency import LowLatencyActionClient
-from rosoclingo_interfaces.errors import CanceledError, DriveError
+from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.pulse import Pulse
 from rosoclingo_interfaces.stray import Point
 from rosoclingo_interfaces.waypoints import Waypoint
@@ -44,6 +45,16 @@ class Base:
         self._client = LowLatencyActionClient(name, MoveBaseAction)
         self._clear = rospy.ServiceProxy(f"{self.name}/clear_costmaps", Empty)
 
+    @property
+    def connected(self) -> bool:
+        """Whether the server is there, as far as its connections tell."""
+        client = self._client
+        topics = (
+            client.pub_goal, client.pub_cancel,
+            client.status_sub, client.result_sub, client.feedback_sub,
+        )  # fmt: skip
+        return all(topic.get_num_connections() for topic in topics)
+
     def wait(self, seconds: float, canceled: threading.Event) -> None:
         """Waits until the server is there, and says every five seconds what it waits for.
 
@@ -53,14 +64,14 @@ class Base:
 
         Raises:
             CanceledError: The wait was cancelled.
-            DriveError: The server did not come.
+            GoneError: The server did not come.
         """
         begin = time.monotonic()
         reminder = begin + 1.0
-        while not self._connected():
+        while not self.connected:
             now = time.monotonic()
             if 0 < seconds < now - begin:
-                raise DriveError(f"{self.name} did not come within {seconds:g} s (~timeout)")
+                raise GoneError(f"{self.name} did not come within {seconds:g} s (~timeout)")
             if now > reminder:
                 rospy.loginfo(
                     "waiting for the action %s; is the robot's navigation or a simulator running?",
@@ -87,7 +98,8 @@ class Base:
 
         Raises:
             CanceledError: The drive was cancelled.
-            DriveError: The robot did not arrive; the message says why.
+            GoneError: Server or clock went away during the drive; the message says which.
+            DriveError: The robot did not arrive for another reason; the message says why.
         """
         drive = _Drive()
         goal = self._client.send_goal(
@@ -98,8 +110,8 @@ class Base:
             while not drive.ended.wait(_POLL_SECONDS):
                 if canceled.is_set():
                     raise CanceledError("cancelled during the drive")
-                if drive.position is not None:
-                    moved(drive.position)
+                while drive.positions:
+                    moved(drive.positions.popleft())
                 self._check(statuses, clock)
         finally:
             if not drive.ended.is_set():
@@ -109,7 +121,22 @@ class Base:
         if status != GoalStatus.SUCCEEDED:
             word = GoalStatus.to_string(status)
             text = goal.get_goal_status_text()
-            raise DriveError(f"{self.name} ended the drive as {word}" + (text and f": {text}"))
+            # LOST is what the client makes of a server that does not know the goal any more.
+            kind = GoneError if status == GoalStatus.LOST else DriveError
+            raise kind(f"{self.name} ended the drive as {word}" + (text and f": {text}"))
+
+    def absence(self) -> Callable[[], bool]:
+        """Returns a function that says whether the server is gone, from now on.
+
+        It is there again when it has sent a status and the clock has gone on.
+        """
+        status, now = self._client.last_status_msg, rospy.get_rostime()
+
+        def gone() -> bool:
+            silent = self._client.last_status_msg is status
+            return silent or rospy.get_rostime() == now or not self.connected
+
+        return gone
 
     def clear_costmaps(self) -> None:
         """Has the server forget the obstacles it saw, if it offers that; waits for a short time."""
@@ -128,31 +155,23 @@ class Base:
             rospy.logwarn("%s has not answered yet", self._clear.resolved_name)
 
     def _check(self, statuses: Pulse, clock: Pulse) -> None:
-        if not self._connected():
-            raise DriveError(f"{self.name} went away during the drive")
+        if not self.connected:
+            raise GoneError(f"{self.name} went away during the drive")
         if clock.still() > _SILENCE_SECONDS:
-            raise DriveError(
+            raise GoneError(
                 f"the clock has stood still for {_SILENCE_SECONDS:g} s: "
                 "the simulator that publishes /clock has ended or pauses"
             )
         if statuses.still() > _SILENCE_SECONDS:
-            raise DriveError(f"{self.name} has sent no status for {_SILENCE_SECONDS:g} s")
-
-    def _connected(self) -> bool:
-        client = self._client
-        topics = (
-            client.pub_goal, client.pub_cancel,
-            client.status_sub, client.result_sub, client.feedback_sub,
-        )  # fmt: skip
-        return all(topic.get_num_connections() for topic in topics)
+            raise GoneError(f"{self.name} has sent no status for {_SILENCE_SECONDS:g} s")
 
 
 class _Drive:
-    """What is known of a goal; its callbacks run in rospy's threads and only set a value."""
+    """What is known of a goal; its callbacks run in rospy's threads and only set values."""
 
     def __init__(self) -> None:
         self.ended = threading.Event()
-        self.position: Optional[Point] = None
+        self.positions: Deque[Point] = deque()  # the newest on the right
 
     def on_transition(self, goal: ClientGoalHandle) -> None:
         if goal.get_comm_state() == CommState.DONE:
@@ -160,7 +179,7 @@ class _Drive:
 
     def on_feedback(self, _: ClientGoalHandle, feedback: MoveBaseFeedback) -> None:
         position = feedback.base_position.pose.position
-        self.position = (position.x, position.y)
+        self.positions.append((position.x, position.y))
 
 
 def _pose(frame: str, waypoint: Waypoint) -> PoseStamped:

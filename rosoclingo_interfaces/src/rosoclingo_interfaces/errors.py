@@ -27,3 +27,7 @@ class WaypointError(RosclingoError):
 
 class DriveError(RosclingoError):
     """The robot did not get to where it should drive; the message says why."""
+
+
+class GoneError(DriveError):
+    """The robot did not get there because its navigation or the clock is gone."""

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
-from typing import NoReturn, Optional, Union
+from typing import Callable, NoReturn, Optional, Union
 
+import rospy
+
+from rosoclingo.msg import ROSoClingoIn
 from rosoclingo_interfaces import parameters
+from rosoclingo_interfaces.announcements import SOURCE
 from rosoclingo_interfaces.base import Base
-from rosoclingo_interfaces.errors import CanceledError, DriveError
+from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError, ParameterError
+from rosoclingo_interfaces.execution import Execution
 from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.node import run
 from rosoclingo_interfaces.stray import Point, Way
-from rosoclingo_interfaces.waypoints import read_waypoints
+from rosoclingo_interfaces.topics import topic
+from rosoclingo_interfaces.waypoints import Waypoint, Waypoints, read_waypoints
+
+_POLL_SECONDS = 0.2  # of wall time: how often it is seen whether a server is there again
+_QUEUE_SIZE = 100  # announcements
 
 
 class MoveBase(ActionInterface):
@@ -25,21 +35,42 @@ class MoveBase(ActionInterface):
 
     def __init__(self) -> None:
         self._waypoints = read_waypoints(Path(parameters.text("waypoints")))
-        self._max_stray = parameters.number("max_stray", 0.0)
+        self._max_stray = parameters.number("max_stray", 3.0)
+        self._last = _start(self._waypoints)  # the waypoint where the robot was last
+        self._in = rospy.Publisher(
+            topic("in"), ROSoClingoIn, tcp_nodelay=True, queue_size=_QUEUE_SIZE
+        )
         self._base = Base()
-        self._last: Optional[Point] = None  # the waypoint where the robot was last
 
     def go(self, waypoint: Union[int, str]) -> bool:
         """Drives to a waypoint."""
         name = str(waypoint)
         place = self._waypoints.find(name)
-        end = (place.x, place.y)
+        execution = self.execution
+        try:
+            self._base.wait(self.timeout, execution.canceled)
+            moved = self._watch(name, place)
+            self._base.drive(self._waypoints.frame, place, moved, execution.canceled)
+        except (CanceledError, DriveError) as err:
+            if isinstance(err, GoneError) or not self._base.connected:
+                self._remember(name, execution)
+            # What blocked the way may be gone when the robot comes here again.
+            self._base.clear_costmaps()
+            raise
+        self._last = name
+        return True
+
+    def _watch(self, name: str, place: Waypoint) -> Callable[[Point], None]:
+        """Returns what ends a drive to a waypoint when the robot strays."""
         way: Optional[Way] = None
+        last: Optional[Point] = None
+        if self._last is not None:
+            last = (self._waypoints.places[self._last].x, self._waypoints.places[self._last].y)
 
         def moved(position: Point) -> None:
             nonlocal way
             if way is None:
-                way = Way(position, end, self._last)
+                way = Way(position, (place.x, place.y), last)
             stray = way.distance(position)
             if 0 < self._max_stray < stray:
                 raise DriveError(
@@ -47,16 +78,36 @@ class MoveBase(ActionInterface):
                     f"{self._max_stray:g} m (~max_stray): the way is blocked"
                 )
 
-        canceled = self.execution.canceled
-        try:
-            self._base.wait(self.timeout, canceled)
-            self._base.drive(self._waypoints.frame, place, moved, canceled)
-        except (CanceledError, DriveError):
-            # What blocked the way may be gone when the robot comes here again.
-            self._base.clear_costmaps()
-            raise
-        self._last = end
-        return True
+        return moved
+
+    def _remember(self, name: str, execution: Execution) -> None:
+        """Announces that a way is not blocked as soon as the server is there again.
+
+        A planner takes the failure of a drive for a way that is blocked.
+        """
+        last, gone = self._last, self._base.absence()
+        if last is None or last == name:
+            return
+
+        def announce() -> None:
+            execution.ended.wait()  # The answer comes first.
+            pause = threading.Event()
+            while gone():
+                pause.wait(_POLL_SECONDS)
+            rospy.loginfo("%s is there again: %s to %s is not blocked", self._base.name, last, name)
+            self._in.publish(SOURCE, f"unblocked({last},{name})")
+
+        threading.Thread(target=announce, name=f"{last} to {name}", daemon=True).start()
+
+
+def _start(waypoints: Waypoints) -> Optional[str]:
+    name = parameters.text("start", "")
+    if name and name not in waypoints.places:
+        raise ParameterError(
+            f"parameter {rospy.resolve_name('~start')}: there is no waypoint {name} in "
+            f"{waypoints.file}; give the one where the robot is at first, or an empty text"
+        )
+    return name or None
 
 
 def main() -> NoReturn:

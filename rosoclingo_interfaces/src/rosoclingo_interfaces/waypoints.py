@@ -11,6 +11,7 @@ import yaml
 
 from rosclingo.errors import TermError
 from rosclingo.terms import parse_term, quote
+from rosoclingo_interfaces import strict_yaml
 from rosoclingo_interfaces.errors import WaypointError
 
 _COORDINATES = ("x", "y", "theta")
@@ -67,8 +68,7 @@ def read_waypoints(file: Path) -> Waypoints:
         WaypointError: The file cannot be read, or is no waypoint file; the message says where.
     """
     try:
-        # This loader takes each scalar for a text, so that 1 and yes are names like any other.
-        content = yaml.load(file.read_text(encoding="utf-8"), Loader=yaml.BaseLoader)  # noqa: S506
+        content = strict_yaml.load(file.read_text(encoding="utf-8"), strict_yaml.Texts)
     except (OSError, UnicodeDecodeError) as err:
         raise WaypointError(f"cannot read the waypoint file {file}: {err}") from err
     except yaml.YAMLError as err:

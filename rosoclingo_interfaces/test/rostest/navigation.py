@@ -6,9 +6,11 @@ from __future__ import annotations
 import queue
 
 import rospy
-from actionlib import ActionServer, ServerGoalHandle
-from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback
+from actionlib import ServerGoalHandle
+from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
+
+from rosclingo.low_latency import LowLatencyActionServer
 
 
 class Navigation:
@@ -17,8 +19,9 @@ class Navigation:
         self.canceled: queue.Queue[str] = queue.Queue()
         self.cleared: queue.Queue[EmptyRequest] = queue.Queue()
         self._service = rospy.Service(f"{name}/clear_costmaps", Empty, self._on_clear)
-        self._server = ActionServer(
-            name, MoveBaseAction, self._on_goal, self._on_cancel, auto_start=False
+        # actionlib's own goes no further when the clock begins anew.
+        self._server = LowLatencyActionServer(
+            name, MoveBaseAction, self._on_goal, self._on_cancel, MoveBaseResult()
         )
         self._server.start()
 

@@ -109,16 +109,18 @@ def test_wrong_parameters(terminals: Terminals) -> None:
 def test_wrong_waypoint_files(terminals: Terminals, tmp_path: Path) -> None:
     places = tmp_path / "places.yaml"
     places.write_text("frame: map\nwaypoints: {c3: {x: 1, y: far, theta: 0}}\n")
+    office = package("rosoclingo_interfaces") / "config" / "graph_wg.yaml"
     wrong = {
-        "_timeout:=1": "parameter /n0/waypoints: expected a text",
-        "_waypoints:=/nowhere.yaml": "cannot read the waypoint file /nowhere.yaml",
-        f"_waypoints:={places}": f"{places}: waypoint c3: y: expected a number of metres: far",
+        ("_timeout:=1",): "parameter /n0/waypoints: expected a text",
+        ("_waypoints:=/nowhere.yaml",): "cannot read the waypoint file /nowhere.yaml",
+        (f"_waypoints:={places}",): f"{places}: waypoint c3: y: expected a number of metres: far",
+        (f"_waypoints:={office}", "_start:=c0"): "n3/start: there is no waypoint c0 in",
     }
     nodes = [
         terminals.start(
-            "rosrun", "rosoclingo_interfaces", "move_base_interface.py", f"__name:=n{n}", text
+            "rosrun", "rosoclingo_interfaces", "move_base_interface.py", f"__name:=n{n}", *texts
         )
-        for n, text in enumerate(wrong)
+        for n, texts in enumerate(wrong)
     ]
     for node, text in zip(nodes, wrong.values()):
         assert node.wait() == 2

@@ -65,6 +65,12 @@ def test_a_waypoint_that_is_not_there(file: Path) -> None:
         (GOOD + "  c3: {x: 1, y: inf, theta: 0}", "waypoint c3: y: expected a number of metres"),
         (GOOD + "  c3: {x: 1, y: 2, theta: nan}", "theta: expected a number of radians: nan"),
         (GOOD + "  c3: {x: 1", "is no YAML"),
+        (
+            GOOD + "  c3: {x: 1, y: 2, theta: 0}\n  c3: {x: 1, y: 2, theta: 0}",
+            "c3 is there twice; remove or rename one",
+        ),
+        (GOOD + "  c3: {x: 1, x: 1, y: 2, theta: 0}", "x is there twice"),
+        ("[" * 5000, "nested too deeply"),
     ],
 )
 def test_wrong_files(file: Path, text: str, message: str) -> None:

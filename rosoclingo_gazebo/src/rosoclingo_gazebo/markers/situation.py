@@ -10,6 +10,7 @@ import clingo
 from rosclingo.terms import parse_term
 
 _SUCCESS, _FAILURE = "success", "failure"
+_ABORT = "abort"  # ends a robot's action, and is none itself: the answer is to that action
 _SOURCE = "info"  # who announces what is blocked
 _SOLVER = "solver"  # who publishes a plan as ``[do(R,A,T),...]``
 _MOST_DELIVERED = 10  # packages that are shown where they were delivered
@@ -27,7 +28,7 @@ class Package:
         destination: Where it is to go; likewise.
         place: The waypoint where it is; empty while a robot carries it.
         robot: Who carries it; empty while nobody does.
-        slot: The planner's id of its goal; known from the pickup on.
+        slot: The planner's id of its goal, or origin and destination; known from the pickup on.
         delivered: Whether its goal has succeeded.
     """
 
@@ -105,7 +106,7 @@ class Situation:
         robot = str(parse_term(actuator))
         if robot == _SOLVER:
             self.steps = _steps(parse_term(f"plan({action.strip()[1:-1]})").arguments)
-        elif robot in self.positions:
+        elif robot in self.positions and action.strip() != _ABORT:
             self._actions[robot] = parse_term(action)
             answer = self._early.pop(robot, None)
             if answer is not None:
@@ -140,10 +141,10 @@ class Situation:
                 self.positions[robot] = there
             else:
                 self.blocked.add(frozenset((here, there)))
-        elif answer == _SUCCESS and action.match("pickup", 1):
-            self._pick_up(robot, str(action.arguments[0]))
-        elif answer == _SUCCESS and action.match("deliver", 1):
-            self._hand_over(robot, str(action.arguments[0]))
+        elif answer == _SUCCESS and (action.match("pickup", 1) or action.match("pickup", 2)):
+            self._pick_up(robot, action)
+        elif answer == _SUCCESS and (action.match("deliver", 1) or action.match("deliver", 2)):
+            self._hand_over(robot, _slot(action))
 
     def _forget_step(self, robot: str, action: clingo.Symbol) -> None:
         """Takes what has been answered out of the plan ahead: the last action has no successor."""
@@ -152,10 +153,16 @@ class Situation:
                 self.steps = self.steps[:index] + self.steps[index + 1 :]
                 return
 
-    def _pick_up(self, robot: str, slot: str) -> None:
-        """Finds out which package it was: nobody says which goal has which slot."""
-        here = self.positions[robot]
+    def _pick_up(self, robot: str, action: clingo.Symbol) -> None:
+        """Finds out which package it was: nobody says which goal has which slot.
+
+        With the two arguments of the paper's dialect, these are origin and destination.
+        """
+        here, slot = self.positions[robot], _slot(action)
         waiting = [package for package in self._open.values() if package.place == here]
+        if action.match("pickup", 2):
+            ends = tuple(str(argument) for argument in action.arguments)
+            waiting = [one for one in waiting if (one.origin, one.destination) == ends]
         end = self._where_delivered(robot, slot)
         # The oldest of those that are to go where the plan delivers it, else the oldest of all.
         waiting.sort(key=lambda package: package.destination != end)
@@ -178,6 +185,11 @@ class Situation:
             elif step.robot == robot and str(step.action) == f"deliver({slot})":
                 return here
         return None
+
+
+def _slot(action: clingo.Symbol) -> str:
+    """Returns what a pickup or deliver says of its package."""
+    return ",".join(str(argument) for argument in action.arguments)
 
 
 def _steps(atoms: Sequence[clingo.Symbol]) -> Tuple[Step, ...]:

@@ -37,9 +37,13 @@ class Grid:
         Args:
             points: An array whose last axis is x and y, in metres.
         """
-        columns = np.floor((points[..., 0] - self.x) / self.resolution).astype(np.intp)
-        rows = np.floor((points[..., 1] - self.y) / self.resolution).astype(np.intp)
-        return np.clip(rows, 0, self.rows - 1), np.clip(columns, 0, self.columns - 1)
+        columns = np.floor((points[..., 0] - self.x) / self.resolution)
+        rows = np.floor((points[..., 1] - self.y) / self.resolution)
+        # First to the nearest: an integer may be too small for what is far outside.
+        return (
+            np.clip(rows, 0, self.rows - 1).astype(np.intp),
+            np.clip(columns, 0, self.columns - 1).astype(np.intp),
+        )
 
     def points(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Returns the centres of cells, as an array whose last axis is x and y, in metres."""

@@ -21,14 +21,13 @@ from std_msgs.msg import Header
 
 from rosoclingo_gazebo.simulator.laser import ANGLES, LEAST_METRES, MOST_METRES, Scan
 from rosoclingo_gazebo.simulator.occupancy import OccupancyMap
-from rosoclingo_gazebo.simulator.physics import Pose, normal_angle
+from rosoclingo_gazebo.simulator.physics import LASER_HEIGHT, Pose, normal_angle
 
 MAP, ODOM, FOOTPRINT, BASE, LASER = "map", "odom", "base_footprint", "base_link", "base_scan"
 
 BASE_HEIGHT = 0.01
 """Of ``base_link`` above the floor, in metres."""
 
-_LASER_HEIGHT = 0.3  # metres, above the floor
 _UNIT_ERROR = 1e-2  # of a quaternion's length
 _VARIANCE = 1e-4  # m² and rad²; the simulator knows where the robot is, but filters divide by it
 
@@ -133,7 +132,7 @@ def robot_transforms() -> Tuple[TransformStamped, ...]:
     here = Pose(0.0, 0.0, 0.0)
     return (
         transform(FOOTPRINT, BASE, here, BASE_HEIGHT),
-        transform(BASE, LASER, here, _LASER_HEIGHT - BASE_HEIGHT),
+        transform(BASE, LASER, here, LASER_HEIGHT - BASE_HEIGHT),
     )
 
 

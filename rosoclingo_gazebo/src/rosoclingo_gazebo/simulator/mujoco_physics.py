@@ -15,6 +15,7 @@ from rosoclingo_gazebo.simulator.headless import mujoco
 from rosoclingo_gazebo.simulator.physics import (
     ANGULAR_ACCELERATION,
     ANGULAR_SPEED,
+    LASER_HEIGHT,
     LINEAR_ACCELERATION,
     LINEAR_SPEED,
     Box,
@@ -24,9 +25,6 @@ from rosoclingo_gazebo.simulator.physics import (
 
 BOXES = 8
 """How many boxes there can be at a time: MuJoCo's models do not grow."""
-
-LASER_HEIGHT = 0.3
-"""The laser's height above the floor, in metres."""
 
 # The wheels, in metres; these are the model's numbers.
 _WHEEL_RADIUS = 0.035

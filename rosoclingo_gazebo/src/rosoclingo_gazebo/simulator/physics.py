@@ -11,6 +11,9 @@ import numpy as np
 ROBOT_RADIUS = 0.18
 """The robot is a disc of this radius, in metres."""
 
+LASER_HEIGHT = 0.3
+"""Of the laser above the floor, in metres."""
+
 LINEAR_SPEED = 0.5
 """How fast the robot drives at most, in m/s."""
 

@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Dict
 
 import rospkg
 import rospy
@@ -20,6 +21,9 @@ KINDS = ("kinematic", "mujoco")
 
 DEFAULT_POSE = "-y -8 -x 7 -z 0 -R 0 -P 0 -Y 0"
 """The manual's ``ROBOT_INITIAL_POSE``."""
+
+LEAST_SPEED = 0.02
+"""What ``~speed`` is at least: the clock goes on every 2.5 s of wall time then."""
 
 _OPTION = re.compile(r"-([xyzRPY])\s+(\S+)")
 
@@ -66,7 +70,7 @@ def read_settings() -> Settings:
         waypoints=Path(_text("waypoints", str(interfaces / "config" / "graph_wg.yaml"))),
         world=Path(_text("world", str(here / "worlds" / "office.xml"))),
         physics=physics,
-        speed=_positive("speed", 1.0),
+        speed=_speed(),
         pose=_pose(),
         limits=Limits(
             speed=_positive("max_speed", LINEAR_SPEED, LINEAR_SPEED),
@@ -80,15 +84,16 @@ def read_settings() -> Settings:
 def parse_pose(text: str) -> Pose:
     """Reads a pose in the manual's format, such as ``-y -8 -x 7 -z 0 -R 0 -P 0 -Y 0``.
 
-    What is not there is 0. The height and the angles ``R`` and ``P`` mean nothing here.
+    What is not there is as in ``DEFAULT_POSE``, and of equal options the last one counts. The
+    height and the angles ``R`` and ``P`` mean nothing here.
 
     Raises:
         ValueError: It is something else.
     """
     if _OPTION.sub("", text).strip():
         raise ValueError(f"expected a text such as {DEFAULT_POSE!r}: {text!r}")
-    values = dict.fromkeys("xyzRPY", 0.0)
-    for name, value in _OPTION.findall(text):
+    values: Dict[str, float] = {}
+    for name, value in _OPTION.findall(f"{DEFAULT_POSE} {text}"):
         try:
             values[name] = float(value)
         except ValueError:
@@ -104,6 +109,16 @@ def _pose() -> Pose:
     except ValueError as err:
         raise ParameterError(f"parameter ~initial_pose: {err}") from err
     return Pose(_coordinate("x", pose.x), _coordinate("y", pose.y), _coordinate("yaw", pose.theta))
+
+
+def _speed() -> float:
+    speed = parameters.number("speed", 1.0)
+    if speed < LEAST_SPEED:
+        raise ParameterError(
+            f"parameter ~speed: expected a number from {LEAST_SPEED:g} on: {speed:g}; "
+            "with less, the clock stands still for seconds, and others take it for dead"
+        )
+    return speed
 
 
 def _coordinate(name: str, default: float) -> float:

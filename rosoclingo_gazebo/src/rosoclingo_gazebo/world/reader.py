@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
-from typing import Any, Dict, Hashable, List, Mapping, Optional, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Tuple
 
 import yaml
 
 from rosoclingo_gazebo.world.checks import check
 from rosoclingo_gazebo.world.description import DEFAULT_FILES, KINDS, Area, Room, Waypoint, World
 from rosoclingo_gazebo.world.errors import WorldError
+from rosoclingo_interfaces import strict_yaml
 
 _NAME = re.compile(r"_*[a-z]\w*", re.ASCII)  # a constant of clingo
 
@@ -37,25 +38,13 @@ def read_world(path: Path) -> World:
         raise WorldError(f"{path}: {err}") from err
 
 
-class _Loader(yaml.SafeLoader):
-    """Reads YAML; a name that comes twice is an error, where the library keeps the last."""
-
-    def construct_mapping(self, node: Any, deep: bool = False) -> Dict[Hashable, Any]:
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        for index, key in enumerate(keys):
-            if key in keys[:index]:
-                line = node.value[index][0].start_mark.line + 1
-                raise WorldError(f"line {line}: {key} is there twice; remove or rename one")
-        return super().construct_mapping(node, deep)
-
-
 class _Reader:
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def world(self) -> World:
         text = self._path.read_text(encoding="utf-8")
-        top = _mapping(yaml.load(text, _Loader), "the description", _REQUIRED, _OPTIONAL)  # noqa: S506 (safe)
+        top = _mapping(strict_yaml.load(text), "the description", _REQUIRED, _OPTIONAL)
         walls = _mapping(top.get("walls", {}), "walls", (), ("thickness", "height"))
         connections = _connections(top["connections"])
         waypoints = _waypoints(top["waypoints"], connections)
