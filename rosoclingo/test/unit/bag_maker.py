@@ -48,9 +48,9 @@ def source(topic: str, kind: str, comment: str = "", md5sum: str = "") -> Source
 def _build(kind: str, values: Any) -> Any:
     """Makes a message of nested dictionaries."""
     name = rosbags_type(kind)
-    known = STORE.types[name]
+    known = STORE.get_msgdef(name)
     fields = {}
-    for field, (node, what) in STORE.fielddefs[name][1]:
+    for field, (node, what) in known.fields:
         value = values.get(field)
         if node == 2:  # a message
             value = _build(what.replace("/msg/", "/"), value or {})
@@ -59,7 +59,7 @@ def _build(kind: str, values: Any) -> Any:
         elif value is None:
             value = [] if node == 4 else ("" if what[0] == "string" else 0)
         fields[field] = value
-    return known(**fields)
+    return known.cls(**fields)
 
 
 def data(kind: str, /, **values: Any) -> bytes:

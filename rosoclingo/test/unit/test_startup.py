@@ -88,6 +88,21 @@ def test_files_from_disk(tmp_path: Path) -> None:
     assert from_disk(recorded) == ["-f", str(file), "-t", "2"]
 
 
+def test_files_of_packages_are_found_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robots = tmp_path / "src" / "robots"
+    file = robots / "encodings" / "task.lp"
+    file.parent.mkdir(parents=True)
+    file.touch()
+    (robots / "package.xml").write_text(
+        "<package format='2'><name>robots</name><version>1.0.0</version></package>"
+    )
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    recorded = program(["-f", "task"], {"/home/other/ws/src/robots/encodings/task.lp": "old."})
+    assert from_disk(recorded) == ["-f", str(file)]
+
+
 def commands(changes: Changes, folder: Path, of: Recording) -> Dict[str, List[str]]:
     return {one.name: list(one.command) for one in starts(of, changes, folder)}
 

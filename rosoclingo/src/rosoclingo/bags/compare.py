@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import difflib
 import enum
-import re
 from dataclasses import dataclass, replace
 from itertools import groupby, zip_longest
-from typing import Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Iterator, List, Optional, Sequence, Tuple
 
+from rosoclingo.bags.history import OPEN, Cell, Goal, History
 from rosoclingo.bags.model import Entry
-from rosoclingo.bags.outputs import INPUTS, Output, Reader, is_open, tidy
+from rosoclingo.bags.outputs import Output, Reader, is_open, tidy
 from rosoclingo.bags.schedule import Stall
 
 _MOST_TO_ALIGN = 2000  # rows; longer ones are compared one by one
-_OPEN = "open"
-_STEP = re.compile(r",(-?\d+)\)(?=, do\(|\Z)")  # of an action in a published plan
 
 
 class Level(enum.Enum):
@@ -27,21 +25,6 @@ class Level(enum.Enum):
 
 
 @dataclass(frozen=True)
-class Goal:
-    """What became of a goal in one run.
-
-    Attributes:
-        statuses: Its statuses, with the step where that is known.
-        outcome: The last of them; ``open`` if it has not ended.
-        steps: In how many steps there were actions from when it came until it ended.
-    """
-
-    statuses: Tuple[str, ...] = ()
-    outcome: str = "open"
-    steps: int = 0
-
-
-@dataclass(frozen=True)
 class GoalPair:
     """A goal in both runs; ``same`` at the level of the comparison."""
 
@@ -50,14 +33,6 @@ class GoalPair:
     expected: Goal
     seen: Goal
     same: bool
-
-
-@dataclass(frozen=True)
-class Cell:
-    """Something that a run has put out, in words; the step only where it is known."""
-
-    step: Optional[int]
-    text: str
 
 
 @dataclass(frozen=True)
@@ -139,8 +114,8 @@ def compare(
     """
     expected, seen = tidy(expected), tidy(seen)
     is_cut = is_open(expected)
-    old = _History(expected, has_journal, Reader(has_journal))
-    new = _History(seen, has_journal, Reader())
+    old = History(expected, has_journal, Reader(has_journal))
+    new = History(seen, has_journal, Reader())
     goals = tuple(
         _pair(
 (identifier, request), old.goals[identifier], new.goals.get(identifier, Goal()),
@@ -151,8 +126,8 @@ def compare(
     if level is Level.EXACT:
         same_plan = all(row.same for row in rows)
     else:
-        ends = old.ends(level), new.ends(level)
-        same_plan = ends[0] == (ends[1][: len(ends[0])] if is_cut else ends[1])
+        ends, new_ends = (one.ends(level is Level.EQUIVALENT) for one in (old, new))
+        same_plan = ends == (new_ends[: len(ends)] if is_cut else new_ends)
         if level is Level.EQUIVALENT and not is_cut:
             same_plan = same_plan and old.steps == new.steps
     return Comparison(
@@ -161,8 +136,8 @@ def compare(
 
 
 def _pair(goal: Tuple[str, str], old: Goal, new: Goal, level: Level, is_cut: bool) -> GoalPair:
-    if is_cut and old.outcome == _OPEN:  # it may have ended since
-        new = Goal(new.statuses[: len(old.statuses)], _OPEN, min(old.steps, new.steps))
+    if is_cut and old.outcome == OPEN:  # it may have ended since
+        new = Goal(new.statuses[: len(old.statuses)], OPEN, min(old.steps, new.steps))
     same = {
         Level.EXACT: old.statuses == new.statuses,
         Level.EQUIVALENT: (old.outcome, old.steps) == (new.outcome, new.steps),
@@ -171,101 +146,7 @@ def _pair(goal: Tuple[str, str], old: Goal, new: Goal, level: Level, is_cut: boo
     return GoalPair(*goal, old, new, same[level])
 
 
-class _History:
-    """What a journal says of its goals, and what its loop has put out."""
-
-    def __init__(self, entries: Sequence[Entry], has_journal: bool, reader: Reader) -> None:
-        self.requests: Dict[str, str] = {}
-        self.numbers: Dict[str, int] = {}  # of the goals, in the order in which they came
-        self.goals: Dict[str, Goal] = {}
-        self.steps = 0
-        self.timeline: List[Output] = []
-        self.places: List[int] = []  # for each output, how many of the timeline come before it
-        self.inputs: Dict[int, List[str]] = {}  # by the place in the timeline that they precede
-        self._published: List[Output] = []
-        self._has_journal = has_journal
-        self._begins: Dict[str, int] = {}
-        self._acted: Optional[int] = None  # the step of the last action
-        for entry in entries:
-            output = reader.output(entry.event)
-            if output is not None:
-                self.places.append(len(self.timeline))
-                self._take_output(output)
-            if entry.event.kind in INPUTS:
-                self._take_input(entry)
-            elif entry.event.kind == "action" and entry.event.step != self._acted:
-                self._acted = entry.event.step
-                self.steps += 1
-            elif entry.event.kind == "command" and entry.event.text.startswith("reset("):
-                self._acted = None  # steps count from 0 again
-        for identifier, goal in self.goals.items():
-            if goal.outcome == _OPEN:
-                steps = self.steps - self._begins[identifier]
-                self.goals[identifier] = replace(goal, steps=steps)
-
-    def ends(self, level: Level) -> List[Tuple[str, int]]:
-        """Returns which plans were published, with their lengths, and whether the loop ended."""
-        plans = level is Level.EQUIVALENT
-        return [(output.kind, _length(output) if plans else 0) for output in self._published]
-
-    def cell(self, output: Output) -> Cell:
-        """Describes an output."""
-        step = output.step if self._has_journal else None
-        if output.kind == "action":
-            return Cell(step, f"{output.id}: {output.text}")
-        if output.kind == "status":
-            return Cell(step, f"{self.label(output.id)}: {output.text}")
-        if output.kind == "plan":
-            return Cell(None, f"published: [{output.text}]")
-        return Cell(step, f"the end: {output.text}")
-
-    def label(self, identifier: str) -> str:
-        """Names a goal, by its number in the order of arrival and its request."""
-        return f"goal {self.numbers[identifier]} {self.requests[identifier]}"
-
-    def _take_input(self, entry: Entry) -> None:
-        event = entry.event
-        if event.kind == "goal":
-            self.requests.setdefault(event.id, event.text)
-            self.numbers.setdefault(event.id, len(self.numbers) + 1)
-            self.goals.setdefault(event.id, Goal())
-            self._begins.setdefault(event.id, self.steps)
-            text = f"{self.label(event.id)} came"
-        elif event.kind == "cancel":
-            known = event.id in self.requests
-            text = f"{self.label(event.id) if known else event.id} is to be cancelled"
-        else:
-            text = f"message {event.id}: {event.text}"
-        self.inputs.setdefault(len(self.timeline), []).append(text)
-
-    def _take_output(self, output: Output) -> None:
-        if output.kind in ("plan", "end"):
-            self._published.append(output)
-            self.steps += _length(output)
-        if output.kind == "status":
-            self._take_status(output)
-            if output.step is None or not self._has_journal:
-                return  # another thread may have set it: there is no order to the rest
-        if self._has_journal or output.kind != "end":
-            self.timeline.append(output)
-
-    def _take_status(self, output: Output) -> None:
-        goal = self.goals[output.id]
-        at_step = output.step is not None and self._has_journal
-        word = f"{output.text} in step {output.step}" if at_step else output.text
-        self.goals[output.id] = Goal(
-            (*goal.statuses, word),
-            _OPEN if output.text == "accepted" else output.text,
-            self.steps - self._begins[output.id],
-        )
-
-
-def _length(output: Output) -> int:
-    """Returns in how many steps a published plan has actions; 0 for anything else."""
-    return len(set(_STEP.findall(output.text))) if output.kind == "plan" else 0
-
-
-def _rows(old: _History, new: _History, is_cut: bool) -> List[Row]:
+def _rows(old: History, new: History, is_cut: bool) -> List[Row]:
     expected = [old.cell(output) for output in _sorted(old.timeline)]
     new.numbers = {**new.numbers, **old.numbers}  # a goal has the same one in both columns
     seen = [new.cell(output) for output in _sorted(new.timeline)]
@@ -307,7 +188,7 @@ def _align(
         yield from zip_longest(old[left:left_end], new[right:right_end])
 
 
-def _with_stall(rows: List[Row], history: _History, stalls: Sequence[Stall]) -> List[Row]:
+def _with_stall(rows: List[Row], history: History, stalls: Sequence[Stall]) -> List[Row]:
     """Says at which row the replay waited in vain for the first time; the rest follows from it."""
     if not stalls:
         return rows

@@ -1,4 +1,4 @@
-"""Writes the files that a bag has of a node, and fits its command line to them. Needs no ROS."""
+"""Writes the files that a bag has of a node, and fits its command line to them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import os
 import posixpath
 import re
 from pathlib import Path
-from typing import Callable, List, Mapping, Optional, Sequence, Tuple
+from typing import Callable, Iterator, List, Mapping, Optional, Sequence, Tuple
+
+import rospkg
 
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Program
@@ -46,15 +48,19 @@ def unpack(program: Program, folder: Path) -> Tuple[List[str], Path]:
 
 
 def from_disk(program: Program) -> List[str]:
-    """Returns the command line with the files where they were when it was recorded.
+    """Returns the command line with the files as they are now.
+
+    A file of a ROS package is looked for in that package, wherever it is on this machine, and else
+    where it was when it was recorded.
 
     Raises:
         ReplayError: One is not there any more.
     """
+    packages = rospkg.RosPack()
 
     def existing(path: str) -> str:
         recorded = _find(path, program)
-        for candidate in (recorded, path, f"{path}.lp"):
+        for candidate in (*_in_packages(recorded, packages), recorded, path, f"{path}.lp"):
             if os.path.isfile(candidate):
                 return candidate
         raise ReplayError(
@@ -63,6 +69,16 @@ def from_disk(program: Program) -> List[str]:
         )
 
     return with_files(program.arguments, existing)
+
+
+def _in_packages(path: str, packages: rospkg.RosPack) -> Iterator[str]:
+    """Yields where a file is if one of the folders above it is a package, the nearest first."""
+    parts = path.split("/")
+    for place in range(len(parts) - 2, 0, -1):
+        try:
+            yield os.path.join(packages.get_path(parts[place]), *parts[place + 1 :])
+        except rospkg.ResourceNotFound:
+            continue
 
 
 def with_files(arguments: Sequence[str], change: Callable[[str], str]) -> List[str]:
