@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
+import time
 import unittest
-from typing import Any, List, Tuple
+from typing import Any, Callable, Tuple
 
 import rospy
 from actionlib import ClientGoalHandle, CommState
@@ -12,7 +13,7 @@ from actionlib_msgs.msg import GoalStatus
 
 from rosclingo.commands import Reply
 from rosclingo.low_latency import LowLatencyActionClient
-from rosclingo.msg import ROSClingoAction, ROSClingoFeedback, ROSClingoGoal, ROSClingoResult
+from rosclingo.msg import ROSClingoAction, ROSClingoGoal, ROSClingoResult
 from rosclingo.srv import ROSClingoControl
 from rosclingo.xml_codec import decode_reply
 
@@ -26,13 +27,10 @@ class Goal:
     """A goal on its way, with everything that came back."""
 
     def __init__(self, client: LowLatencyActionClient, assumptions: str) -> None:
-        self.feedback: List[ROSClingoFeedback] = []
         self._known = threading.Event()
         self._active = threading.Event()
         self._done = threading.Event()
-        self._handle = client.send_goal(
-            ROSClingoGoal(assumptions), self._on_transition, self._on_feedback
-        )
+        self._handle = client.send_goal(ROSClingoGoal(assumptions), self._on_transition)
 
     def _on_transition(self, handle: ClientGoalHandle) -> None:
         self._known.set()
@@ -41,9 +39,6 @@ class Goal:
             self._active.set()
         if state == CommState.DONE:
             self._done.set()
-
-    def _on_feedback(self, _: ClientGoalHandle, message: ROSClingoFeedback) -> None:
-        self.feedback.append(message)
 
     def wait_until_active(self) -> None:
         if not self._active.wait(TIMEOUT):
@@ -61,6 +56,15 @@ class Goal:
             raise AssertionError("the goal did not end")
         status = GoalStatus.to_string(self._handle.get_terminal_state())
         return status, self._handle.get_result(), self._handle.get_goal_status_text()
+
+
+def wait_for(condition: Callable[[], Any]) -> None:
+    """Waits until a condition holds that nothing announces."""
+    end = time.monotonic() + TIMEOUT
+    pause = threading.Event()
+    while not condition():
+        assert time.monotonic() < end, "timeout"
+        pause.wait(0.01)
 
 
 class SolverTestCase(unittest.TestCase):
