@@ -44,7 +44,7 @@ _USAGE = """\
 usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
-_JOURNAL_LENGTH = 20_000  # events that late subscribers get
+_JOURNAL_LENGTH = 2_000  # events that late subscribers get
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
 _SECONDS_TO_SEND = 0.3  # how long the results of aborted goals have until rospy ends connections
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
