@@ -148,12 +148,13 @@ def test_the_interface_dies(terminals: Terminals, tmp_path: Path) -> None:
 
 def test_an_interface_that_stays_dead(terminals: Terminals, tmp_path: Path) -> None:
     simulator(terminals)
-    node = planner(terminals, "_action_timeout:=3")
+    # Long enough for the interface to start and drive when the first action has failed.
+    node = planner(terminals, "_action_timeout:=15")
     interfaces(terminals, "navigation:=none")
     mailbot, typist = client(terminals, tmp_path)
     typist.type("o10 o12 box\n")
     typist.close()
-    node.wait_for("mailbot has not answered for 3 s")
+    node.wait_for("mailbot has not answered for 15 s")
     places = package("rosoclingo_interfaces") / "config" / "graph_wg.yaml"
     terminals.start(
         "rosrun", "rosoclingo_interfaces", "move_base_interface.py", f"_waypoints:={places}",
@@ -170,7 +171,6 @@ def test_another_simulator_comes(terminals: Terminals, tmp_path: Path) -> None:
     mailbot, typist = client(terminals, tmp_path)
     process = pid(terminals, "/simulator")
     typist.type("o1 o3 box\n")
-    typist.close()
     drives.wait_for("mailbot: go(c1)")
     os.kill(process, signal.SIGKILL)
     drives.wait_for("mailbot: go(c1): failure after")
@@ -178,6 +178,12 @@ def test_another_simulator_comes(terminals: Terminals, tmp_path: Path) -> None:
     drives.wait_for("/move_base did not come within 25 s")
     drives.wait_for("mailbot: go(c6): failure after")
     mailbot.wait_for("waiting in step")
+    # What waits can be cancelled.
+    typist.type("o1 o3 paper\n")
+    mailbot.wait_for("[2] bring(o1,o3) paper: accepted")
+    typist.type("2\n")
+    typist.close()
+    mailbot.wait_for("[2] bring(o1,o3) paper: canceled")
     started.append(simulator(terminals))
     assert mailbot.wait() == 0, mailbot.output
     assert "[1] bring(o1,o3) box: succeeded" in mailbot.output
