@@ -1,10 +1,12 @@
 """Replays the bags of the folder ``bags`` through the running nodes; nothing may be different.
 
-Needs a sourced workspace, in devel or install space.
+REPEAT=10 in the environment replays each so many times. Needs a sourced workspace, in devel or
+install space.
 """
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 from pathlib import Path
@@ -16,8 +18,9 @@ BAGS = sorted(FOLDER.glob("*.bag"))
 TIMEOUT = 300.0  # seconds; no more than a bound for what never comes
 
 
+@pytest.mark.parametrize("turn", range(int(os.environ.get("REPEAT", "1"))))
 @pytest.mark.parametrize("bag", BAGS, ids=lambda bag: bag.stem)
-def test_replay(bag: Path) -> None:
+def test_replay(bag: Path, turn: int) -> None:
     replay = subprocess.run(
         ["rosrun", "rosoclingo", "replay.py", str(bag)],
         stdout=subprocess.PIPE,

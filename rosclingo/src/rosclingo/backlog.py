@@ -8,7 +8,7 @@ from typing import Any, Callable, Deque
 
 import rospy
 
-_QUEUE_SIZE = 100_000
+_QUEUE_SIZE = 10_000  # for a slow subscriber
 
 
 class BacklogPublisher:
@@ -26,24 +26,31 @@ class BacklogPublisher:
             message: Type of the messages.
             length: How many messages are kept.
         """
-        self._lock = threading.Lock()  # guards the backlog; held for moments only
+        # Guards the backlog and the topic: rospy does not guard what goes to one subscriber from
+        # what goes to all. rospy's own lock is taken under it, and never the other way round.
+        self._lock = threading.Lock()
         self._backlog: Deque[Any] = deque(maxlen=length)
         self._publisher = rospy.Publisher(
             name, message, _Listener(self._on_subscriber), tcp_nodelay=True, queue_size=_QUEUE_SIZE
         )
 
-    def publish(self, message: Any) -> None:
-        """Publishes a message, which must not be changed any more; does not wait."""
+    def publish(self, message: Any, keep: bool = True) -> None:
+        """Publishes a message, which must not be changed any more; does not wait.
+
+        Args:
+            message: The message.
+            keep: Whether late subscribers get it, too.
+        """
         with self._lock:
-            self._backlog.append(message)
-        if self._publisher.get_num_connections() and not rospy.core.is_shutdown_requested():
-            self._publisher.publish(message)
+            if keep:
+                self._backlog.append(message)
+            if self._publisher.get_num_connections() and not rospy.core.is_shutdown_requested():
+                self._publisher.publish(message)
 
     def _on_subscriber(self, send: Callable[[Any], None]) -> None:
         with self._lock:
-            messages = list(self._backlog)
-        for message in messages:
-            send(message)
+            for message in self._backlog:
+                send(message)
 
 
 class _Listener(rospy.SubscribeListener):

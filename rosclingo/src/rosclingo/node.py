@@ -30,6 +30,7 @@ from rosclingo.worker import Job, Stop, Worker
 from rosclingo.xml_codec import decode_assumptions, decode_commands, encode_reply
 
 _SECONDS_TO_END = 0.5  # how long a shutdown waits for the solver
+_LOGGED_CHARACTERS = 2**18  # a control request with more is for those that listen now
 _LOG_LENGTH = 20  # control requests that late subscribers get
 _SECONDS_TO_SEND = 0.2  # how long the results of aborted goals have until rospy ends connections
 
@@ -129,7 +130,7 @@ class Node:
         log = ROSClingoControlLog(
             rospy.Time.from_sec(time.time()), request.commands, result, time.perf_counter() - begin
         )
-        self._log.publish(log)
+        self._log.publish(log, keep=len(request.commands) + len(result) < _LOGGED_CHARACTERS)
         return result
 
     def _control(self, request: ROSClingoControlRequest) -> str:

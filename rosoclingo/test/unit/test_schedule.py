@@ -130,9 +130,9 @@ def test_a_goal_that_was_recalled() -> None:
     replay = Replay(journal)
     replay.see(ASK[:1])
     assert replay.send() == ["h visit(1)"]
-    replay.now += 0.1  # lets it arrive, since a message takes another way
+    replay.now += 1.1  # lets it arrive, since a message takes another way
     assert replay.send() == ["info a"]
-    replay.now += 0.1
+    replay.now += 1.1
     assert replay.send() == ["h"]
 
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Dict, List, Mapping, Sequence
 
 import pytest
 
-from rosoclingo.bags.model import Program, Recording
+from rosoclingo.bags.model import Entry, Program, Recording
+from rosoclingo.bags.replayable import check
 from rosoclingo.bags.startup import Changes, starts
 from rosoclingo.bags.unpack import ReplayError, from_disk, unpack
+from rosoclingo.journal import Event
 
 FILES = {"/home/me/ws/task.lp": '#include "parts/map.lp".', "/home/me/ws/parts/map.lp": "a."}
 
@@ -157,3 +160,27 @@ def test_what_does_not_fit(tmp_path: Path) -> None:
         with pytest.raises(ReplayError, match=text):
             starts(of, changes, tmp_path)
     assert commands(Changes(), tmp_path, one_node)["rosoclingo"][2] == "run-1.0.py"
+
+
+@pytest.mark.parametrize("argument", ["__log:=/tmp/elsewhere", "__name:=other", "_x:=1"])
+def test_a_bag_that_renames_nodes_is_refused(tmp_path: Path, argument: str) -> None:
+    hostile = recording(planner=program(["-f", "task.lp", argument]))
+    with pytest.raises(ReplayError, match=f"argument '{argument}' of /planner"):
+        starts(hostile, Changes(), tmp_path)
+
+
+def test_scripts_of_a_bag_have_to_be_allowed() -> None:
+    entries = (Entry(1, 0.0, Event("waiting")),)
+    text = "#script (python) print(1) #end."
+    hostile = recording(planner=program(["-f", "task.lp"], {"/home/me/ws/task.lp": text}))
+    hostile = dataclasses.replace(hostile, entries=entries)
+    check(Path("a.bag"), hostile, allow_scripts=True)
+    with pytest.raises(ReplayError, match=r"task\.lp has a #script block.*--allow-scripts"):
+        check(Path("a.bag"), hostile, allow_scripts=False)
+
+
+@pytest.mark.parametrize("name", ["/a b", "/..", "", "/1x", "x"])
+def test_a_node_whose_name_is_none_is_refused(name: str) -> None:
+    odd = dataclasses.replace(recording(), name=name, entries=(Entry(1, 0.0, Event("waiting")),))
+    with pytest.raises(ReplayError, match="is no name of a node"):
+        check(Path("a.bag"), odd, allow_scripts=False)

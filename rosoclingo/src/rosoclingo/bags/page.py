@@ -6,6 +6,7 @@ import base64
 import dataclasses
 import hashlib
 import json
+import math
 import re
 import shlex
 from collections import Counter
@@ -142,7 +143,9 @@ def _plain(value: Any) -> Any:
         return [_plain(getattr(value, field.name)) for field in dataclasses.fields(value)]
     if isinstance(value, tuple):
         return [_plain(part) for part in value]
-    return round(value, _DECIMALS) if isinstance(value, float) else value
+    if isinstance(value, float):
+        return round(value, _DECIMALS) if math.isfinite(value) else 0.0  # JSON has no other
+    return value
 
 
 def _embedded(value: Any) -> str:

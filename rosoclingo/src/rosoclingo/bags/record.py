@@ -110,12 +110,13 @@ def main() -> NoReturn:
     options = _parse(rospy.myargv(sys.argv)[1:])
     file = Path(options.output or time.strftime("rosoclingo_%Y-%m-%d-%H-%M-%S.bag"))
     file = file.expanduser().absolute()
+    init_node("recorder", anonymous=True)  # before there is a file: Ctrl-C may end it here
     try:
         writer = BagWriter(file, options.compression)
     except BagError as err:
         print(f"record.py: {err}", file=sys.stderr)
+        rospy.signal_shutdown(str(err))
         sys.exit(2)
-    init_node("recorder", anonymous=True)
     stopping, closed = threading.Event(), threading.Event()
 
     def stop() -> None:  # runs while rospy still receives what nodes that are ending send

@@ -58,6 +58,7 @@ class _Scan:
         self.connections: Dict[int, Connection] = {}
         self.losses: List[str] = []
         self._wanted = wanted
+        self._in_chunk = False
 
     def read(self, data: bytes, begin: int, where: str) -> None:
         position = begin
@@ -73,8 +74,12 @@ class _Scan:
     def _take(self, header: Mapping[bytes, bytes], data: bytes, cut: bool, position: int) -> None:
         operation = header.get(b"op", b"\0")[0]
         if operation == _CHUNK:  # a part of a chunk may have messages
+            if self._in_chunk:
+                raise _DamageError("a chunk is inside of a chunk")
             content = self._decompress(header, data, f"the chunk at byte {position}")
+            self._in_chunk = True
             self.read(content, 0, f"the chunk at byte {position}")
+            self._in_chunk = False
         if cut:
             raise _DamageError("the rest is missing")
         if operation == _CONNECTION:

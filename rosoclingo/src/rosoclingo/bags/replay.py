@@ -20,8 +20,8 @@ from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.player import Replayed, play
 from rosoclingo.bags.reader import read_recording
+from rosoclingo.bags.replayable import check
 from rosoclingo.bags.startup import Changes, starts
-from rosoclingo.bags.unpack import ReplayError
 
 _REMAPPING = re.compile(r"[\w~/]+:=")
 _PROGRESS_SECONDS = 2.0
@@ -52,21 +52,27 @@ def _run(options: argparse.Namespace) -> int:
         for file in results:
             junit.write_results(file, options.bag, comparison, seconds)
     except BagError as err:
-        print(f"replay: {err}", file=sys.stderr)
-        try:
-            for file in results:
-                junit.write_error(file, options.bag, str(err))
-        except BagError as second:
-            print(f"replay: {second}", file=sys.stderr)
-        return 2
+        return _give_up(options.bag, results, str(err))
+    except Exception as err:  # 1 would say that there is a difference
+        return _give_up(options.bag, results, f"{options.bag}: internal error: {err!r}")
     return 1 if comparison.differences else 0
+
+
+def _give_up(bag: Path, results: List[Path], reason: str) -> int:
+    print(f"replay: {reason}", file=sys.stderr)
+    try:
+        for file in results:
+            junit.write_error(file, bag, reason)
+    except BagError as err:
+        print(f"replay: {err}", file=sys.stderr)
+    return 2
 
 
 def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
     recording = read_recording(options.bag, options.name)
     for remark in recording.remarks:
         print(f"replay: {options.bag}: {remark}", file=sys.stderr)
-    _check(options.bag, recording)
+    check(options.bag, recording, options.allow_scripts or options.files == "disk")
     changes = Changes(
         options.controller, options.planner, options.single, options.system,
         options.files == "disk",
@@ -104,17 +110,6 @@ def _judge(recording: Recording, replayed: Replayed, level: Level) -> Comparison
     return comparison
 
 
-def _check(bag: Path, recording: Recording) -> None:
-    if not recording.entries:
-        raise ReplayError(f"{bag}: {recording.name} has done nothing in it; record again")
-    first = recording.entries[0].number
-    if first > 1:
-        raise ReplayError(
-            f"{bag}: the first {first - 1} events of the run are missing; start record.py with "
-            "the system (record:=FILE of the launch files)"
-        )
-
-
 def _progress() -> Callable[[int, int], None]:
     """Returns what says on stderr how far the replay is, if it takes long."""
     times: List[float] = []  # when it was called first, and when it said something
@@ -146,6 +141,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--single", metavar="ARGS", help="replay with run-1.0.py and this command line")
     add("--files", choices=["bag", "disk"], default="bag",
         help="where the files of the recorded command lines come from (default: bag)")  # fmt: skip
+    add("--allow-scripts", action="store_true",
+        help="let #script blocks run that are in the bag's encodings")  # fmt: skip
     add("--system", metavar="LAUNCH",
         help="arguments of roslaunch for what starts everything instead")  # fmt: skip
     add("--name", metavar="NODE", help="which node's run, if the bag has several")

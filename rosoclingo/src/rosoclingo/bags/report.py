@@ -48,6 +48,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
     except (RosclingoError, OSError) as err:
         print(f"report.py: {err}", file=sys.stderr)
         sys.exit(2)
+    except Exception as err:  # a bag is anybody's, and 1 is not among the exit statuses
+        print(f"report.py: {chosen.bag}: internal error: {err!r}", file=sys.stderr)
+        sys.exit(2)
     sys.exit(0)
 
 

@@ -16,8 +16,9 @@ from rosoclingo.bags.inputs import Input, Key, Point, input_key
 from rosoclingo.bags.outputs import INPUTS, Output, Reader
 from rosoclingo.journal import Event
 
-_SETTLED_SECONDS = 1.0  # a loop that waits has taken what came, and does nothing about it
-_ORDER_SECONDS = 0.05  # an input that takes another topic lets the one before it arrive first
+_SETTLED_SECONDS = 1.0  # a loop that waits has nothing to do any more
+_LOST_SECONDS = 5.0  # what a loop that waits has not taken by then is lost, on a busy machine too
+_ORDER_SECONDS = 1.0  # an input that takes another topic lets the one before it arrive first
 _MOST_ON_THEIR_WAY = 1000  # inputs that are sent and not taken; publishers have a limited queue
 
 
@@ -175,7 +176,8 @@ class Schedule:
 
     def wake(self, now: float) -> float:
         """Returns in how many seconds something may be due even if no event comes."""
-        times = [self._seen_at + _SETTLED_SECONDS, self._sent_at + _ORDER_SECONDS]
+        latest = max(self._seen_at, self._sent_at)
+        times = [latest + _SETTLED_SECONDS, latest + _LOST_SECONDS, self._sent_at + _ORDER_SECONDS]
         if self._next < len(self._planned) and self._rate is not None:
             gap = self._planned[self._next].gap / self._rate
             times.append(max(self._seen_at, self._sent_at) + gap)
@@ -190,7 +192,8 @@ class Schedule:
 
     def _is_settled(self, now: float) -> bool:
         """Whether the loop waits, and will do so until something is sent."""
-        if self._rests and now - max(self._seen_at, self._sent_at) >= _SETTLED_SECONDS:
+        limit = _LOST_SECONDS if self._on_way else _SETTLED_SECONDS
+        if self._rests and now - max(self._seen_at, self._sent_at) >= limit:
             self._on_way.clear()  # lost: a loop that waits takes at once what comes
             self._settled = True
         return self._settled

@@ -114,6 +114,12 @@ def _solver_names(recording: Recording, loop: Optional[Program]) -> Dict[str, st
 
 
 def _recorded(program: Program, changes: Changes, folder: Path) -> Start:
+    remapping = next((one for one in program.arguments if ":=" in one), None)
+    if remapping is not None:
+        raise ReplayError(
+            f"the bag has the argument {remapping!r} of {program.node}, which record.py does not "
+            f"write; {_REMEDY}"
+        )
     if changes.from_disk:
         return _node(program.node, program.program, from_disk(program), None)
     own = folder / program.node.strip("/").replace("/", "_")
