@@ -28,6 +28,7 @@ from rosclingo.engine import Engine, Improvement, Outcome
 from rosclingo.options import parse_options
 from rosclingo.ros_node import init_node
 from rosoclingo.controller import Controller
+from rosoclingo.inbox import Inbox
 from rosoclingo.node import Node
 
 COMMANDS = Path(__file__).resolve().parent.parent / "rosoclingo" / "nodes" / "commands.py"
@@ -82,7 +83,7 @@ def main() -> None:
     planner = TimedEngine(parse_options(options[:plus]))
     controller = Engine(parse_options(options[plus + 1 :]))
     init_node("rosoclingo")
-    node = Node(Controller(controller), planner, load_commands())
+    node = Node(Controller(controller), planner, load_commands(), Inbox())
     node.start()
     node.spin()
     if node.failure is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from typing import List, Optional, Union
+from typing import Callable, List, Optional, Union
 
 from rosoclingo.goals import Goal
 
@@ -46,6 +46,11 @@ class Inbox:
         if isinstance(item, Goal):
             item.set_status("rejected", self._end)
 
+    def cancel(self, goal: Goal) -> None:
+        """Adds a cancel request; the goal is recalled at once if it has no slot."""
+        goal.recall()  # now: the loop may be busy for long
+        self.put(Cancel(goal))
+
     def close(self) -> None:
         """Says that the loop is to end."""
         with self._changed:
@@ -56,6 +61,20 @@ class Inbox:
     def closed(self) -> bool:
         """Whether the loop is to end."""
         return self._closed
+
+    def begin_decision(self, waits: Callable[[], None]) -> None:
+        """Called before the controller decides; a replay's inbox may wait.
+
+        Args:
+            waits: To be called if it does.
+        """
+
+    def begin_command(self, waits: Callable[[], None]) -> None:
+        """Called before a command that was decided is carried out; a replay's inbox may wait.
+
+        Args:
+            waits: To be called if it does.
+        """
 
     def take(self) -> List[Item]:
         """Returns all items in order of arrival and removes them; does not wait."""

@@ -20,7 +20,8 @@ class Event:
         id: Who or what it is about.
         text: What it is.
         details: More about it.
-        seconds: How long a command took, in seconds of wall time.
+        seconds: How long a command took, in seconds of wall time; for a goal, cancel request or
+            message that was taken while a command was carried out, how long that had taken by then.
         step: The current step.
         horizon: The step that is planned up to.
     """

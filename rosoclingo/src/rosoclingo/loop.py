@@ -90,6 +90,7 @@ class Loop:
             ControllerError: The controller does not say what to do, or names no command.
         """
         state = self.state
+        state.mail.begin_decision()
         if state.mail.inbox.closed:
             raise ShutdownError("the node is shutting down")
         if state.ended:
@@ -99,6 +100,7 @@ class Loop:
         info = Info(state.result, mail.pending_actions, mail.tell(), state.goals.some_ended)
         command = self._controller.decide(info)
         state.result = None
+        mail.begin_command()
         begin = time.perf_counter()
         self._call(command, info)
         state.note_command(str(command), time.perf_counter() - begin)

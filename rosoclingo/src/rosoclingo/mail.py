@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Callable, Dict, Iterable, List, Sequence, Set, Tuple
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from clingo import SymbolType
 
@@ -18,6 +18,7 @@ ANY_EVENT = "_,_"
 """Stands for the source and content of any event, of a source that declares none of its own."""
 _RESERVED_IDS = ("commit", "save")
 _ORDINALS = ("first", "second", "third", "fourth", "fifth")
+_SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
 _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
 
 
@@ -102,7 +103,7 @@ class Mail:
         inbox: Inbox,
         goals: Goals,
         warn: Callable[[str], None],
-        note: Callable[[str, str, str, Sequence[str]], None],
+        note: Callable[..., None],
     ) -> None:
         self.inbox = inbox
         self.goals = goals
@@ -121,6 +122,7 @@ class Mail:
         self._acting: Dict[str, float] = {}  # the current step's actuators: when they were told
         self._reminded: Dict[str, float] = {}  # when it was said last that one does not answer
         self._answers: Dict[str, str] = {}  # of those that answered in it
+        self._command_began: Optional[float] = None  # that which is carried out
 
     # What the controller is told.
 
@@ -177,6 +179,19 @@ class Mail:
         self.cancels.clear()
         self.new_goals = False
 
+    def begin_decision(self) -> None:
+        """The controller is about to decide."""
+        self._command_began = None
+        self.inbox.begin_decision(self._waits)
+
+    def begin_command(self) -> None:
+        """A command that was decided is about to be carried out."""
+        self.inbox.begin_command(self._waits)
+        self._command_began = time.perf_counter()
+
+    def _waits(self) -> None:
+        self._note("waiting")
+
     def take(self, ask: Callable[[], object] = lambda: None) -> None:
         """Takes what has come, and drops what is wrong.
 
@@ -189,8 +204,11 @@ class Mail:
         held, self._held = self._held, []
         items = held + new
         dropped: List[str] = []
+        seconds = 0.0
+        if self._command_began is not None:
+            seconds = max(time.perf_counter() - self._command_began, _SHORTEST)
         for item in new:
-            self._note(*_event(item))
+            self._note(*_event(item), seconds)
         for number, item in enumerate(items):
             try:
                 is_news = self._take(item, ask, dropped)

@@ -11,7 +11,7 @@ from typing import Any, Callable, Dict, NoReturn, Optional, Sequence
 
 import actionlib
 import rospy
-from std_msgs.msg import String
+from std_msgs.msg import Empty, String
 
 from rosclingo import stack
 from rosclingo.about import about
@@ -23,8 +23,9 @@ from rosclingo.ros_node import init_node
 from rosoclingo.atoms import Action, canonical
 from rosoclingo.controller import Controller, Decider
 from rosoclingo.errors import ShutdownError
+from rosoclingo.gate import Gate, decode
 from rosoclingo.goals import Goal, Stage
-from rosoclingo.inbox import Cancel, Inbox, Message
+from rosoclingo.inbox import Inbox, Message
 from rosoclingo.journal import Event
 from rosoclingo.loop import Loop
 from rosoclingo.msg import (
@@ -136,7 +137,7 @@ class Node:
         controller: Decider,
         planner: Solver,
         commands: Callable[..., Any],
-        inbox: Optional[Inbox] = None,
+        inbox: Inbox,
         *,
         ready: Callable[[], None] = lambda: None,
         description: str = "{}",
@@ -147,7 +148,7 @@ class Node:
             controller: Says what to do next.
             planner: Solver with the task's encoding.
             commands: Class with a method for each command, such as ``ROSCommands``.
-            inbox: Where everything comes in, if the caller needs to close it.
+            inbox: Where everything comes in.
             ready: Waits until the solvers are there; called first in the loop's thread.
             description: What :func:`rosclingo.about.about` says of the node.
 
@@ -156,7 +157,7 @@ class Node:
         """
         timeout = _seconds("~action_timeout")
         self.failure: Optional[str] = None
-        self._inbox = inbox or Inbox()
+        self._inbox = inbox
         outside = RosOutside(description)
         self._loop = Loop(
             controller, planner, commands, self._inbox, outside, action_timeout=timeout
@@ -246,8 +247,7 @@ class Node:
         # Runs under actionlib's lock: nothing here may wait.
         goal = self._goals.get(handle.get_goal_id().id)
         if goal is not None:
-            goal.recall()  # now, if it has no slot: the loop may be busy for long
-            self._inbox.put(Cancel(goal))
+            self._inbox.cancel(goal)
 
     def _on_get_information(self, request: GetGoalInformationRequest) -> Any:
         try:
@@ -269,8 +269,7 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     manual passes one.
     """
     init_node("rosoclingo", usage=_USAGE)
-    inbox = Inbox()
-    rospy.on_shutdown(inbox.close)  # before the clients are told, so that the loop knows why
+    inbox = open_inbox()  # closed before the clients are, so that the loop knows why
     controller = Client(rospy.get_param("~controller", "controller"))
     planner = Client(rospy.get_param("~planner", "planner"))
 
@@ -281,6 +280,29 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     solvers = {"controller": controller.name, "planner": planner.name}
     description = about("rosoclingo run.py", [], {}, solvers=solvers)
     run(Controller(controller), planner, commands, inbox, ready=ready, description=description)
+
+
+def open_inbox() -> Inbox:
+    """Returns the node's inbox, which a shutdown closes; a replay's takes things as recorded.
+
+    Ends the process with the exit status 2 if the parameter ``~replay`` is wrong.
+    """
+    recorded = rospy.get_param("~replay", None)
+    try:
+        inbox = Inbox() if recorded is None else Gate(decode(recorded))
+    except OptionsError as err:
+        _refuse(err)
+    rospy.on_shutdown(inbox.close)
+    if isinstance(inbox, Gate):
+        gate = inbox
+        subscriber("~open_gate", Empty, lambda _: gate.open())
+    return inbox
+
+
+def _refuse(err: OptionsError) -> NoReturn:
+    rospy.logfatal("%s", err)
+    rospy.signal_shutdown(str(err))
+    sys.exit(2)
 
 
 def run(
@@ -300,9 +322,7 @@ def run(
     try:
         node = Node(controller, planner, commands, inbox, ready=ready, description=description)
     except OptionsError as err:
-        rospy.logfatal("%s", err)
-        rospy.signal_shutdown(str(err))
-        sys.exit(2)
+        _refuse(err)
     node.start()
     node.spin()
     status = 0

@@ -13,8 +13,7 @@ from rosclingo.errors import RosclingoError
 from rosclingo.options import parse_options
 from rosclingo.ros_node import init_node, log_clingo
 from rosoclingo.dialects import detect, says_status
-from rosoclingo.inbox import Inbox
-from rosoclingo.node import run
+from rosoclingo.node import open_inbox, run
 from rosoclingo.single import ClingoControl, commands_for, last_step
 
 _USAGE = """\
@@ -56,8 +55,7 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
         print(f"rosoclingo: {err}", file=sys.stderr)
         sys.exit(2)
     init_node("rosoclingo")
-    inbox = Inbox()
-    rospy.on_shutdown(inbox.close)
+    inbox = open_inbox()
     rospy.loginfo(
         "%s plans with %s, in the dialect %s; clingo options: %s",
         rospy.get_name(),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import List, Optional, Sequence
+from typing import List, Optional, Sequence, Tuple
 
 import pytest
 from replay_maker import ASK, END, RUN, Made, drive, entries, events, status
@@ -98,20 +98,20 @@ def test_what_was_taken_together_is_sent_together() -> None:
     assert replay.send() == ["info a", "info b"]
 
 
-def test_what_interrupted_a_long_search_is_sent_when_it_has_begun() -> None:
-    recorded = list(entries([
+def test_what_interrupted_a_search_is_sent_when_it_has_begun() -> None:
+    recorded = entries([
         *ASK, ("command", "", "assign_messages(1)", 1), ("message", "info", "late", 1),
         ("command", "unknown", "solve", 1), *END,
-    ]))  # fmt: skip
-    long = [
-        replace(entry, event=replace(entry.event, seconds=2.0))
-        if entry.event.text == "solve"
+    ])  # fmt: skip
+    late = [
+        replace(entry, event=replace(entry.event, seconds=0.2))
+        if entry.event.text == "late"
         else entry
         for entry in recorded
     ]
     assert [one.point for one in inputs(recorded)] == [Point.WAITING, Point.BUSY]
-    assert [one.point for one in inputs(long)] == [Point.WAITING, Point.SEARCHING]
-    replay = Replay(long)
+    assert [one.point for one in inputs(late)] == [Point.WAITING, Point.SEARCHING]
+    replay = Replay(late)
     replay.see(ASK[:1])
     assert replay.send() == ["g visit(3)"]
     replay.see(ASK[1:])
@@ -120,20 +120,29 @@ def test_what_interrupted_a_long_search_is_sent_when_it_has_begun() -> None:
     assert replay.send() == ["info late"]
 
 
-def test_a_goal_that_was_recalled() -> None:
-    """Its status is noted before the cancel request, which nevertheless is the cause."""
-    recall = Event("status", "h", "canceled", ("", "recalled before it had a slot"))
-    made: List[Made] = [ASK[0], ("goal", "h", "visit(1)", 0)]
-    recorded = events(made)
-    recorded += [recall, *events([("message", "info", "a", 0), ("cancel", "h", "", 0)])]
-    journal = tuple(Entry(n, float(n), event) for n, event in enumerate(recorded, 1))
-    replay = Replay(journal)
+RECALL = Event("status", "h", "canceled", ("", "recalled before it had a slot"))
+
+
+def numbered(made: Sequence[Event]) -> Tuple[Entry, ...]:
+    return tuple(Entry(number, float(number), event) for number, event in enumerate(made, 1))
+
+
+@pytest.mark.parametrize("is_taken", [True, False])
+def test_a_goal_that_was_recalled(is_taken: bool) -> None:
+    """Its status is noted before the cancel request, or both, which nevertheless are the cause."""
+    goal = events([("goal", "h", "visit(1)", 0)])
+    before, after = (goal, []) if is_taken else ([], goal)
+    rest = events([("message", "info", "a", 0), ("cancel", "h", "", 0)])
+    replay = Replay(numbered([*events(ASK[:1]), *before, RECALL, *after, *rest]))
     replay.see(ASK[:1])
     assert replay.send() == ["h visit(1)"]
-    replay.now += 1.1  # lets it arrive, since a message takes another way
-    assert replay.send() == ["info a"]
-    replay.now += 1.1
+    replay.now += 1.1  # lets it arrive, since what comes next takes another way
     assert replay.send() == ["h"]
+    replay.now += 1.1
+    assert replay.send() == []
+    replay.schedule.see(RECALL, replay.now)
+    replay.now += 1.1
+    assert replay.send() == ["info a"]
 
 
 def test_a_replay_that_goes_another_way_is_noted_and_goes_on() -> None:

@@ -10,7 +10,6 @@ from rosoclingo.bags.model import Entry
 from rosoclingo.bags.outputs import INPUTS, Output, Reader
 from rosoclingo.journal import Event
 
-_LONG_SEARCH = 0.05  # seconds; a shorter one could end before an input reaches it
 _QUIET_SECONDS = 1.0  # of a bag without a journal: so long without any event, and the loop waits
 
 Key = Tuple[str, str, str]
@@ -70,16 +69,17 @@ def inputs(entries: Sequence[Entry], has_journal: bool = True) -> List[Input]:
     waits = False
     together = False  # the loop has done nothing since the input before
     last = entries[0].seconds if entries else 0.0
-    searches = _searches(entries)
-    for entry, searching in zip(entries, searches):
+    for entry in entries:
         event = entry.event
         if event.kind in INPUTS:
             if not has_journal:
                 waits = not found or entry.seconds - last >= _QUIET_SECONDS
                 together = False
-            point = Point.SEARCHING if searching else Point.BUSY
-            if together or waits:
-                point = Point.BUSY if together else Point.WAITING
+            if waits and not together:
+                point = Point.WAITING
+            else:
+                is_search = event.seconds > 0 and not together
+                point = Point.SEARCHING if is_search else Point.BUSY
             gap = max(0.0, entry.seconds - last)
             answers = event.kind == "message" and event.id in acting
             found.append(Input(event, point, tuple(before), count, command, gap, answers))
@@ -107,15 +107,3 @@ def inputs(entries: Sequence[Entry], has_journal: bool = True) -> List[Input]:
 def input_key(event: Event) -> Key:
     """Returns what identifies an input in the journal."""
     return event.kind, event.id, event.text if event.kind == "message" else ""
-
-
-def _searches(entries: Sequence[Entry]) -> List[bool]:
-    """Returns for each entry whether it was noted during a long search."""
-    flags: List[bool] = []
-    searching = False
-    for entry in reversed(entries):
-        event = entry.event
-        if event.kind == "command":
-            searching = event.text == "solve" and event.seconds >= _LONG_SEARCH
-        flags.append(searching)
-    return flags[::-1]

@@ -79,31 +79,48 @@ def matters(event: Event) -> bool:
 def tidy(entries: Sequence[Entry]) -> Tuple[Entry, ...]:
     """Returns a journal without what the end of the process has caused, in causal order.
 
-    The status of a goal that is recalled without a slot is noted before its cancel request, which
-    is the cause: here it comes after. Goals that came after the end are refused and have no entry,
-    so their statuses are left out.
+    A cancel request that has recalled a goal, and the goal itself, are noted when the loop takes
+    them, which may be after the status of the goal: here they come before it. Goals that came after
+    the end are refused and have no entry, so their statuses are left out.
     """
-    entries = entries[: _shutdown(entries)]
-    goals = {entry.event.id for entry in entries if entry.event.kind == "goal"}
-    cancels: Dict[str, int] = {}
+    entries = without_shutdown(entries)
+    goals: Dict[str, Entry] = {}
     for entry in entries:
-        if entry.event.kind == "cancel":
-            cancels.setdefault(entry.event.id, entry.number)
-    ordered: List[Entry] = []
-    recalled: Dict[str, Entry] = {}
+        if entry.event.kind == "goal":
+            goals.setdefault(entry.event.id, entry)
+    recalled = recalls(entries)
+    ordered: Dict[int, Entry] = {}
+    for entry in entries:
+        if entry.event.kind == "status":
+            if entry.event.id not in goals:
+                continue
+            if entry.number in recalled:
+                for cause in (goals[entry.event.id], recalled[entry.number]):
+                    ordered.setdefault(cause.number, cause)
+        ordered.setdefault(entry.number, entry)
+    return tuple(ordered.values())
+
+
+def without_shutdown(entries: Sequence[Entry]) -> Sequence[Entry]:
+    """Returns a journal without what the end of the process has caused."""
+    return entries[: _shutdown(entries)]
+
+
+def recalls(entries: Iterable[Entry]) -> Dict[int, Entry]:
+    """Finds goals without a slot that were canceled before the loop took their cancel requests.
+
+    Returns:
+        The cancel requests, by the numbers of the statuses.
+    """
+    statuses: Dict[str, int] = {}
+    found: Dict[int, Entry] = {}
     for entry in entries:
         event = entry.event
-        if event.kind == "status":
-            if event.id not in goals:
-                continue
-            is_recall = event.text == "canceled" and not slot(event)
-            if is_recall and cancels.get(event.id, 0) > entry.number:
-                recalled[event.id] = entry
-                continue
-        ordered.append(entry)
-        if event.kind == "cancel" and event.id in recalled:
-            ordered.append(recalled.pop(event.id))
-    return tuple(ordered)
+        if event.kind == "status" and event.text == "canceled" and not slot(event):
+            statuses[event.id] = entry.number
+        elif event.kind == "cancel" and event.id in statuses:
+            found.setdefault(statuses[event.id], entry)
+    return found
 
 
 def outputs(entries: Iterable[Entry], has_journal: bool = True) -> List[Output]:

@@ -11,15 +11,18 @@ from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequenc
 
 import rospy
 from actionlib_msgs.msg import GoalID
+from std_msgs.msg import Empty
 
 from rosclingo.low_latency import publisher, subscriber
+from rosoclingo.bags.dues import dues
 from rosoclingo.bags.inputs import Input, inputs
 from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.outputs import is_open, matters, outputs, tidy
-from rosoclingo.bags.schedule import Schedule, Stall
+from rosoclingo.bags.schedule import Schedule, Stall, commands
 from rosoclingo.bags.startup import Start
 from rosoclingo.bags.system import System
 from rosoclingo.bags.unpack import ReplayError
+from rosoclingo.gate import encode
 from rosoclingo.journal import Event
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoEvent, ROSoClingoGoal, ROSoClingoIn
 
@@ -50,15 +53,18 @@ class Replayed(NamedTuple):
 class Connection:
     """The topics of a node with the planning loop. Make it after the node is initialised."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, has_gate: bool) -> None:
         """Opens the topics.
 
         Args:
             name: Resolved name of the node with the planning loop.
+            has_gate: Whether the loop has a gate.
         """
+        self._has_gate = has_gate
         self._goal = publisher(f"{name}/goal", ROSoClingoActionGoal)
         self._cancel = publisher(f"{name}/cancel", GoalID)
         self._in = publisher(f"{name}/in", ROSoClingoIn)
+        self._open = publisher(f"{name}/open_gate", Empty)
         self._received: queue.SimpleQueue[ROSoClingoEvent] = queue.SimpleQueue()
         self._early: Dict[int, ROSoClingoEvent] = {}  # that came before the ones they follow
         self._number = 0
@@ -67,7 +73,9 @@ class Connection:
     @property
     def is_complete(self) -> bool:
         """Whether the node is there."""
-        topics = (self._goal, self._cancel, self._in, self._journal)
+        topics = [self._goal, self._cancel, self._in, self._journal]
+        if self._has_gate:
+            topics.append(self._open)
         return all(topic.get_num_connections() for topic in topics)
 
     def send(self, event: Event) -> None:
@@ -79,6 +87,10 @@ class Connection:
             self._cancel.publish(GoalID(id=event.id))
         else:
             self._in.publish(event.id, event.text)
+
+    def open_gate(self) -> None:
+        """Lets the loop take everything as soon as it comes."""
+        self._open.publish()
 
     def hear(self, timeout: float) -> Iterator[Tuple[int, float, Event]]:
         """Waits for events, and yields those that came, in the journal's order.
@@ -138,10 +150,13 @@ def play(
     entries = tidy(recording.entries)
     planned = inputs(entries, recording.has_journal)
     expected = outputs(entries, recording.has_journal)
-    schedule = Schedule(planned, expected, is_open=is_open(entries), rate=rate)
+    done = commands(entries) if recording.has_journal else None
+    schedule = Schedule(planned, expected, commands=done, is_open=is_open(entries), rate=rate)
     with System(folder) as system:
         _initialise(system, folder)
-        connection = Connection(recording.name)
+        if recording.has_journal:
+            rospy.set_param(f"{recording.name}/replay", encode(dues(recording.entries)))
+        connection = Connection(recording.name, recording.has_journal)
         system.start(processes[0])
         _connect(connection, system, recording.name)
         for start in processes[1:]:  # only now, so that nothing is missed
@@ -171,6 +186,7 @@ class _Player:
         self._last: Optional[Event] = None  # that was heard
         self._plan: Optional[Entry] = None  # the last one
         self._begun: Optional[float] = None  # when the first event came
+        self._gate_is_open = not schedule.in_step
 
     @property
     def seconds(self) -> float:
@@ -190,6 +206,9 @@ class _Player:
             if self._schedule.is_finished(now):
                 return ""
             planned = self._schedule.due(now)
+            if not (self._schedule.in_step or self._gate_is_open):
+                self._gate_is_open = True
+                self._connection.open_gate()
             if planned is not None:
                 self._connection.send(planned.event)
                 continue

@@ -1,18 +1,20 @@
 """When each recorded input is sent to the system that replays a run. Needs no ROS.
 
 By cause, not by the clock: an input has to come after the outputs that it came after when it was
-recorded, such as an answer after its action. What came while the loop waited is sent when the loop
-waits again. When the replayed run goes another way, the loop waits in vain for what is expected:
-that is noted, and the rest of the inputs is sent as far as it makes sense.
+recorded, such as an answer after its action. When the loop takes it is up to the loop's gate, as
+long as the run is the recorded one. Without a gate, and when the run goes another way, what came
+while the loop waited is sent when it waits again. A loop that waits in vain for what is expected is
+noted, and the rest of the inputs is sent as far as it makes sense.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Sequence, Set, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosoclingo.bags.inputs import Input, Key, Point, input_key
+from rosoclingo.bags.model import Entry
 from rosoclingo.bags.outputs import INPUTS, Output, Reader
 from rosoclingo.journal import Event
 
@@ -35,6 +37,23 @@ class Stall:
     pending: Tuple[str, ...]
 
 
+class Command(NamedTuple):
+    """What the loop has done, with the result of a search."""
+
+    text: str
+    result: str
+
+
+def command(event: Event) -> Command:
+    """Returns what an event of the kind ``command`` says."""
+    return Command(event.text, event.id)
+
+
+def commands(entries: Sequence[Entry]) -> List[Command]:
+    """Returns what the loop has done in a journal."""
+    return [command(entry.event) for entry in entries if entry.event.kind == "command"]
+
+
 class Schedule:
     """Says what is to be sent, from what the replayed system's journal says. Not thread-safe.
 
@@ -42,6 +61,8 @@ class Schedule:
         stalls: Where the replay went another way and waited.
         skipped: How many inputs were not sent: answers to actions that never came.
         sent: How many inputs were sent.
+        in_step: Whether the loop's gate decides when an input is taken. It has to be opened when
+            this is False.
     """
 
     def __init__(
@@ -49,6 +70,7 @@ class Schedule:
         planned: Sequence[Input],
         expected: Sequence[Output],
         *,
+        commands: Optional[Sequence[Command]] = None,
         is_open: bool = False,
         rate: Optional[float] = None,
     ) -> None:
@@ -57,6 +79,8 @@ class Schedule:
         Args:
             planned: The inputs, in order.
             expected: All outputs of the recording.
+            commands: What the loop has done when it was recorded, by :func:`commands`; None if the
+                loop has no gate.
             is_open: Whether the recording ends while the loop was at work.
             rate: How many times faster than recorded the inputs follow what they followed; None for
                 at once.
@@ -64,6 +88,10 @@ class Schedule:
         self.stalls: List[Stall] = []
         self.skipped = 0
         self.sent = 0
+        self.in_step = commands is not None
+        self._has_journal = commands is not None
+        self._commands = commands or ()
+        self._done = 0  # commands
         self._planned = planned
         self._expected = expected
         self._is_open = is_open
@@ -99,9 +127,7 @@ class Schedule:
         elif event.kind == "waiting":
             self._rests, self._settled = True, not self._on_way
         elif event.kind == "command":
-            self._command = event.text
-            self._rests = event.text == "publish"
-            self._settled = self._rests and not self._on_way
+            self._see_command(command(event))
         elif event.kind == "action":
             self._acting[event.id] = None
         elif event.kind == "status":
@@ -113,6 +139,14 @@ class Schedule:
         output = self._reader.output(event)
         if output is not None:
             self._came(output.key)
+
+    def _see_command(self, seen: Command) -> None:
+        self._command = seen.text
+        self._rests = seen.text == "publish"
+        self._settled = self._rests and not self._on_way
+        if self._done < len(self._commands) and self._commands[self._done] != seen:
+            self.in_step = False
+        self._done += 1
 
     def _take(self, key: Key) -> None:
         if self._on_way[key] > 0:
@@ -184,6 +218,8 @@ class Schedule:
         return min((time - now for time in times if time > now), default=_SETTLED_SECONDS)
 
     def _at(self, planned: Input) -> bool:
+        if self.in_step:
+            return True
         if planned.point is Point.WAITING:
             return self._settled
         if planned.point is Point.SEARCHING:
@@ -205,8 +241,11 @@ class Schedule:
         if self.on_way >= _MOST_ON_THEIR_WAY:
             return False
         kind = planned.event.kind
-        late = now - self._sent_at >= _ORDER_SECONDS
-        return late or not self._on_way or kind == self._sent_kind
+        if now - self._sent_at >= _ORDER_SECONDS:
+            return True
+        if self.in_step:  # but for actionlib's order
+            return kind != "cancel" or not self._on_way[("goal", planned.event.id, "")]
+        return not self._on_way or kind == self._sent_kind
 
     def _send(self, planned: Input, now: float) -> None:
         lost = planned.event.kind == "cancel" and planned.event.id in self._ended_goals
@@ -231,12 +270,16 @@ class Schedule:
             position = self._planned[-1].position if self._planned else 0
             new = [output for output in self._expected[position:] if output.kind != "end"]
         for output in new:
+            is_another_thread = output.kind == "status" and output.step is None
+            if is_another_thread and self._has_journal and self._next < len(self._planned):
+                continue  # the loop does not wait for it
             self._awaited[output.key] += 1
             if self._awaited[output.key] > 0:
                 self._missing += 1
 
     def _stall(self) -> None:
         """Gives up what is awaited."""
+        self.in_step = False
         missing = {key: count for key, count in self._awaited.items() if count > 0}
         before = 0
         if self._next:
