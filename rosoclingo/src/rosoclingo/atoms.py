@@ -75,8 +75,8 @@ class Plan:
         return self._aborts.get(step, ())
 
     def statuses(self, step: int) -> Sequence[Tuple[str, str]]:
-        """Returns the pairs of slot id and status of a step."""
-        return self._statuses.get(step, ())
+        """Returns the pairs of slot id and status of a step, ``accepted`` before the others."""
+        return sorted(self._statuses.get(step, ()), key=lambda pair: (pair[1] != "accepted", pair))
 
     def fluents(self, step: int) -> List[str]:
         """Returns the fluents that are true at a step."""

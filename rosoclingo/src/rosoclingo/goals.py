@@ -38,7 +38,7 @@ class Goal:
         self.slot: Optional[str] = None
         self.stage = Stage.PENDING
         self.recalled = False
-        # Guards slot and stage; held for moments only, and no method of a subclass runs under it.
+        # Guards slot and stage; held for moments only, and only noted() of a subclass runs under it
         self._lock = threading.Lock()
         self._told: Dict[str, str] = {}  # the last line of each kind
 
@@ -63,6 +63,7 @@ class Goal:
             if steps:
                 self.stage = Stage.ACTIVE if steps[-1] == "accepted" else Stage.ENDED
         for step in steps:
+            self.noted(step, reason)
             if step == "accepted":
                 self.accepted()
                 self.tell("accepted")
@@ -77,7 +78,8 @@ class Goal:
                 return
             self.stage = Stage.ENDED
             self.recalled = True
-        self.ended("canceled", "recalled before it had a slot")
+            self.noted("canceled", _RECALLED)  # before the loop can see it
+        self.ended("canceled", _RECALLED)
 
     def place(self, slot: str) -> bool:
         """Gives the goal a slot, unless it has been recalled, and returns whether it was not."""
@@ -98,6 +100,9 @@ class Goal:
             self._told[kind] = line
             self.feedback(line)
 
+    def noted(self, word: str, reason: str) -> None:
+        """The status has changed; does not wait, nor use the goal's other methods."""
+
     def accepted(self) -> None:
         """The planner has accepted the request."""
 
@@ -108,6 +113,7 @@ class Goal:
         """Something about the goal has changed."""
 
 
+_RECALLED = "recalled before it had a slot"
 _TRANSITIONS: Mapping[str, Mapping[Stage, Tuple[str, ...]]] = {
     "accepted": {Stage.PENDING: ("accepted",)},
     "rejected": {Stage.PENDING: ("rejected",), Stage.ACTIVE: ("aborted",)},

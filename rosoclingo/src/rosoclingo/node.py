@@ -62,14 +62,17 @@ class ActionGoal(Goal):
         self._handle = handle
         self._note = note
 
+    def noted(self, word: str, reason: str) -> None:
+        """Adds the status to the journal."""
+        details = (self.slot or "",) if word == "accepted" else (self.slot or "", reason)
+        self._note("status", self.id, word, details)
+
     def accepted(self) -> None:
         """Accepts the goal."""
         self._handle.set_accepted()
-        self._note("status", self.id, "accepted", (self.slot or "",))
 
     def ended(self, word: str, reason: str) -> None:
         """Sends the result."""
-        self._note("status", self.id, word, (self.slot or "", reason))
         ends: Dict[str, Callable[..., None]] = {
             "rejected": self._handle.set_rejected,
             "succeeded": self._handle.set_succeeded,

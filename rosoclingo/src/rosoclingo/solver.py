@@ -16,7 +16,7 @@ from rosclingo.commands import (
     Reply,
     Truth,
 )
-from rosclingo.engine import Outcome
+from rosclingo.engine import Outcome, Result
 from rosoclingo.errors import PlannerError
 
 _BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
@@ -60,7 +60,9 @@ class Planner:
         return reply
 
     def solve(self, stopped: Callable[[], bool]) -> Outcome:
-        """Searches for a plan until told to stop."""
+        """Searches for a plan until told to stop, which may be so from the beginning."""
+        if stopped():
+            return Outcome(Result.UNKNOWN, interrupted=True)
         return self._solver.solve((), stopped)
 
     def externals(self) -> Dict[str, Truth]:

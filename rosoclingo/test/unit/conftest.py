@@ -16,7 +16,7 @@ from rosoclingo.atoms import Action
 from rosoclingo.controller import Controller, Decider
 from rosoclingo.dialects import detect, says_status
 from rosoclingo.goals import Goal
-from rosoclingo.inbox import Cancel, Inbox, Message
+from rosoclingo.inbox import Inbox, Message
 from rosoclingo.loop import Loop
 from rosoclingo.single import ClingoControl, commands_for, last_step
 from rosoclingo.solver import Solver
@@ -111,8 +111,9 @@ class System:
         planner: Solver,
         commands: Callable[..., Any],
         action_timeout: float = 0.0,
+        inbox: Optional[Inbox] = None,
     ) -> None:
-        self.inbox = Inbox()
+        self.inbox = inbox or Inbox()
         self.world = World(self.inbox)
         self.controller = decider
         self.planner = planner
@@ -141,7 +142,7 @@ class System:
         return goal
 
     def cancel(self, goal: Goal) -> None:
-        self.inbox.put(Cancel(goal))
+        self.inbox.cancel(goal)
 
     def wait(self) -> RosclingoError:
         """Waits until the loop has ended by itself, and returns why."""
@@ -173,6 +174,7 @@ def system() -> Iterator[Callable[..., System]]:
         encoding: Sequence[str] = (str(PACKAGE / "test/encodings/line.lp"),),
         commands: Callable[..., Any] = ROSCommands,
         action_timeout: float = 0.0,
+        inbox: Optional[Inbox] = None,
     ) -> System:
         file = mode if mode.endswith(".lp") else str(PACKAGE / "modes" / f"{mode}.lp")
         made = System(
@@ -180,6 +182,7 @@ def system() -> Iterator[Callable[..., System]]:
             Engine(_options(encoding)),
             commands,
             action_timeout,
+            inbox,
         )
         systems.append(made)
         return made
@@ -194,13 +197,14 @@ def single() -> Iterator[Callable[..., System]]:
     """Makes one-node systems: by encodings, and options for clingo."""
     systems: List[System] = []
 
-    def make(*arguments: str) -> System:
+    def make(*arguments: str, inbox: Optional[Inbox] = None) -> System:
         options = parse_options([p for a in arguments for p in (("-f", a) if ".lp" in a else (a,))])
         dialect = detect(options)
         made = System(
             ClingoControl(dialect.first_step, last_step(options.clingo)),
             dialect(Engine(options)),
             commands_for(dialect, ROSCommands, says_status(options)),
+            inbox=inbox,
         )
         systems.append(made)
         return made

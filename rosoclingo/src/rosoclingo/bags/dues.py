@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import List, Sequence, Set
+from typing import List, Sequence, Set, Tuple
 
 from rosclingo.engine import Result
 from rosclingo.errors import TermError
 from rosoclingo.atoms import canonical
 from rosoclingo.bags.inputs import input_key
 from rosoclingo.bags.model import Entry
-from rosoclingo.bags.outputs import INPUTS, recalls, without_shutdown
+from rosoclingo.bags.outputs import INPUTS, recalls, slot, without_shutdown
 from rosoclingo.gate import Due, Phase
 from rosoclingo.journal import Event
 
@@ -25,31 +25,48 @@ def dues(entries: Sequence[Entry]) -> List[Due]:
     found: List[Due] = []
     moment = (0, Phase.BEFORE)
     decision = 0
-    waits = False
+    waits = acts = False  # the command that is carried out
     ended: Set[str] = set()  # goals whose cancel requests actionlib does not pass on any more
     for entry, result in zip(entries, _results(entries)):
         event = entry.event
         if event.kind == "command":
-            decision, waits = decision + 1, False
+            decision += 1
+            waits = acts = False
         elif event.kind == "waiting":
             waits = True
         elif entry.number in recalled:
-            moment = max(moment, (decision, Phase.WAIT if waits else Phase.BEFORE))
+            if waits:
+                moment = max(moment, (decision, Phase.WAIT))
+            else:  # not before what the command has done already, which may be the reason
+                moment = max(moment, (decision + acts, Phase.BEFORE))
             found.append(Due(*moment, "recall", event.id))
-        elif event.kind == "status" and event.text != "accepted":
+        elif event.kind == "action" or (event.kind == "status" and slot(event)):
+            acts = True
+        if event.kind == "status" and event.text != "accepted" and entry.number not in recalled:
             ended.add(event.id)
         elif event.kind in INPUTS and event.id not in ended and not _is_refused(event):
-            if event.seconds and not waits and result in (Result.SAT.value, Result.UNSAT.value):
-                # The search has ended nevertheless: the loop knew of it at the next decision.
-                moment = max(moment, (decision + 1, Phase.BEFORE))
-            elif event.seconds or waits:
-                is_search = not waits and result == Result.UNKNOWN.value
-                phase = Phase.SEARCH if is_search else Phase.WAIT
-                moment = max(moment, (decision, phase))
-            else:
-                moment = max(moment, (decision, Phase.BEFORE))
+            moment = max(moment, _moment(event, decision, waits, result))
             found.append(Due(*moment, *input_key(event)))
     return found
+
+
+def _moment(event: Event, decision: int, waits: bool, result: str) -> Tuple[int, Phase]:
+    """Returns when an input was taken.
+
+    Args:
+        event: The input.
+        decision: How many commands were carried out before.
+        waits: Whether the loop has waited since the last one.
+        result: That of the command which is carried out next, or just then.
+    """
+    if waits:
+        return decision, Phase.WAIT
+    if not event.seconds:
+        return decision, Phase.BEFORE
+    if result in (Result.SAT.value, Result.UNSAT.value):
+        # It has not ended the search, and the loop knew of it at the next decision.
+        return decision + 1, Phase.BEFORE
+    return decision, Phase.SEARCH if result == Result.UNKNOWN.value else Phase.WAIT
 
 
 def _results(entries: Sequence[Entry]) -> List[str]:

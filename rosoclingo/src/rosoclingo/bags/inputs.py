@@ -53,7 +53,9 @@ class Input:
 
 
 def inputs(entries: Sequence[Entry], has_journal: bool = True) -> List[Input]:
-    """Returns the inputs of a tidy journal, in its order.
+    """Returns the inputs of a tidy journal that matter, in its order.
+
+    Those that do not are cancel requests that came too late.
 
     Args:
         entries: The journal.
@@ -66,11 +68,16 @@ def inputs(entries: Sequence[Entry], has_journal: bool = True) -> List[Input]:
     count = 0
     command = ""
     acting: Set[str] = set()
+    ended: Set[str] = set()  # goals
     waits = False
     together = False  # the loop has done nothing since the input before
     last = entries[0].seconds if entries else 0.0
     for entry in entries:
         event = entry.event
+        if event.kind == "status" and event.text != "accepted":
+            ended.add(event.id)
+        if event.kind == "cancel" and event.id in ended:
+            continue
         if event.kind in INPUTS:
             if not has_journal:
                 waits = not found or entry.seconds - last >= _QUIET_SECONDS
