@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 from replay_maker import ASK, END, RUN, Made, drive, entries, events, status
 
-from rosoclingo.bags.compare import Comparison, Level, compare
+from rosoclingo.bags.comparison import Comparison, Level, compare
 from rosoclingo.bags.junit import write_error, write_results
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.schedule import Stall

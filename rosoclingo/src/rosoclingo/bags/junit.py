@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import List, Tuple
 from xml.etree import ElementTree
 
-from rosoclingo.bags.compare import Comparison
+from rosoclingo.bags.comparison import Comparison
 from rosoclingo.bags.errors import BagWriteError
 from rosoclingo.bags.show import describe, describe_goal
 

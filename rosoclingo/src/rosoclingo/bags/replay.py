@@ -15,7 +15,7 @@ from types import FrameType
 from typing import Callable, List, NoReturn, Optional, Tuple
 
 from rosoclingo.bags import junit, show
-from rosoclingo.bags.compare import Comparison, Level, compare
+from rosoclingo.bags.comparison import Comparison, Level, compare
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.player import Replayed, play

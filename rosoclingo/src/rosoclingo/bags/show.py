@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import List, Optional, Sequence
 
-from rosoclingo.bags.compare import Comparison, GoalPair, Level, Row
+from rosoclingo.bags.comparison import Comparison, GoalPair, Level, Row
 from rosoclingo.bags.history import Cell, Goal
 
 _CONTEXT = 3  # rows that are the same, before and after each difference
