@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Optional
 
-_LAST_ARGUMENT = re.compile(r"[,(](-?\d+)\)\Z")
+_LAST_ARGUMENT = re.compile(r"[,(](-?\d{1,10})\)\Z")  # clingo's numbers have no more digits
 
 
 def last_argument(atom: str) -> Optional[int]:

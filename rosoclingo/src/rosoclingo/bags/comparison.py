@@ -1,16 +1,17 @@
-"""Compares what a run has put out with what its replay has put out. Needs no ROS."""
+"""Compares what a run has put out with what its replay, or another run, has. Needs no ROS."""
 
 from __future__ import annotations
 
 import difflib
 import enum
 from dataclasses import dataclass, replace
-from itertools import groupby, zip_longest
-from typing import Iterator, List, Optional, Sequence, Tuple
+from itertools import groupby, takewhile, zip_longest
+from typing import Dict, Iterator, List, Optional, Sequence, Tuple
 
 from rosoclingo.bags.history import OPEN, Cell, Goal, History
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.outputs import Output, Reader, is_open, tidy
+from rosoclingo.bags.pairing import Moved, moved, with_ids_of
 from rosoclingo.bags.schedule import Stall
 
 _MOST_TO_ALIGN = 2000  # rows; longer ones are compared one by one
@@ -26,12 +27,20 @@ class Level(enum.Enum):
 
 @dataclass(frozen=True)
 class GoalPair:
-    """A goal in both runs; ``same`` at the level of the comparison."""
+    """A goal in both runs.
+
+    Attributes:
+        id: That of actionlib; the recorded one if two runs have different ones.
+        request: What was asked for.
+        expected: What became of it in the recording; None if it is not there.
+        seen: What became of it in the replay, likewise.
+        same: Whether that is the same at the level of the comparison.
+    """
 
     id: str
     request: str
-    expected: Goal
-    seen: Goal
+    expected: Optional[Goal]
+    seen: Optional[Goal]
     same: bool
 
 
@@ -64,12 +73,15 @@ class Comparison:
 
     Attributes:
         level: How much has to be the same.
-        goals: All recorded goals, in the order in which they came.
+        goals: All recorded goals, in the order in which they came, and then those that are seen
+            alone.
         rows: What the loop has put out, in order.
         steps: In how many steps the recording has actions.
         seen_steps: In how many the replay has.
         same_plan: Whether what the loop has put out is the same at the level.
         failure: Why the replay was given up, if it was.
+        inputs: What two runs did not take at the same time, until their first difference; None if
+            the second run is a replay, which has the inputs of the first.
     """
 
     level: Level
@@ -79,6 +91,7 @@ class Comparison:
     seen_steps: int
     same_plan: bool
     failure: str = ""
+    inputs: Optional[Tuple[Moved, ...]] = None
 
     @property
     def differences(self) -> int:
@@ -95,6 +108,8 @@ def compare(
     level: Level = Level.EXACT,
     *,
     has_journal: bool = True,
+    seen_has_journal: bool = True,
+    is_replay: bool = True,
     stalls: Sequence[Stall] = (),
     failure: str = "",
 ) -> Comparison:
@@ -102,9 +117,11 @@ def compare(
 
     Args:
         expected: The recorded one.
-        seen: That of the replay.
+        seen: That of the replay, or of another run.
         level: How much has to be the same.
         has_journal: Whether the recording has a journal; else steps are not compared.
+        seen_has_journal: Whether the other one has, likewise.
+        is_replay: Whether the second run has the inputs of the first, with their goals' ids.
         stalls: Where the replay waited in vain.
         failure: Why the replay was given up, if it was.
 
@@ -113,15 +130,16 @@ def compare(
         afterwards is left out.
     """
     expected, seen = tidy(expected), tidy(seen)
+    if not is_replay:
+        seen = with_ids_of(expected, seen)
     is_cut = is_open(expected)
-    old = History(expected, has_journal, Reader(has_journal))
-    new = History(seen, has_journal, Reader())
-    goals = tuple(
-        _pair(
-(identifier, request), old.goals[identifier], new.goals.get(identifier, Goal()),
-              level, is_cut)
-        for identifier, request in old.requests.items()
-    )  # fmt: skip
+    knows_steps = has_journal and seen_has_journal
+    old = History(expected, knows_steps, Reader(has_journal))
+    new = History(seen, knows_steps, Reader(seen_has_journal))
+    new.numbers = _numbers(old, new)
+    goals = [_pair(one, old, new, level, is_cut) for one in old.requests]
+    goals += [GoalPair(one, new.requests[one], None, new.goals[one], False)
+              for one in _added(old, new, is_cut)]  # fmt: skip
     rows = _with_stall(_rows(old, new, is_cut), old, stalls)
     if level is Level.EXACT:
         same_plan = all(row.same for row in rows)
@@ -131,44 +149,85 @@ def compare(
         if level is Level.EQUIVALENT and not is_cut:
             same_plan = same_plan and old.steps == new.steps
     return Comparison(
-        level, goals, tuple(rows), old.steps, new.steps, same_plan and not failure, failure
+        level, tuple(goals), tuple(rows), old.steps, new.steps, same_plan and not failure, failure,
+        None if is_replay else _inputs_before_difference(old, new, rows),
+    )  # fmt: skip
+
+
+def _numbers(old: History, new: History) -> Dict[str, int]:
+    """Numbers goals so that each has the same number in both columns."""
+    numbers = dict(old.numbers)
+    for identifier in new.numbers:
+        numbers.setdefault(identifier, len(numbers) + 1)
+    return numbers
+
+
+def _pair(goal: str, old: History, new: History, level: Level, is_cut: bool) -> GoalPair:
+    expected, seen = old.goals[goal], new.goals.get(goal)
+    if is_cut and expected.outcome == OPEN:  # it may have ended since
+        if seen is not None:
+            statuses = seen.statuses[: len(expected.statuses)]
+            seen = Goal(statuses, OPEN, min(expected.steps, seen.steps))
+        elif not expected.statuses:  # nothing had come of it yet
+            seen = expected
+    same = (
+        seen is not None
+        and {
+            Level.EXACT: expected.statuses == seen.statuses,
+            Level.EQUIVALENT: (expected.outcome, expected.steps) == (seen.outcome, seen.steps),
+            Level.OUTCOME: expected.outcome == seen.outcome,
+        }[level]
     )
+    return GoalPair(goal, old.requests[goal], expected, seen, same)
 
 
-def _pair(goal: Tuple[str, str], old: Goal, new: Goal, level: Level, is_cut: bool) -> GoalPair:
-    if is_cut and old.outcome == OPEN:  # it may have ended since
-        new = Goal(new.statuses[: len(old.statuses)], OPEN, min(old.steps, new.steps))
-    same = {
-        Level.EXACT: old.statuses == new.statuses,
-        Level.EQUIVALENT: (old.outcome, old.steps) == (new.outcome, new.steps),
-        Level.OUTCOME: old.outcome == new.outcome,
-    }
-    return GoalPair(*goal, old, new, same[level])
+def _added(old: History, new: History, is_cut: bool) -> List[str]:
+    """Returns the goals that only the second run has, but those after the end of the first."""
+    goals = list(new.requests)
+    if is_cut:
+        while goals and goals[-1] not in old.requests:
+            goals.pop()
+    return [goal for goal in goals if goal not in old.requests]
 
 
 def _rows(old: History, new: History, is_cut: bool) -> List[Row]:
-    expected = [old.cell(output) for output in _sorted(old.timeline)]
-    new.numbers = {**new.numbers, **old.numbers}  # a goal has the same one in both columns
-    seen = [new.cell(output) for output in _sorted(new.timeline)]
+    expected = [old.cell(output) for output in _sorted(old)]
+    seen = [new.cell(output) for output in _sorted(new)]
     rows: List[Row] = []
     place = 0
     for left, right in _align(expected, seen):
-        rows.append(Row(left, right, tuple(old.inputs.get(place, ())) if left else ()))
+        inputs = old.inputs.get(place, ()) if left else ()
+        rows.append(Row(left, right, tuple(old.input(event).text for event in inputs)))
         place += left is not None
     while is_cut and rows and rows[-1].expected is None:
         rows.pop()
     return rows
 
 
-def _sorted(timeline: Sequence[Output]) -> List[Output]:
-    """Puts the actions of a step in the order of their names: they are sent at the same time."""
+def _sorted(history: History) -> List[Output]:
+    """Puts what is done at the same time in an order: actions by name, statuses by goal."""
     ordered: List[Output] = []
-    for key, group in groupby(timeline, lambda output: (output.kind, output.step)):
+    for key, group in groupby(history.timeline, lambda output: (output.kind, output.step)):
         if key[0] == "action" and key[1] is not None:
             ordered += sorted(group, key=lambda output: output.key)
+        elif key[0] == "status":
+            ordered += sorted(group, key=lambda output: history.numbers[output.id])
         else:
             ordered += group
     return ordered
+
+
+def _inputs_before_difference(old: History, new: History, rows: Sequence[Row]) -> Tuple[Moved, ...]:
+    alike = list(takewhile(lambda row: row.same, rows))
+    return moved(_inputs(old, len(alike)), _inputs(new, len(alike)))
+
+
+def _inputs(history: History, outputs: int) -> Tuple[List[Cell], List[Cell]]:
+    """Returns the inputs until so many outputs were there, and those that came later."""
+    halves: Tuple[List[Cell], List[Cell]] = [], []
+    for place, events in history.inputs.items():
+        halves[place > outputs].extend(map(history.input, events))
+    return halves
 
 
 def _align(
