@@ -18,15 +18,21 @@ FAILS = ASK + status("accepted", 1) + drive(2) + status("aborted", 2) + END
 
 
 def maker(
-    made: Sequence[Made], goal: str = "g", name: str = "/rosoclingo", without: Sequence[int] = ()
+    made: Sequence[Made],
+    goal: str = "g",
+    *,
+    name: str = "/rosoclingo",
+    without: Sequence[int] = (),
+    begin: float = 0.0,
 ) -> Maker:
     """Makes a bag of a journal, whose goal has an id, without some of its events."""
-    bag = Maker(name).about()
+    bag = Maker(name).about(begin)
     for number, (kind, identifier, text, step) in enumerate(made, 1):
         if number not in without:
             owner = goal if identifier == "g" else identifier
             details = ["1"] if kind == "status" else []
-            bag.event(number, kind, number * 0.1, id=owner, text=text, step=step, details=details)
+            seconds = begin + number * 0.1
+            bag.event(number, kind, seconds, id=owner, text=text, step=step, details=details)
     return bag
 
 
@@ -140,17 +146,8 @@ def test_a_bag_whose_end_is_missing(bags: List[Path], capsys: pytest.CaptureFixt
 
 def test_a_node_that_was_started_again(bags: List[Path]) -> None:
     """Its last run counts: that the first one has a gap does not matter."""
-    first = maker(FAILS, without=[5, 6])
-    again = maker(RUN)
-    first.messages += [(sender, 60.0 + at, data) for sender, at, data in again.messages]
-    for number, (sender, at, _) in enumerate(again.messages):
-        if sender.topic.endswith("/journal"):
-            event = RUN[number - 3]  # after what the three nodes say of themselves
-            later = Maker().event(
-                number - 2, event[0], 60.0 + at, id=event[1], text=event[2], step=event[3],
-                details=["1"] if event[0] == "status" else [],
-            )  # fmt: skip
-            first.messages[-len(again.messages) + number] = later.messages[0]
+    first = maker([*FAILS, *drive(3, 4, first=3)], without=[5, 6])
+    first.messages += maker(RUN, begin=60.0).messages
     restarted = first.write(bags[0].with_name("restarted.bag"))
     assert compare(bags[0], restarted) == 0
     assert compare(restarted, bags[2]) == 1
