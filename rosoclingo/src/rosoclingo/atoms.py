@@ -6,7 +6,6 @@ the same way, so equal texts mean equal terms.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from typing import Dict, List, Optional, Sequence, Tuple
 
@@ -15,8 +14,7 @@ import clingo
 from rosclingo.errors import TermError, XmlError
 from rosclingo.terms import parse_term, quote
 from rosclingo.xml_codec import check_text
-
-_LAST_ARGUMENT = re.compile(r"[,(](-?\d+)\)\Z")
+from rosoclingo.atom_text import last_argument as last_argument  # noqa: PLC0414 (for the loop)
 
 
 @dataclass(frozen=True)
@@ -92,12 +90,6 @@ class Plan:
 def event(source: str, content: str, step: int) -> str:
     """Returns the atom of an external event."""
     return f"event({source},{content},{step})"
-
-
-def last_argument(atom: str) -> Optional[int]:
-    """Returns the step that is the last argument of an atom, as clingo prints it."""
-    match = _LAST_ARGUMENT.search(atom)
-    return int(match.group(1)) if match else None
 
 
 def canonical(text: str) -> str:

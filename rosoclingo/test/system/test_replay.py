@@ -5,10 +5,10 @@ Needs a sourced workspace, in devel or install space.
 
 from __future__ import annotations
 
-import itertools
 import signal
+import struct
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Sequence
+from typing import Any, Callable, Dict, List, Optional, Sequence
 from xml.etree import ElementTree
 
 import pytest
@@ -22,6 +22,7 @@ __all__ = ["terminals"]
 
 RECORDING = "dynamic.incremental.recording"
 KIND = b"\x07\0\0\0message"  # of a journal's event, as it is on the wire
+EVENT = struct.Struct("<III")  # how it begins: the time and the number
 
 # A robot that answers each action, and a client that sends goals: those of an argument together,
 # when the ones before have ended. The answers that are named by their number are failures.
@@ -77,9 +78,11 @@ class Recorder:
         mode: str = RECORDING,
         failures: Sequence[int] = (),
         single: Sequence[str] = (),
+        *,
+        name: str = "run.bag",
     ) -> Path:
         """Runs a system until its goals have ended, or until it has published its plan."""
-        start, bag = self._terminals.start, self._folder / "run.bag"
+        start, bag = self._terminals.start, self._folder / name
         if single:
             nodes = [start("rosrun", "rosoclingo", "run-1.0.py", *single)]
         else:
@@ -128,31 +131,44 @@ def replay(terminals: Terminals, bag: Path, *options: str) -> Terminal:
     return ended
 
 
-def copy(bag: Path, name: str, keep: Callable[[str, bytes], bool]) -> Path:
-    """Copies the messages that are to be kept, by their topic and bytes."""
+def copy(bag: Path, name: str, change: Callable[[str, bytes], Optional[bytes]]) -> Path:
+    """Copies messages, changed by their topic and bytes; None leaves one out."""
     changed = bag.with_name(name)
     connections: Dict[int, Any] = {}
     with Reader(bag) as reader, Writer(changed) as writer:
         for one, time, data in reader.messages():
-            if keep(one.topic, bytes(data)):
+            new = change(one.topic, bytes(data))
+            if new is not None:
                 if one.id not in connections:
                     connections[one.id] = writer.add_connection(
                         one.topic, one.msgtype, msgdef=one.msgdef.data, md5sum=one.digest
                     )
-                writer.write(connections[one.id], time, data)
+                writer.write(connections[one.id], time, new)
     return changed
 
 
-def without(bag: Path, dropped: int) -> Path:
-    """Copies a bag without one of the answers of the journal, counted from 1."""
-    count = itertools.count(1)
+def without(bag: Path, dropped: int, gap: int = 0) -> Path:
+    """Copies a bag without one of the answers of the journal, counted from 1.
 
-    def keep(topic: str, data: bytes) -> bool:
-        is_answer = topic == "/rosoclingo/journal" and KIND in data
-        return not (is_answer and next(count) == dropped)
+    The events after it have the next numbers, or those that leave a gap.
+    """
+    answers = 0
 
-    changed = copy(bag, f"without_{dropped}.bag", keep)
-    assert next(count) > dropped
+    def change(topic: str, data: bytes) -> Optional[bytes]:
+        nonlocal answers
+        if topic != "/rosoclingo/journal":
+            return data
+        is_answer = KIND in data
+        answers += is_answer
+        if answers < dropped:
+            return data
+        if is_answer and answers == dropped:
+            return None
+        seconds, nanoseconds, number = EVENT.unpack_from(data)
+        return EVENT.pack(seconds, nanoseconds, number - 1 + gap) + data[EVENT.size :]
+
+    changed = copy(bag, f"without_{dropped}_{gap}.bag", change)
+    assert answers >= dropped
     return changed
 
 
@@ -168,6 +184,28 @@ def test_replays_what_was_recorded(
         assert "no difference" in ended.output
     suite = ElementTree.parse(results).getroot()
     assert (suite.get("tests"), suite.get("failures")) == ("4", "0")
+
+
+@pytest.mark.install_space
+def test_compares_what_was_recorded(
+    terminals: Terminals, recorder: Recorder, tmp_path: Path
+) -> None:
+    """The goals have other ids in each run."""
+    goals = ["visit(3)", "visit(5) visit(1)"]
+    names = ("a.bag", "b.bag", "c.bag")
+    for name, failures in zip(names, ([2], [2], [])):
+        recorder.record(goals, single=["-f", line()], failures=failures, name=name)
+    for name, status, texts in (
+        ("b.bag", 0, ["no difference at level exact: 3 goals"]),
+        ("c.bag", 1, ["<- first divergence",
+                      "message robot: failure: expected in step 2, not seen"]),
+        ("none.bag", 2, ["No such file"]),
+    ):  # fmt: skip
+        files = (str(tmp_path / "a.bag"), str(tmp_path / name))
+        ended = terminals.run("rosrun", "rosoclingo", "compare.py", *files)
+        assert ended.wait() == status, ended.output
+        assert all(text in ended.output for text in texts), ended.output
+        assert "Traceback" not in ended.output
 
 
 @pytest.mark.parametrize(
@@ -267,7 +305,8 @@ def test_a_line_in_a_rostest(terminals: Terminals, recorder: Recorder, tmp_path:
 def test_a_bag_of_an_old_system(terminals: Terminals, recorder: Recorder) -> None:
     """It has no journal, and does not say what was started."""
     bag = recorder.record(["visit(3)", "visit(5) visit(1)"], [line()], failures=[2])
-    old = copy(bag, "old.bag", lambda topic, _: not topic.endswith(("/journal", "/about")))
+    new_topics = ("/journal", "/about")
+    old = copy(bag, "old.bag", lambda topic, data: None if topic.endswith(new_topics) else data)
     ended = replay(terminals, old)
     assert ended.wait() == 2
     assert "--planner" in ended.output
@@ -300,11 +339,18 @@ def test_nothing_is_left_when_it_is_interrupted(
     wait_for(lambda: not [pid for pid in pids if Path(f"/proc/{pid}").exists()])
 
 
+def is_late(topic: str, data: bytes) -> bool:
+    return topic == "/rosoclingo/journal" and EVENT.unpack_from(data)[2] > 1
+
+
 def test_what_cannot_be_replayed(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
     bag = recorder.record(["visit(3)"], [line()])
     empty = tmp_path / "empty.bag"
     empty.touch()
+    idle = copy(bag, "idle.bag", lambda topic, data: None if is_late(topic, data) else data)
     for arguments, text in (
+        ([str(without(bag, dropped=1, gap=1))], "events are missing: "),
+        ([str(idle)], "nothing can be compared: no goal has got a status"),
         ([str(empty)], "the file is empty"),
         ([str(bag), "--planner", "-f nowhere.lp"], "there is no file 'nowhere.lp'"),
         ([str(bag), "--planner", "-f 'nowhere.lp"], "cannot be split into words"),

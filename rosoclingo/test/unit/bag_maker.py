@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any, Dict, List, Sequence, Tuple
 
@@ -132,3 +134,24 @@ def run(name: str = "/rosoclingo", events: int = 20) -> Maker:
 def texts(recording: Any) -> Sequence[str]:
     """Returns the texts of a recording's events."""
     return [entry.event.text for entry in recording.entries]
+
+
+# Programs that read bags.
+
+_NOT_NEEDED = ("rospy", "genpy", "roslib", "actionlib", "rospkg", "catkin_pkg", "clingo")
+_WITHOUT = """
+import runpy, sys
+for name in sys.argv[1].split():
+    sys.modules[name] = None  # importing it fails
+sys.argv[:2] = []
+runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+"""
+
+
+def run_without(
+    modules: Sequence[str], program: str, *arguments: str
+) -> subprocess.CompletedProcess[str]:
+    """Runs a program of ``rosoclingo.bags`` where ROS, clingo and the modules are missing."""
+    missing = " ".join([*_NOT_NEEDED, *modules])
+    command = [sys.executable, "-c", _WITHOUT, missing, f"rosoclingo.bags.{program}", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Tuple
+from typing import List, Sequence, Tuple
 from xml.etree import ElementTree
 
 import pytest
 from replay_maker import ASK, END, RUN, Made, drive, entries, events, status
 
-from rosoclingo.bags.compare import Comparison, Level, compare
-from rosoclingo.bags.junit import write_error, write_results
+from rosoclingo.bags.comparison import Comparison, Level, compare
+from rosoclingo.bags.junit import Suite, write_error, write_results
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.schedule import Stall
-from rosoclingo.bags.show import describe, summary
+from rosoclingo.bags.show import describe, speed, summary
 from rosoclingo.journal import Event
 
 OTHER_WAY = ASK + status("accepted", 1) + drive(1, 3) + status("succeeded", 2) + END
 LONGER = ASK + status("accepted", 1) + drive(2, 2, 3) + status("succeeded", 3) + END
 FAILS = ASK + status("accepted", 1) + drive(2) + status("aborted", 2) + END
+SUITE = Suite("replay of run.bag", "replay.run")
 
 
 def differences(seen: List[Made]) -> Tuple[int, ...]:
@@ -58,11 +59,10 @@ def test_what_is_said() -> None:
 
 def test_summary() -> None:
     comparison = compare(entries(RUN), entries(RUN))
-    assert summary(comparison, 2.0, 50.0) == (
-        "no difference at level exact: 1 goal, 2 steps, 2.0 s, 25.0 times as fast as recorded"
-    )
+    assert summary(comparison) == "no difference at level exact: 1 goal, 2 steps"
+    assert speed(2.0, 50.0) == "2.0 s, 25.0 times as fast as recorded"
     allowed = compare(entries(RUN), entries(OTHER_WAY), Level.OUTCOME)
-    assert "no difference at level outcome (1 of what was done" in summary(allowed, 2.0, 50.0)
+    assert "no difference at level outcome (1 of what was done" in summary(allowed)
 
 
 def test_only_what_is_around_differences_is_shown() -> None:
@@ -173,9 +173,148 @@ def test_statuses_of_goals_without_a_slot_have_no_order() -> None:
     assert compare(journals[0], entries(RUN)).differences == 1
 
 
+def test_a_status_before_its_goal_is_no_harm() -> None:
+    early = [*status("accepted", 1), *ASK, *END]
+    assert compare(entries(early), entries(early)).differences == 0
+
+
+# Two runs that were recorded independently.
+
+
+def other(made: Sequence[Made], *ids: str) -> Tuple[Entry, ...]:
+    """Makes a journal whose goals have other ids: ``g`` becomes the first one."""
+    names = dict(zip("ghi", ids))
+    return entries([(k, names.get(i, i), text, step) for k, i, text, step in made])
+
+
+def independent(old: Sequence[Entry], new: Sequence[Entry], level: Level) -> Comparison:
+    return compare(old, new, level, is_replay=False)
+
+
+def asks(*goals: Tuple[str, str]) -> List[Made]:
+    """Goals that come while the loop waits, each after the one before; all are accepted at once."""
+    came: List[Made] = [("goal", goal, request, 0) for goal, request in goals]
+    accepted: List[Made] = [("status", goal, "accepted", 1) for goal, _ in goals]
+    return [("waiting", "", "", 0), *came, ("command", "", "idle", 0), *accepted]
+
+
+@pytest.mark.parametrize("level", Level)
+def test_ids_of_goals_do_not_matter(level: Level) -> None:
+    for ids in ("/client-1-1700000000.1", "h"):
+        assert independent(entries(RUN), other(RUN, ids), level).differences == 0
+        assert independent(entries(RUN), other(FAILS, ids), level).differences > 0
+
+
+@pytest.mark.parametrize("level", Level)
+def test_goals_belong_together_by_their_requests(level: Level) -> None:
+    end = drive(2) + status("succeeded", 1, "g") + status("rejected", 1, "h") + END
+    old = asks(("g", "visit(2)"), ("h", "fly")) + end
+    # Another order of arrival, other spaces, and an id that is that of the other goal.
+    new = asks(("h", "fly"), ("g", "visit( 2)")) + end
+    comparison = independent(entries(old), other(new, "h", "g"), level)
+    assert comparison.differences == 0
+    assert [pair.request for pair in comparison.goals] == ["visit(2)", "fly"]
+
+
+def test_the_first_of_two_goals_alike_belongs_to_the_first() -> None:
+    goals = (("g", "visit(2)"), ("h", "visit(2)"))
+    ends = [status(word, 1, "g") + status(other, 1, "h") for word, other in (
+        ("succeeded", "aborted"), ("aborted", "succeeded"))]  # fmt: skip
+    old, new = (asks(*goals) + end + END for end in ends)
+    assert independent(entries(old), other(old, "x", "y"), Level.OUTCOME).differences == 0
+    assert independent(entries(old), other(new, "x", "y"), Level.OUTCOME).differences == 2
+
+
+@pytest.mark.parametrize("level", Level)
+def test_a_goal_that_only_one_run_has(level: Level) -> None:
+    more = asks(("g", "visit(2)"), ("h", "visit(5)")) + END
+    less = asks(("g", "visit(2)")) + END
+    for old, new, word in ((more, less, "seen"), (less, more, "expected")):
+        comparison = independent(entries(old), other(new, "x", "y"), level)
+        # One for the goal, and in exact ones for its status.
+        assert comparison.differences == (2 if level is Level.EXACT else 1)
+        (first,) = [pair for pair in comparison.goals if not pair.same]
+        assert first.request == "visit(5)"
+        said = describe(comparison)
+        assert "goal 2 visit(5) (" in said
+        assert f"  {word:8}  it did not come" in said
+
+
+def test_what_came_after_the_end_of_the_recording() -> None:
+    """A recording that ends while the loop works says nothing of later goals."""
+    both = asks(("g", "visit(2)")) + drive(2)[:1]
+    later: List[Made] = [("goal", "h", "visit(5)", 1), ("status", "h", "accepted", 1)]
+    for level in Level:
+        assert independent(entries(both), other(both + later, "x", "y"), level).differences == 0
+        assert independent(entries(both + later), other(both, "x"), level).differences > 0
+    # But one that came before what is compared does not belong there.
+    assert independent(entries(both), entries(later + both), Level.OUTCOME).differences == 1
+
+
+def test_inputs_that_came_at_another_time() -> None:
+    door: List[Made] = [("message", "door", "open", 1)]
+    done = status("succeeded", 2) + END
+    begin = ASK + status("accepted", 1)
+    expected = entries(begin + drive(2) + door + drive(3, 4, first=2) + done)
+    for seen, said in (
+        (begin + drive(2, 4, first=1) + done, "message door: open: expected in step 1, not seen"),
+        (begin + drive(2, 5, first=1) + door + done,
+         "message door: open: expected in step 1, seen later in step 1"),
+        (begin + door + drive(2) + door + drive(1, 4, first=2) + done,
+         "message door: open: not expected, seen in step 1"),
+    ):  # fmt: skip
+        text = describe(independent(expected, entries(seen), Level.EXACT))
+        lines = text[text.index("inputs that the runs did not have at the same time") :]
+        assert said in [line.strip() for line in lines.splitlines()], text
+    late = [*begin, *drive(2)[:3], ("message", "robot", "failure", 1), *drive(7, first=2), *done]
+    text = describe(independent(expected, entries(late), Level.OUTCOME))
+    assert text == ""  # the level allows it
+    text = describe(independent(expected, entries(late), Level.EXACT))
+    assert "message robot: failure: not expected, seen in step 1" in text
+    same = begin + drive(2) + door + drive(3, 5, first=2) + done
+    text = describe(independent(expected, entries(same), Level.EXACT))
+    assert text.endswith("both runs had the same inputs until the first divergence")
+    assert "inputs" not in describe(compare(expected, entries(same)))  # of a replay that is sure
+
+
+def test_other_steps_of_inputs_are_told_too() -> None:
+    """What changes a later plan may have come in another step."""
+    runs = []
+    for step, last in ((1, 4), (2, 5)):
+        door: List[Made] = [("message", "door", "open", step)]
+        moves = [drive(2), drive(3, first=2)]
+        moves.insert(step, door)
+        runs.append(ASK + [made for part in moves for made in part] + drive(last, first=3) + END)
+    text = describe(independent(entries(runs[0]), entries(runs[1]), Level.EXACT))
+    assert "message door: open: expected in step 1, seen in step 2" in text
+
+
+HOSTILE = "\x1b]0;x\x07\x9b2J\r\u202e\x00\nno difference"
+
+
+def test_nothing_of_a_bag_commands_the_terminal() -> None:
+    run = [
+        ("waiting", "", "", 0), ("goal", HOSTILE, HOSTILE, 0), ("status", HOSTILE, HOSTILE, 1),
+        ("message", HOSTILE, HOSTILE, 1), ("action", HOSTILE, HOSTILE, 1), ("end", "", HOSTILE, 2),
+    ]  # fmt: skip
+    stalls = [Stall(0, (HOSTILE,))]
+    for is_replay in (True, False):
+        comparison = compare(
+            entries(run), entries(END), failure="the end\nof " + HOSTILE, stalls=stalls,
+            is_replay=is_replay,
+        )  # fmt: skip
+        said = describe(comparison)
+        assert "\\x1b]0;x\\x07" in said
+        assert all(letter.isprintable() or letter == "\n" for letter in said)
+        lines = said.splitlines()
+        assert "of \\x1b" in "".join(lines)
+        # Only what processes have said may have several lines.
+        assert [line for line in lines if line.startswith("no difference")] == lines[-1:]
+
+
 def results(comparison: Comparison, folder: Path) -> ElementTree.Element:
     file = folder / "new" / "results.xml"
-    write_results(file, Path("a/run.bag"), comparison, 1.5)
+    write_results(file, SUITE, comparison, 1.5)
     return ElementTree.parse(file).getroot()
 
 
@@ -191,7 +330,7 @@ def test_junit(tmp_path: Path) -> None:
 
 def test_junit_of_a_bag_that_cannot_be_replayed(tmp_path: Path) -> None:
     file = tmp_path / "results.xml"
-    write_error(file, Path("run.bag"), "no\x1b[31m system")
+    write_error(file, SUITE, "no\x1b[31m system")
     suite = ElementTree.parse(file).getroot()
     assert (suite.get("errors"), suite.get("failures")) == ("1", "0")
     assert suite[0][0].tag == "error"

@@ -3,14 +3,13 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-import subprocess
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any, Dict, List, Tuple
 
 import pytest
-from bag_maker import Maker
+from bag_maker import Maker, run_without, source
 from journals import Journal, long_journal
 
 from rosoclingo.bags.model import Program, Recording
@@ -174,20 +173,33 @@ def test_the_program_writes_page_and_picture(tmp_path: Path) -> None:
     ]
 
 
-def test_the_program_runs_without_ros_and_without_matplotlib(tmp_path: Path) -> None:
-    code = (
-        "import sys\n"
-        "for name in ('rospy', 'genpy', 'roslib', 'actionlib', 'matplotlib'):\n"
-        "    sys.modules[name] = None\n"  # importing it fails
-        "from rosoclingo.bags.report import main\n"
-        "main(sys.argv[1:])\n"
-    )
+def test_the_program_runs_without_ros_clingo_and_matplotlib(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
-    command = [sys.executable, "-c", code, str(bag(tmp_path)), "-o", str(page)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done = run_without(["matplotlib"], "report", str(bag(tmp_path)), "-o", str(page))
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == f"wrote {page}\n"
     assert page.exists()
+
+
+def test_nothing_of_a_bag_commands_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    maker = Maker("/\x1b[2J")
+    maker.event(1, "goal", 0.1, id="g", text="bring(1,3)")
+    other = source("/\x1b[2J/journal", "std_msgs/String")
+    maker.messages.append((other, 0.2, b""))
+    with pytest.raises(SystemExit) as end:
+        main([str(maker.write(tmp_path / "run.bag"))])
+    assert end.value.code == 0
+    captured = capsys.readouterr()
+    assert "left out: /\\x1b[2J/journal" in captured.err
+    assert "\x1b" not in captured.out + captured.err
+    with pytest.raises(SystemExit) as end:
+        main([str(tmp_path / "run.bag"), "--name", "x"])
+    assert end.value.code == 2
+    captured = capsys.readouterr()
+    assert "there are /\\x1b[2J" in captured.err
+    assert "\x1b" not in captured.out + captured.err
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no bag at all"])

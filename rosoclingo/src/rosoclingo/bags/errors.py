@@ -29,6 +29,10 @@ class SeveralSystemsError(BagError):
     """A bag has runs of several rosoclingo nodes, and no name chooses."""
 
 
+class IncompleteBagError(BagError):
+    """So much of a run was not recorded that it cannot be compared."""
+
+
 class BagTypeError(BagError):
     """A topic's messages are of another type or MD5 sum than the system's."""
 

@@ -8,6 +8,7 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.outputs import INPUTS, Output, Reader
+from rosoclingo.journal import Event
 
 OPEN = "open"
 """The outcome of a goal that has not ended."""
@@ -48,18 +49,25 @@ class History:
         self.steps = 0
         self.timeline: List[Output] = []
         self.places: List[int] = []  # for each output, how many of the timeline come before it
-        self.inputs: Dict[int, List[str]] = {}  # by the place in the timeline that they precede
+        self.inputs: Dict[int, List[Event]] = {}  # by the place in the timeline that they precede
         self._published: List[Output] = []
         self._has_journal = has_journal
         self._begins: Dict[str, int] = {}
         self._acted: Optional[int] = None  # the step of the last action
+        for entry in entries:  # before the rest: a status that comes before its goal is no harm
+            if entry.event.kind == "goal" and entry.event.id not in self.requests:
+                self.requests[entry.event.id] = entry.event.text
+                self.numbers[entry.event.id] = len(self.numbers) + 1
+                self.goals[entry.event.id] = Goal()
         for entry in entries:
             output = reader.output(entry.event)
             if output is not None:
                 self.places.append(len(self.timeline))
                 self._take_output(output)
             if entry.event.kind in INPUTS:
-                self._take_input(entry)
+                self.inputs.setdefault(len(self.timeline), []).append(entry.event)
+                if entry.event.kind == "goal":
+                    self._begins.setdefault(entry.event.id, self.steps)
             elif entry.event.kind == "action" and entry.event.step != self._acted:
                 self._acted = entry.event.step
                 self.steps += 1
@@ -67,7 +75,7 @@ class History:
                 self._acted = None  # steps count from 0 again
         for identifier, goal in self.goals.items():
             if goal.outcome == OPEN:
-                steps = self.steps - self._begins[identifier]
+                steps = self.steps - self._begins.get(identifier, 0)
                 self.goals[identifier] = replace(goal, steps=steps)
 
     def ends(self, with_lengths: bool) -> List[Tuple[str, int]]:
@@ -85,24 +93,17 @@ class History:
             return Cell(None, f"published: [{output.text}]")
         return Cell(step, f"the end: {output.text}")
 
+    def input(self, event: Event) -> Cell:
+        """Describes an input."""
+        step = event.step if self._has_journal else None
+        if event.kind == "message":
+            return Cell(step, f"message {event.id}: {event.text}")
+        name = self.label(event.id) if event.id in self.requests else event.id
+        return Cell(step, f"{name} {'came' if event.kind == 'goal' else 'is to be cancelled'}")
+
     def label(self, identifier: str) -> str:
         """Names a goal, by its number in the order of arrival and its request."""
         return f"goal {self.numbers[identifier]} {self.requests[identifier]}"
-
-    def _take_input(self, entry: Entry) -> None:
-        event = entry.event
-        if event.kind == "goal":
-            self.requests.setdefault(event.id, event.text)
-            self.numbers.setdefault(event.id, len(self.numbers) + 1)
-            self.goals.setdefault(event.id, Goal())
-            self._begins.setdefault(event.id, self.steps)
-            text = f"{self.label(event.id)} came"
-        elif event.kind == "cancel":
-            known = event.id in self.requests
-            text = f"{self.label(event.id) if known else event.id} is to be cancelled"
-        else:
-            text = f"message {event.id}: {event.text}"
-        self.inputs.setdefault(len(self.timeline), []).append(text)
 
     def _take_output(self, output: Output) -> None:
         if output.kind in ("plan", "end"):
@@ -122,7 +123,7 @@ class History:
         self.goals[output.id] = Goal(
             (*goal.statuses, word),
             OPEN if output.text == "accepted" else output.text,
-            self.steps - self._begins[output.id],
+            self.steps - self._begins.get(output.id, 0),
         )
 
 

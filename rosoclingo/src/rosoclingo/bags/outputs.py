@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Dict, Iterable, List, Optional, Sequence, Tuple
 
-from rosoclingo.atoms import last_argument
+from rosoclingo.atom_text import last_argument
 from rosoclingo.bags.model import Entry
 from rosoclingo.journal import Event
 

@@ -33,11 +33,3 @@ def check(bag: Path, recording: Recording, allow_scripts: bool) -> None:
                     f"{bag}: {file} has a #script block, which would run on this machine; if you "
                     "trust the bag, allow it with --allow-scripts"
                 )
-    if not recording.entries:
-        raise ReplayError(f"{bag}: {recording.name} has done nothing in it; record again")
-    first = recording.entries[0].number
-    if first > 1:
-        raise ReplayError(
-            f"{bag}: the first {first - 1} events of the run are missing; start record.py with "
-            "the system (record:=FILE of the launch files)"
-        )

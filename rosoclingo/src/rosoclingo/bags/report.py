@@ -11,6 +11,7 @@ from rosclingo.errors import RosclingoError
 from rosoclingo.bags.page import render
 from rosoclingo.bags.reader import read_recording
 from rosoclingo.bags.statistics import compute
+from rosoclingo.bags.terminal import lines
 
 
 class PictureError(RosclingoError):
@@ -46,10 +47,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
             chosen.bag, chosen.output or chosen.bag.with_suffix(".html"), chosen.png, chosen.name
         )
     except (RosclingoError, OSError) as err:
-        print(f"report.py: {err}", file=sys.stderr)
+        _say(str(err))
         sys.exit(2)
     except Exception as err:  # a bag is anybody's, and 1 is not among the exit statuses
-        print(f"report.py: {chosen.bag}: internal error: {err!r}", file=sys.stderr)
+        _say(f"{chosen.bag}: internal error: {err!r}")
         sys.exit(2)
     sys.exit(0)
 
@@ -58,9 +59,9 @@ def _report(bag: Path, page: Path, picture: Optional[Path], name: Optional[str])
     recording = read_recording(bag, name)
     statistics = compute(recording)
     for remark in recording.remarks:
-        print(f"report.py: {bag}: {remark}", file=sys.stderr)
+        _say(f"{bag}: {remark}")
     page.write_text(render(recording, statistics, bag), encoding="utf-8")
-    print(f"wrote {page}")
+    print(lines(f"wrote {page}"))
     if picture is not None:
         # It takes a second, and who wants no picture need not have matplotlib.
         try:
@@ -71,7 +72,11 @@ def _report(bag: Path, page: Path, picture: Optional[Path], name: Optional[str])
             draw(statistics, f"{bag.name}: {recording.name}", picture)
         except ValueError as err:
             raise PictureError(f"{picture}: {err}; .png is a good ending") from err
-        print(f"wrote {picture}")
+        print(lines(f"wrote {picture}"))
+
+
+def _say(text: str) -> None:
+    print(lines(f"report.py: {text}"), file=sys.stderr)
 
 
 if __name__ == "__main__":

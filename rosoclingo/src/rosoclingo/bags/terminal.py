@@ -1,0 +1,17 @@
+"""Texts of bags, which may be anybody's, as they are safe on a terminal. Needs no ROS."""
+
+from __future__ import annotations
+
+
+def one_line(text: str) -> str:
+    """Returns a text with all that is not printable escaped, line ends and tabs too."""
+    return "".join(map(_escaped, text))
+
+
+def lines(text: str) -> str:
+    """Returns a text with all that is not printable escaped, but for line ends and tabs."""
+    return "".join(letter if letter in "\n\t" else _escaped(letter) for letter in text)
+
+
+def _escaped(letter: str) -> str:
+    return letter if letter.isprintable() else letter.encode("unicode_escape").decode("ascii")
