@@ -117,9 +117,7 @@ def replay(bag: Path) -> Tuple[float, List[float], List[float]]:
     Raises:
         HarnessError: There is a difference.
     """
-    # This robot sends each goal while the loop is still busy with the end of the one before. On a
-    # busy machine, one in a hundred is then taken a step earlier or later than recorded.
-    command = ["rosrun", "rosoclingo", "replay.py", str(bag), "--level", "outcome"]
+    command = ["rosrun", "rosoclingo", "replay.py", str(bag)]
     own: List[float] = []
     nodes: List[float] = []
     with subprocess.Popen(

@@ -14,7 +14,6 @@ import clingo
 from rosclingo.errors import TermError, XmlError
 from rosclingo.terms import parse_term, quote
 from rosclingo.xml_codec import check_text
-from rosoclingo.atom_text import last_argument as last_argument  # noqa: PLC0414 (for the loop)
 
 
 @dataclass(frozen=True)

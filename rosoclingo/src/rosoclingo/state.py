@@ -7,7 +7,8 @@ from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tupl
 
 from rosclingo.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.engine import Result
-from rosoclingo.atoms import Action, Plan, event, last_argument
+from rosoclingo.atom_text import last_argument
+from rosoclingo.atoms import Action, Plan, event
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import STATUSES, Goals
 from rosoclingo.inbox import Inbox, Message

@@ -45,7 +45,8 @@ def act(message):
 actions = rospy.Subscriber("rosoclingo/out", ROSoClingoOut, act, tcp_nodelay=True)
 client = LowLatencyActionClient("rosoclingo", ROSoClingoAction)
 client.wait_for_server()
-while not (answers.get_num_connections() and actions.get_num_connections()):
+heard = [answers, client.pub_goal, client.pub_cancel]  # by the node and the recorder
+while min(topic.get_num_connections() for topic in heard) < 2 or not actions.get_num_connections():
     rospy.sleep(0.01)
 for group in groups:
     handles = []

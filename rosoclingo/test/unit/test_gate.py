@@ -14,7 +14,7 @@ from rosclingo.commands import Assumption
 from rosclingo.engine import Outcome, Result
 from rosclingo.errors import OptionsError
 from rosoclingo.bags import show
-from rosoclingo.bags.compare import compare
+from rosoclingo.bags.comparison import compare
 from rosoclingo.bags.dues import dues
 from rosoclingo.bags.inputs import inputs
 from rosoclingo.bags.model import Entry

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import io
+import os
 import re
 import sys
 from pathlib import Path
@@ -60,6 +61,9 @@ def run(
             junit.write_results(file, suite, comparison, seconds)
     except BagError as err:
         return _give_up(program, results, suite, str(err))
+    except BrokenPipeError:  # who reads it has seen enough, such as head
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 2
     except Exception as err:  # 1 would say that there is a difference
         return _give_up(program, results, suite, f"{suite.name}: internal error: {err!r}")
     return 1 if comparison.differences else 0

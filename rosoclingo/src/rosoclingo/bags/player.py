@@ -7,10 +7,10 @@ import queue
 import sys
 import time
 from pathlib import Path
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
-from actionlib_msgs.msg import GoalID
+from actionlib_msgs.msg import GoalID, GoalStatusArray
 from std_msgs.msg import Empty
 
 from rosclingo.low_latency import publisher, subscriber
@@ -51,7 +51,11 @@ class Replayed(NamedTuple):
 
 
 class Connection:
-    """The topics of a node with the planning loop. Make it after the node is initialised."""
+    """The topics of a node with the planning loop. Make it after the node is initialised.
+
+    Attributes:
+        arrived: The ids of goals that the node has.
+    """
 
     def __init__(self, name: str, has_gate: bool) -> None:
         """Opens the topics.
@@ -65,15 +69,18 @@ class Connection:
         self._cancel = publisher(f"{name}/cancel", GoalID)
         self._in = publisher(f"{name}/in", ROSoClingoIn)
         self._open = publisher(f"{name}/open_gate", Empty)
-        self._received: queue.SimpleQueue[ROSoClingoEvent] = queue.SimpleQueue()
+        self.arrived: Set[str] = set()
+        # None says that a goal has arrived.
+        self._received: queue.SimpleQueue[Optional[ROSoClingoEvent]] = queue.SimpleQueue()
         self._early: Dict[int, ROSoClingoEvent] = {}  # that came before the ones they follow
         self._number = 0
+        self._status = subscriber(f"{name}/status", GoalStatusArray, self._on_status)
         self._journal = subscriber(f"{name}/journal", ROSoClingoEvent, self._received.put)
 
     @property
     def is_complete(self) -> bool:
         """Whether the node is there."""
-        topics = [self._goal, self._cancel, self._in, self._journal]
+        topics = [self._goal, self._cancel, self._in, self._status, self._journal]
         if self._has_gate:
             topics.append(self._open)
         return all(topic.get_num_connections() for topic in topics)
@@ -116,8 +123,16 @@ class Connection:
             )  # fmt: skip
             yield self._number, message.stamp.to_sec(), event
 
-    def _sort(self, message: ROSoClingoEvent) -> None:
-        if message.number > self._number:  # a late subscriber gets some of them twice
+    def _on_status(self, message: GoalStatusArray) -> None:
+        new = {status.goal_id.id for status in message.status_list} - self.arrived
+        if new:
+            self.arrived |= new
+            self._received.put(None)
+
+    def _sort(self, message: Optional[ROSoClingoEvent]) -> None:
+        if (
+            message is not None and message.number > self._number
+        ):  # a late subscriber gets some of them twice
             self._early[message.number] = message
 
 
@@ -151,12 +166,15 @@ def play(
     planned = inputs(entries, recording.has_journal)
     expected = outputs(entries, recording.has_journal)
     done = commands(entries) if recording.has_journal else None
-    schedule = Schedule(planned, expected, commands=done, is_open=is_open(entries), rate=rate)
     with System(folder) as system:
         _initialise(system, folder)
         if recording.has_journal:
             rospy.set_param(f"{recording.name}/replay", encode(dues(recording.entries)))
         connection = Connection(recording.name, recording.has_journal)
+        schedule = Schedule(
+            planned, expected,
+            commands=done, arrived=connection.arrived, is_open=is_open(entries), rate=rate,
+        )  # fmt: skip
         system.start(processes[0])
         _connect(connection, system, recording.name)
         for start in processes[1:]:  # only now, so that nothing is missed

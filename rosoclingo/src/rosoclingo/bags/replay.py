@@ -13,6 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Callable, List, NoReturn, Optional, Tuple
 
+from rosclingo.engine import Result
 from rosoclingo.bags import comparable, judge, show
 from rosoclingo.bags.comparison import Comparison, Level, compare
 from rosoclingo.bags.errors import IncompleteBagError
@@ -21,6 +22,7 @@ from rosoclingo.bags.model import Recording
 from rosoclingo.bags.player import Replayed, play
 from rosoclingo.bags.replayable import check
 from rosoclingo.bags.startup import Changes, starts
+from rosoclingo.journal import Event
 
 _PROGRESS_SECONDS = 2.0
 
@@ -82,12 +84,22 @@ def _judge(recording: Recording, replayed: Replayed, level: Level) -> Comparison
         failure=replayed.failure,
     )
     judge.tell(comparison)
+    cut_off = sum(_is_cut_off(entry.event) for entry in recording.entries)
+    if comparison.differences and cut_off:
+        print(
+            f"searches that were cut off in the recording: {cut_off}; how far clingo came is up to "
+            "chance, so that it may find another plan of the same length afterwards"
+        )
     if replayed.skipped:
         print(f"answers that were not sent, as their actions did not come: {replayed.skipped}")
     times = [entry.seconds for entry in recording.entries]
     speed = show.speed(replayed.seconds, times[-1] - times[0])
     print(f"{show.summary(comparison)}, {speed}")
     return comparison
+
+
+def _is_cut_off(event: Event) -> bool:
+    return event.kind == "command" and event.id == Result.UNKNOWN.value
 
 
 def _progress() -> Callable[[int, int], None]:

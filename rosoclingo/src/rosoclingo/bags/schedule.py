@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import AbstractSet, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 from rosoclingo.bags.inputs import Input, Key, Point, input_key
 from rosoclingo.bags.model import Entry
@@ -71,6 +71,7 @@ class Schedule:
         expected: Sequence[Output],
         *,
         commands: Optional[Sequence[Command]] = None,
+        arrived: AbstractSet[str] = frozenset(),
         is_open: bool = False,
         rate: Optional[float] = None,
     ) -> None:
@@ -81,6 +82,7 @@ class Schedule:
             expected: All outputs of the recording.
             commands: What the loop has done when it was recorded, by :func:`commands`; None if the
                 loop has no gate.
+            arrived: The ids of goals that the node has; grows.
             is_open: Whether the recording ends while the loop was at work.
             rate: How many times faster than recorded the inputs follow what they followed; None for
                 at once.
@@ -92,6 +94,7 @@ class Schedule:
         self._has_journal = commands is not None
         self._commands = commands or ()
         self._done = 0  # commands
+        self._arrived = arrived
         self._planned = planned
         self._expected = expected
         self._is_open = is_open
@@ -244,7 +247,9 @@ class Schedule:
         if now - self._sent_at >= _ORDER_SECONDS:
             return True
         if self.in_step:  # but for actionlib's order
-            return kind != "cancel" or not self._on_way[("goal", planned.event.id, "")]
+            identifier = planned.event.id
+            is_on_way = self._on_way[("goal", identifier, "")] and identifier not in self._arrived
+            return kind != "cancel" or not is_on_way
         return not self._on_way or kind == self._sent_kind
 
     def _send(self, planned: Input, now: float) -> None:
