@@ -121,6 +121,27 @@ def test_launch_file(terminals: Terminals) -> None:
     assert set(answer_set(ended.output)) == MANUAL
 
 
+def test_launch_file_that_records(terminals: Terminals, tmp_path: Path) -> None:
+    folder, bag = example(), tmp_path / "a.bag"
+    launch = terminals.start(
+        "roslaunch", "rosclingo", "rosclingo.launch", f"record:={bag}",
+        f"files:={folder}/instance.lp {folder}/toh.lp", "options:=-c max=14",
+    )  # fmt: skip
+    heard = [f"/rosclingo/{topic}" for topic in ("about", "control_log", "goal", "result")]
+    wait_for(lambda: all(has_recorder(terminals, topic) for topic in heard))
+    assert terminals.run("python", f"{folder}/start.py").wait() == 0
+    launch.interrupt()
+    assert launch.wait() == 0, launch.output
+    info = terminals.run("rosbag", "info", str(bag)).output
+    for topic in heard:
+        assert f"{topic} " in info
+
+
+def has_recorder(terminals: Terminals, topic: str) -> bool:
+    said = terminals.run("rostopic", "info", topic).output
+    return "rosclingo_recorder" in said.partition("Subscribers:")[2]
+
+
 def test_a_client_without_a_solver_says_what_it_waits_for(terminals: Terminals) -> None:
     client = terminals.start("python", f"{example()}/start.py")
     client.wait_for("waiting for the solver /rosclingo")
