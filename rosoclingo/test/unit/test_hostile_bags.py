@@ -12,12 +12,13 @@ from typing import Callable, Dict, Tuple
 
 import lz4.frame
 import pytest
-from bag_maker import ROOT, run, texts
+from bag_maker import ROOT, data, run, source, texts
 
 from rosoclingo.bags import expand
 from rosoclingo.bags.errors import BagError, BagSizeError, DamagedBagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.reader import read_recording
+from rosoclingo.bags.topics import LOOP_TYPES
 
 MIB = 2**20
 MOST = 8  # MiB that a small bag may expand to here
@@ -132,6 +133,17 @@ def test_nothing_but_a_long_chunk(tmp_path: Path) -> None:
     file.write_bytes(b"#ROSBAG V2.0\n" + _chunk("lz4", zeros, 8 * MIB))
     with pytest.raises(DamagedBagError, match="this is no record of a bag"):
         read(file)
+
+
+def test_a_definition_that_takes_hours_to_read(tmp_path: Path) -> None:
+    maker = run()
+    kind = LOOP_TYPES["journal"]
+    long = source("/rosoclingo/journal", kind, comment="#\n" * 2**16)
+    maker.messages.append((long, 3.0, data(kind, number=21)))
+    recording = read(maker.write(tmp_path / "a.bag", "bz2"))
+    assert texts(recording) == NUMBERS
+    assert "the definition" in recording.remarks[0]
+    assert "too long to be true" in recording.remarks[0]
 
 
 def damage(content: bytes, chance: random.Random) -> bytes:
