@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+import tracemalloc
 from typing import List
 
 from bag_maker import BEGIN, data, source, stamp
@@ -18,6 +20,10 @@ SOURCE = source("/rosoclingo/journal", KIND)
 def _event(number: int, received: float = 0.0, *, begin: float = 0.0) -> Received:
     content = data(KIND, stamp=stamp(begin + number * 0.001), number=number)
     return Received(SOURCE, BEGIN + round(received * 10**9), content)
+
+
+def _stamped(seconds: int, number: int) -> Received:
+    return Received(SOURCE, BEGIN, struct.pack("<III", seconds, 0, number))
 
 
 def _numbers(events: List[Received]) -> List[int]:
@@ -41,6 +47,35 @@ def test_node_started_again() -> None:
     journal.sort([_event(number) for number in range(1, 5)])
     again = [_event(number, begin=10.0) for number in (1, 2, 2)]
     assert _numbers(journal.sort(again)) == [1, 2]
+
+
+def test_numbers_and_bytes_that_no_rosoclingo_sends() -> None:
+    journal = Journal()
+    short = Received(SOURCE, BEGIN, b"short")
+    tracemalloc.start()
+    odd = journal.sort([_event(0), _stamped(2**32 - 1, 2**32 - 1), _stamped(0, 0), short])
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 2**20
+    assert _numbers(odd) == [0, 0, 0, 2**32 - 1]  # that of the short one first
+    assert journal.sort([short]) == []
+    events = [_event(number) for number in (1, 2, 3)]
+    assert _numbers(journal.sort(events)) == [1, 2, 3]
+    assert journal.sort(events) == []
+    assert _numbers(journal.sort([_event(1, begin=10.0)])) == [1]
+
+
+def test_a_long_journal_takes_little_memory() -> None:
+    journal = Journal()
+    for begin in range(1, 80_001, 1_000):
+        journal.sort([_stamped(number, number) for number in range(begin, begin + 1_000)])
+        if begin == 20_001:
+            tracemalloc.start()
+    grown, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert grown < 3 * 2**20
+    backlog = [_stamped(number, number) for number in range(78_001, 80_001)]
+    assert journal.sort(backlog) == []
 
 
 @given(st.lists(st.integers(1, 30)), st.integers(1, 8))

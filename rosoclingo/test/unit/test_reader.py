@@ -84,6 +84,17 @@ def test_missing_events(tmp_path: Path) -> None:
     )
 
 
+def test_numbers_that_no_rosoclingo_sends(tmp_path: Path) -> None:
+    maker = run().event(0, "end", 3.0, text="none").event(2**32 - 1, "end", 4.0, text="last")
+    recording = read_recording(maker.write(tmp_path / "a.bag"))
+    assert texts(recording) == [*NUMBERS, "last"]
+    assert recording.remarks == (
+        "1 events of /rosoclingo/journal have no number, so that they are not of /rosoclingo, and "
+        "were left out",
+        f"{2**32 - 22} events of the journal are missing",
+    )
+
+
 def test_node_started_again(tmp_path: Path) -> None:
     maker = run()
     for number in (1, 2, 3):
@@ -101,10 +112,11 @@ def test_without_index(tmp_path: Path, compression: str) -> None:
     file = run().write(tmp_path / "a.bag", compression)
     content = file.read_bytes()
     at = content.index(b"index_pos=") + len(b"index_pos=")
-    file.write_bytes(content[:at] + bytes(8) + content[at + 8 :])
-    recording = read_recording(file)
-    assert texts(recording) == NUMBERS
-    assert "no intact index" in recording.remarks[0]
+    for index, reason in ((0, "its recorder did not end it"), (5, "does not fit the rest")):
+        file.write_bytes(content[:at] + index.to_bytes(8, "little") + content[at + 8 :])
+        recording = read_recording(file)
+        assert texts(recording) == NUMBERS
+        assert f"no intact index ({'the index ' if index else ''}{reason})" in recording.remarks[0]
 
 
 @pytest.mark.parametrize("compression", COMPRESSIONS)

@@ -121,6 +121,17 @@ def test_the_recorded_system(tmp_path: Path) -> None:
     assert made["planner"][-2:] == ["-c", "slots=1"]
 
 
+def test_nodes_of_similar_names(tmp_path: Path) -> None:
+    names = {"controller": "/a/b", "planner": "/a_b"}
+    loop = Program("/loop", "rosoclingo run.py", solvers=names)
+    nodes = {name: program(["-f", "t.lp"], {"/ws/t.lp": name}, name) for name in names.values()}
+    of = Recording("/loop", (), {"/loop": loop, **nodes})
+    _, controller, planner = starts(of, Changes(), tmp_path)
+    assert Path(controller.command[-1]).read_text() == "/a/b"
+    assert Path(planner.command[-1]).read_text() == "/a_b"
+    assert controller.directory != planner.directory
+
+
 def test_another_planner(tmp_path: Path) -> None:
     made = commands(Changes(planner="-f 'my task.lp' -t 2"), tmp_path, recording())
     assert made["planner"][4:] == ["-f", "my task.lp", "-t", "2"]

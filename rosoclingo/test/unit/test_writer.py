@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import resource
 import subprocess
 import sys
@@ -96,3 +97,5 @@ def test_topics() -> None:
     assert not any(topic.endswith("/status") for topic in solver_topics(about))
     for nothing in ("{}", "", "[]", '{"solvers": 3}', '{"solvers": {"planner": 1}}', "[" * 10**5):
         assert solver_topics(nothing) == {}
+    for name in ("/a b", "a", "", "/", "/a/", "//a", "/1", "/\x01", "/\u00e9", "\udc80", "/a\n"):
+        assert solver_topics(json.dumps({"solvers": {"planner": name}})) == {}

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import struct
-from typing import List, NamedTuple, Tuple
+from collections import deque
+from typing import Deque, List, NamedTuple, Set, Tuple
 
 from rosoclingo.bags.writer import Source
 
 _EVENT = struct.Struct("<III")  # how a ROSoClingoEvent begins: the time and the number
+_REMEMBERED = 10_000  # events that may come again; a backlog has 2,000
 
 
 class Received(NamedTuple):
@@ -22,12 +24,13 @@ class Journal:
     """Puts the events of a journal in order and drops those that come twice.
 
     A subscriber that connects while events are published gets some of them from the backlog and
-    directly, and newer ones before older ones.
+    directly, and newer ones before older ones. The time and the number tell events apart: a node
+    that is started again counts anew. Whatever has no number is kept; readers say that it has none.
     """
 
     def __init__(self) -> None:
-        self._known = bytearray()  # for each number, whether the event was there
-        self._newest = (0, 0)
+        self._known: Set[bytes] = set()
+        self._last: Deque[bytes] = deque()  # what is known, the newest on the right
         self._time = 0
 
     def sort(self, events: List[Received]) -> List[Received]:
@@ -37,29 +40,24 @@ class Journal:
             events: What has come since the last call.
         """
         sorted_events = []
-        for _, event in sorted(((_stamp(event), event) for event in events), key=_order):
-            seconds, nanoseconds, number = _stamp(event)
-            is_newer = (seconds, nanoseconds) > self._newest
-            if is_newer and number <= len(self._known) and self._known[number - 1]:
-                self._known.clear()  # the node was started again and counts anew
-            self._newest = max(self._newest, (seconds, nanoseconds))
-            if not self._is_known(number):
+        for event in sorted(events, key=_stamp):
+            if self._is_new(event.data[: _EVENT.size]):
                 # Who plays the bag goes by the times.
                 self._time = max(self._time, event.time)
                 sorted_events.append(event._replace(time=self._time))
         return sorted_events
 
-    def _is_known(self, number: int) -> bool:
-        self._known.extend(bytes(max(0, number - len(self._known))))
-        is_known = bool(self._known[number - 1])
-        self._known[number - 1] = 1
-        return is_known
+    def _is_new(self, event: bytes) -> bool:
+        if event in self._known:
+            return False
+        self._known.add(event)
+        self._last.append(event)
+        if len(self._last) > _REMEMBERED:
+            self._known.remove(self._last.popleft())
+        return True
 
 
 def _stamp(event: Received) -> Tuple[int, int, int]:
-    seconds, nanoseconds, number = _EVENT.unpack_from(event.data)
+    begin = event.data[: _EVENT.size].ljust(_EVENT.size, b"\0")
+    seconds, nanoseconds, number = _EVENT.unpack(begin)
     return seconds, nanoseconds, number
-
-
-def _order(stamped: Tuple[Tuple[int, int, int], Received]) -> Tuple[int, int, int]:
-    return stamped[0]

@@ -1,4 +1,4 @@
-"""Reads the messages of a bag, with its index or without. Needs no ROS."""
+"""Reads the messages of a bag with rosbags, or without its index if that is damaged. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Callable, Dict, List, NamedTuple, Tuple
 
 from rosbags.rosbag1 import Reader
 
-from rosoclingo.bags import repair
-from rosoclingo.bags.errors import BagVersionError, DamagedBagError, NoBagError
+from rosoclingo.bags.errors import BagSizeError, BagVersionError, DamagedBagError, NoBagError
+from rosoclingo.bags.expand import Expander, ExpansionError
+from rosoclingo.bags.records import Records, check_chunks, read_records
 from rosoclingo.bags.wire import Connection, Message
 
 _MAGIC = re.compile(rb"#ROSBAG V(\d+)\.(\d+)\r?\n")
@@ -44,10 +45,66 @@ def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
     """
     begin, size = _check(file)
     try:
-        bag = _read_index(file, wanted)
-    except Exception as err:  # rosbags does not say in which ways it fails at a damaged bag
-        return _repair(file, begin, wanted, " ".join(str(err).split()) or type(err).__name__)
-    return bag._replace(size=size)
+        with file.open("rb") as opened:
+            opened.seek(begin)
+            check_chunks(opened)
+            try:
+                return _read_indexed(file, size, wanted)
+            except ExpansionError:
+                raise
+            except Exception as err:  # rosbags does not say in which ways it fails at damage
+                opened.seek(begin)
+                reason = " ".join(str(err).split()).rstrip(".") or type(err).__name__
+                return _repair(file, read_records(opened, wanted), size, reason)
+    except OSError as err:
+        raise NoBagError(f"{file}: {err.strerror}; give the path of a bag") from err
+    except ExpansionError as err:
+        raise BagSizeError(
+            f"{file}: {err}, which is no recording's; if you trust the bag, decompress it in a ROS "
+            f"installation: rosbag decompress {file.name}"
+        ) from err
+
+
+def _read_indexed(file: Path, size: int, wanted: Callable[[Connection], bool]) -> Bag:
+    limit = Expander(size)
+    with Reader(str(file)) as reader:
+        connections: Dict[int, Connection] = {
+            connection.id: Connection(
+                connection.topic,
+                connection.msgtype.replace("/msg/", "/"),
+                connection.digest,
+                str(getattr(connection.msgdef, "data", connection.msgdef)),  # a text until 0.9
+            )
+            for connection in reader.connections
+        }
+        chosen = [one for one in reader.connections if wanted(connections[one.id])]
+        messages: List[Message] = []
+        for connection, time, data in reader.messages(chosen) if chosen else ():
+            try:
+                limit.add(len(data))  # an index may name a message again and again
+            except ExpansionError as err:
+                raise ExpansionError(f"message {len(messages) + 1} {err}") from err
+            messages.append(Message(connections[connection.id], time, bytes(data)))
+        return Bag(messages, list(connections.values()), (), size)
+
+
+def _repair(file: Path, records: Records, size: int, reason: str) -> Bag:
+    if records.encryptor:
+        raise BagVersionError(
+            f"{file}: the bag is encrypted; decrypt it in a ROS installation: "
+            f"rosbag decrypt {file.name}"
+        )
+    reason = records.fault or reason
+    if not records.connections:
+        lost = records.losses[0] if records.losses else reason
+        raise DamagedBagError(f"{file}: nothing can be read of the bag: {lost}; record again")
+    messages = sorted(records.messages, key=lambda message: message.time)
+    remark = (
+        f"the bag has no intact index ({reason}); it was read from its beginning on, and "
+        f"{len(messages)} messages of the system were found"
+    )
+    losses = [f"lost: {loss}" for loss in records.losses]
+    return Bag(messages, records.connections, (remark, *losses), size)
 
 
 def _check(file: Path) -> Tuple[int, int]:
@@ -72,48 +129,3 @@ def _check(file: Path) -> Tuple[int, int]:
             f"in a ROS installation: rosbag filter {file.name} new.bag True"
         )
     return magic.end(), size
-
-
-def _read_index(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
-    with Reader(str(file)) as reader:
-        connections: Dict[int, Connection] = {
-            connection.id: Connection(
-                connection.topic,
-                connection.msgtype.replace("/msg/", "/"),
-                connection.digest,
-                str(getattr(connection.msgdef, "data", connection.msgdef)),  # a text until 0.9
-            )
-            for connection in reader.connections
-        }
-        chosen = [one for one in reader.connections if wanted(connections[one.id])]
-        messages = [
-            Message(connections[connection.id], time, bytes(data))
-            for connection, time, data in (reader.messages(chosen) if chosen else ())
-        ]
-        return Bag(messages, list(connections.values()), (), 0)
-
-
-def _repair(file: Path, begin: int, wanted: Callable[[Connection], bool], reason: str) -> Bag:
-    try:
-        data = file.read_bytes()
-    except OSError as err:
-        raise NoBagError(f"{file}: {err.strerror}; give the path of a bag") from err
-    encryptor = re.search(rb"encryptor=(\w[^\0]*)", data[begin : begin + 4096])
-    if encryptor:
-        raise BagVersionError(
-            f"{file}: the bag is encrypted; decrypt it in a ROS installation: "
-            f"rosbag decrypt {file.name}"
-        )
-    messages, connections, losses = repair.read_all(data, begin, wanted)
-    if not connections:
-        lost = f": {losses[0]}" if losses else ""
-        raise DamagedBagError(
-            f"{file}: nothing can be read of the bag ({reason}){lost}; record again"
-        )
-    messages.sort(key=lambda message: message.time)
-    remarks = [
-        f"the bag has no intact index ({reason.rstrip('.')}); it was read from its beginning on, "
-        f"and {len(messages)} messages of the system were found"
-    ]
-    remarks += [f"lost: {loss}" for loss in losses]
-    return Bag(messages, connections, tuple(remarks), len(data))

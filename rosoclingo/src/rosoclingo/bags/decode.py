@@ -9,6 +9,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosoclingo.bags.topics import MD5SUMS
 from rosoclingo.bags.wire import Connection, Message, rosbags_type
 
+_LONGEST_DEFINITION = 2**16  # characters, with comments; the parser's time grows with the square
+
 
 class Decoder:
     """Reads messages of the types in :data:`~rosoclingo.bags.topics.MD5SUMS`."""
@@ -26,6 +28,8 @@ class Decoder:
                 f"{connection.topic} was recorded as {connection.type} with the MD5 sum "
                 f"{connection.md5sum}, and {kind} has {MD5SUMS[kind]}"
             )
+        if len(connection.definition) > _LONGEST_DEFINITION:
+            return f"the definition of {kind} that {connection.topic} has is too long to be true"
         try:
             store = get_typestore(Stores.EMPTY)
             store.register(get_types_from_msg(connection.definition, kind))

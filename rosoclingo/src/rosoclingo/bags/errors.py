@@ -21,6 +21,10 @@ class DamagedBagError(BagError):
     """So much of a bag is lost that nothing can be read."""
 
 
+class BagSizeError(BagError):
+    """A bag expands to so much more than its size that it was not recorded but made."""
+
+
 class NoSystemError(BagError):
     """A bag has no run of a rosoclingo node, or not that of the given name."""
 

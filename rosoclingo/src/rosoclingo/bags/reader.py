@@ -152,7 +152,11 @@ class _Reading:
         begin = self._begin
         runs: List[Dict[int, Tuple[int, Event]]] = [{}]
         topic = f"{self._name}/journal"
+        unnumbered = 0
         for _, said in self._messages({topic: LOOP_TYPES["journal"]}):
+            if not said.number:
+                unnumbered += 1
+                continue
             stamp = said.stamp.sec * 10**9 + said.stamp.nanosec
             known = runs[-1].get(said.number)
             if known is not None and known[0] != stamp:
@@ -168,6 +172,11 @@ class _Reading:
             self._remarks.append(
                 f"{self._name} was started {len(runs)} times during the recording; this is its "
                 "last run"
+            )
+        if unnumbered:
+            self._remarks.append(
+                f"{unnumbered} events of {topic} have no number, so that they are not of "
+                f"{self._name}, and were left out"
             )
         numbered = sorted(runs[-1].items())
         lost = (numbered[-1][0] if numbered else 0) - len(numbered)

@@ -122,7 +122,7 @@ def _recorded(program: Program, changes: Changes, folder: Path) -> Start:
         )
     if changes.from_disk:
         return _node(program.node, program.program, from_disk(program), None)
-    own = folder / program.node.strip("/").replace("/", "_")
+    own = folder / program.node.strip("/").replace("/", ".")  # which no name of a node has
     try:
         arguments, directory = unpack(program, own)
     except (OSError, ValueError) as err:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any, Dict, Mapping, Tuple
+
+_NODE = re.compile(r"(/[A-Za-z]\w*)+", re.ASCII)
 
 MD5SUMS: Mapping[str, str] = {
     "actionlib_msgs/GoalID": "302881f31927c1df708a2dbab0e80ee8",
@@ -62,11 +65,13 @@ def solver_topics(about: str) -> Dict[str, str]:
 
     Args:
         about: What the loop's node says of itself; see :func:`rosclingo.about.about`. That of a
-            one-node system names no solvers.
+            one-node system names no solvers. What is no name of a node is left out: a recorder that
+            subscribes to it waits for the master for ever.
     """
     return {
         f"{node}/{topic}": kind
         for node in solvers(parse_about(about)).values()
+        if _NODE.fullmatch(node)
         for topic, kind in SOLVER_TYPES.items()
     }
 
