@@ -1,4 +1,4 @@
-"""Reads the messages of a bag with rosbags, or without its index if that is damaged. Needs no ROS."""
+"""Reads a bag: with rosbags, or without the index if that is broken. Needs no ROS."""
 
 from __future__ import annotations
 
