@@ -127,18 +127,18 @@ def test_launch_file_that_records(terminals: Terminals, tmp_path: Path) -> None:
         "roslaunch", "rosclingo", "rosclingo.launch", f"record:={bag}",
         f"files:={folder}/instance.lp {folder}/toh.lp", "options:=-c max=14",
     )  # fmt: skip
-    heard = [f"/rosclingo/{topic}" for topic in ("about", "control_log", "goal", "result")]
+    heard = [f"rosclingo/{topic}" for topic in ("about", "control_log", "goal", "result")]
     wait_for(lambda: all(has_recorder(terminals, topic) for topic in heard))
     assert terminals.run("python", f"{folder}/start.py").wait() == 0
     launch.interrupt()
     assert launch.wait() == 0, launch.output
     info = terminals.run("rosbag", "info", str(bag)).output
     for topic in heard:
-        assert f"{topic} " in info
+        assert f" {topic} " in info
 
 
 def has_recorder(terminals: Terminals, topic: str) -> bool:
-    said = terminals.run("rostopic", "info", topic).output
+    said = terminals.run("rostopic", "info", f"/{topic}").output
     return "rosclingo_recorder" in said.partition("Subscribers:")[2]
 
 
