@@ -127,13 +127,13 @@ def test_launch_file_that_records(terminals: Terminals, tmp_path: Path) -> None:
         "roslaunch", "rosclingo", "rosclingo.launch", f"record:={bag}",
         f"files:={folder}/instance.lp {folder}/toh.lp", "options:=-c max=14",
     )  # fmt: skip
-    heard = [f"rosclingo/{topic}" for topic in ("about", "control_log", "goal", "result")]
+    heard = [f"rosclingo/{topic}" for topic in ("about", "control_log", "result")]
     wait_for(lambda: all(has_recorder(terminals, topic) for topic in heard))
     assert terminals.run("python", f"{folder}/start.py").wait() == 0
     launch.interrupt()
     assert launch.wait() == 0, launch.output
     info = terminals.run("rosbag", "info", str(bag)).output
-    for topic in heard:
+    for topic in heard:  # a goal may be too early for who has just heard of its client
         assert f" {topic} " in info
 
 
