@@ -8,7 +8,6 @@ import os
 import platform
 import shutil
 import signal
-import socket
 import statistics
 import subprocess
 import sys
@@ -21,6 +20,8 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type, T
 
 import clingo
 import rosgraph
+
+from rosclingo.ports import free_port
 
 RESULTS = Path(__file__).resolve().parent / "results"
 
@@ -55,7 +56,7 @@ class RosSystem:
         # As Ctrl-C does, so that no process is left behind.
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
         self._folder = Path(tempfile.mkdtemp(prefix="ros-benchmark-"))
-        port = _free_port()
+        port = free_port()
         environment = {
             "ROS_MASTER_URI": f"http://localhost:{port}",
             "ROS_HOSTNAME": "localhost",  # nothing to look up, nothing that leaves the machine
@@ -164,12 +165,6 @@ def _end(process: subprocess.Popen[bytes]) -> None:
             except subprocess.TimeoutExpired:
                 continue
         return
-
-
-def _free_port() -> int:
-    with socket.socket() as listener:
-        listener.bind(("localhost", 0))
-        return int(listener.getsockname()[1])
 
 
 def resident_mebibytes(pid: int) -> float:

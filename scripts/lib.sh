@@ -57,7 +57,7 @@ source_ros() {
 
 # Prints a TCP port that is free now, for a ROS master apart from any that runs.
 free_port() {
-  .venv/bin/python -c 'import socket; s = socket.socket(); s.bind(("", 0)); print(s.getsockname()[1])'
+  PYTHONPATH=rosclingo/src .venv/bin/python -c 'from rosclingo.ports import free_port; print(free_port())'
 }
 
 # Runs a command, and shows what it printed only if it fails.

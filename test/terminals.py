@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
 import time
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List
 
 import pytest
+
+from rosclingo.ports import free_port
 
 TIMEOUT = 60.0  # seconds; no more than a bound for what never comes
 
@@ -65,9 +66,7 @@ class Terminals:
     """Starts commands, and ends those that still run when it is closed."""
 
     def __init__(self, folder: Path) -> None:
-        with socket.socket() as free:
-            free.bind(("", 0))
-            self._port = free.getsockname()[1]
+        self._port = free_port()
         self.environment = {
             **os.environ,
             "ROS_MASTER_URI": f"http://localhost:{self._port}",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -13,6 +12,8 @@ from typing import Callable, Dict, List, NamedTuple
 
 import rospy
 from driver import TIMEOUT, Driver
+
+from rosclingo.ports import free_port
 
 HERE = Path(__file__).resolve().parent
 ROUTES = {
@@ -138,9 +139,7 @@ def cases() -> Dict[str, Case]:
 
 def record(name: str, case: Case) -> None:
     """Records a run in the bag of this name, in place of the one that is there."""
-    with socket.socket() as free:
-        free.bind(("", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     bag = HERE / f"{name}.bag"
     environment = {**os.environ, "ROS_MASTER_URI": f"http://localhost:{port}"}
     with tempfile.TemporaryDirectory() as folder:

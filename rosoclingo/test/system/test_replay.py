@@ -8,7 +8,7 @@ from __future__ import annotations
 import signal
 import struct
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Sequence
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
 from xml.etree import ElementTree
 
 import pytest
@@ -24,41 +24,72 @@ RECORDING = "dynamic.incremental.recording"
 KIND = b"\x07\0\0\0message"  # of a journal's event, as it is on the wire
 EVENT = struct.Struct("<III")  # how it begins: the time and the number
 
-# A robot that answers each action, and a client that sends goals: those of an argument together,
-# when the ones before have ended. The answers that are named by their number are failures.
+# A robot and its client. Each has a part of its own: how the robot acts, and which goals are sent.
 DRIVER = """
-import sys, threading, rospy
+import random, sys, threading, time, rospy
 from actionlib import CommState
 from rosclingo.low_latency import LowLatencyActionClient
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
 rospy.init_node("driver")
-failures, groups = eval(sys.argv[1]), sys.argv[2:]
 answers = rospy.Publisher("rosoclingo/in", ROSoClingoIn, tcp_nodelay=True, queue_size=100)
-count = 0
-
-def act(message):
-    global count
-    count += 1
-    answers.publish(message.id, "failure" if count in failures else "success")
-
+{robot}
 actions = rospy.Subscriber("rosoclingo/out", ROSoClingoOut, act, tcp_nodelay=True)
 client = LowLatencyActionClient("rosoclingo", ROSoClingoAction)
 client.wait_for_server()
 heard = [answers, client.pub_goal, client.pub_cancel]  # by the node and the recorder
 while min(topic.get_num_connections() for topic in heard) < 2 or not actions.get_num_connections():
     rospy.sleep(0.01)
-for group in groups:
-    handles = []
-    for request in group.split():
-        ended = threading.Event()
-        def watch(handle, ended=ended):
-            if handle.get_comm_state() == CommState.DONE:
-                ended.set()
-        handles.append((client.send_goal(ROSoClingoGoal(request, []), watch), ended))
-    for handle, ended in handles:
-        assert ended.wait(50.0)
+
+def send(request):
+    ended = threading.Event()
+    def watch(handle):
+        if handle.get_comm_state() == CommState.DONE:
+            ended.set()
+    return client.send_goal(ROSoClingoGoal(request, []), watch), ended
+
+{client}
 """
+
+# The robot answers each action; the answers that are named by their number are failures. The goals
+# of an argument are sent together, when the ones before have ended.
+IN_ORDER = {
+    "robot": """
+failures, groups = eval(sys.argv[1]), sys.argv[2:]
+count = 0
+def act(message):
+    global count
+    count += 1
+    answers.publish(message.id, "failure" if count in failures else "success")
+""",
+    "client": """
+for group in groups:
+    goals = [send(request) for request in group.split()]
+    assert all(ended.wait(50.0) for handle, ended in goals)
+""",
+}
+
+# Everything comes at random, while the loop works or not.
+AT_RANDOM = {
+    "robot": """
+chance = random.Random(sys.argv[1])
+def later(action):
+    threading.Timer(chance.choice([0.0, 0.0, 0.02]) * chance.random(), action).start()
+def act(message):
+    later(lambda: answers.publish(message.id, chance.choice(["success"] * 9 + ["failure"])))
+""",
+    "client": """
+goals = []
+for number in range(15):
+    goals.append(send(chance.choice(["visit(1)", "visit(3)", "visit(6)", "visit(99)", "visit("])))
+    if chance.random() < 0.3:
+        later(goals[-1][0].cancel)
+    if chance.random() < 0.3:
+        answers.publish(*chance.choice([("info", "hello"), ("robot", "success"), ("robot", "b(")]))
+    time.sleep(chance.choice([0.0, 0.02, 0.1]) * chance.random())
+assert all(ended.wait(50.0) for handle, ended in goals)
+""",
+}
 
 
 def line() -> str:
@@ -81,6 +112,9 @@ class Recorder:
         single: Sequence[str] = (),
         *,
         name: str = "run.bag",
+        driver: Mapping[str, str] = IN_ORDER,
+        planner: Sequence[str] = (),
+        steps: int = 20,
     ) -> Path:
         """Runs a system until its goals have ended, or until it has published its plan."""
         start, bag = self._terminals.start, self._folder / name
@@ -90,16 +124,17 @@ class Recorder:
             path = str(package("rosoclingo") / "modes" / f"{mode}.lp")
             nodes = [
                 start("rosrun", "rosclingo", "run.py", "__name:=controller", "-f", path,
-                      "-c", "steps=20"),
-                start("rosrun", "rosclingo", "run.py", "__name:=planner",
+                      "-c", f"steps={steps}"),
+                start("rosrun", "rosclingo", "run.py", "__name:=planner", *planner,
                       *(part for file in encodings for part in ("-f", file))),
                 start("rosrun", "rosoclingo", "run.py"),
             ]  # fmt: skip
         recorder = start("rosrun", "rosoclingo", "record.py", "-o", str(bag))
         recorder.wait_for("recording /rosoclingo")
         if groups:
-            driver = start("python", "-c", DRIVER, repr(list(failures)), *groups)
-            assert driver.wait() == 0, driver.output
+            script = DRIVER.format(**driver)
+            ended = start("python", "-c", script, repr(list(failures)), *groups)
+            assert ended.wait() == 0, ended.output
         else:
             nodes[-1].wait_for("solver: [do(")
         wait_for(lambda: is_through(bag))
@@ -116,8 +151,8 @@ def is_through(bag: Path) -> bool:
     except BagError:
         return False
     loop = recording.programs.get("/rosoclingo")
-    last = recording.entries[-1].event
-    rests = last.kind == "waiting" or last.text == "publish"
+    done = [one.event for one in recording.entries if one.event.kind in ("command", "waiting")]
+    rests = done[-1].kind == "waiting" or done[-1].text == "publish"
     return rests and loop is not None and {*loop.solvers.values()} <= set(recording.programs)
 
 
@@ -271,6 +306,23 @@ def test_differences(terminals: Terminals, recorder: Recorder, tmp_path: Path) -
     ended = replay(terminals, without(bag, dropped=2), "--level", "outcome")
     assert ended.wait() == 1
     assert "goal 1 visit(3)" in ended.output
+
+
+@pytest.mark.parametrize("system", ["single", "dyn_reset"])
+def test_what_comes_while_the_loop_works(
+    terminals: Terminals, recorder: Recorder, system: str
+) -> None:
+    """With one slot, plans are unique, so that it does not show how far a cut off search was."""
+    slot = ("-c", "slots=1")
+    if system == "single":
+        bag = recorder.record(["goals"], single=["-f", line(), *slot], driver=AT_RANDOM)
+    else:
+        mode = f"dynamic.incremental.{system}"
+        bag = recorder.record(["goals"], [line()], mode, driver=AT_RANDOM, planner=slot, steps=200)
+    for _ in range(2):
+        ended = replay(terminals, bag)
+        assert ended.wait() == 0, ended.output
+        assert "no difference at level exact" in ended.output
 
 
 PACKAGE = "<package format='3'><name>robots</name><version>1.0.0</version></package>"

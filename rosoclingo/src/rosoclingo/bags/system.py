@@ -12,6 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Dict, List, NamedTuple, Optional, Type
 
+from rosclingo.ports import free_port
 from rosoclingo.bags.startup import Start
 from rosoclingo.bags.unpack import ReplayError
 
@@ -46,9 +47,7 @@ class System:
         """
         self._folder = folder
         self._processes: List[_Process] = []
-        with socket.socket() as free:
-            free.bind(("localhost", 0))
-            self._port = int(free.getsockname()[1])
+        self._port = free_port()
         self.uri = f"http://localhost:{self._port}"
 
     def __enter__(self) -> System:

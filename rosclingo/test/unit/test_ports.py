@@ -1,0 +1,27 @@
+"""Ports for ROS masters."""
+
+from __future__ import annotations
+
+import socket
+
+import pytest
+
+from rosclingo import ports
+
+
+def test_a_free_port_is_none_that_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket() as taken, socket.socket() as server:
+        taken.bind(("", ports.free_port()))
+        other = ports.free_port()
+        monkeypatch.setattr(ports, "_PORTS", [taken.getsockname()[1], other])
+        assert {ports.free_port() for _ in range(20)} == {other}
+        monkeypatch.setattr(ports, "_PORTS", [taken.getsockname()[1]])
+        with pytest.raises(OSError, match="no free TCP port"):
+            ports.free_port()
+        server.bind(("", other))
+
+
+def test_outgoing_connections_take_other_ports() -> None:
+    with open("/proc/sys/net/ipv4/ip_local_port_range") as file:
+        first, last = map(int, file.read().split())
+    assert not set(range(first, last + 1)) & set(ports._PORTS)
