@@ -18,8 +18,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Type, TypeVar
 
+import actionlib
 import clingo
 import rosgraph
+import rospy
 
 from rosclingo.ports import free_port
 
@@ -165,6 +167,46 @@ def _end(process: subprocess.Popen[bytes]) -> None:
             except subprocess.TimeoutExpired:
                 continue
         return
+
+
+def measure(name: str, run: Callable[[RosSystem, Path, Report], object]) -> int:
+    """Runs a benchmark in a ROS system, with a ROS node of its own, and prints the table.
+
+    Args:
+        name: The benchmark's name.
+        run: Measures, and adds rows to the report; the folder is for its files.
+
+    Returns:
+        The exit status: 1 says that a limit is missed.
+    """
+    report = Report(name)
+    with RosSystem() as system, tempfile.TemporaryDirectory() as folder:
+        rospy.init_node("benchmark", disable_signals=True)
+        try:
+            run(system, Path(folder), report)
+        finally:
+            rospy.signal_shutdown("measured")
+    return report.finish()
+
+
+def wait_for_node(client: actionlib.ActionClient, *topics: Any) -> None:
+    """Waits until a node with an action is there.
+
+    Args:
+        client: The action's client.
+        topics: Publishers and subscribers that are to be connected, too.
+
+    Raises:
+        HarnessError: It did not come.
+    """
+    end = time.monotonic() + _START_SECONDS
+    while not (
+        client.wait_for_server(rospy.Duration(nsecs=1))
+        and all(topic.get_num_connections() for topic in topics)
+    ):
+        if time.monotonic() > end:
+            raise HarnessError("the node did not start")
+        time.sleep(_POLL_SECONDS)
 
 
 def resident_mebibytes(pid: int) -> float:

@@ -13,7 +13,6 @@ import re
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 from typing import Iterator, List, Tuple
 
@@ -21,7 +20,7 @@ import rospy
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
-from harness import HarnessError, Report, RosSystem, Row, Samples, resident_mebibytes
+from harness import HarnessError, Report, RosSystem, Row, Samples, resident_mebibytes, wait_for_node
 from rosclingo.low_latency import LowLatencyActionClient, publisher, subscriber
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
@@ -57,15 +56,7 @@ class Robot:
         Raises:
             HarnessError: It did not come.
         """
-        end = time.monotonic() + _TIMEOUT_SECONDS
-        while not (
-            self._client.wait_for_server(rospy.Duration(nsecs=1))
-            and self._in.get_num_connections()
-            and self._out.get_num_connections()
-        ):
-            if time.monotonic() > end:
-                raise HarnessError("rosoclingo did not start")
-            time.sleep(0.02)
+        wait_for_node(self._client, self._in, self._out)
 
     def execute(self, goals: int) -> None:
         """Has so many goals executed.

@@ -10,7 +10,6 @@ import contextlib
 import importlib.util
 import io
 import sys
-import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -18,7 +17,16 @@ from typing import Callable, Sequence, Tuple, Union, cast
 
 import rospy
 
-from harness import HarnessError, Report, RosSystem, Row, Samples, resident_mebibytes, side_by_side
+from harness import (
+    HarnessError,
+    Report,
+    RosSystem,
+    Row,
+    Samples,
+    measure,
+    resident_mebibytes,
+    side_by_side,
+)
 from rosclingo.client import Client
 from rosclingo.commands import AssignExternal, Assumption, Command, Ground, Part, Truth
 from rosclingo.engine import Engine, Outcome, Result
@@ -244,14 +252,7 @@ def _quietly(plan: Plan, solver: Union[Client, InProcess]) -> Outcome:
 
 def main() -> int:
     """Measures, prints the table, and returns the exit status: 1 says that a limit is missed."""
-    report = Report("rosclingo")
-    with RosSystem() as system, tempfile.TemporaryDirectory() as folder:
-        rospy.init_node("benchmark", disable_signals=True)
-        try:
-            Bench(system, Path(folder), report).run()
-        finally:
-            rospy.signal_shutdown("measured")
-    return report.finish()
+    return measure("rosclingo", lambda *parts: Bench(*parts).run())
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ import json
 import queue
 import statistics
 import sys
-import tempfile
 import time
 from dataclasses import dataclass, field
 from functools import partial
@@ -28,8 +27,10 @@ from harness import (
     RosSystem,
     Row,
     Samples,
+    measure,
     milliseconds,
     resident_mebibytes,
+    wait_for_node,
 )
 from rosclingo.engine import Engine, Result
 from rosclingo.low_latency import LowLatencyActionClient
@@ -95,15 +96,7 @@ class Actuator:
         Raises:
             HarnessError: It did not come.
         """
-        end = time.monotonic() + _TIMEOUT_SECONDS
-        while not (
-            self._client.wait_for_server(rospy.Duration(nsecs=1))
-            and self._in.get_num_connections()
-            and self._out.get_num_connections()
-        ):
-            if time.monotonic() > end:
-                raise HarnessError("rosoclingo did not start")
-            time.sleep(_POLL_SECONDS)
+        wait_for_node(self._client, self._in, self._out)
 
     def execute(self, request: str) -> Tuple[List[Interval], float]:
         """Has a goal executed, and answers each of its actions.
@@ -415,14 +408,7 @@ def _overlap(interval: Interval, others: Sequence[Interval]) -> float:
 
 def main() -> int:
     """Measures, prints the table, and returns the exit status: 1 says that a limit is missed."""
-    report = Report("rosoclingo")
-    with RosSystem() as system, tempfile.TemporaryDirectory() as folder:
-        rospy.init_node("benchmark", disable_signals=True)
-        try:
-            Bench(system, Path(folder), report).run()
-        finally:
-            rospy.signal_shutdown("measured")
-    return report.finish()
+    return measure("rosoclingo", lambda *parts: Bench(*parts).run())
 
 
 if __name__ == "__main__":
