@@ -6,6 +6,7 @@ loop and the solver and translates, so that neither knows of the other.
 
 from __future__ import annotations
 
+import abc
 import dataclasses
 import logging
 import re
@@ -33,8 +34,8 @@ from rosclingo.options import Options
 from rosclingo.programs import parse_files
 from rosclingo.terms import parse_term
 from rosoclingo.atoms import event
-from rosoclingo.mail import ANY_EVENT
 from rosoclingo.solver import Solver
+from rosoclingo.vocabulary import ANY_EVENT
 
 _log = logging.getLogger("rosout")
 _ANY_ATOM = f"event({ANY_EVENT},"
@@ -74,7 +75,7 @@ class Dialect2:
         self._solver.check()
 
 
-class _Translation(Dialect2):
+class _Translation(Dialect2, abc.ABC):
     """What the two older dialects have in common: the past is told by grounding program parts.
 
     The loop asks for externals of the dialect 2.0 that encodings of these do not have. Those are
@@ -129,17 +130,17 @@ class _Translation(Dialect2):
         passed = (event("info", "passed", int(step)) for step in sorted(self._open))
         return Externals((*externals.values, *((atom, Truth.FALSE) for atom in passed)))
 
+    @abc.abstractmethod
     def _acts(self, actuator: str, action: str, step: str) -> Command:
         """Returns what says that an action was published."""
-        raise NotImplementedError
 
+    @abc.abstractmethod
     def _passes(self, step: str) -> Command:
         """Returns what says that a step has gone by."""
-        raise NotImplementedError
 
+    @abc.abstractmethod
     def _happens(self, source: str, content: str, step: str) -> Command:
         """Returns what says that an event has happened."""
-        raise NotImplementedError
 
 
 class Dialect1(_Translation):
