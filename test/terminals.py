@@ -14,6 +14,7 @@ import pytest
 from rosclingo.ports import free_port
 
 TIMEOUT = 60.0  # seconds; no more than a bound for what never comes
+POLL = 0.05  # seconds
 
 
 class Terminal:
@@ -39,7 +40,9 @@ class Terminal:
 
     def wait_for(self, text: str) -> None:
         """Waits until the command has printed a text."""
-        wait_for(lambda: text in self.output or self.process.poll() is not None)
+        end = time.monotonic() + TIMEOUT
+        while text not in self.output and self.process.poll() is None and time.monotonic() < end:
+            time.sleep(POLL)
         assert text in self.output, self.output
 
     def interrupt(self) -> None:
@@ -121,4 +124,4 @@ def wait_for(condition: Callable[[], bool]) -> None:
     end = time.monotonic() + TIMEOUT
     while not condition():
         assert time.monotonic() < end, "timeout"
-        time.sleep(0.05)
+        time.sleep(POLL)

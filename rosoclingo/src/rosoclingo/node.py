@@ -187,9 +187,12 @@ class Node:
         stack.start(self._thread)  # a solver in this process may need a large one
 
     def spin(self) -> None:
-        """Waits until the loop has ended, because it failed or the node is shutting down."""
-        while self._thread.is_alive() and not rospy.is_shutdown():
-            self._thread.join(_POLL_SECONDS)
+        """Waits until the loop has failed, or until the node is shut down and has said so to all."""
+        while not rospy.is_shutdown() and (self._thread.is_alive() or self._inbox.closed):
+            if self._thread.is_alive():
+                self._thread.join(_POLL_SECONDS)
+            else:
+                time.sleep(_POLL_SECONDS)  # a shutdown is under way, in a thread of its own
 
     def is_alive(self) -> bool:
         """Whether the loop still runs."""
