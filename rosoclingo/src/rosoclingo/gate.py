@@ -7,6 +7,7 @@ command. That is up to chance while the loop is busy, so a replay would go anoth
 from __future__ import annotations
 
 import enum
+import itertools
 import json
 from collections import Counter, deque
 from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -20,7 +21,7 @@ class Phase(enum.IntEnum):
     """When something was taken, seen from a decision of the controller."""
 
     BEFORE = 0  # the decision
-    SEARCH = 1  # in the search that was decided, which ended because of it
+    DURING = 1  # the command that was decided, which does not begin before it has come
     WAIT = 2  # while the loop waited, which was decided
 
 
@@ -98,6 +99,7 @@ class Gate(Inbox):
         self._expected = Counter(due.key for due in dues if due.kind != "recall")
         self._held: Dict[_Key, Deque[Item]] = {}  # has come, and is not taken yet
         self._moment = -1, Phase.WAIT
+        self._missing: Counter[_Key] = Counter()  # is due, and has not come
         self._is_open = False
 
     def put(self, item: Item) -> None:
@@ -107,6 +109,9 @@ class Gate(Inbox):
             if not self._is_open and self._expected[key] > 0:
                 self._expected[key] -= 1
                 self._held.setdefault(key, deque()).append(item)
+                self._missing[key] -= 1
+                if self._missing[key] <= 0:
+                    del self._missing[key]
                 self._changed.notify_all()
                 return
         super().put(item)
@@ -126,8 +131,10 @@ class Gate(Inbox):
             if self._is_open:
                 return
             self._is_open = True
-            rest = [self._held[due.key].popleft() for due in self._dues if self._has(due)]
+            dues = (due for due in self._dues if due.kind != "recall")
+            rest = [self._held[due.key].popleft() for due in dues if self._has(due)]
             self._dues.clear()
+            self._missing.clear()
         for item in rest:
             if isinstance(item, Cancel):
                 super().cancel(item.goal)
@@ -146,19 +153,19 @@ class Gate(Inbox):
         self._wait_until((self._moment[0] + 1, Phase.BEFORE), waits)
 
     def begin_command(self, waits: Callable[[], None]) -> None:
-        """Waits until all has come that has ended the search, if that was decided."""
+        """Waits until all has come that the next command took, if it did not wait for that."""
         decision, _ = self._moment
-        self._wait_until((decision, Phase.SEARCH), waits)
+        self._wait_until((decision, Phase.DURING), waits)
         self._moment = decision, Phase.WAIT
 
     def _wait_until(self, moment: Tuple[int, Phase], waits: Callable[[], None]) -> None:
         self._moment = moment
         with self._changed:
-            complete = self._is_complete()
-        if not complete:
+            self._missing = self._find_missing()
+        if self._missing:
             waits()
             with self._changed:
-                self._changed.wait_for(lambda: self._closed or self._is_complete())
+                self._changed.wait_for(lambda: self._closed or not self._missing)
 
     def take(self) -> List[Item]:
         """Returns what is due; does not wait."""
@@ -193,16 +200,13 @@ class Gate(Inbox):
     def _has(self, due: Due) -> bool:
         return bool(self._held.get(due.key))
 
-    def _is_complete(self) -> bool:
-        """Whether all that is due has come."""
-        needed: Counter[_Key] = Counter()
-        for due in self._dues:
-            if due.moment > self._moment:
-                break
-            needed[due.key] += due.kind != "recall"
-            if len(self._held.get(due.key, ())) < max(1, needed[due.key]):
-                return False
-        return True
+    def _find_missing(self) -> Counter[_Key]:
+        """Returns what is due and has not come."""
+        due = list(itertools.takewhile(lambda due: due.moment <= self._moment, self._dues))
+        needed = Counter(one.key for one in due if one.kind != "recall")
+        # The cancel request that recalls a goal comes once, and is taken later.
+        needed |= Counter({one.key: 1 for one in due if one.kind == "recall"})
+        return needed - Counter({key: len(held) for key, held in self._held.items()})
 
 
 def _key(item: Item) -> _Key:

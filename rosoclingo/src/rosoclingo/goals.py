@@ -8,6 +8,9 @@ import threading
 from collections import deque
 from typing import Deque, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
+RECALLED = "recalled before it had a slot"
+"""Why a goal was canceled without the planner."""
+
 
 class Stage(enum.Enum):
     """How far a goal is, as actionlib sees it."""
@@ -78,8 +81,8 @@ class Goal:
                 return
             self.stage = Stage.ENDED
             self.recalled = True
-            self.noted("canceled", _RECALLED)  # before the loop can see it
-        self.ended("canceled", _RECALLED)
+            self.noted("canceled", RECALLED)  # before the loop can see it
+        self.ended("canceled", RECALLED)
 
     def place(self, slot: str) -> bool:
         """Gives the goal a slot, unless it has been recalled, and returns whether it was not."""
@@ -113,7 +116,6 @@ class Goal:
         """Something about the goal has changed."""
 
 
-_RECALLED = "recalled before it had a slot"
 _TRANSITIONS: Mapping[str, Mapping[Stage, Tuple[str, ...]]] = {
     "accepted": {Stage.PENDING: ("accepted",)},
     "rejected": {Stage.PENDING: ("rejected",), Stage.ACTIVE: ("aborted",)},

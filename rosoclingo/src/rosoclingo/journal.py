@@ -10,6 +10,9 @@ KINDS = (
 )  # fmt: skip
 """The kinds of events, explained in ``ROSoClingoEvent.msg``."""
 
+FOR_A_REPLAY = "for the replay"
+"""Text of an event of the kind ``waiting``: it waits for what had come by then when recorded."""
+
 
 @dataclass(frozen=True)
 class Event:

@@ -10,6 +10,7 @@ from rosclingo.errors import TermError, shorten
 from rosoclingo.atoms import canonical, event
 from rosoclingo.goals import Goal, Goals
 from rosoclingo.inbox import Cancel, Inbox, Item, Message
+from rosoclingo.journal import FOR_A_REPLAY
 from rosoclingo.vocabulary import Vocabulary
 
 _RESERVED_IDS = ("commit", "save")
@@ -128,7 +129,7 @@ class Mail:
         self._command_began = time.perf_counter()
 
     def _waits(self) -> None:
-        self._note("waiting")
+        self._note("waiting", "", FOR_A_REPLAY)
 
     def take(self, ask: Callable[[], object] = lambda: None) -> None:
         """Takes what has come, and drops what is wrong.

@@ -187,7 +187,7 @@ class Node:
         stack.start(self._thread)  # a solver in this process may need a large one
 
     def spin(self) -> None:
-        """Waits until the loop has failed, or until the node is shut down and has said so to all."""
+        """Waits until the loop has failed, or the node is shut down and has said so to all."""
         while not rospy.is_shutdown() and (self._thread.is_alive() or self._inbox.closed):
             if self._thread.is_alive():
                 self._thread.join(_POLL_SECONDS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import threading
 import time
+from dataclasses import replace
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
 import pytest
@@ -18,10 +19,13 @@ from rosoclingo.bags.comparison import compare
 from rosoclingo.bags.dues import dues
 from rosoclingo.bags.inputs import inputs
 from rosoclingo.bags.model import Entry
-from rosoclingo.bags.outputs import tidy
+from rosoclingo.bags.outputs import is_open, outputs, tidy
+from rosoclingo.bags.schedule import Schedule
+from rosoclingo.bags.schedule import commands as done
 from rosoclingo.gate import Due, Gate, Phase, decode, encode
+from rosoclingo.goals import RECALLED
 from rosoclingo.inbox import Cancel, Inbox, Message
-from rosoclingo.journal import Event
+from rosoclingo.journal import FOR_A_REPLAY, Event
 from rosoclingo.solver import Solver
 
 GOALS = 12
@@ -162,21 +166,35 @@ def record(system: System, seed: int) -> List[Entry]:
     return list(run.entries)
 
 
-def replay(system: System, recorded: Sequence[Entry]) -> List[Entry]:
-    """Sends everything at once, in the order of the recording."""
+def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
+    """Sends everything as soon as it may come, or a little later."""
+    chance = random.Random(seed)
     run = Run(system, lambda actuator, action: None)
-    for planned in inputs(tidy(recorded)):
-        event = planned.event
-        if event.kind == "goal":
-            run.goal(event.id, event.text)
-        elif event.kind == "cancel":
-            run.cancel(event.id)
-        else:
-            run.inbox.put(Message(event.id, event.text))
+    tidied = tidy(recorded)
+    schedule = Schedule(
+        inputs(tidied), outputs(tidied), commands=done(tidied), is_open=is_open(tidied)
+    )
+    seen = 0
     run.start()
-    count = len(commands([entry.event for entry in recorded]))
-    run.wait_for(lambda events: len(commands(events)) >= count and rests(events))
-    return run.entries
+    end = time.monotonic() + TIMEOUT
+    while not schedule.is_finished(time.monotonic()):
+        assert time.monotonic() < end, run.entries[-9:]
+        for entry in run.entries[seen:]:
+            schedule.see(entry.event, time.monotonic())
+            seen += 1
+        planned = schedule.due(time.monotonic())
+        assert schedule.in_step
+        if planned is not None:
+            event = planned.event
+            if event.kind == "goal":
+                run.goal(event.id, event.text)
+            elif event.kind == "cancel":
+                run.cancel(event.id)
+            else:
+                run.inbox.put(Message(event.id, event.text))
+        if planned is None or chance.random() < 0.5:
+            time.sleep(0.003 * chance.random())
+    return list(run.entries)
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -190,7 +208,7 @@ def test_a_replay_is_the_same(
         return system(f"dynamic.incremental.{mode}", "-c", "steps=80", inbox=inbox)
 
     recorded = record(slow(make(Inbox()), seed), seed)
-    again = replay(slow(make(Gate(dues(recorded))), seed), recorded)
+    again = replay(slow(make(Gate(dues(recorded))), seed), recorded, seed)
     comparison = compare(recorded, again)
     assert not comparison.differences, show.describe(comparison)
     old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
@@ -233,8 +251,8 @@ def test_it_waits_for_what_came_before_a_decision() -> None:
     assert waits.count == 1
 
 
-def test_what_ended_a_search_is_there_when_it_begins() -> None:
-    gate, waits = Gate([due(0, Phase.SEARCH, A), due(0, Phase.SEARCH, B)]), Waits()
+def test_what_a_command_took_is_there_when_it_begins() -> None:
+    gate, waits = Gate([due(0, Phase.DURING, A), due(0, Phase.DURING, B)]), Waits()
     gate.begin_decision(waits)
     gate.put(A)
     assert gate.take() == []
@@ -321,6 +339,52 @@ def test_nothing_is_held_back_for_ever(how: str) -> None:
         assert goal.words == ["canceled"]
         gate.open()
         assert gate.take() == []
+
+
+def made(*events: Event) -> List[Due]:
+    return dues([Entry(number, float(number), event) for number, event in enumerate(events, 1)])
+
+
+def test_when_something_was_taken() -> None:
+    """Before a decision, in a command that did not wait for it, or in one that did."""
+    message = Event("message", "robot", "success")
+    late = replace(message, seconds=0.1)
+    idle, waiting = Event("command", text="idle"), Event("waiting")
+    cut_off, solved = (Event("command", word, "solve") for word in ("unknown", "sat"))
+    for events, moment in (
+        ([idle, message, idle], (1, Phase.BEFORE)),
+        ([idle, waiting, late, idle], (1, Phase.WAIT)),
+        ([idle, late, idle], (1, Phase.DURING)),
+        ([idle, late, cut_off], (1, Phase.DURING)),
+        ([idle, late, solved], (2, Phase.BEFORE)),  # it had no effect on the search
+        ([idle, late], (1, Phase.DURING)),  # the recording ends
+        ([idle, replace(waiting, text=FOR_A_REPLAY), message], (1, Phase.BEFORE)),  # of a replay
+    ):
+        assert made(*events) == [Due(*moment, "message", "robot", "success")]
+
+
+def test_when_a_goal_was_recalled() -> None:
+    goal, cancel = Event("goal", "g", "visit(1)"), Event("cancel", "g")
+    canceled = Event("status", "g", "canceled", ("", RECALLED), 0.0, 7)
+    done = Event("command", text="commit_actions(7)", step=7)
+    action = Event("action", "robot", "go(1)", step=7)
+    for events, decision in (
+        ([canceled, done, cancel], 2),
+        ([action, canceled, done, cancel], 3),
+        ([replace(canceled, step=8), replace(done, step=8), cancel], 3),  # it had moved on already
+    ):
+        recall = Due(decision, Phase.BEFORE, "recall", "g")
+        assert made(goal, done, done, *events)[1] == recall
+
+
+def test_what_the_loop_did_not_take() -> None:
+    """Goals that are no terms, and cancel requests of goals that had ended."""
+    rejected = Event("status", "g", "rejected", ("", "it is no term"))
+    events = [Event("goal", "g", "visit("), rejected, Event("cancel", "g")]
+    assert made(*events) == []
+    assert made(*events, Event("message", "g", "success")) == [
+        Due(0, Phase.BEFORE, "message", "g", "success")
+    ]
 
 
 def test_the_parameter() -> None:

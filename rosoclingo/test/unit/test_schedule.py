@@ -11,18 +11,21 @@ from replay_maker import ASK, END, RUN, Made, drive, entries, events, status
 from rosoclingo.bags.inputs import Point, inputs
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.outputs import is_open, outputs, tidy
-from rosoclingo.bags.schedule import Schedule
-from rosoclingo.journal import Event
+from rosoclingo.bags.schedule import Schedule, commands
+from rosoclingo.journal import FOR_A_REPLAY, Event
 
 
 class Replay:
     """A schedule with a clock, and what it has had sent."""
 
-    def __init__(self, recorded: Sequence[Entry], rate: Optional[float] = None) -> None:
+    def __init__(
+        self, recorded: Sequence[Entry], rate: Optional[float] = None, has_gate: bool = False
+    ) -> None:
         recorded = tidy(recorded)
         self.schedule = Schedule(
-            inputs(recorded), outputs(recorded), is_open=is_open(recorded), rate=rate
-        )
+            inputs(recorded), outputs(recorded), is_open=is_open(recorded), rate=rate,
+            commands=commands(recorded) if has_gate else None,
+        )  # fmt: skip
         self.now = 100.0
         self.sent: List[str] = []
 
@@ -233,6 +236,63 @@ def test_not_too_many_at_once() -> None:
         replay.see([("message", *one.split(), 0) for one in sent])  # type: ignore[list-item, misc]  # two words
         sent = replay.send()
     assert len(replay.sent) == 5000
+
+
+HELD: Made = ("waiting", "", FOR_A_REPLAY, 0)
+
+
+def test_with_a_gate_nothing_waits_for_the_loop() -> None:
+    both: List[Made] = [("goal", "h", "visit(1)", 0), ("message", "info", "a", 0)]
+    replay = Replay(entries([*ASK, *both, *status("accepted", 1), *drive(2), *END]), has_gate=True)
+    assert replay.send() == ["g visit(3)", "h visit(1)", "info a"]
+    assert replay.schedule.in_step
+
+
+def test_a_command_that_differs_ends_the_step() -> None:
+    replay = Replay(entries(RUN), has_gate=True)
+    replay.see(ASK[1:])
+    assert replay.schedule.in_step
+    replay.see([("command", "", "ground(1)", 0)])
+    assert not replay.schedule.in_step
+
+
+def test_a_loop_that_its_gate_has_let_go_on_may_take_its_time() -> None:
+    """Such as to ground for long: it does not wait in vain."""
+    recorded = [("goal", "g", "visit(3)", 0), *status("accepted", 1), *drive(2), *END]
+    replay = Replay(entries(recorded), has_gate=True)
+    replay.see([HELD])
+    assert replay.send() == ["g visit(3)"]
+    replay.see(recorded[:1])
+    replay.now += 100.0
+    assert replay.send() == []
+    assert not replay.finished
+    assert replay.schedule.in_step
+    replay.see(recorded[1:4])
+    assert replay.send() == ["robot success"]
+
+
+def test_a_loop_that_its_gate_has_wait_in_vain() -> None:
+    recorded = [*status("accepted", 1), *drive(2), *END]
+    replay = Replay(entries(recorded), has_gate=True)
+    replay.see([HELD])
+    assert replay.send() == []
+    assert replay.schedule.stalls
+    assert not replay.schedule.in_step
+
+
+def test_a_gate_gets_all_that_it_waits_for() -> None:
+    many: List[Made] = [("message", "sensor", f"reading({n})", 0) for n in range(5000)]
+    replay = Replay(entries([*many, *END]), has_gate=True)
+    assert len(replay.send()) < 5000
+    replay.see([HELD])
+    replay.send()
+    assert len(replay.sent) == 5000
+
+
+def test_a_goal_whose_cancel_request_is_missing_was_not_recalled() -> None:
+    """The recording has ended in between."""
+    goal = events([("goal", "h", "visit(1)", 0)])
+    assert [entry.event for entry in tidy(numbered([*goal, RECALL]))] == goal
 
 
 @pytest.mark.parametrize("quiet", [0.5, 5.0])

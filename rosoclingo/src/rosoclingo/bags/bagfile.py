@@ -47,7 +47,7 @@ def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
     try:
         with file.open("rb") as opened:
             opened.seek(begin)
-            check_chunks(opened)
+            check_chunks(opened)  # decompresses all chunks once more: rosbags knows no limit
             try:
                 return _read_indexed(file, size, wanted)
             except ExpansionError:

@@ -7,7 +7,7 @@ from typing import List, Sequence, Set, Tuple
 from rosclingo.engine import Result
 from rosclingo.errors import TermError
 from rosoclingo.atoms import canonical
-from rosoclingo.bags.inputs import input_key
+from rosoclingo.bags.inputs import begins_a_wait, input_key
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.outputs import INPUTS, recalls, slot, without_shutdown
 from rosoclingo.gate import Due, Phase
@@ -24,27 +24,29 @@ def dues(entries: Sequence[Entry]) -> List[Due]:
     recalled = recalls(entries)
     found: List[Due] = []
     moment = (0, Phase.BEFORE)
-    decision = 0
+    decision = step = 0
     waits = acts = False  # the command that is carried out
     ended: Set[str] = set()  # goals whose cancel requests actionlib does not pass on any more
     for entry, result in zip(entries, _results(entries)):
         event = entry.event
         if event.kind == "command":
-            decision += 1
+            decision, step = decision + 1, event.step
             waits = acts = False
-        elif event.kind == "waiting":
+        elif begins_a_wait(event):
             waits = True
         elif entry.number in recalled:
             if waits:
                 moment = max(moment, (decision, Phase.WAIT))
-            else:  # not before what the command has done already, which may be the reason
-                moment = max(moment, (decision + acts, Phase.BEFORE))
+            else:  # not before what the command has done already, as to move to the next step
+                has_begun = acts or event.step != step
+                moment = max(moment, (decision + has_begun, Phase.BEFORE))
             found.append(Due(*moment, "recall", event.id))
         elif event.kind == "action" or (event.kind == "status" and slot(event)):
             acts = True
         if event.kind == "status" and event.text != "accepted" and entry.number not in recalled:
             ended.add(event.id)
-        elif event.kind in INPUTS and event.id not in ended and not _is_refused(event):
+        is_late = event.kind == "cancel" and event.id in ended
+        if event.kind in INPUTS and not is_late and not _is_refused(event):
             moment = max(moment, _moment(event, decision, waits, result))
             found.append(Due(*moment, *input_key(event)))
     return found
@@ -66,7 +68,7 @@ def _moment(event: Event, decision: int, waits: bool, result: str) -> Tuple[int,
     if result in (Result.SAT.value, Result.UNSAT.value):
         # It has not ended the search, and the loop knew of it at the next decision.
         return decision + 1, Phase.BEFORE
-    return decision, Phase.SEARCH if result == Result.UNKNOWN.value else Phase.WAIT
+    return decision, Phase.DURING
 
 
 def _results(entries: Sequence[Entry]) -> List[str]:

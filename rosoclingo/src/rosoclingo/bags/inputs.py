@@ -8,7 +8,7 @@ from typing import List, Sequence, Set, Tuple
 
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.outputs import INPUTS, Output, Reader
-from rosoclingo.journal import Event
+from rosoclingo.journal import FOR_A_REPLAY, Event
 
 _QUIET_SECONDS = 1.0  # of a bag without a journal: so long without any event, and the loop waits
 
@@ -102,13 +102,18 @@ def inputs(entries: Sequence[Entry], has_journal: bool = True) -> List[Input]:
         if event.kind == "action":
             acting.add(event.id)
         elif event.kind == "waiting":
-            waits = True
+            waits |= begins_a_wait(event)
         elif event.kind == "command":
             command, waits = event.text, False
         together = together and event.kind in ("dropped", "status")
-        if output is not None or event.kind == "waiting":
+        if output is not None or begins_a_wait(event):
             last = entry.seconds
     return found
+
+
+def begins_a_wait(event: Event) -> bool:
+    """Whether the loop waits from now on, because it has nothing to do."""
+    return event.kind == "waiting" and event.text != FOR_A_REPLAY
 
 
 def input_key(event: Event) -> Key:

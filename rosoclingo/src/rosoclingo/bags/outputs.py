@@ -7,6 +7,7 @@ from typing import Dict, Iterable, List, Optional, Sequence, Tuple
 
 from rosoclingo.atom_text import last_argument
 from rosoclingo.bags.model import Entry
+from rosoclingo.goals import RECALLED
 from rosoclingo.journal import Event
 
 INPUTS = ("goal", "cancel", "message")
@@ -81,18 +82,21 @@ def tidy(entries: Sequence[Entry]) -> Tuple[Entry, ...]:
 
     A cancel request that has recalled a goal, and the goal itself, are noted when the loop takes
     them, which may be after the status of the goal: here they come before it. Goals that came after
-    the end are refused and have no entry, so their statuses are left out.
+    the end are refused and have no entry, so their statuses are left out, and so is that of a goal
+    which was recalled just before the journal ends.
     """
     entries = without_shutdown(entries)
     goals: Dict[str, Entry] = {}
     for entry in entries:
         if entry.event.kind == "goal":
             goals.setdefault(entry.event.id, entry)
+    cancels = {entry.event.id for entry in entries if entry.event.kind == "cancel"}
     recalled = recalls(entries)
     ordered: Dict[int, Entry] = {}
     for entry in entries:
         if entry.event.kind == "status":
-            if entry.event.id not in goals:
+            is_without_cause = is_recall(entry.event) and entry.event.id not in cancels
+            if entry.event.id not in goals or is_without_cause:
                 continue
             if entry.number in recalled:
                 for cause in (goals[entry.event.id], recalled[entry.number]):
@@ -116,7 +120,7 @@ def recalls(entries: Iterable[Entry]) -> Dict[int, Entry]:
     found: Dict[int, Entry] = {}
     for entry in entries:
         event = entry.event
-        if event.kind == "status" and event.text == "canceled" and not slot(event):
+        if is_recall(event):
             statuses[event.id] = entry.number
         elif event.kind == "cancel" and event.id in statuses:
             found.setdefault(statuses[event.id], entry)
@@ -141,6 +145,11 @@ def is_open(entries: Sequence[Entry]) -> bool:
         if kind in INPUTS:  # whether the loop took it as news is not known
             return True
     return True
+
+
+def is_recall(event: Event) -> bool:
+    """Whether a goal without a slot was canceled, which its cancel request does at once."""
+    return event.kind == "status" and event.details[1:2] == (RECALLED,)
 
 
 def slot(event: Event) -> str:

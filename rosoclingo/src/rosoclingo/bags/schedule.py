@@ -13,7 +13,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import AbstractSet, Dict, List, NamedTuple, Optional, Sequence, Set, Tuple
 
-from rosoclingo.bags.inputs import Input, Key, Point, input_key
+from rosoclingo.bags.inputs import Input, Key, Point, begins_a_wait, input_key
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.outputs import INPUTS, Output, Reader
 from rosoclingo.journal import Event
@@ -111,7 +111,9 @@ class Schedule:
         self._settled = False  # and knows of all that was sent
         self._command = ""
         self._ended = False
+        self._is_held = False  # the loop rests because its gate has it wait
         self._seen_at = self._sent_at = 0.0
+        self._begin = 0.0  # of the time until the next input
         self._sent_kind = ""
         self._expect()
 
@@ -125,9 +127,15 @@ class Schedule:
             now: The time, in seconds of a monotonic clock.
         """
         self._seen_at = now
+        output = self._reader.output(event)
+        if output is not None or event.kind in INPUTS or begins_a_wait(event):
+            self._begin = now
         if event.kind in INPUTS:
             self._take(input_key(event))
+            if self._is_held:  # the loop has got what it waited for, and goes on
+                self._is_held = self._rests = self._settled = False
         elif event.kind == "waiting":
+            self._is_held = not begins_a_wait(event)
             self._rests, self._settled = True, not self._on_way
         elif event.kind == "command":
             self._see_command(command(event))
@@ -139,7 +147,6 @@ class Schedule:
                 self._take(("cancel", event.id, ""))  # actionlib passes on none to an ended goal
         elif event.kind == "end":
             self._ended = True
-        output = self._reader.output(event)
         if output is not None:
             self._came(output.key)
 
@@ -203,7 +210,7 @@ class Schedule:
             return True
         if self._next < len(self._planned):
             return False
-        if self._is_open and not self._missing:
+        if self._is_open and not self._missing and not self._on_way:
             return True
         if not self._is_settled(now):
             return False
@@ -217,7 +224,7 @@ class Schedule:
         times = [latest + _SETTLED_SECONDS, latest + _LOST_SECONDS, self._sent_at + _ORDER_SECONDS]
         if self._next < len(self._planned) and self._rate is not None:
             gap = self._planned[self._next].gap / self._rate
-            times.append(max(self._seen_at, self._sent_at) + gap)
+            times.append(max(self._begin, self._sent_at) + gap)
         return min((time - now for time in times if time > now), default=_SETTLED_SECONDS)
 
     def _at(self, planned: Input) -> bool:
@@ -239,9 +246,9 @@ class Schedule:
 
     def _may_go(self, planned: Input, now: float) -> bool:
         gap = 0.0 if self._rate is None else planned.gap / self._rate
-        if now < max(self._seen_at, self._sent_at) + gap:
+        if now < max(self._begin, self._sent_at) + gap:
             return False
-        if self.on_way >= _MOST_ON_THEIR_WAY:
+        if self.on_way >= _MOST_ON_THEIR_WAY and not self._is_held:  # a gate waits for all at once
             return False
         kind = planned.event.kind
         if now - self._sent_at >= _ORDER_SECONDS:
