@@ -280,29 +280,39 @@ def test_one_node(terminals: Terminals, recorder: Recorder, dialect: str) -> Non
     assert "rejected" in ended.output
 
 
+def divergence(ended: Terminal) -> List[str]:
+    """Returns the words of the line at which a replay went another way."""
+    assert ended.wait() == 1, ended.output
+    (first,) = (text for text in ended.output.splitlines() if "<- first divergence" in text)
+    mark, *words = first.partition("<-")[0].split()
+    assert mark == ">>"
+    return words
+
+
 def test_differences(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
     """Each change is found, in the step where it shows."""
     bag = recorder.record(["visit(3) visit(2)"], [line()])
     changed = tmp_path / "line.lp"
     changed.write_text(Path(line()).read_text() + "#program transition(t). :- do(robot,_,t), t=3.")
     ended = replay(terminals, bag, "--planner", f"-f {changed}")
-    assert ended.wait() == 1
-    (first,) = (text for text in ended.output.splitlines() if "<- first divergence" in text)
-    assert first.split()[1] == "3/4", ended.output  # a step later than recorded
-    assert first.count("robot: go(3)") == 2
+    assert divergence(ended) == ["3/4", "robot:", "go(3)", "robot:", "go(3)"]  # a step later
 
     mode = package("rosoclingo") / "modes" / "dynamic.incremental.dyn_reset.lp"
     ended = replay(terminals, bag, "--controller", f"-f {mode} -c steps=20")
-    assert ended.wait() == 1
-    assert "<- first divergence" in ended.output
+    # The end of the second goal begins with step 0 anew.
+    assert divergence(ended) == ["3/1", "robot:", "go(3)", "robot:", "go(3)"]
 
     ended = replay(terminals, bag, "--planner", f"-f {line()} -c slots=1")
-    assert ended.wait() == 1
-    assert "goal 2 visit(2): accepted" in ended.output
+    assert divergence(ended) == ["1", "goal", "2", "visit(2):", "accepted", "-"]
+    assert "steps with actions: expected 2, seen 3" in ended.output
 
     ended = replay(terminals, without(bag, dropped=1))
-    assert ended.wait() == 1
-    assert "! the replay waits for an answer of robot, and nothing is to be sent" in ended.output
+    waits = "! the replay waits for an answer of robot, and nothing is to be sent"
+    succeeded = ["goal", "2", "visit(2):", "succeeded"]
+    assert divergence(ended) == ["2", *succeeded, *succeeded]
+    lines = ended.output.splitlines()
+    (place,) = (number for number, text in enumerate(lines) if "<- first divergence" in text)
+    assert lines[place - 1].strip() == waits
     ended = replay(terminals, without(bag, dropped=2), "--level", "outcome")
     assert ended.wait() == 1
     assert "goal 1 visit(3)" in ended.output
