@@ -178,6 +178,8 @@ class Gate(Inbox):
                 self._dues.popleft()
                 held = self._held[due.key]
                 item = held[0] if due.kind == "recall" else held.popleft()
+                if not held:
+                    del self._held[due.key]
             if due.kind == "recall":
                 assert isinstance(item, Cancel)
                 item.goal.recall()  # not under the lock, which actionlib may wait for
@@ -206,7 +208,7 @@ class Gate(Inbox):
         needed = Counter(one.key for one in due if one.kind != "recall")
         # The cancel request that recalls a goal comes once, and is taken later.
         needed |= Counter({one.key: 1 for one in due if one.kind == "recall"})
-        return needed - Counter({key: len(held) for key, held in self._held.items()})
+        return needed - Counter({key: len(self._held.get(key, ())) for key in needed})
 
 
 def _key(item: Item) -> _Key:
