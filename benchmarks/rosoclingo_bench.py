@@ -54,7 +54,6 @@ WORK_SECONDS = 0.02  # how long an action takes; the loop is idle before its end
 GROWTH_MEBIBYTES = 4
 
 _TIMEOUT_SECONDS = 30.0
-_POLL_SECONDS = 0.02
 
 Interval = Tuple[float, float]  # in seconds of the monotonic clock
 

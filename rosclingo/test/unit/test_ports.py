@@ -22,10 +22,4 @@ def test_a_free_port_is_none_that_is_taken(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_outgoing_connections_take_other_ports() -> None:
-    with open("/proc/sys/net/ipv4/ip_local_port_range") as file:
-        first, last = map(int, file.read().split())
-    if first < 32_768:
-        pytest.skip(
-            "this machine gives more ports to outgoing connections than Linux does by itself"
-        )
-    assert not set(range(first, last + 1)) & set(ports._PORTS)
+    assert max(ports._PORTS) < 32_768  # the first that Linux gives them by itself

@@ -130,9 +130,8 @@ class Connection:
             self._received.put(None)
 
     def _sort(self, message: Optional[ROSoClingoEvent]) -> None:
-        if (
-            message is not None and message.number > self._number
-        ):  # a late subscriber gets some of them twice
+        # A late subscriber gets some of them twice.
+        if message is not None and message.number > self._number:
             self._early[message.number] = message
 
 

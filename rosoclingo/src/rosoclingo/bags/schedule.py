@@ -152,6 +152,7 @@ class Schedule:
 
     def _see_command(self, seen: Command) -> None:
         self._command = seen.text
+        self._is_held = False
         self._rests = seen.text == "publish"
         self._settled = self._rests and not self._on_way
         if self._done < len(self._commands) and self._commands[self._done] != seen:
