@@ -42,7 +42,8 @@ from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.state import Outside
 
 _USAGE = """\
-usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS] [ROS remappings]
+usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
+              [_abort_unreachable:=true] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
 _JOURNAL_LENGTH = 2_000  # events that late subscribers get
@@ -159,11 +160,18 @@ class Node:
             OptionsError: A parameter is wrong.
         """
         timeout = _seconds("~action_timeout")
+        abort_unreachable = _flag("~abort_unreachable")
         self.failure: Optional[str] = None
         self._inbox = inbox
         outside = RosOutside(description)
         self._loop = Loop(
-            controller, planner, commands, self._inbox, outside, action_timeout=timeout
+            controller,
+            planner,
+            commands,
+            self._inbox,
+            outside,
+            action_timeout=timeout,
+            abort_unreachable=abort_unreachable,
         )
         self._ready = ready
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
@@ -357,3 +365,17 @@ def _seconds(name: str) -> float:
             f"parameter {rospy.resolve_name(name)}: expected seconds from 0 on: {value!r}"
         )
     return float(value)
+
+
+def _flag(name: str) -> bool:
+    """Reads a parameter that is true or false; false if it is not set.
+
+    Raises:
+        OptionsError: It is something else.
+    """
+    value = rospy.get_param(name, False)
+    if not isinstance(value, bool):
+        raise OptionsError(
+            f"parameter {rospy.resolve_name(name)}: expected true or false: {value!r}"
+        )
+    return value
