@@ -81,8 +81,8 @@ def test_a_wrong_command_line(terminals: Terminals, tmp_path: Path) -> None:
         (["--file", line(), "-c", "steps=many"], "steps is a number from 1 on"),
         (["--file", line(), "--no-such-option"], "no-such-option"),
         ([], "no file: there is no encoding"),
-        (["--file", line(), "_action_timeout:=soon"], "action_timeout: expected seconds"),
         (["--file", line(), "_abort_unreachable:=7"], "abort_unreachable: expected true or false"),
+        (["--file", line(), "_action_timeout:=soon"], "action_timeout: expected seconds"),
     ):
         node = terminals.run("rosrun", "rosoclingo", "run-1.0.py", *arguments)
         assert node.wait() == 2, node.output
