@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """What a client may get wrong or mean ill: the node says what is wrong, lives, and is correct."""
 
 from __future__ import annotations

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Every control command of the manual, through the service."""
 
 from __future__ import annotations
