@@ -9,7 +9,7 @@ from rosclingo.engine import Outcome
 from rosoclingo.errors import LoopError
 from rosoclingo.solver import Solver
 
-# Two loops that share a solver end each other's searches for ever; the goals of a bag come to an end.
+# Two loops that share a solver end each other's searches for ever; a bag comes to an end.
 _TRIES = 1000
 
 
