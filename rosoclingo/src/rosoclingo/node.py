@@ -26,6 +26,7 @@ from rosoclingo.errors import ShutdownError
 from rosoclingo.gate import Gate, decode
 from rosoclingo.goals import Goal, Stage
 from rosoclingo.inbox import Inbox, Message
+from rosoclingo.insistent import Insistent
 from rosoclingo.journal import Event
 from rosoclingo.loop import Loop
 from rosoclingo.msg import (
@@ -293,7 +294,9 @@ def main(commands: Callable[..., Any]) -> NoReturn:
 
     solvers = {"controller": controller.name, "planner": planner.name}
     description = about("rosoclingo run.py", [], {}, solvers=solvers)
-    run(Controller(controller), planner, commands, inbox, ready=ready, description=description)
+    decider = Controller(Insistent(controller, controller.name, rospy.logwarn))
+    insistent = Insistent(planner, planner.name, rospy.logwarn)
+    run(decider, insistent, commands, inbox, ready=ready, description=description)
 
 
 def open_inbox() -> Inbox:
