@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Callable, Optional, Sequence
 
 from rosclingo.commands import Assumption, Command, Reply
-from rosclingo.engine import Outcome
+from rosclingo.engine import Improvement, Outcome
 from rosoclingo.errors import LoopError
 from rosoclingo.solver import Solver
 
@@ -37,6 +37,7 @@ class Insistent:
         self,
         assumptions: Sequence[Assumption] = (),
         stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:
         """Searches until there is a result or ``stopped`` says to stop, whoever else ends it.
 
@@ -44,7 +45,7 @@ class Insistent:
             LoopError: Somebody else has ended the search again and again.
         """
         for _ in range(_TRIES):
-            outcome = self._solver.solve(assumptions, stopped)
+            outcome = self._solver.solve(assumptions, stopped, improved)
             if not outcome.interrupted or (stopped is not None and stopped()):
                 return outcome
             if not self._warned:

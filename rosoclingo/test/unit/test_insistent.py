@@ -7,7 +7,7 @@ from typing import Callable, List, Optional, Sequence
 import pytest
 
 from rosclingo.commands import Add, Assumption, Command, Ground, Part, Reply
-from rosclingo.engine import Engine, Outcome, Result
+from rosclingo.engine import Engine, Improvement, Outcome, Result
 from rosclingo.options import Options
 from rosoclingo.errors import LoopError
 from rosoclingo.insistent import Insistent
@@ -29,11 +29,12 @@ class Disturbed:
         self,
         assumptions: Sequence[Assumption] = (),
         stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:
         self.times -= 1
         if self.times >= 0:
             return self.engine.solve(assumptions, lambda: True)
-        return self.engine.solve(assumptions, stopped)
+        return self.engine.solve(assumptions, stopped, improved)
 
     def check(self) -> None:
         pass
