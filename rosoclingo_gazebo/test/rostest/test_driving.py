@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 import time
 import unittest
@@ -43,16 +44,17 @@ class TestDriving(unittest.TestCase):
             Path(packages.get_path("rosoclingo_gazebo")) / "maps" / "office.yaml",
             Path(packages.get_path("rosoclingo_interfaces")) / "config" / "graph_wg.yaml",
         )
+        self.wait_for = functools.partial(wait_for, timeout=rospy.get_param("~seconds"))
         self.goals: List[ClientGoalHandle] = []
         self.client = LowLatencyActionClient("rosoclingo", ROSoClingoAction)
         self.messages = publisher("rosoclingo/in", ROSoClingoIn)
         self.recorder = Recorder()
         self.actions = lambda: self.recorder.texts("action")
         # The recorder and rosoclingo.
-        wait_for(lambda: self.messages.get_num_connections() > 1)
-        wait_for(lambda: self.client.pub_goal.get_num_connections() > 0)
-        wait_for(lambda: self.client.result_sub.get_num_connections() > 0)
-        wait_for(lambda: self.recorder.path and self.recorder.touches)
+        self.wait_for(lambda: self.messages.get_num_connections() > 1)
+        self.wait_for(lambda: self.client.pub_goal.get_num_connections() > 0)
+        self.wait_for(lambda: self.client.result_sub.get_num_connections() > 0)
+        self.wait_for(lambda: self.recorder.path and self.recorder.touches)
 
     def announce(self, value: str) -> None:
         self.messages.publish("info", value)
@@ -62,7 +64,7 @@ class TestDriving(unittest.TestCase):
         goal = self.client.send_goal(ROSoClingoGoal(text, []), self.on_transition)
         self.goals.append(goal)
         # What is said next is heard later.
-        wait_for(lambda: goal.get_comm_state() != CommState.WAITING_FOR_GOAL_ACK)
+        self.wait_for(lambda: goal.get_comm_state() != CommState.WAITING_FOR_GOAL_ACK)
 
     def on_transition(self, goal: ClientGoalHandle) -> None:
         if goal.get_comm_state() == CommState.DONE:
@@ -72,7 +74,7 @@ class TestDriving(unittest.TestCase):
     def wait_until_near(self, name: str, metres: float, action: int) -> None:
         """Waits until the robot comes near to a waypoint during an action, counted from 1."""
         place = self.floor.waypoints[name]
-        wait_for(
+        self.wait_for(
             lambda: len(self.actions()) >= action and self.recorder.distance(place) < metres,
             self.actions,
         )
@@ -98,21 +100,21 @@ class TestDriving(unittest.TestCase):
             self.request("bring(o2,o3)")
             self.obstruct("c4", "c5")
         for goal in self.goals:
-            wait_for(lambda goal=goal: goal.get_comm_state() == CommState.DONE, self.actions)  # type: ignore[misc]
+            self.wait_for(lambda goal=goal: goal.get_comm_state() == CommState.DONE, self.actions)  # type: ignore[misc]
         self.report(scenario, self.recorder.path[-1][0] - first, time.monotonic() - begin)
         self.check(scenario)
 
     def report(self, scenario: int, simulated: float, wall: float) -> None:
-        system, physics = rospy.get_param("~system"), rospy.get_param("~physics")
+        names = ("system", "physics", "navigation")
+        settings = {name: rospy.get_param(f"~{name}") for name in names}
         print(
-            f"scenario {scenario}, {system}, {physics}: {self.recorder.length():.1f} m "
+            f"scenario {scenario}, {', '.join(settings.values())}: {self.recorder.length():.1f} m "
             f"in {simulated:.1f} s of simulated and {wall:.1f} s of wall time; "
             f"{self.floor.clearance(self.recorder.points()):.2f} m from the walls"
         )
         file = rospy.get_param("~record")
         if file:
-            about = {"scenario": scenario, "system": system, "physics": physics}
-            self.recorder.save(Path(file), about)
+            self.recorder.save(Path(file), {"scenario": scenario, **settings})
 
     def check(self, scenario: int) -> None:
         expected = [word if "(" in word else f"go({word})" for word in ACTIONS[scenario].split()]

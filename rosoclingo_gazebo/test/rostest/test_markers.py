@@ -124,7 +124,8 @@ class TestMarkers(unittest.TestCase):
         self.topics["in"].publish("mailbot", "success")
 
     def package(self) -> Optional[Marker]:
-        boxes = [box for box in self.rviz.group("packages") if box.type == Marker.CUBE]
+        packages = self.rviz.group("packages") + self.rviz.group("carried packages")
+        boxes = [box for box in packages if box.type == Marker.CUBE]
         return boxes[0] if boxes else None
 
     def test_wrong_parameters_end_the_node(self) -> None:

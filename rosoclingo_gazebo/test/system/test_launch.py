@@ -1,26 +1,32 @@
-"""Which simulator mailbot_scenario.launch starts, and what it tells Gazebo.
+"""Which simulator mailbot_scenario.launch starts, and what it tells Gazebo and ROS's navigation.
 
-Gazebo itself is not there: empty packages stand in for what gazebo.launch needs, so this tests no
-more than the launch files' text.
+These themselves are not there: empty packages stand in for what the launch files need, so this
+tests no more than the launch files' text.
 """
 
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
 from typing import Dict, List
 
 import pytest
 import yaml
-from terminals import Terminals, terminals
+from terminals import Terminals, package, terminals
+
+from rosoclingo_gazebo.navigation.check import missing
 
 __all__ = ["terminals"]
 
+NODES = ("map_server", "amcl", "move_base")
+NAVIGATION = (*NODES, "navfn", "dwa_local_planner")
 PACKAGES = (
-    "amcl", "gazebo_ros", "map_server", "move_base", "robot_state_publisher",
-    "turtlebot3_description", "xacro",
+    *NAVIGATION, "gazebo_ros", "gazebo_plugins", "robot_state_publisher", "turtlebot3_description",
+    "xacro",
 )  # fmt: skip
 SCENARIO = ("rosoclingo_gazebo", "mailbot_scenario.launch")
+REAL = ("rosoclingo_gazebo", "real_navigation.launch")
 HOOK = "etc/catkin/profile.d/50.rosoclingo_gazebo_simulator.sh"
 
 
@@ -33,9 +39,10 @@ def gazebo(terminals: Terminals, tmp_path: Path) -> Dict[str, str]:
             f"<package format='2'><name>{name}</name><version>1.0.0</version><description>-"
             "</description><maintainer email='a@b.c'>-</maintainer><license>-</license></package>"
         )
-    xacro = tmp_path / "xacro" / "xacro"
-    xacro.write_text("#!/bin/sh\necho \"<robot name='$(basename $1)'/>\"\n")
-    xacro.chmod(0o755)
+    for name in NODES:
+        executable(tmp_path / name / name, "#!/bin/sh\n")
+    xacro = "#!/bin/sh\necho \"<robot name='$(basename $1)'/>\"\n"
+    executable(tmp_path / "xacro" / "xacro", xacro)
     launch = tmp_path / "gazebo_ros" / "launch"
     launch.mkdir()
     arguments = "".join(f"<arg name='{name}'/>" for name in ("world_name", "gui", "use_sim_time"))
@@ -45,6 +52,11 @@ def gazebo(terminals: Terminals, tmp_path: Path) -> Dict[str, str]:
     )
     terminals.environment["ROS_PACKAGE_PATH"] += f":{tmp_path}"
     return terminals.environment
+
+
+def executable(file: Path, text: str) -> None:
+    file.write_text(text)
+    file.chmod(0o755)
 
 
 def source(terminals: Terminals) -> None:
@@ -68,17 +80,99 @@ def test_without_gazebo(terminals: Terminals) -> None:
     source(terminals)
     assert nodes(terminals) == ["/simulator"]
     assert nodes(terminals, "rviz:=true") == ["/simulator", "/graph_markers", "/rviz"]
-    missing = terminals.run("roslaunch", "--nodes", *SCENARIO, "simulator:=gazebo")
-    assert "gazebo_ros" in missing.output
+    without = terminals.run("roslaunch", "--nodes", *SCENARIO, "simulator:=gazebo")
+    assert "ros-noetic-gazebo-ros" in without.output
 
 
 @pytest.mark.install_space
 def test_with_gazebo(terminals: Terminals, gazebo: Dict[str, str]) -> None:
     source(terminals)
     assert nodes(terminals) == [
-        "/gazebo", "/spawn_mailbot", "/robot_state_publisher", "/map_server", "/amcl", "/move_base",
+        "/map_server", "/amcl", "/move_base", "/gazebo", "/spawn_mailbot", "/robot_state_publisher",
+    ]  # fmt: skip
+    assert nodes(terminals, "navigation:=false", "localisation:=false") == [
+        "/gazebo", "/spawn_mailbot", "/robot_state_publisher",
     ]  # fmt: skip
     assert nodes(terminals, "simulator:=embedded") == ["/simulator"]
+
+
+@pytest.mark.install_space
+@pytest.mark.skipif(
+    not missing(NODES, NAVIGATION), reason="ROS's navigation is there: nothing is missing"
+)
+def test_missing_packages_are_named_before_anything_starts(terminals: Terminals) -> None:
+    started = terminals.run("roslaunch", *REAL)
+    assert started.wait() == 1
+    lacking = missing(NODES, NAVIGATION)
+    assert f"These packages are missing, or not built: {', '.join(lacking)}\n" in started.output
+    names = " ".join(f"ros-noetic-{name.replace('_', '-')}" for name in lacking)
+    assert f"sudo apt-get install {names}\n" in started.output
+    assert "git clone -b noetic-devel" in started.output
+    assert "Traceback" not in started.output
+    assert "started with pid" not in started.output
+
+
+def test_a_package_without_its_node_is_missing(
+    terminals: Terminals, gazebo: Dict[str, str], tmp_path: Path
+) -> None:
+    (tmp_path / "amcl" / "amcl").unlink()
+    started = terminals.run("roslaunch", "--nodes", *REAL)
+    assert "These packages are missing, or not built: amcl\n" in started.output
+    assert terminals.run("roslaunch", "--nodes", *REAL, "localisation:=false").wait() == 0
+
+
+def test_planners_of_a_config_of_ones_own(
+    terminals: Terminals, gazebo: Dict[str, str], tmp_path: Path
+) -> None:
+    config = tmp_path / "my robot"
+    shutil.copytree(package("rosoclingo_gazebo") / "config" / "navigation", config)
+    file = config / "move_base.yaml"
+    file.write_text(file.read_text().replace("navfn/NavfnROS", "global_planner/GlobalPlanner"))
+    started = terminals.run("roslaunch", "--nodes", *REAL, f"config:={config}")
+    assert "These packages are missing, or not built: global_planner\n" in started.output
+    file.write_text("base_global_planner: navfn\n")
+    started = terminals.run("roslaunch", "--nodes", *REAL, f"config:={config}")
+    assert f"{file}: base_global_planner: expected PACKAGE/CLASS" in started.output
+    file.unlink()
+    started = terminals.run("roslaunch", "--nodes", *REAL, f"config:={config}")
+    assert f"cannot read {file}" in started.output
+
+
+def test_navigation_of_one_robot_of_several(terminals: Terminals, gazebo: Dict[str, str]) -> None:
+    shown = terminals.run(
+        "roslaunch", "--dump-params", *REAL, "frame_prefix:=robot1", "initial_pose:=-x 3 -y 4 -Y 1"
+    )
+    parameters = yaml.safe_load(shown.output)
+    frames = {
+        "amcl/odom_frame_id": "robot1/odom",
+        "amcl/base_frame_id": "robot1/base_footprint",
+        "amcl/global_frame_id": "map",
+        "move_base/global_costmap/global_frame": "map",
+        "move_base/global_costmap/robot_base_frame": "robot1/base_footprint",
+        "move_base/local_costmap/global_frame": "robot1/odom",
+        "move_base/local_costmap/robot_base_frame": "robot1/base_footprint",
+    }
+    assert {name: parameters[f"/{name}"] for name in frames} == frames
+    assert [parameters[f"/amcl/initial_pose_{letter}"] for letter in "xya"] == [3, 4, 1]
+    # Relative, for the map of the robot's own namespace.
+    assert parameters["/move_base/global_costmap/static_layer/map_topic"] == "map"
+    for costmap in ("global_costmap", "local_costmap"):
+        seen, cleared = (
+            parameters[f"/move_base/{costmap}/obstacle_layer/{word}_range"]
+            for word in ("obstacle", "raytrace")
+        )
+        assert seen == cleared
+
+
+def test_the_drive_with_real_navigation(terminals: Terminals, gazebo: Dict[str, str]) -> None:
+    """The scenarios' test starts the simulator as a robot only, and ROS's own navigation."""
+    shown = terminals.run(
+        "roslaunch", "--dump-params", "rosoclingo_gazebo", "driving.test", "scenario:=1",
+        "navigation:=real",
+    )  # fmt: skip
+    parameters = yaml.safe_load(shown.output)
+    assert parameters["/simulator/navigation"] is parameters["/simulator/localisation"] is False
+    assert "/move_base/base_local_planner" in parameters
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Tuple
+from typing import Dict, List, Tuple
 
 import pytest
 from office import INSTANCE
@@ -12,6 +12,7 @@ from rosclingo.errors import TermError
 from rosoclingo_gazebo.markers.drawing import DELIVERED, PACKAGE, Shape, draw
 from rosoclingo_gazebo.markers.errors import GraphError
 from rosoclingo_gazebo.markers.graph import Graph, read_graph
+from rosoclingo_gazebo.markers.messages import marker_array
 from rosoclingo_gazebo.markers.situation import Package, Situation
 
 # A line of three waypoints, four metres apart.
@@ -177,7 +178,8 @@ def test_a_package_is_carried_and_delivered(situation: Situation) -> None:
     assert places(situation) == [("a to c", "a")]
     act(situation, "pickup(1)")
     assert places(situation) == [("a to c", "r")]
-    box, text = drawn(situation, "packages")
+    assert not drawn(situation, "packages")
+    box, text = drawn(situation, "carried packages")
     assert (box.robot, text.robot, text.text) == ("r", "r", "a to c")
     assert box.points[0][2] > drawn(situation, "robots")[0].height
     act(situation, "go(b)")
@@ -188,6 +190,28 @@ def test_a_package_is_carried_and_delivered(situation: Situation) -> None:
     box, _ = drawn(situation, "packages")
     assert box.colour == DELIVERED
     assert box.points[0][0] == pytest.approx(8, abs=1)
+
+
+def test_no_marker_changes_whether_it_moves_along(situation: Situation) -> None:
+    locked: Dict[Tuple[str, int], bool] = {}
+
+    def show() -> None:
+        message = marker_array(draw(GRAPH, situation), [], "map", lambda robot: robot)
+        for marker in message.markers[1:]:  # the first one takes all away, which does not help rviz
+            assert locked.setdefault((marker.ns, marker.id), marker.frame_locked) == (
+                marker.frame_locked
+            ), f"{marker.ns} {marker.id}"
+
+    for goal in ("first", "second"):
+        situation.begin_goal(goal, "bring(a,c)")
+        show()
+    for action in ("pickup(1)", "pickup(2)", "go(b)", "go(c)", "deliver(2)", "deliver(1)"):
+        act(situation, action)
+        show()
+    for goal in ("first", "second"):
+        situation.end_goal(goal, succeeded=True)
+        show()
+    assert {True, False} == set(locked.values())
 
 
 def test_a_goal_that_ends_before_the_last_answer_is_heard(situation: Situation) -> None:

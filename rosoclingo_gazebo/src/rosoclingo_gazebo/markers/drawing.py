@@ -33,7 +33,8 @@ class Shape:
     """One thing to draw.
 
     Attributes:
-        group: What it belongs to; can be hidden in rviz.
+        group: What it belongs to; can be hidden in rviz. All of a group move with robots, or none
+            does: rviz ends when a marker of a group and number ceases to move along.
         kind: ``lines`` (from each point to the next, in pairs), ``dots``, ``arrow`` (from the first
             point to the second), ``box``, ``cylinder`` or ``text`` (each at the first point).
         points: x, y and z.
@@ -144,6 +145,7 @@ def _packages(graph: Graph, situation: Situation) -> Iterator[Shape]:
                 x, y = graph.places[waypoint]
                 x, y, z = x + 0.6, y - index * 1.5 * _LETTERS, _BOX / 2
             colour = DELIVERED if package.delivered else PACKAGE
-            yield Shape("packages", "box", ((x, y, z),), _BOX, colour, robot=robot)
+            group = "carried packages" if robot else "packages"
+            yield Shape(group, "box", ((x, y, z),), _BOX, colour, robot=robot)
             at = (x + 1.5, y, max(z, _ABOVE))
-            yield Shape("packages", "text", (at,), _LETTERS, colour, package.label, robot=robot)
+            yield Shape(group, "text", (at,), _LETTERS, colour, package.label, robot=robot)

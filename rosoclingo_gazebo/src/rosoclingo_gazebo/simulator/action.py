@@ -19,7 +19,7 @@ from rosclingo.low_latency import LowLatencyActionServer, publisher, subscriber
 from rosoclingo_gazebo.simulator import messages
 from rosoclingo_gazebo.simulator.calls import Calls
 from rosoclingo_gazebo.simulator.laser import Scan
-from rosoclingo_gazebo.simulator.move_base import End
+from rosoclingo_gazebo.simulator.move_base import End, MoveBase
 from rosoclingo_gazebo.simulator.simulation import Simulation
 
 
@@ -30,14 +30,16 @@ class GoalServer:
     simulation's thread changes a goal's status.
     """
 
-    def __init__(self, simulation: Simulation, calls: Calls) -> None:
+    def __init__(self, simulation: Simulation, move_base: MoveBase, calls: Calls) -> None:
         """Opens the topics.
 
         Args:
             simulation: What drives.
+            move_base: What drives it.
             calls: How to hand over to its thread.
         """
         self._simulation = simulation
+        self._move_base = move_base
         self._calls = calls
         self._current: Optional[ServerGoalHandle] = None
         self._told_scan: Optional[Scan] = None
@@ -51,7 +53,7 @@ class GoalServer:
 
     def update(self) -> None:
         """Tells clients what has become of their goal; called after each step."""
-        current, outcome = self._current, self._simulation.move_base.outcome
+        current, outcome = self._current, self._move_base.outcome
         if current is None:
             return
         if outcome is None:
@@ -70,7 +72,7 @@ class GoalServer:
         scan = self._simulation.scan
         if scan is not self._told_scan:  # five times a second are enough
             self._told_scan = scan
-            stamp = rospy.Time.from_sec(self._simulation.time)
+            stamp = rospy.Time.from_sec(self._simulation.now)
             pose = self._simulation.physics.pose
             goal.publish_feedback(MoveBaseFeedback(messages.stamped(pose, stamp)))
 
@@ -93,7 +95,7 @@ class GoalServer:
             handle.set_rejected(MoveBaseResult(), str(err))
             return
         if self._current is not None:
-            self._simulation.move_base.cancel("replaced by a newer goal")
+            self._move_base.cancel("replaced by a newer goal")
             self.update()
         handle.set_accepted()
         self._current = handle
@@ -102,5 +104,5 @@ class GoalServer:
 
     def _cancel(self, handle: ServerGoalHandle) -> None:
         if handle == self._current:
-            self._simulation.move_base.cancel()
+            self._move_base.cancel()
             self.update()

@@ -11,14 +11,11 @@ from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from sensor_msgs.msg import CameraInfo, Image
 
 from rosoclingo_gazebo.simulator.headless import OpenGLError
-from rosoclingo_gazebo.simulator.messages import BASE, BASE_HEIGHT
+from rosoclingo_gazebo.simulator.messages import BASE_HEIGHT, Frames
 from rosoclingo_gazebo.simulator.mujoco_physics import MujocoPhysics
 from rosoclingo_gazebo.simulator.rendering import Eye, focal_length, mounting
 from rosoclingo_interfaces.errors import ParameterError
 from rosoclingo_interfaces.parameters import integer, number
-
-RGB_FRAME = "camera_rgb_optical_frame"
-DEPTH_FRAME = "camera_depth_optical_frame"
 
 _ROUNDING = 1e-6  # seconds, what times may be off
 _MOST_PIXELS = 4096  # of a side; what OpenGL allows is seldom less
@@ -30,8 +27,12 @@ class CameraPublisher:
     All but the constructor and :meth:`transforms` is for one thread, the one that moves the robot.
     """
 
-    def __init__(self, physics: MujocoPhysics) -> None:
+    def __init__(self, physics: MujocoPhysics, frames: Frames) -> None:
         """Opens the topics; OpenGL only when the first picture is wanted.
+
+        Args:
+            physics: Moves the robot that has the camera.
+            frames: The names of the robot's frames.
 
         Raises:
             ParameterError: A parameter has a wrong value.
@@ -41,29 +42,31 @@ class CameraPublisher:
         self._width = _side("camera_width", 160)
         self._height = _side("camera_height", 120)
         self._physics = physics
+        self._base = frames.base
         self._eye: Optional[Eye] = None
         self._fails = False
         self._due = 0.0
-        self._rgb = _Stream("camera/rgb", RGB_FRAME, "rgb8")
-        self._depth = _Stream("camera/depth", DEPTH_FRAME, "32FC1")
+        self._rgb = _Stream("camera/rgb", frames.camera("rgb"), "rgb8")
+        self._depth = _Stream("camera/depth", frames.camera("depth"), "32FC1")
 
     def transforms(self) -> List[TransformStamped]:
         """Returns where the camera is on the robot, for ``/tf_static``."""
         (x, y, z), direction = mounting(self._physics)
         transforms = []
-        for frame in (RGB_FRAME, DEPTH_FRAME):
-            transform = TransformStamped(child_frame_id=frame)
-            transform.header.frame_id = BASE
+        for stream in (self._rgb, self._depth):
+            transform = TransformStamped(child_frame_id=stream.frame)
+            transform.header.frame_id = self._base
             transform.transform.translation = Vector3(x, y, z - BASE_HEIGHT)
             transform.transform.rotation = Quaternion(*direction)
             transforms.append(transform)
         return transforms
 
-    def update(self, seconds: float) -> None:
+    def update(self, seconds: float, stamp: rospy.Time) -> None:
         """Publishes pictures if it is time to, and somebody has subscribed.
 
         Args:
-            seconds: Simulated time now.
+            seconds: Simulated time since the start.
+            stamp: What the clock says.
         """
         streams = [stream for stream in (self._rgb, self._depth) if stream.wanted]
         if self._fails or not streams or seconds < self._due - _ROUNDING:
@@ -78,7 +81,6 @@ class CameraPublisher:
             return
         view = self._eye.look()
         focal = focal_length(self._physics, self._height)
-        stamp = rospy.Time.from_sec(seconds)
         for stream in streams:
             stream.publish(view.color if stream is self._rgb else view.depth, focal, stamp)
 
@@ -91,14 +93,18 @@ class CameraPublisher:
 
 
 class _Stream:
-    """The two topics of one kind of picture."""
+    """The two topics of one kind of picture.
+
+    Attributes:
+        frame: Of the pictures.
+    """
 
     def __init__(self, name: str, frame: str, encoding: str) -> None:
         # A picture that comes late is of no use: none waits for another.
         options: Dict[str, Any] = {"queue_size": 1, "tcp_nodelay": True}
         self._images = rospy.Publisher(f"{name}/image_raw", Image, **options)
         self._infos = rospy.Publisher(f"{name}/camera_info", CameraInfo, **options)
-        self._frame = frame
+        self.frame = frame
         self._encoding = encoding
 
     @property
@@ -113,7 +119,7 @@ class _Stream:
         info = CameraInfo(height=height, width=width, distortion_model="plumb_bob")
         for message in (image, info):
             message.header.stamp = stamp
-            message.header.frame_id = self._frame
+            message.header.frame_id = self.frame
         image.is_bigendian = int(sys.byteorder == "big")
         image.step = picture.itemsize * picture[0].size
         image.data = picture.tobytes()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import array
 import math
+from dataclasses import dataclass
 from typing import Any, Optional, Tuple
 
 import numpy as np
@@ -23,13 +24,49 @@ from rosoclingo_gazebo.simulator.laser import ANGLES, LEAST_METRES, MOST_METRES,
 from rosoclingo_gazebo.simulator.occupancy import OccupancyMap
 from rosoclingo_gazebo.simulator.physics import LASER_HEIGHT, Pose, normal_angle
 
-MAP, ODOM, FOOTPRINT, BASE, LASER = "map", "odom", "base_footprint", "base_link", "base_scan"
+MAP = "map"
+"""The frame that all robots share."""
 
 BASE_HEIGHT = 0.01
 """Of ``base_link`` above the floor, in metres."""
 
 _UNIT_ERROR = 1e-2  # of a quaternion's length
 _VARIANCE = 1e-4  # m² and rad²; the simulator knows where the robot is, but filters divide by it
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The names of a robot's frames.
+
+    Attributes:
+        prefix: What they begin with, such as ``robot1/``; may be empty.
+    """
+
+    prefix: str = ""
+
+    @property
+    def odom(self) -> str:
+        """Where the robot was at first, by its wheels."""
+        return f"{self.prefix}odom"
+
+    @property
+    def footprint(self) -> str:
+        """The robot, on the floor."""
+        return f"{self.prefix}base_footprint"
+
+    @property
+    def base(self) -> str:
+        """The robot."""
+        return f"{self.prefix}base_link"
+
+    @property
+    def laser(self) -> str:
+        """The laser on the robot."""
+        return f"{self.prefix}base_scan"
+
+    def camera(self, kind: str) -> str:
+        """Returns the frame of a camera's pictures of a kind, ``rgb`` or ``depth``."""
+        return f"{self.prefix}camera_{kind}_optical_frame"
 
 
 class MessageError(ValueError):
@@ -98,9 +135,9 @@ def estimate(pose: Pose, stamp: rospy.Time) -> PoseWithCovarianceStamped:
     return message
 
 
-def odometry(frame: str) -> Odometry:
-    """Returns a message about the robot in a frame, to be filled by :func:`set_odometry`."""
-    return Odometry(header=Header(frame_id=frame), child_frame_id=FOOTPRINT)
+def odometry(frame: str, robot: str) -> Odometry:
+    """Returns a message about a robot in a frame, to be filled by :func:`set_odometry`."""
+    return Odometry(header=Header(frame_id=frame), child_frame_id=robot)
 
 
 def set_odometry(
@@ -127,25 +164,26 @@ def set_transform(message: TransformStamped, pose: Pose) -> None:
     turn.z, turn.w = math.sin(pose.theta / 2), math.cos(pose.theta / 2)
 
 
-def robot_transforms() -> Tuple[TransformStamped, ...]:
+def robot_transforms(frames: Frames) -> Tuple[TransformStamped, ...]:
     """Returns where the parts of the robot are."""
     here = Pose(0.0, 0.0, 0.0)
     return (
-        transform(FOOTPRINT, BASE, here, BASE_HEIGHT),
-        transform(BASE, LASER, here, LASER_HEIGHT - BASE_HEIGHT),
+        transform(frames.footprint, frames.base, here, BASE_HEIGHT),
+        transform(frames.base, frames.laser, here, LASER_HEIGHT - BASE_HEIGHT),
     )
 
 
-def scan_message(scan: Scan, stamp: rospy.Time, period: float) -> LaserScan:
+def scan_message(scan: Scan, frame: str, stamp: rospy.Time, period: float) -> LaserScan:
     """Returns what the laser has measured.
 
     Args:
         scan: What it was.
+        frame: The laser's frame.
         stamp: When it was.
         period: From one scan to the next, in seconds.
     """
     return LaserScan(
-        header=Header(stamp=stamp, frame_id=LASER),
+        header=Header(stamp=stamp, frame_id=frame),
         angle_min=float(ANGLES[0]),
         angle_max=float(ANGLES[-1]),
         angle_increment=float(ANGLES[1] - ANGLES[0]),

@@ -5,24 +5,25 @@ from __future__ import annotations
 import concurrent.futures
 import sys
 import threading
-from typing import TYPE_CHECKING, Callable, NoReturn, Optional, Tuple, TypeVar
+from typing import TYPE_CHECKING, Callable, NoReturn, Optional, Tuple, TypeVar, Union
 
 import rospy
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
-from nav_msgs.srv import GetMap, GetMapResponse, GetPlan, GetPlanRequest, GetPlanResponse
-from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
+from geometry_msgs.msg import Twist
+from rosgraph_msgs.msg import Clock
 
 from rosclingo.errors import RosclingoError
 from rosclingo.low_latency import subscriber
 from rosclingo.ros_node import init_node
 from rosoclingo_gazebo.simulator import messages
-from rosoclingo_gazebo.simulator.action import GoalServer
 from rosoclingo_gazebo.simulator.calls import Calls
 from rosoclingo_gazebo.simulator.costmap import Costmap
 from rosoclingo_gazebo.simulator.errors import PhysicsError
+from rosoclingo_gazebo.simulator.followed_clock import FollowedClock
 from rosoclingo_gazebo.simulator.follower import Command
 from rosoclingo_gazebo.simulator.kinematic import KinematicPhysics
+from rosoclingo_gazebo.simulator.localisation import Localisation
 from rosoclingo_gazebo.simulator.move_base import MoveBase
+from rosoclingo_gazebo.simulator.navigation import Navigation
 from rosoclingo_gazebo.simulator.obstacles import Obstacles
 from rosoclingo_gazebo.simulator.occupancy import OccupancyMap, read_map
 from rosoclingo_gazebo.simulator.pacer import Pacer
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 
 _USAGE = """usage: simulator.py [_PARAMETER:=VALUE]... [ROS remappings]
 
-Simulates a robot with navigation: move_base, localisation, a map, a laser and obstacles.
+Simulates a robot with a laser, obstacles and, unless told otherwise, localisation and move_base.
 Parameters, such as _speed:=10, are described in the package's README."""
 
 _SECONDS_TO_ANSWER = 10.0  # of wall time, for the simulation's thread
@@ -61,52 +62,67 @@ class SimulatorNode:
         """
         world = read_map(settings.map)
         waypoints = read_waypoints(settings.waypoints)
-        physics, self._camera = _physics(settings, world)
-        self._planner = Planner(world)
-        costmap = Costmap(world, self._planner.grid)
-        move_base = MoveBase(self._planner, costmap, settings.limits, settings.progress_timeout)
+        frames = messages.Frames(settings.frame_prefix)
+        physics, self._camera = _physics(settings, world, frames)
+        move_base = _move_base(settings, world) if settings.navigation else None
         self._simulation = Simulation(physics, move_base)
         self._obstacles = Obstacles(world, waypoints, physics)
         self._calls = Calls()
         self._stop = threading.Event()
         self._stopped = threading.Event()
-        self._pacer = Pacer(settings.speed, self._warn, sleep=self._stop.wait)
-        self._about = (
-            f"{settings.map.stem}, {settings.physics}, at {settings.speed:g} times real time"
-        )
-        self._map = messages.map_message(world)
-        camera = self._camera.transforms() if self._camera is not None else ()
-        parts = (*messages.robot_transforms(), *camera)
-        self._publications = Publications(self._simulation, self._map, parts)
-        self._goals = GoalServer(self._simulation, self._calls)
-        self._subscribers = [
-            subscriber("cmd_vel", Twist, self._on_command),
-            subscriber("initialpose", PoseWithCovarianceStamped, self._on_initial_pose),
-        ]
-        self._services = [
-            rospy.Service("move_base/make_plan", GetPlan, self._make_plan),
-            rospy.Service("move_base/clear_costmaps", Empty, self._clear_costmaps),
-            rospy.Service("static_map", GetMap, lambda _: GetMapResponse(self._map)),
-            rospy.Service("~obstacle", Obstacle, self._obstacle),
-        ]
+        self._about = _about(settings)
+        fixed = list(messages.robot_transforms(frames))
+        if self._camera is not None:
+            fixed += self._camera.transforms()
+        self._localisation: Optional[Localisation] = None
+        if settings.localisation:
+            self._localisation = Localisation(self._simulation, world, frames, self._calls)
+            fixed.append(self._localisation.transform)
+        self._navigation: Optional[Navigation] = None
+        if move_base is not None:
+            self._navigation = Navigation(self._simulation, move_base, self._calls, self._ask)
+        self._publications = Publications(self._simulation, frames, fixed, settings.clock)
+        self._subscribers = [subscriber("cmd_vel", Twist, self._on_command)]
+        self._service = rospy.Service("~obstacle", Obstacle, self._obstacle)
+        self._pace: Union[Pacer, FollowedClock]
+        if settings.clock:
+            self._pace = Pacer(settings.speed, self._on_slow, sleep=self._stop.wait)
+        else:
+            self._pace = followed = FollowedClock(rospy.logwarn)
+            self._subscribers.append(
+                subscriber("/clock", Clock, lambda message: followed.tell(message.clock.to_sec()))
+            )
 
     def run(self) -> None:
         """Runs the simulation until the node is shut down."""
         rospy.on_shutdown(self._end)
         rospy.loginfo("simulates %s", self._about)
         while not self._stop.is_set():
+            jump = self._pace.wait(STEP_SECONDS)
             self._calls.run()
-            self._simulation.watched = self._publications.scan_is_wanted
-            self._simulation.step()
-            self._publications.publish()
-            self._goals.update()
-            if self._camera is not None:
-                self._camera.update(self._simulation.time)
-            self._pacer.wait(STEP_SECONDS)
+            if jump is not None:
+                self._simulation.begin += jump
+                self._step()
         if self._camera is not None:
             self._camera.close()
         self._stopped.set()
         rospy.spin()  # until the master knows that this node is gone
+
+    def _step(self) -> None:
+        """Lets one step of time pass, and tells of it."""
+        simulation = self._simulation
+        simulation.watched = self._publications.scan_is_wanted
+        simulation.step()
+        stamp = rospy.Time.from_sec(simulation.now)
+        if self._localisation is not None:
+            self._localisation.publish(stamp)
+        if self._navigation is not None:
+            self._navigation.publish(stamp)
+        self._publications.publish(stamp)
+        if self._navigation is not None:
+            self._navigation.update()
+        if self._camera is not None:
+            self._camera.update(simulation.time, stamp)
 
     def _end(self) -> None:
         """Waits for the last step: rospy closes the topics next."""
@@ -119,27 +135,6 @@ class SimulatorNode:
             return self._calls.submit(function, *arguments).result(_SECONDS_TO_ANSWER)
         except concurrent.futures.TimeoutError as err:
             raise rospy.ServiceException("the simulator is busy or shutting down") from err
-
-    def _make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
-        try:
-            goal = messages.pose_from(request.goal)
-            start = None
-            if request.start.header.frame_id:  # without a frame, the robot's own place is meant
-                start = messages.pose_from(request.start)
-        except messages.MessageError as err:
-            raise rospy.ServiceException(str(err)) from err
-        physics, costmap = self._simulation.physics, self._simulation.move_base.costmap
-        pose, marked, time = self._ask(
-            lambda: (physics.pose, costmap.marked, self._simulation.time)
-        )
-        # Not in the simulation's thread, which need not wait for it.
-        path = self._planner.plan(start or pose, goal, marked, request.tolerance)
-        stamp = rospy.Time.from_sec(time)
-        return GetPlanResponse(messages.path_message(path, goal, stamp))
-
-    def _clear_costmaps(self, _: EmptyRequest) -> EmptyResponse:
-        self._ask(self._simulation.move_base.costmap.clear)
-        return EmptyResponse()
 
     def _obstacle(self, request: ObstacleRequest) -> ObstacleResponse:
         try:
@@ -163,15 +158,37 @@ class SimulatorNode:
         if not self._simulation.drive(command):
             rospy.logwarn_throttle(5.0, "commands are ignored while the robot drives to a goal")
 
-    def _on_initial_pose(self, _: PoseWithCovarianceStamped) -> None:
-        rospy.logwarn("initialpose is ignored: the simulator knows where the robot is")
-        self._calls.submit(self._publications.repeat_estimate)
-
-    def _warn(self, speed: float) -> None:
+    def _on_slow(self, speed: float) -> None:
         rospy.logwarn("too slow: simulated time goes %.2g times as fast as real time", speed)
 
 
-def _physics(settings: Settings, world: OccupancyMap) -> Tuple[Physics, Optional[CameraPublisher]]:
+def _about(settings: Settings) -> str:
+    """Returns what is simulated."""
+    pace = f"at {settings.speed:g} times real time" if settings.clock else "by /clock"
+    navigation = "" if settings.navigation else ", without navigation"
+    localisation = "" if settings.localisation else ", without localisation"
+    return f"{settings.map.stem}, {settings.physics}, {pace}{navigation}{localisation}"
+
+
+def _move_base(settings: Settings, world: OccupancyMap) -> MoveBase:
+    planner = Planner(world)
+    costmap = Costmap(world, planner.grid)
+    return MoveBase(planner, costmap, settings.limits, settings.progress_timeout)
+
+
+def _warn_of_another_clock() -> None:
+    """Says so if another node publishes the time, too."""
+    publishers = dict(rospy.get_master().getSystemState()[2][0])
+    others = [name for name in publishers.get("/clock", []) if name != rospy.get_name()]
+    if others:
+        rospy.logwarn(
+            "%s publishes /clock, too: start one of them with _clock:=false", " and ".join(others)
+        )
+
+
+def _physics(
+    settings: Settings, world: OccupancyMap, frames: messages.Frames
+) -> Tuple[Physics, Optional[CameraPublisher]]:
     """Starts the kind of physics that is wanted, and its camera if it has one."""
     pose = settings.pose
     if world.clearance(pose.x, pose.y) < ROBOT_RADIUS:
@@ -190,7 +207,7 @@ def _physics(settings: Settings, world: OccupancyMap) -> Tuple[Physics, Optional
             raise
         raise PhysicsError("~physics:=mujoco needs MuJoCo; install it: pip install mujoco") from err
     physics = MujocoPhysics(settings.world, pose)
-    return physics, CameraPublisher(physics)
+    return physics, CameraPublisher(physics, frames)
 
 
 def main() -> NoReturn:
@@ -199,7 +216,10 @@ def main() -> NoReturn:
     if not rospy.get_param("/use_sim_time", False):
         rospy.logwarn("/use_sim_time is not set: other nodes do not go by the simulator's clock")
     try:
-        node = SimulatorNode(read_settings())
+        settings = read_settings()
+        if settings.clock:
+            _warn_of_another_clock()
+        node = SimulatorNode(settings)
     except RosclingoError as err:
         rospy.logfatal("%s", err)
         rospy.signal_shutdown(str(err))

@@ -35,11 +35,14 @@ class Pacer:
         self._due = self._checked = clock()
         self._passed = 0.0
 
-    def wait(self, seconds: float) -> None:
+    def wait(self, seconds: float) -> float:
         """Waits until the next step is due.
 
         Args:
-            seconds: How much simulated time the last step took.
+            seconds: How long a step is in simulated time.
+
+        Returns:
+            How far the clock has jumped, which is not at all.
         """
         self._due += seconds / self._speed
         self._passed += seconds
@@ -53,3 +56,4 @@ class Pacer:
             if reached < _SLOW * self._speed:
                 self._warn(reached)
             self._checked, self._passed = now, 0.0
+        return 0.0

@@ -38,6 +38,10 @@ class Settings:
         world: The world for MuJoCo.
         physics: One of ``KINDS``.
         speed: Seconds of simulated time in one of wall time.
+        clock: Whether the simulator is the clock, or goes by that of another.
+        navigation: Whether it is move_base, too.
+        localisation: Whether it is amcl and map_server, too.
+        frame_prefix: What the names of the robot's frames begin with.
         pose: Where the robot is at first.
         limits: How to drive.
         progress_timeout: Seconds of simulated time.
@@ -48,6 +52,10 @@ class Settings:
     world: Path
     physics: str
     speed: float
+    clock: bool
+    navigation: bool
+    localisation: bool
+    frame_prefix: str
     pose: Pose
     limits: Limits
     progress_timeout: float
@@ -71,6 +79,10 @@ def read_settings() -> Settings:
         world=Path(_text("world", str(here / "worlds" / "office.xml"))),
         physics=physics,
         speed=_speed(),
+        clock=_flag("clock"),
+        navigation=_flag("navigation"),
+        localisation=_flag("localisation"),
+        frame_prefix=_prefix(),
         pose=_pose(),
         limits=Limits(
             speed=_positive("max_speed", LINEAR_SPEED, LINEAR_SPEED),
@@ -119,6 +131,23 @@ def _speed() -> float:
             "with less, the clock stands still for seconds, and others take it for dead"
         )
     return speed
+
+
+def _flag(name: str) -> bool:
+    value = rospy.get_param(f"~{name}", True)
+    if not isinstance(value, bool):
+        raise ParameterError(f"parameter ~{name}: expected true or false: {value}")
+    return value
+
+
+def _prefix() -> str:
+    """Returns what comes before a frame's name: ``robot1`` and ``robot1/`` mean the same."""
+    prefix = _text("frame_prefix", "").strip("/")
+    if any(letter.isspace() for letter in prefix):
+        raise ParameterError(
+            f"parameter ~frame_prefix: expected a name without blanks, such as robot1: {prefix!r}"
+        )
+    return f"{prefix}/" if prefix else ""
 
 
 def _coordinate(name: str, default: float) -> float:

@@ -23,21 +23,23 @@ class Simulation:
 
     Attributes:
         physics: Moves the robot.
-        move_base: Drives it to goals.
+        move_base: Drives it to goals; None for a robot that only does as it is told.
+        begin: What the clock said at the start, in seconds; changes when the clock jumps.
         steps: How many there were.
         scan: What the laser has measured last; None before the first time.
         command: What the wheels are told in this step.
         watched: Whether somebody wants scans also while there is no goal.
     """
 
-    def __init__(self, physics: Physics, move_base: MoveBase) -> None:
+    def __init__(self, physics: Physics, move_base: Optional[MoveBase] = None) -> None:
         """Is at time 0.
 
         Args:
             physics: Moves the robot.
-            move_base: Drives it to goals.
+            move_base: Drives it to goals; None for a robot that only does as it is told.
         """
         self.physics = physics
+        self.begin = 0.0
         self.move_base = move_base
         self.steps = 0
         self.scan: Optional[Scan] = None
@@ -48,11 +50,17 @@ class Simulation:
 
     @property
     def time(self) -> float:
-        """Simulated time, in seconds."""
+        """Simulated time since the start, in seconds; never jumps."""
         return self.steps * STEP_SECONDS
 
+    @property
+    def now(self) -> float:
+        """What the clock says, in seconds."""
+        return self.begin + self.time
+
     def go(self, goal: Pose) -> None:
-        """Drives to a goal, in place of the one before."""
+        """Drives to a goal, in place of the one before; for a robot with ``move_base``."""
+        assert self.move_base is not None
         self.move_base.start(goal, self.physics.pose, self.time)
 
     def drive(self, command: Command) -> bool:
@@ -61,7 +69,7 @@ class Simulation:
         Returns:
             Whether that is done; not while there is a goal.
         """
-        if self.move_base.active:
+        if self.move_base is not None and self.move_base.active:
             return False
         self._told = command
         self._told_until = self.time + _COMMAND_SECONDS
@@ -69,7 +77,7 @@ class Simulation:
 
     def step(self) -> None:
         """Lets one step of time pass."""
-        if self.move_base.active:
+        if self.move_base is not None and self.move_base.active:
             scan = self._look()
             pose, velocity = self.physics.pose, self.physics.velocity
             self.command = self.move_base.update(pose, velocity, scan, self.time)
@@ -85,5 +93,6 @@ class Simulation:
         """Returns a scan that is recent enough."""
         if self.scan is None or self.time - self.scan.time > SCAN_SECONDS - STEP_SECONDS / 2:
             self.scan = look(self.physics, self.time)
-            self.move_base.costmap.update(self.scan)
+            if self.move_base is not None:
+                self.move_base.costmap.update(self.scan)
         return self.scan

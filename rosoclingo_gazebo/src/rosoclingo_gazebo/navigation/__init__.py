@@ -1,0 +1,1 @@
+"""ROS's own navigation with the office: what it needs."""

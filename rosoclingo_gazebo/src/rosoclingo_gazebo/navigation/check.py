@@ -1,0 +1,128 @@
+"""Which packages of ROS's navigation are missing, and how to get them.
+
+navigation_check.py $(rospack find rosoclingo_gazebo)/config/navigation
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any, Iterable, Iterator, List, NoReturn, Sequence
+
+import rospkg
+import yaml
+from roslib.packages import find_node
+
+from rosclingo.errors import RosclingoError
+
+LOCALISATION = ("map_server", "amcl")
+"""Packages with a node of the same name, which say where the robot is."""
+
+NAVIGATION = ("move_base",)
+"""Likewise, which drives it."""
+
+_PLANNERS = ("base_global_planner", "base_local_planner")  # of move_base, such as navfn/NavfnROS
+
+_BUILD = """\
+  sudo apt-get install git libangles-dev libbullet-dev libdiagnostic-updater-dev \\
+    libdynamic-reconfigure-config-init-mutex-dev python3-dynamic-reconfigure libeigen3-dev \\
+    liblaser-geometry-dev libmap-msgs-dev libmessage-filters-dev libmove-base-msgs-dev \\
+    libnav-msgs-dev librosbag-dev librostest-dev libsdl-image1.2-dev libstd-srvs-dev \\
+    libtf2-geometry-msgs-dev libtf2-ros-dev libtf2-sensor-msgs-dev libvisualization-msgs-dev \\
+    libyaml-cpp-dev pluginlib-dev ros-cmake-modules
+  mkdir -p ~/navigation/src && cd ~/navigation
+  git clone -b noetic-devel https://github.com/ros-planning/navigation src/navigation
+  catkin_make -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_STANDARD=17
+  source ~/navigation/devel/setup.bash    # before this workspace's setup.bash, in each terminal"""
+
+
+class ConfigError(RosclingoError):
+    """A file of move_base's parameters that cannot be used; the message names it."""
+
+
+def planners(config: Path) -> List[str]:
+    """Returns the packages of the planners that move_base is to load.
+
+    Args:
+        config: A folder with ``move_base.yaml``.
+
+    Raises:
+        ConfigError: The file cannot be read, or names no planners.
+    """
+    file = config / "move_base.yaml"
+    try:
+        content: Any = yaml.safe_load(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as err:
+        raise ConfigError(f"cannot read {file}: {err}") from err
+    names = [content.get(key) if isinstance(content, dict) else None for key in _PLANNERS]
+    for key, name in zip(_PLANNERS, names):
+        if not isinstance(name, str) or "/" not in name:
+            raise ConfigError(f"{file}: {key}: expected PACKAGE/CLASS, such as navfn/NavfnROS")
+    return [str(name).split("/")[0] for name in names]
+
+
+def missing(nodes: Iterable[str], packages: Iterable[str]) -> List[str]:
+    """Returns those packages that are not there, or not built.
+
+    Args:
+        nodes: Packages that have a node of the same name.
+        packages: Other packages.
+    """
+    return list(dict.fromkeys([*_missing_nodes(nodes), *_missing_packages(packages)]))
+
+
+def remedy(names: Sequence[str]) -> str:
+    """Returns what to tell a user who lacks packages."""
+    on_ubuntu = " ".join(f"ros-noetic-{name.replace('_', '-')}" for name in names)
+    return (
+        f"These packages are missing, or not built: {', '.join(names)}\n"
+        f"On Ubuntu 20.04, install them:\n  sudo apt-get install {on_ubuntu}\n"
+        f"Debian has no navigation stack; build it there:\n{_BUILD}"
+    )
+
+
+def _missing_nodes(names: Iterable[str]) -> Iterator[str]:
+    for name in names:
+        try:
+            found = find_node(name, name)
+        except rospkg.ResourceNotFound:
+            found = []
+        if not found:
+            yield name
+
+
+def _missing_packages(names: Iterable[str]) -> Iterator[str]:
+    known = rospkg.RosPack()
+    for name in names:
+        try:
+            known.get_path(name)
+        except rospkg.ResourceNotFound:
+            yield name
+
+
+def main() -> NoReturn:
+    """Prints what there is; the exit status is 1 if something is missing, 2 if a file is wrong."""
+    parser = argparse.ArgumentParser(description="Looks for the packages of ROS's navigation.")
+    parser.add_argument("config", type=Path, help="folder with move_base.yaml")
+    parser.add_argument("--no-navigation", action="store_true", help="without move_base")
+    parser.add_argument("--no-localisation", action="store_true", help="without amcl")
+    parser.add_argument("packages", nargs="*", help="other packages to look for")
+    options = parser.parse_args()
+    nodes: List[str] = []
+    packages: List[str] = list(options.packages)
+    try:
+        if not options.no_localisation:
+            nodes += LOCALISATION
+        if not options.no_navigation:
+            nodes += NAVIGATION
+            packages += planners(options.config)
+    except ConfigError as err:
+        print(err, file=sys.stderr)
+        sys.exit(2)
+    lacking = missing(nodes, packages)
+    if lacking:
+        print(f"\n{remedy(lacking)}\nNothing was started.\n", file=sys.stderr)
+        sys.exit(1)
+    print(" ".join([*nodes, *packages]))
+    sys.exit(0)
