@@ -46,8 +46,9 @@ ANOTHER = {
 }
 WITH = {"go_delay": ["navigation:=fulfill"], "go_fail": ["navigation:=fulfill"]}
 
-# Gazebo is not there: test_launch.py of rosoclingo_gazebo tests what it is told.
-GAZEBO = "gazebo.launch"
+# Gazebo and the navigation stack may be missing: test_launch.py of rosoclingo_gazebo tests what
+# they are told.
+MISSING = {"gazebo.launch", "real_navigation.launch"}
 OF_GAZEBO = {"gui", "simulator"}
 
 STARTED = {
@@ -102,8 +103,8 @@ def test_arguments_are_explained(file: Tuple[str, str]) -> None:
 @pytest.mark.parametrize("file", FILES, ids="/".join)
 def test_each_argument_counts(file: Tuple[str, str]) -> None:
     """Another value starts other nodes, or the same ones in another way."""
-    if file[1] == GAZEBO:
-        pytest.skip("Gazebo is not there")
+    if file[1] in MISSING:
+        pytest.skip("needs packages that are not there")
     needed = NEEDED.get(file[1], [])
     for name, (_, default) in arguments(file).items():
         if name in OF_GAZEBO:
@@ -167,7 +168,7 @@ def have_ended(terminals: Terminals, launch: Terminal, expected: Set[str]) -> No
     assert not expected & registered(terminals)
 
 
-@pytest.mark.parametrize("file", [f for f in FILES if f[1] not in {GAZEBO, *PARTS}], ids="/".join)
+@pytest.mark.parametrize("file", [f for f in FILES if f[1] not in MISSING | PARTS], ids="/".join)
 def test_start_and_stop(
     shared: Terminals, screen: str, tmp_path: Path, file: Tuple[str, str]
 ) -> None:
