@@ -43,4 +43,4 @@ def log_clingo(message: str) -> None:
 def _shut_down(number: int, _: Optional[FrameType]) -> None:
     signal.signal(number, signal.SIG_DFL)
     reason = signal.Signals(number).name
-    threading.Thread(target=rospy.signal_shutdown, args=(reason,), daemon=True).start()
+    threading.Thread(target=rospy.signal_shutdown, args=(reason,)).start()

@@ -189,11 +189,11 @@ class Node:
         self._service = rospy.Service(
             "~get_goal_information", GetGoalInformation, self._on_get_information
         )
-        rospy.on_shutdown(self._close)
 
     def start(self) -> None:
         """Starts the loop."""
         stack.start(self._thread)  # a solver in this process may need a large one
+        rospy.on_shutdown(self._close)  # which waits for the thread
 
     def spin(self) -> None:
         """Waits until the loop has failed, or the node is shut down and has said so to all."""

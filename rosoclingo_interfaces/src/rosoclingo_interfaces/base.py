@@ -19,6 +19,7 @@ from rosclingo.low_latency import LowLatencyActionClient
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.pulse import Pulse
 from rosoclingo_interfaces.stray import Point
+from rosoclingo_interfaces.watch import Watch
 from rosoclingo_interfaces.waypoints import Waypoint
 
 # All in wall time.
@@ -71,7 +72,7 @@ class Base:
         while not self.connected:
             now = time.monotonic()
             if 0 < seconds < now - begin:
-                raise GoneError(f"{self.name} did not come within {seconds:g} s (~timeout)")
+                raise GoneError(f"{self.name} did not come within {round(seconds, 1):g} s")
             if now > reminder:
                 rospy.loginfo(
                     "waiting for the action %s; is the robot's navigation or a simulator running?",
@@ -85,7 +86,7 @@ class Base:
         self,
         frame: str,
         waypoint: Waypoint,
-        moved: Callable[[Point], None],
+        watch: Watch,
         canceled: threading.Event,
     ) -> None:
         """Drives to a waypoint, and stops the robot if it does not arrive.
@@ -93,7 +94,7 @@ class Base:
         Args:
             frame: The waypoint's frame.
             waypoint: Where to drive.
-            moved: Called with each position of the robot, in metres; what it raises ends the drive.
+            watch: Is told each position of the robot; what it raises ends the drive.
             canceled: Ends the drive.
 
         Raises:
@@ -111,7 +112,8 @@ class Base:
                 if canceled.is_set():
                     raise CanceledError("cancelled during the drive")
                 while drive.positions:
-                    moved(drive.positions.popleft())
+                    watch.moved(drive.positions.popleft())
+                watch.check()
                 self._check(statuses, clock)
         finally:
             if not drive.ended.is_set():

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from pathlib import Path
-from typing import Callable, NoReturn, Optional, Union
+from typing import NoReturn, Optional, Union
 
 import rospy
 
@@ -18,6 +19,7 @@ from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.node import run
 from rosoclingo_interfaces.stray import Point, Way
 from rosoclingo_interfaces.topics import topic
+from rosoclingo_interfaces.watch import TimeLimit, Watch
 from rosoclingo_interfaces.waypoints import Waypoint, Waypoints, read_waypoints
 
 _POLL_SECONDS = 0.2  # of wall time: how often it is seen whether a server is there again
@@ -31,11 +33,11 @@ class MoveBase(ActionInterface):
     """
 
     leaves_unknown = True
-    timeout = 60.0
 
     def __init__(self) -> None:
         self._waypoints = read_waypoints(Path(parameters.text("waypoints")))
         self._max_stray = parameters.number("max_stray", 3.0)
+        self._limit = _time_limit()
         self._last = _start(self._waypoints)  # the waypoint where the robot was last
         self._in = rospy.Publisher(
             topic("in"), ROSoClingoIn, tcp_nodelay=True, queue_size=_QUEUE_SIZE
@@ -48,9 +50,9 @@ class MoveBase(ActionInterface):
         place = self._waypoints.find(name)
         execution = self.execution
         try:
-            self._base.wait(self.timeout, execution.canceled)
-            moved = self._watch(name, place)
-            self._base.drive(self._waypoints.frame, place, moved, execution.canceled)
+            self._base.wait(self._patience(place), execution.canceled)
+            watch = self._watch(name, place, execution)
+            self._base.drive(self._waypoints.frame, place, watch, execution.canceled)
         except (CanceledError, DriveError) as err:
             if isinstance(err, GoneError) or not self._base.connected:
                 self._remember(name, execution)
@@ -60,25 +62,27 @@ class MoveBase(ActionInterface):
         self._last = name
         return True
 
-    def _watch(self, name: str, place: Waypoint) -> Callable[[Point], None]:
-        """Returns what ends a drive to a waypoint when the robot strays."""
-        way: Optional[Way] = None
-        last: Optional[Point] = None
-        if self._last is not None:
-            last = (self._waypoints.places[self._last].x, self._waypoints.places[self._last].y)
+    def _patience(self, place: Waypoint) -> float:
+        """Returns how long to wait for the server, in seconds; 0 for ever."""
+        return self.timeout if self._limit is None else self._limit.seconds(self._guess(place))
 
-        def moved(position: Point) -> None:
-            nonlocal way
-            if way is None:
-                way = Way(position, (place.x, place.y), last)
-            stray = way.distance(position)
-            if 0 < self._max_stray < stray:
-                raise DriveError(
-                    f"the robot is {stray:.1f} m off the way to {name}, more than "
-                    f"{self._max_stray:g} m (~max_stray): the way is blocked"
-                )
+    def _guess(self, place: Waypoint) -> float:
+        """Returns how long a drive is at most if the robot is at a waypoint, in metres."""
+        places = self._waypoints.places
+        begins = places.values() if self._last is None else [places[self._last]]
+        return max(math.dist(_point(begin), _point(place)) for begin in begins)
 
-        return moved
+    def _watch(self, name: str, place: Waypoint, execution: Execution) -> Watch:
+        """Returns what ends a drive to a waypoint when it goes wrong."""
+        last = None if self._last is None else _point(self._waypoints.places[self._last])
+        return Watch(
+            name,
+            lambda begin: Way(begin, _point(place), last),
+            self._guess(place),
+            max_stray=self._max_stray,
+            limit=self._limit,
+            clock=lambda: execution.seconds,
+        )
 
     def _remember(self, name: str, execution: Execution) -> None:
         """Announces that a way is not blocked as soon as the server is there again.
@@ -98,6 +102,21 @@ class MoveBase(ActionInterface):
             self._in.publish(SOURCE, f"unblocked({last},{name})")
 
         threading.Thread(target=announce, name=f"{last} to {name}", daemon=True).start()
+
+
+def _point(waypoint: Waypoint) -> Point:
+    return waypoint.x, waypoint.y
+
+
+def _time_limit() -> Optional[TimeLimit]:
+    """Returns how long drives may take by their lengths; None if ~timeout says it for all."""
+    base, speed = parameters.number("timeout_base", 30.0), parameters.number("slowest_speed", 0.2)
+    if speed == 0:
+        raise ParameterError(
+            f"parameter {rospy.resolve_name('~slowest_speed')}: expected a number greater than 0, "
+            "in m/s; for no time limit, set ~timeout to 0"
+        )
+    return TimeLimit(base, speed) if rospy.get_param("~timeout", "") == "" else None
 
 
 def _start(waypoints: Waypoints) -> Optional[str]:

@@ -13,6 +13,9 @@ class Way:
 
     A robot that begins between two waypoints, because it got no farther before, may also go back to
     the one where it was last, and from there straight on.
+
+    Attributes:
+        length: Of the longest of these ways, in metres.
     """
 
     def __init__(self, begin: Point, end: Point, last: Optional[Point] = None) -> None:
@@ -24,8 +27,10 @@ class Way:
             last: The waypoint where it was last.
         """
         self._legs = [(begin, end)]
+        self.length = math.dist(begin, end)
         if last is not None:
             self._legs += [(begin, last), (last, end)]
+            self.length = math.dist(begin, last) + math.dist(last, end)
 
     def distance(self, point: Point) -> float:
         """Returns how far a point is from the way, in metres."""

@@ -111,11 +111,22 @@ class TestNavigation(unittest.TestCase):
         self.check_failure(self.planner, "there is no waypoint c99")
         self.assertTrue(any("there are c3, c(4)" in line for line in self.log))
 
-    def test_time_limit(self) -> None:
+    def test_time_limit_by_the_length_of_the_drive(self) -> None:
         goal = self.drive()
-        self.ticker.jump(61.0)
-        self.check_failure(self.planner, "no answer within 60 s (~timeout)")
+        is_at(goal, 0.0, 0.0)
+        self.wait_for_ticks(5)  # so that the position is looked at
+        self.ticker.jump(81.0)
+        self.check_failure(self.planner, "the 10.0 m to c3 have taken more than 80 s")
         self.check_stop(goal)
+
+    def test_time_limit_for_all_drives(self) -> None:
+        navigation, planner = Navigation("/e/move_base"), Planner("/e/rosoclingo")
+        planner.send("mailbot", "go(c3)")
+        goal = navigation.goals.get(timeout=TIMEOUT)
+        self.ticker.jump(201.0)
+        self.check_failure(planner, "no answer within 200 s (~timeout)")
+        self.assertEqual(navigation.canceled.get(timeout=TIMEOUT), goal.get_goal_id().id)
+        navigation.cleared.get(timeout=TIMEOUT)
 
     def test_stray(self) -> None:
         goal = self.drive()
@@ -168,8 +179,9 @@ class TestNavigation(unittest.TestCase):
         self.ticker.jump(1.0 - rospy.get_time())
         wait_for(lambda: rospy.get_time() < 100.0)
         self.wait_for_ticks(2)  # until the node has seen it
-        self.ticker.jump(61.0)
-        self.check_failure(self.planner, "no answer within 60 s (~timeout)")
+        # From the farthest waypoint: the robot has not said where it is.
+        self.ticker.jump(71.0)
+        self.check_failure(self.planner, "the 8.0 m to c3 have taken more than 70 s")
         self.check_stop(goal)
 
     def test_no_server(self) -> None:

@@ -115,6 +115,7 @@ def test_wrong_waypoint_files(terminals: Terminals, tmp_path: Path) -> None:
         ("_waypoints:=/nowhere.yaml",): "cannot read the waypoint file /nowhere.yaml",
         (f"_waypoints:={places}",): f"{places}: waypoint c3: y: expected a number of metres: far",
         (f"_waypoints:={office}", "_start:=c0"): "n3/start: there is no waypoint c0 in",
+        (f"_waypoints:={office}", "_slowest_speed:=0"): "n4/slowest_speed: expected a number great",
     }
     nodes = [
         terminals.start(

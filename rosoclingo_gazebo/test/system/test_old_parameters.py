@@ -1,0 +1,39 @@
+"""Launch files on a master that was used before: what they say counts, not what was set there.
+
+Needs a sourced workspace, in devel or install space.
+"""
+
+from __future__ import annotations
+
+from terminals import Terminals, terminals, wait_for
+
+__all__ = ["terminals"]
+
+
+def test_what_the_launch_file_says_counts(terminals: Terminals) -> None:
+    # With any of these, a node would end with an error.
+    for name, value in (
+        ("/graph_markers/world", "/nowhere.yaml"),
+        ("/graph_markers/frame", "3"),
+        ("/simulator/x", "-1000"),
+        ("/move_base_interface/start", "nowhere"),
+        ("/pickup_deliver/timeout", "soon"),
+    ):
+        assert terminals.run("rosparam", "set", name, value).wait() == 0
+    launches = [
+        terminals.start("roslaunch", *arguments)
+        for arguments in (
+            ("rosoclingo_gazebo", "rviz.launch", "world:=none", "window:=false"),
+            ("rosoclingo_gazebo", "embedded.launch"),
+            ("rosoclingo_interfaces", "mailbot_interfaces.launch", "start:=none"),
+        )
+    ]
+    markers = terminals.start("rostopic", "echo", "-n", "1", "/graph_markers/markers/markers[1]/ns")
+    assert markers.wait() == 0
+    assert "ways" in markers.output  # comes first, because there are no walls
+    launches[1].wait_for("simulates office")
+    nodes = {"/move_base_interface", "/pickup_deliver"}
+    wait_for(lambda: nodes <= set(terminals.run("rosnode", "list").output.split()))
+    wait_for(lambda: "does the actions of mailbot from" in launches[2].output)
+    assert not any("has died" in launch.output for launch in launches)
+    assert terminals.run("rosparam", "get", "/move_base_interface/start").output.strip() == "''"
