@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import ast
 import os
-import shutil
 import subprocess
-import sys
 from pathlib import Path
 from typing import List
 
@@ -203,13 +201,6 @@ def seconds_computed(node: Terminal) -> float:
     """Returns the processor time of a node; rosrun replaces itself by it."""
     fields = Path(f"/proc/{node.process.pid}/stat").read_text().split()
     return int(fields[13]) / os.sysconf("SC_CLK_TCK")
-
-
-@pytest.mark.install_space
-def test_python_is_the_one_that_the_workspace_was_built_with() -> None:
-    python = shutil.which("python")
-    assert python is not None
-    assert os.path.samefile(os.path.dirname(python), os.path.dirname(sys.executable))
 
 
 @pytest.mark.parametrize(

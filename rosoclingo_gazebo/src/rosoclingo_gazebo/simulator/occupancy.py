@@ -148,7 +148,7 @@ def _read_picture(file: Path) -> np.ndarray:
 
 
 def _check_length(file: Path, pixels: int) -> None:
-    """Raises ValueError if a picture of kind P2 is cut off; Pillow before 9.5 makes up what is missing."""
+    """Refuses a picture of kind P2 that is cut off; Pillow before 9.5 makes up the rest."""
     data = file.read_bytes()
     if data.startswith(b"P2") and len(re.sub(b"#.*", b"", data).split()) < 4 + pixels:
         raise ValueError("the picture is cut off")
