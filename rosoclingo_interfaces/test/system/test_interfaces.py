@@ -90,6 +90,34 @@ def test_the_launch_file(terminals: Terminals, node: Terminal) -> None:
     launch.wait_for("robot: go(3): success")
 
 
+def test_a_clock_that_an_earlier_launch_left_behind(terminals: Terminals) -> None:
+    """It says what to type, which helps; and a rosoclingo that starts again finds its solvers."""
+    terminals.run("rosparam", "set", "/use_sim_time", "true")
+    line = ("-f", str(LINE))
+    mode = ("-f", str(package("rosoclingo") / "modes" / "dynamic.incremental.dyn_reset.lp"))
+    for name, arguments in (("controller", mode), ("planner", line)):
+        terminals.start("rosrun", "rosclingo", "run.py", f"__name:={name}", *arguments)
+    interface = fulfill(terminals, "_delay:=0.1")
+    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
+    for number in range(2):
+        node = terminals.start("rosrun", "rosoclingo", "run.py")
+        wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output)
+        visit(terminals, 2)
+        node.wait_for("robot: go(2)")
+        if number == 0:
+            node.interrupt()
+            assert node.wait() == 0
+    command = "rosparam delete /use_sim_time"
+    interface.wait_for(f"type {command} and then start this node again")
+    assert "the clock of ROS has stood still for 5 s at 0.0" in interface.output
+    assert "nobody publishes /clock: start the simulator" in interface.output
+    interface.interrupt()
+    assert interface.wait() == 0
+    terminals.run(*command.split())
+    fulfill(terminals, "_delay:=0.1")
+    results.wait_for('result: "succeeded"')
+
+
 def test_wrong_parameters(terminals: Terminals) -> None:
     wrong = {
         "_delay:=soon": "parameter /n0/delay: expected a number from 0: soon",
