@@ -56,7 +56,7 @@ def _watch(waits: Callable[[], bool]) -> None:
         elif still >= warn_at and waits():
             warn_at = still + _REMINDER_SECONDS
             rospy.logwarn(
-                "the clock of ROS has stood still for %.0f s at %.1f, and the actions wait with it: %s",
+                "the clock of ROS has stood still for %.0f s at %.1f; the actions wait with it: %s",
                 still,
                 rospy.get_time(),
                 reason(),
