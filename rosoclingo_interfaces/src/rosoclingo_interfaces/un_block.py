@@ -47,7 +47,7 @@ def _was_taken(journal: JournalReader, value: str, prompt: Prompt) -> bool:
     end = time.monotonic() + _SECONDS_TO_TAKE
     prompt.wait(lambda: verdict(journal.events(), value) is not None or time.monotonic() > end)
     said = verdict(journal.events(), value)
-    if said is None:
+    if said is None and prompt.reason is None:
         prompt.say(
             f"whether it is taken is not known after {_SECONDS_TO_TAKE:g} s: rosoclingo is busy, "
             "or its mode takes no messages"
