@@ -9,7 +9,6 @@ import time
 from typing import Callable, Optional, Sequence, Tuple
 
 import rospy
-from actionlib import GoalIDGenerator
 from actionlib_msgs.msg import GoalID, GoalStatus
 from rospy.exceptions import TransportException
 
@@ -65,7 +64,7 @@ class Client:
         self._service: Optional[rospy.ServiceProxy] = None
         self._service_lock = threading.Lock()  # a connection carries one request at a time
         self._abandoned = False
-        self._ids = GoalIDGenerator()
+        self._searches = 0
         self._search: Optional[_Search] = None
         self._goals = publisher(f"{self.name}/goal", ROSClingoActionGoal)
         self._cancels = publisher(f"{self.name}/cancel", GoalID)
@@ -198,7 +197,7 @@ class Client:
         """
         if not self._connected():
             raise ServiceError(f"there is no solver {self.name}; is its node running?")
-        search = _Search(self._ids.generate_ID(), improved)
+        search = _Search(self._new_id(), improved)
         goal = ROSClingoActionGoal(
             goal_id=search.id, goal=ROSClingoGoal(encode_assumptions(assumptions))
         )
@@ -218,6 +217,13 @@ class Client:
         """
         if not self._connected():
             raise ServiceError(f"the solver {self.name} went away")
+
+    def _new_id(self) -> GoalID:
+        # By wall time, where actionlib takes a simulator's, which may stand still: a server ignores
+        # an id that another client of the same name has used.
+        self._searches += 1
+        text = f"{rospy.get_name()}-{self._searches}-{time.time():.9f}"
+        return GoalID(rospy.Time.now(), text)
 
     def _wait(self, search: _Search, stopped: Optional[Callable[[], bool]]) -> bool:
         """Waits for the result of a search, and returns whether it was told to stop."""
