@@ -89,6 +89,7 @@ class Controller:
         # A mode may declare that it is true from the start; it is rosoclingo's to say so.
         self._true = {atom for atom, value in answer.values if value is not Truth.FALSE}
         self._true &= self._declared
+        self._saved = []
 
     @property
     def dynamic(self) -> bool:

@@ -7,7 +7,7 @@ In the dialects in which events are facts that is not so: then all that may be t
 from __future__ import annotations
 
 import time
-from typing import Callable, Iterable, List, Optional, Sequence
+from typing import Callable, List, Optional, Sequence
 
 from rosclingo.commands import Ground, Part, Restart, Truth
 from rosclingo.errors import shorten
@@ -20,19 +20,22 @@ from rosoclingo.state import State
 
 _SECONDS = 10.0  # how long it is looked for which of several goals cannot be reached
 _MOST_EVENTS = 50  # of which it is tried whether the program has an answer set without it
+_MOST_TRIES = 3  # times that what comes from outside may end the search for the reason
+_PARTS = ("state", "transition", "query")
 _ELSEWHERE = "-c steps=N sets another, at the controller if there is one"
 
 
 def end(state: State) -> None:
     """Looks why there is no plan within the maximal horizon.
 
-    Returns normally if the loop may go on: because an event that contradicts the program was taken
-    back, a goal that cannot be reached was given up, or something has come meanwhile.
+    Returns normally if the loop may go on: because what contradicts the program was taken back, a
+    goal that cannot be reached was given up, or something has come meanwhile.
 
     Raises:
         LoopError: There is nothing to be done; the message says why.
     """
-    if mend_contradiction(state) or state.interrupted():
+    state.tries += 1
+    if mend_contradiction(state) or _is_called_away(state):
         return
     steps = max(state.grounded, default=0)
     goals = state.goals.open
@@ -43,52 +46,68 @@ def end(state: State) -> None:
     if not goals:
         raise LoopError(f"{reason}; {_ELSEWHERE}")
     lost = _unreachable(state, goals)
-    if state.interrupted():
+    if _is_called_away(state):
         return
     reason = f"{reason} for {_requests(lost or goals)}; {_ELSEWHERE}"
     if not (state.abort_unreachable and lost):
         raise LoopError(reason)
     state.outside.warn(f"{reason}; given up, as ~abort_unreachable says")
+    state.make_true([_cancel(state, goal) for goal in lost])
     for goal in lost:
-        _give_up(state, goal, reason)
+        goal.given_up = reason
+    state.tries = 0
+
+
+def _is_called_away(state: State) -> bool:
+    """Whether something has come that may change everything; not again and again."""
+    return state.mail.inbox.closed or (state.interrupted() and state.tries <= _MOST_TRIES)
 
 
 def _unreachable(state: State, goals: List[Goal]) -> List[Goal]:
     """Returns the goals without which there is a plan, as few as are found in a while.
 
+    The planner is told to cancel all, and then, in order, no longer to cancel one after the other,
+    as long as there is a plan; in the end it is told to cancel none.
+
     Returns:
-        One goal, or all of them; none if there is no plan without them either.
+        None if there is no plan without them either, or if that cannot be tried.
     """
+    if state.planner.events_are_facts:
+        return []
     due = time.monotonic() + _SECONDS
 
     def stopped() -> bool:
-        return time.monotonic() > due or state.interrupted()
+        return time.monotonic() > due or _is_called_away(state)
 
-    latest_first = [[goal] for goal in reversed(goals)]
-    for some in [*latest_first, goals] if len(goals) > 1 else latest_first:
-        atoms = [event(goal.slot or "", "cancel", state.step) for goal in some]
-        atoms = [atom for atom in atoms if not state.is_true(atom)]
-        missing = {atom for atom, _ in state.planner.assign(atoms, Truth.TRUE)}
-        has_plan = len(missing) < len(atoms) and state.planner.has_answer_set(stopped)
-        state.planner.assign([atom for atom in atoms if atom not in missing], Truth.FALSE)
-        if has_plan:
-            return some
-    return []
+    atoms = [_cancel(state, goal) for goal in goals]
+    if any(state.is_true(atom) for atom in atoms):
+        return []
+    lost: List[Goal] = []
+    missing = state.planner.assign(atoms, Truth.TRUE)
+    try:
+        if not missing and state.planner.has_answer_set(stopped):
+            lost = list(goals)
+            for goal, atom in zip(goals, atoms):
+                state.planner.assign([atom], Truth.FALSE)
+                if len(goals) > 1 and state.planner.has_answer_set(stopped):
+                    lost.remove(goal)
+                else:
+                    state.planner.assign([atom], Truth.TRUE)
+    finally:
+        state.planner.assign(atoms, Truth.FALSE)
+    return lost
 
 
-def _give_up(state: State, goal: Goal, reason: str) -> None:
-    """Has the planner cancel a goal, which ends aborted then, or else at once."""
-    goal.given_up = reason
-    if state.make_true([event(goal.slot or "", "cancel", state.step)]):
-        state.goals.end(goal, "aborted", reason)
+def _cancel(state: State, goal: Goal) -> str:
+    return event(goal.slot or "", "cancel", state.step)
 
 
 def mend_contradiction(state: State) -> bool:
     """Looks whether the program has no answer set although it is not asked for a plan.
 
-    If an event is the cause that can be taken back, then it is, and the goals end aborted that it
-    concerns: its own one, or else all that have a slot, because the planner no longer knows what is
-    the case.
+    If what has come from outside is the cause, it is taken back: a goal ends aborted, a message is
+    dropped, a cancel request has no effect. If it is what the robot has done, the planner begins
+    again from the state before the current step, where the encoding declares how.
 
     Returns:
         Whether that was so.
@@ -97,34 +116,44 @@ def mend_contradiction(state: State) -> bool:
         LoopError: The program has no answer set any more, and that cannot be mended.
     """
     with _Unasked(state):
-        if state.planner.has_answer_set(state.interrupted) is not False:
+        if state.planner.has_answer_set(lambda: _is_called_away(state)) is not False:
             return False
-        cause = _cause(state)
-    if cause is None:
-        raise LoopError(_contradiction(state))
-    reason = f"the program has no answer set with {shorten(cause)}, even without a goal"
-    source, content, _ = map(str, parse_term(cause).arguments)
-    own = state.goals.occupant(source)
-    if own is not None:
-        state.outside.warn(f"{reason}: the goal {shorten(own.request)} is given up")
-        state.goals.end(own, "aborted", reason)
-        for atom in state.events_of(source, own.request):
-            state.take_back(atom)
-        return True
-    state.mail.drop([(source, content, f"{reason}; the open goals are given up")])
-    for goal in state.goals.open:
-        _give_up(state, goal, reason)
+        causes = _take_causes_back(state)
+    if not causes:
+        _begin_again(state)
+    for atom in causes:
+        reason = f"the program has no answer set with {shorten(atom)}, even without a goal"
+        source, content, _ = map(str, parse_term(atom).arguments)
+        own = state.goals.occupant(source)
+        if own is None:
+            state.mail.drop([(source, content, reason)])
+        elif content == "cancel":
+            state.outside.warn(f"{reason}: {shorten(own.request)} cannot be cancelled now")
+        else:
+            state.outside.warn(f"{reason}: {shorten(own.request)} is given up")
+            state.goals.end(own, "aborted", reason)
     return True
 
 
-def explain(state: State, err: PlannerError) -> LoopError:
-    """Returns why the planner has failed: maybe because its program contradicts itself."""
-    if state.planner.has_answer_set(lambda: state.mail.inbox.closed) is not False:
-        return err
-    with _Unasked(state):
+def recover(state: State, err: PlannerError) -> None:
+    """Looks whether the planner has failed because its program contradicts itself.
+
+    Returns normally if it begins again.
+
+    Raises:
+        PlannerError: That is not so.
+        LoopError: That is so, and the message says what is the cause.
+    """
+    for query in (Truth.TRUE, Truth.FALSE):
+        if query is Truth.FALSE:
+            state.planner.assign([_query(state)], query)
         if state.planner.has_answer_set(lambda: state.mail.inbox.closed) is not False:
-            return err
-    return LoopError(_contradiction(state))
+            raise err
+    _begin_again(state)
+
+
+def _query(state: State) -> str:
+    return f"query({state.horizon})"
 
 
 class _Unasked:
@@ -132,58 +161,110 @@ class _Unasked:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._query = f"query({state.horizon})"
 
     def __enter__(self) -> None:
-        self._state.planner.assign([self._query], Truth.FALSE)
+        self._state.planner.assign([_query(self._state)], Truth.FALSE)
 
     def __exit__(self, *_: object) -> None:
-        self._state.planner.assign([self._query], Truth.TRUE)
+        self._state.planner.assign([_query(self._state)], Truth.TRUE)
 
 
-def _cause(state: State) -> Optional[str]:
-    """Returns the event without which the program has an answer set; it is false from now on."""
-    for atom in reversed(state.told[-_MOST_EVENTS:]):
+def _take_causes_back(state: State) -> List[str]:
+    """Takes the events back without which the program has an answer set, as few as possible.
+
+    Returns:
+        These events; none if others are the cause.
+    """
+    if state.planner.events_are_facts:
+        return []
+
+    def is_consistent() -> bool:
+        return state.planner.has_answer_set(lambda: state.mail.inbox.closed) is True
+
+    taken: List[str] = []
+    for atom in state.from_outside()[: -_MOST_EVENTS - 1 : -1]:
         state.take_back(atom)
-        if state.planner.has_answer_set(lambda: state.mail.inbox.closed):
-            return atom
-        state.make_true([atom])
-    return None
+        taken.insert(0, atom)
+        if is_consistent():
+            break
+    else:
+        state.make_true(taken, from_outside=True)
+        return []
+    causes = []
+    for atom in taken:
+        state.make_true([atom], from_outside=True)
+        if not is_consistent():
+            state.take_back(atom)
+            causes.append(atom)
+    return causes
 
 
-def _contradiction(state: State) -> str:
-    """Says that the program has no answer set, and since when; the planner is of no use after."""
-    told = state.told
-    if state.has_planned and told:
-        events = shorten(", ".join(told), 500)
-        return f"the program has no answer set any more, even without a goal, after {events}"
+def _begin_again(state: State) -> None:
+    """Has the planner begin again before what contradicts its program.
+
+    Raises:
+        LoopError: That is not possible.
+    """
+    told = shorten(", ".join(state.told), 500)
+    if state.can_begin_again():
+        state.outside.warn(
+            f"the program has no answer set any more, even without a goal, after {told or 'a step'}"
+            f": the planner begins again with what it knew before step {state.step}"
+        )
+        state.begin_again()
+        return
     part = _contradictory_part(state, lambda: state.mail.inbox.closed)
     if part is not None:
-        return (
-            f"the program has no answer set even without a goal: the part {part} contradicts "
-            "itself or what is grounded before it"
+        raise LoopError(
+            f"the program has no answer set even without a goal: {part} contradicts itself or what "
+            "is grounded before it"
         )
-    return f"the program has no answer set even without a goal, in step {state.step}"
+    after = f"after {told}" if told else f"in step {state.step}"
+    raise LoopError(f"the program has no answer set any more, even without a goal, {after}")
 
 
 def _contradictory_part(state: State, stopped: Callable[[], bool]) -> Optional[str]:
-    """Grounds part by part on a fresh solver, and returns the first without an answer set."""
-    planner = state.planner
-    planner.run(Restart(), *EMPTY_PARTS)
-    for part in _parts(sorted(state.grounded)):
-        planner.run(Ground((part,)))
-        if planner.has_answer_set(stopped) is False:
-            arguments = f"({','.join(part.parameters)})" if part.parameters else ""
-            return f"{part.name}{arguments}"
+    """Grounds step by step on a fresh solver, and returns the first part without an answer set.
+
+    Returns:
+        The parts of a step if that is the fault of none of them alone; None if nothing contradicts
+        itself beyond the horizon of the last plan, which had an answer set.
+    """
+    steps = sorted(step for step in state.grounded if step > state.planned)
+    past = sorted(step for step in state.grounded if step <= state.planned)
+
+    def is_contradictory(parts: Sequence[Part]) -> bool:
+        state.planner.run(Ground(tuple(parts)))
+        return state.planner.has_answer_set(stopped) is False
+
+    def begin() -> None:
+        state.planner.run(Restart(), *EMPTY_PARTS)
+
+    begin()
+    if is_contradictory([Part("base")]):
+        return None if past else "the part base"
+    for step in past:
+        is_contradictory(_parts(step))
+    for number, step in enumerate(steps):
+        if not is_contradictory(_parts(step)):
+            continue
+        guilty = []
+        for suspect in _parts(step):
+            begin()
+            is_contradictory([Part("base")])
+            for before in past + steps[:number]:
+                is_contradictory(_parts(before))
+            if not is_contradictory([part for part in _parts(step) if part != suspect]):
+                guilty.append(f"{suspect.name}({step})")
+        if len(guilty) == 1:
+            return f"the part {guilty[0]}"
+        names = ", ".join(f"{part.name}({step})" for part in _parts(step))
+        return f"what is grounded in step {step}, {names},"
     return None
 
 
-def _parts(steps: Sequence[int]) -> Iterable[Part]:
-    yield Part("base")
-    for step in steps:
-        for name in ("state", "transition", "query"):
-            if step or name != "transition":
-                yield Part(name, (str(step),))
+def _parts(step: int) -> List[Part]:
+    return [Part(name, (str(step),)) for name in _PARTS if step or name != "transition"]
 
 
 def _requests(goals: Sequence[Goal]) -> str:

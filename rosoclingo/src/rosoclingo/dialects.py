@@ -33,8 +33,7 @@ from rosclingo.options import Options
 from rosclingo.programs import parse_files
 from rosclingo.terms import parse_term
 from rosoclingo.atoms import event
-from rosoclingo.search import HAS
-from rosoclingo.solver import Solver
+from rosoclingo.solver import HAS, Solver
 from rosoclingo.vocabulary import ANY_EVENT
 
 _ANY_ATOM = f"event({ANY_EVENT},"
@@ -49,10 +48,12 @@ class Dialect2:
     Attributes:
         name: What the dialect is called.
         first_step: The step to which the first goal belongs.
+        events_are_facts: Whether an event that was made true stays so.
     """
 
     name = "2.0"
     first_step = 0
+    events_are_facts = False
 
     def __init__(self, solver: Solver) -> None:
         self._solver = solver
@@ -83,6 +84,7 @@ class _Translation(Dialect2, abc.ABC):
     """
 
     first_step = 1
+    events_are_facts = True
 
     def __init__(self, solver: Solver) -> None:
         super().__init__(solver)
@@ -208,7 +210,7 @@ class PaperDialect(_Translation):
     def _translate(self, command: Command) -> List[Command]:
         if isinstance(command, Restart):
             return [*super()._translate(command), *self._RULES]
-        if isinstance(command, Add) and command.name.startswith(HAS):
+        if isinstance(command, Add) and HAS in command.program:
             text = command.program.replace("do/3", "occurs/3").replace(" do(", " occurs(")
             return [dataclasses.replace(command, program=text)]
         if isinstance(command, Ground):

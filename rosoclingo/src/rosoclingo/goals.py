@@ -107,6 +107,8 @@ class Goal:
             line: The line; its first word is its kind.
         """
         kind = line.split(maxsplit=1)[0]
+        if kind == "plan":
+            self._told.pop("planning,", None)  # the next search is another one
         if self._told.get(kind) != line:
             self._told[kind] = line
             self.feedback(line)
@@ -148,11 +150,18 @@ class Goals:
         self._slots: Dict[str, Optional[Goal]] = {}
         self._waiting: Deque[Goal] = deque()
 
-    def set_slots(self, slots: Iterable[str]) -> None:
+    def set_slots(self, slots: Iterable[str], *, keep: bool = False) -> None:
         """Sets the ids that the planner has for goals, all free.
 
         A goal that had one is aborted: the planner that knew of it is no more.
+
+        Args:
+            slots: The ids.
+            keep: Whether all stays as it is, if these are the ids that were set before.
         """
+        slots = list(slots)
+        if keep and slots == self.slots:
+            return
         for goal in self._slots.values():
             if goal is not None:
                 self.end(goal, "aborted", "the mode has initialised the planner anew")

@@ -55,6 +55,7 @@ class Loop:
             inbox,
             outside,
             self._check,
+            controller.prepare,
             action_timeout=action_timeout,
             abort_unreachable=abort_unreachable,
         )
@@ -139,8 +140,7 @@ class Loop:
         try:
             getattr(self._commands, name)(*command.arguments)
         except PlannerError as err:
-            explained = diagnosis.explain(self.state, err)
-            raise explained from (None if explained is err else err)
+            diagnosis.recover(self.state, err)
         except TypeError as err:
             if err.__traceback__ is not None and err.__traceback__.tb_next is None:
                 raise ControllerError(f"wrong arguments in the command {command}: {err}") from err

@@ -88,12 +88,17 @@ class Mail:
 
     # What comes in.
 
-    def begin(self) -> None:
-        """The planner is initialised, and knows nothing yet."""
+    def begin(self, *, keep: bool = False) -> None:
+        """The planner is initialised, and knows nothing yet.
+
+        Args:
+            keep: Whether what has come and was not told yet is still to be told.
+        """
         self._vocabulary = Vocabulary()
         self._grounded = 1
-        self.messages.clear()
-        self.cancels.clear()
+        if not keep:
+            self.messages.clear()
+            self.cancels.clear()
         self.begin_step()
 
     def set_grounded(self, steps: int) -> None:
@@ -261,6 +266,10 @@ class Mail:
         """Notes that an actuator was told to act: what it answered was to another action."""
         self._acting[actuator] = self._reminded[actuator] = time.monotonic()
         self._answers.pop(actuator, None)
+
+    def is_acting(self, actuator: str) -> bool:
+        """Whether an actuator was told to act in the current step."""
+        return actuator in self._acting
 
     def overdue(self, seconds: float) -> List[str]:
         """Returns the actuators without an answer since so many seconds; each action's once."""

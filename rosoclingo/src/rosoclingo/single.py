@@ -103,7 +103,11 @@ class ClingoControl:
             elif info.result is not Result.UNSAT:
                 info = yield "solve"
             elif self._horizon == self._last:
-                info = yield "exit"
+                yield "exit"
+                # Going on means that the reason is gone, and the horizon may be nearer again.
+                yield f"assign_external(query({self._horizon}),false)"
+                self._horizon = self._step
+                info = yield f"assign_external(query({self._horizon}),true)"
             else:
                 info = yield from self._extend()
         return info

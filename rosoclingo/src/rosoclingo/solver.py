@@ -20,8 +20,22 @@ from rosclingo.commands import (
 from rosclingo.engine import Improvement, Outcome, Result
 from rosoclingo.errors import PlannerError
 
-EMPTY_PARTS = tuple(Add(part, ("t",), "") for part in ("state", "transition", "query"))
-"""What lets an encoding leave out a part that it does not need."""
+HAS = "rosoclingo_has"
+"""A term that is shown with an answer set in which there is an atom, be that shown or not."""
+
+SEEN = {"do": 3, "status": 3}
+"""What rosoclingo has to see of an answer set, with the number of arguments."""
+
+_SHOWS = " ".join(
+    f"#defined {name}/{arity}. #show {HAS}({name}) : {name}({'_,' * (arity - 1)}t)."
+    for name, arity in SEEN.items()
+)
+EMPTY_PARTS = (
+    Add("state", ("t",), ""),
+    Add("transition", ("t",), ""),
+    Add("query", ("t",), _SHOWS),
+)
+"""What lets an encoding leave out a part that it does not need, and tells what it hides."""
 
 _BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
 _MANY = 20  # so many assignments after one that failed, it is quicker to ask for all externals
@@ -46,10 +60,16 @@ class Solver(Protocol):
 
 
 class Planner:
-    """The planner's solver, with what the commands need of it."""
+    """The planner's solver, with what the commands need of it.
+
+    Attributes:
+        events_are_facts: Whether an event that was made true stays so.
+    """
 
     def __init__(self, solver: Solver) -> None:
         self._solver = solver
+        # A dialect's translation may be in between.
+        self.events_are_facts = bool(getattr(solver, "events_are_facts", False))
 
     def run(self, *commands: Command) -> Reply:
         """Runs commands.
@@ -74,6 +94,8 @@ class Planner:
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
         """Returns whether there is any, be it the best one or not; None if told to stop before."""
+        if stopped():
+            return None
         found: List[Improvement] = []
         outcome = self._solver.solve((), lambda: bool(found) or stopped(), found.append)
         if found or outcome.result is Result.SAT:

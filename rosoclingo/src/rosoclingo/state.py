@@ -54,8 +54,11 @@ class State:
         grounded: The steps that are grounded.
         result: The result of the last command, if that was ``solve``.
         ended: Whether the loop is through with its work.
-        told: The events that were made true since the last plan was found, in order.
-        has_planned: Whether a plan was found since the planner was initialised.
+        told: The events that were made true since the last plan was found, in order; each with
+            whether it came from outside.
+        planned: The horizon of the last plan since the planner was initialised; -1 without one.
+        after_message: Whether a message was told since the last search.
+        tries: How often it was looked for the reason why there is no plan, since there was one.
         abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
     """
 
@@ -65,6 +68,7 @@ class State:
         inbox: Inbox,
         outside: Outside,
         check: Callable[[], None] = lambda: None,
+        begin_mode: Callable[[], None] = lambda: None,
         *,
         action_timeout: float = 0.0,
         abort_unreachable: bool = False,
@@ -76,13 +80,14 @@ class State:
             inbox: Where messages, goals and cancel requests come in.
             outside: Where actions and log messages go.
             check: Called now and then while waiting; raises an error if a solver went away.
+            begin_mode: Has the mode begin again, so that it initialises the planner next.
             action_timeout: From when on an action without an answer counts as failed, in seconds
                 since it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
         """
         self.abort_unreachable = abort_unreachable
-        self.has_planned = False
         self._check = check
+        self._begin_mode = begin_mode
         self._action_timeout = action_timeout
         self._look_at = 0.0  # when it is time to look again
         self.planner = planner
@@ -102,7 +107,11 @@ class State:
         self._seen = 0  # how many steps were grounded then
         self._kept: Set[str] = set()  # externals other than events that the mode has made true
         self._made_true: Set[str] = set()
-        self.told: List[str] = []
+        self.told: Dict[str, bool] = {}
+        self.planned = -1
+        self.after_message = False
+        self.tries = 0
+        self._again: Optional[List[str]] = None  # what to begin with
         self._published: Set[Action] = set()
         self._declares_passed: Optional[bool] = None
         self._warned: Set[str] = set()  # what is said once
@@ -114,14 +123,15 @@ class State:
         Args:
             slots: The ids that the planner has for goals.
         """
-        self.goals.set_slots(slots)
-        self.mail.begin()
+        again, self._again = self._again, None
+        self.goals.set_slots(slots, keep=again is not None)
+        self.mail.begin(keep=again is not None)
         if self.mail.dynamic and not self.goals.slots:
             self.mail.rejection = "the planner's encoding has no slots for goals, rslot(ID)"
             self.goals.end_waiting("rejected", self.mail.rejection)
         self.step = self.horizon = 0
         self.plan, self.shows_plan = Plan(), False
-        self.has_planned = False
+        self.planned = -1
         self.grounded = {0}
         self._to_release.clear()
         self._seen = 0
@@ -131,6 +141,8 @@ class State:
         self._published.clear()
         self._declares_passed = None
         self._free_slots()
+        if again:
+            self.make_true(again)
 
     def warn_once(self, kind: str, text: str) -> None:
         """Logs a warning, but only the first of its kind."""
@@ -215,7 +227,8 @@ class State:
         self._check()
         for actuator, seconds in self.mail.late(_REMINDER_SECONDS):
             self.outside.warn(
-                f"{actuator} has not answered for {seconds:.0f} s; does an interface of it run?"
+                f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "
+                "run, and does its terminal say why it waits?"
             )
         if self._action_timeout > 0:
             for actuator in self.mail.overdue(self._action_timeout):
@@ -271,13 +284,14 @@ class State:
         for goal in self.mail.cancels:
             # Its slot may be another's by now.
             if goal.slot is not None and self.goals.is_open(goal):
-                for _, reason in self.make_true([event(goal.slot, "cancel", step)]):
+                cancel = [event(goal.slot, "cancel", step)]
+                for _, reason in self.make_true(cancel, from_outside=True):
                     self.outside.warn(f"the goal {goal.request} cannot be cancelled: {reason}")
         self.mail.cancels.clear()
         self.mail.new_goals = False
         while self.goals.waiting and self.goals.has_free_slot():
             for slot, goal in self.goals.place():
-                if self.make_true([event(slot, goal.request, step)]):
+                if self.make_true([event(slot, goal.request, step)], from_outside=True):
                     self.externals()
                     self.goals.end(goal, "rejected", self.mail.explain(slot, goal.request, step))
                     self.goals.remove(goal)
@@ -285,8 +299,12 @@ class State:
 
     def _assign_pending_messages(self, step: int) -> None:
         messages = self.mail.take_messages(step)
-        new = [atom for atom in messages if atom not in self._made_true]
-        self.mail.drop([(*messages[atom], reason) for atom, reason in self.make_true(new)])
+        new = {atom: pair for atom, pair in messages.items() if atom not in self._made_true}
+        answers = [atom for atom, (source, _) in new.items() if self.mail.is_acting(source)]
+        others = [atom for atom in new if atom not in answers]
+        self.after_message |= bool(others)
+        missing = self.make_true(answers) + self.make_true(others, from_outside=True)
+        self.mail.drop([(*new[atom], reason) for atom, reason in missing])
 
     def note_assigned(self, atom: str, true: bool) -> None:
         """Takes note of an external that the mode itself has set."""
@@ -307,8 +325,13 @@ class State:
         """Whether an event of the planner was made true since the last reset."""
         return atom in self._made_true
 
-    def make_true(self, atoms: List[str]) -> List[Tuple[str, str]]:
+    def make_true(self, atoms: List[str], *, from_outside: bool = False) -> List[Tuple[str, str]]:
         """Makes externals of the planner true, until the next reset.
+
+        Args:
+            atoms: The externals.
+            from_outside: Whether somebody has asked for or announced this, who may be wrong;
+                nothing else is ever taken back.
 
         Returns:
             The atoms that are no externals, each with the reason.
@@ -317,19 +340,42 @@ class State:
         unknown = {atom for atom, _ in missing}
         told = [atom for atom in atoms if atom not in unknown]
         self._made_true.update(told)
-        self.told += told
+        self.told.update(dict.fromkeys(told, from_outside))
         return missing
+
+    def from_outside(self) -> List[str]:
+        """Returns those of the told events that may be taken back, in order."""
+        return [atom for atom, from_outside in self.told.items() if from_outside]
 
     def take_back(self, atom: str) -> None:
         """Makes an external of the planner false that was made true."""
         self.planner.assign([atom], Truth.FALSE)
         self._made_true.discard(atom)
-        self.told = [other for other in self.told if other != atom]
+        self.told.pop(atom, None)
 
-    def events_of(self, slot: str, content: str) -> List[str]:
-        """Returns the events of a slot with a content, in any step, that were made true."""
-        prefix = event(slot, content, 0)[: -len("0)")]
-        return sorted(atom for atom in self._made_true if atom.startswith(prefix))
+    def can_begin_again(self) -> bool:
+        """Whether the planner can begin again with what it knew before the current step."""
+        is_saved = any(atom.startswith(_SAVE) for atom in self.externals())
+        return self.mail.dynamic and self.planned >= 0 and is_saved and bool(self.known())
+
+    def known(self) -> List[str]:
+        """Returns what held before the current step, as the events of a beginning."""
+        if self.step == 0:
+            return sorted(atom for atom in self._made_true if atom.startswith(_SAVE))
+        return [event("save", fluent, 0) for fluent in self.plan.fluents(self.step - 1)]
+
+    def begin_again(self) -> None:
+        """Begins the mode again, and the planner with what it knew before the current step.
+
+        Goals stay as they are; those that came in this step are told again.
+        """
+        again = self.known()
+        for goal in self.goals.open:
+            for content in (goal.request, "cancel"):
+                if self.is_true(event(goal.slot or "", content, self.step)):
+                    again.append(event(goal.slot or "", content, 0))
+        self._again = again
+        self._begin_mode()
 
     def move_to(self, step: int) -> List[str]:
         """Makes a step the current one.
@@ -404,7 +450,7 @@ class State:
         """Takes a new plan."""
         self.plan, self.shows_plan = plan, True
         self.told.clear()
-        self.has_planned = True
+        self.planned, self.tries, self.after_message = self.horizon, 0, False
         self._planning_since = None
         self.note("plan", details=[str(action) for action in self.ahead()])
         self.goals.tell(f"plan {self.horizon} step{'' if self.horizon == 1 else 's'}")
@@ -446,6 +492,7 @@ class State:
         commands += [AssignExternal(atom, Truth.TRUE) for atom in sorted(true)]
         self.planner.run(*commands)
         self._made_true = true
+        self.told.clear()
         self._published.clear()
         self.mail.begin_step()
         self._free_slots()
@@ -454,11 +501,12 @@ class State:
         self.shows_plan = False
 
     def _warn_of_forgetting(self, step: int, declares: bool) -> None:
-        lacks = (
-            f"its answer set shows no holds(F,{step})"
-            if declares
-            else "its encoding declares no #external event(save,F,0)"
-        )
+        if not declares:
+            lacks = "its encoding declares no #external event(save,F,0)"
+        elif not self.plan.fluents(step):
+            lacks = f"its answer set shows no holds(F,{step})"
+        else:
+            lacks = "its encoding declares #external event(save,F,0) for other fluents than hold"
         self.warn_once(
             "reset",
             f"a reset keeps nothing of what the planner knows, because {lacks}: for the planner, "

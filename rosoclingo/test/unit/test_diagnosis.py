@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Callable
 
 import pytest
-from conftest import PACKAGE, System
+from conftest import PACKAGE, RecordedGoal, System
 
 from rosoclingo.errors import LoopError
 
@@ -70,9 +70,63 @@ def test_only_the_goal_that_cannot_be_reached_ends(
     assert unreachable.wait() == "aborted"
     assert "no plan within the horizon of 9 steps for visit(5)" in unreachable.reason
     assert reachable.wait() == "succeeded"
+    assert made.world.actions == ["go(2)", "go(3)"]
+    assert any("~abort_unreachable" in warning for warning in made.world.warnings)
+    rest(made)
     assert made.goal("visit(2)").wait() == "succeeded"
     assert made.world.actions == ["go(2)", "go(3)", "go(2)"]
-    assert any("~abort_unreachable" in warning for warning in made.world.warnings)
+
+
+def rest(made: System) -> None:
+    """Waits until the steps up to the horizon are through."""
+    made.world.wait_for(lambda world: world.step == world.horizon)
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_all_goals_that_cannot_be_reached_end_and_no_other(
+    system: Make, line: Callable[..., str], mode: str
+) -> None:
+    made = system(
+        mode,
+        *("-c", "steps=9", "-c", "r=4"),
+        encoding=[line(ISLAND), "-c", "slots=3"],
+        abort_unreachable=True,
+    )
+    goals = [made.goal(request) for request in ("visit(5)", "visit(2)", "visit(6)")]
+    made.start()
+    assert [goal.wait() for goal in goals] == ["aborted", "succeeded", "aborted"]
+    assert "for visit(5), visit(6);" in goals[0].reason
+
+
+@pytest.mark.parametrize("dialect", ["_1.0", "_paper"])
+def test_no_goal_is_canceled_where_that_cannot_be_taken_back(
+    single: Make, line: Callable[..., str], dialect: str
+) -> None:
+    rules = ISLAND if dialect == "_1.0" else ISLAND.replace("do(", "occurs(")
+    made = single(line(rules, LINES[dialect]), "-c", "steps=9", abort_unreachable=True).start()
+    assert made.goal("visit(2)").wait() == "succeeded"
+    goals = [RecordedGoal("visit(6)"), RecordedGoal("visit(3)")]
+    with made.inbox._changed:  # both come before the loop looks
+        made.inbox._items += goals
+        made.inbox._changed.notify_all()
+    assert [goal.wait() for goal in goals] == ["aborted", "aborted"]
+    assert "9 steps for visit(6), visit(3);" in str(made.wait())
+
+
+def test_what_comes_again_and_again_does_not_put_the_end_off(
+    system: Make, line: Callable[..., str]
+) -> None:
+    made = system(RECORDING, "-c", "steps=6", encoding=[line(ISLAND)])
+    look = made.loop.state.planner.has_answer_set
+
+    def talk(stopped: Callable[[], bool]) -> Any:
+        made.send("info", "open(2)")  # stands for a chatty sensor and a long search
+        return None if stopped() else look(stopped)
+
+    made.loop.state.planner.has_answer_set = talk  # type: ignore[method-assign]
+    made.start()
+    assert made.goal("visit(6)").wait() == "aborted"
+    assert "no plan within the horizon of 6 steps for visit(6)" in str(made.wait())
 
 
 def test_only_the_goal_that_cannot_be_reached_ends_in_one_node(
@@ -133,6 +187,26 @@ def test_a_part_that_contradicts_itself_is_named(
         assert goal.wait() in ("aborted", "rejected")
 
 
+def test_two_parts_that_contradict_each_other_are_named(
+    system: Make, line: Callable[..., str]
+) -> None:
+    rules = "#program state(t). :- not x(t), t > 0. #program transition(t). x(t). :- t = 3."
+    made = system(RECORDING, "-c", "steps=6", encoding=[line(rules)]).start()
+    made.goal("visit(6)")
+    assert "grounded in step 3, state(3), transition(3), query(3), contra" in str(made.wait())
+
+
+def test_a_part_that_contradicts_itself_later_is_named(
+    system: Make, line: Callable[..., str]
+) -> None:
+    file = line("#program transition(t). :- t = 4, cell(1). #external event(save,F,0).")
+    Path(file).write_text(Path(file).read_text().replace("#external event(save,F,0)", "%"))
+    made = system(RECORDING, "-c", "steps=9", encoding=[file]).start()
+    assert made.goal("visit(3)").wait() == "succeeded"
+    assert made.goal("visit(6)").wait() == "aborted"
+    assert "the part transition(4) contradicts" in str(made.wait())
+
+
 def test_a_contradiction_is_found_long_before_the_last_horizon(
     single: Make, line: Callable[..., str]
 ) -> None:
@@ -166,14 +240,115 @@ def check_that_it_goes_on(made: System) -> None:
     made.send("info", "close(4)")
     made.world.wait_for(lambda world: bool(world.warnings))
     (warning,) = made.world.warnings
-    assert "no answer set with event(info,close(4),1), even without a goal" in warning
+    assert "dropped a message: id info, value close(4): the program has no answer set with" in (
+        warning
+    )
     made.world.answer = lambda actuator, action: "success"
     made.send("robot", "success")
-    for goal in goals[:2]:  # those of which the planner knew
-        assert goal.wait() == "aborted"
-        assert "event(info,close(4),1)" in goal.reason
-    assert goals[2].wait() == "succeeded"
+    assert [goal.wait() for goal in goals] == ["succeeded"] * 3
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_an_event_that_is_taken_back_takes_no_steps(
+    system: Make, line: Callable[..., str], mode: str
+) -> None:
+    made = system(mode, "-c", "steps=10", "-c", "r=5", encoding=[line(IMPOSSIBLE)]).start()
+    assert made.goal("visit(2)").wait() == "succeeded"
+    for number in range(3):
+        made.send("info", "close(4)")
+        made.world.wait_for(lambda world, n=number: len(world.warnings) > n)  # type: ignore[misc]
     assert made.goal("visit(5)").wait() == "succeeded"
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_several_events_that_contradict_the_program(
+    system: Make, line: Callable[..., str], mode: str
+) -> None:
+    rules = f"{IMPOSSIBLE} :- holds(closed(5),t). :- event(_,visit(6),t)."
+    made = system(mode, "-c", "steps=30", "-c", "r=5", encoding=[line(rules), "-c", "slots=3"])
+    for value in ("close(4)", "close(1)", "close(5)"):
+        made.send("info", value)
+    goals = [made.goal(f"visit({cell})") for cell in (6, 6, 2)]
+    made.start()
+    assert [goal.wait() for goal in goals] == ["aborted", "aborted", "succeeded"]
+    assert "no answer set with event(1,visit(6),0), even without a goal" in goals[0].reason
+    assert len(made.world.warnings) == 4
+    assert not any("close(1)" in warning for warning in made.world.warnings)
+
+
+def test_only_the_last_of_two_equal_requests_is_taken_back(
+    system: Make, line: Callable[..., str]
+) -> None:
+    rules = "#program state(t). :- event(_,visit(3),t), t > 0."
+    made = system(RECORDING, "-c", "steps=40", encoding=[line(rules)]).start()
+    assert made.goal("visit(3)").wait() == "succeeded"
+    assert made.goal("visit(3)").wait() == "aborted"
+    assert made.goal("visit(2)").wait() == "succeeded"
+    assert made.world.actions == ["go(2)", "go(3)", "go(2)"]
+
+
+def test_a_cancel_request_that_contradicts_the_program(
+    system: Make, line: Callable[..., str]
+) -> None:
+    made = system(RECORDING, "-c", "steps=20", encoding=[line(
+        "#program state(t). :- event(_,cancel,t)."
+    )])  # fmt: skip
+    made.world.answer = lambda actuator, action: None
+    goal = made.goal("visit(2)")
+    made.start()
+    made.world.wait_for(lambda world: bool(world.published))
+    made.cancel(goal)
+    made.world.wait_for(lambda world: bool(world.warnings))
+    assert "visit(2) cannot be cancelled now" in made.world.warnings[0]
+    made.send("robot", "success")
+    assert goal.wait() == "succeeded"
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_an_answer_that_contradicts_the_program(
+    system: Make, line: Callable[..., str], mode: str
+) -> None:
+    """It cannot be taken back: the planner begins again with what it knew before."""
+    rules = "#program state(t). late(t) :- event(robot,failure,t). :- late(t)."
+    made = system(mode, "-c", "steps=20", "-c", "r=9", encoding=[line(rules)])
+    answers = iter(["success", "failure"])
+    made.world.answer = lambda actuator, action: next(answers, "success")
+    goals = [made.goal("visit(2)"), made.goal("visit(4)")]
+    made.start()
+    assert [goal.wait() for goal in goals] == ["succeeded", "succeeded"]
+    assert made.world.actions == ["go(2)", "go(3)", "go(3)", "go(4)"]
+    assert "after event(" in made.world.warnings[0]
+    assert "event(robot,failure," in made.world.warnings[0]
+    assert "begins again with what it knew before step" in made.world.warnings[0]
+    assert made.goal("visit(3)").wait() == "succeeded"
+
+
+def test_an_answer_that_contradicts_the_program_in_one_node(
+    single: Make, line: Callable[..., str]
+) -> None:
+    rules = "#program state(t). late(t) :- event(robot,failure,t). :- late(t)."
+    made = single(line(rules))
+    answers = iter(["success", "failure"])
+    made.world.answer = lambda actuator, action: next(answers, "success")
+    goal = made.goal("visit(4)")
+    made.start()
+    assert goal.wait() == "succeeded"
+    assert made.world.actions == ["go(2)", "go(3)", "go(3)", "go(4)"]
+
+
+def test_an_answer_that_contradicts_the_program_and_nothing_is_saved(
+    system: Make, line: Callable[..., str]
+) -> None:
+    file = line("#program state(t). late(t) :- event(robot,failure,t). :- late(t).")
+    text = Path(file).read_text()
+    Path(file).write_text(text.replace("#external event(save,F,0) : fluent(F).", ""))
+    made = system(RECORDING, "-c", "steps=20", encoding=[file])
+    made.world.answer = lambda actuator, action: "failure"
+    goal = made.goal("visit(4)")
+    made.start()
+    assert goal.wait() == "aborted"
+    assert "no answer set any more, even without a goal, after " in str(made.wait())
+    assert "event(robot,failure,1)" in goal.reason
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
@@ -202,13 +377,17 @@ def test_an_event_that_cannot_be_taken_back_is_named(
     assert made.goal("visit(2)").wait() == "succeeded"
     goal = made.goal("visit(6)")
     made.send("info", "open(4)")
-    if dialect == "_1.0":
-        assert goal.wait() == "aborted"
-        assert "no answer set any more, even without a goal, after " in goal.reason
-        assert "event(info,open(4)," in str(made.wait())
-    else:
-        assert goal.wait() == "aborted"
-        assert "event(info,open(4)," in goal.reason
+    assert goal.wait() == "aborted"
+    assert "no answer set any more, even without a goal, after " in goal.reason
+    assert "event(info,open(4)," in str(made.wait())
+
+
+def test_the_first_event_that_cannot_be_taken_back_is_named(
+    single: Make, line: Callable[..., str]
+) -> None:
+    made = single(line("#program set_event(id,e,t). :- e = visit(6).", LINES["_1.0"])).start()
+    assert made.goal("visit(6)").wait() == "aborted"
+    assert "after event(1,visit(6),1)" in str(made.wait())
 
 
 def test_what_is_released_may_contradict_the_program(
