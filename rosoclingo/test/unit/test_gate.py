@@ -12,7 +12,7 @@ import pytest
 from conftest import PACKAGE, TIMEOUT, RecordedGoal, System
 
 from rosclingo.commands import Assumption
-from rosclingo.engine import Outcome, Result
+from rosclingo.engine import Improvement, Outcome, Result
 from rosclingo.errors import OptionsError
 from rosoclingo.bags import show
 from rosoclingo.bags.comparison import compare
@@ -108,6 +108,7 @@ class Slow:
         self,
         assumptions: Sequence[Assumption] = (),
         stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:
         assert stopped is not None
         end = time.monotonic() + self._chance.choice([0.0, 0.0, 0.002, 0.01])
@@ -115,7 +116,7 @@ class Slow:
             if stopped():
                 return Outcome(Result.UNKNOWN, interrupted=True)
             time.sleep(0.0005)
-        return self._solver.solve(assumptions, lambda: False)
+        return self._solver.solve(assumptions, lambda: False, improved)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._solver, name)
