@@ -9,6 +9,7 @@ setup(
             "rosoclingo_gazebo",
             "rosoclingo_gazebo.demo",
             "rosoclingo_gazebo.markers",
+            "rosoclingo_gazebo.navigation",
             "rosoclingo_gazebo.simulator",
             "rosoclingo_gazebo.world",
         ],

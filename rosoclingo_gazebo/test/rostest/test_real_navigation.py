@@ -12,13 +12,13 @@ import rostest
 
 from rosoclingo_gazebo.navigation.check import LOCALISATION, NAVIGATION, missing
 
-PLANNERS = ("navfn", "dwa_local_planner")  # of config/navigation
+PLUGINS = ("costmap_2d", "navfn", "dwa_local_planner")  # of config/navigation
 TIMEOUT = 700.0  # seconds for a scenario; no more than a bound for what never comes
 
 
 class TestRealNavigation(unittest.TestCase):
     def setUp(self) -> None:
-        lacking = missing((*LOCALISATION, *NAVIGATION), PLANNERS)
+        lacking = missing((*LOCALISATION, *NAVIGATION), PLUGINS)
         if lacking:
             reason = f"left out: these packages are not there: {', '.join(lacking)}"
             # The summary of rostest counts what was skipped among what has passed: say it twice, on

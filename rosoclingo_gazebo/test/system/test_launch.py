@@ -20,7 +20,7 @@ from rosoclingo_gazebo.navigation.check import missing
 __all__ = ["terminals"]
 
 NODES = ("map_server", "amcl", "move_base")
-NAVIGATION = (*NODES, "navfn", "dwa_local_planner")
+NAVIGATION = (*NODES, "costmap_2d", "navfn", "dwa_local_planner")
 PACKAGES = (
     *NAVIGATION, "gazebo_ros", "gazebo_plugins", "robot_state_publisher", "turtlebot3_description",
     "xacro",

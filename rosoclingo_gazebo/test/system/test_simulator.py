@@ -29,6 +29,26 @@ def test_ctrl_c_ends_it_at_once(
     assert "Traceback" not in simulator.output
 
 
+def test_two_simulators_and_their_clocks(
+    terminals: Terminals,  # noqa: F811 - the fixture
+) -> None:
+    terminals.run("rosparam", "set", "/use_sim_time", "true")
+    second = terminals.start(*SIMULATOR, "_clock:=false", "__name:=second")
+    second.wait_for("simulates office, kinematic, by /clock")
+    second.wait_for("the simulator stands still, because nothing comes on /clock")
+    # It answers nevertheless.
+    blocked = terminals.run("rosservice", "call", "/second/obstacle", "block c1 o1")
+    assert "success: True" in blocked.output
+    touches = terminals.start("rostopic", "echo", "-n", "1", "/second/touches")
+    terminals.start(*SIMULATOR, "__name:=first").wait_for("simulates")
+    assert touches.wait() == 0  # its first step
+    third = terminals.start(*SIMULATOR, "__name:=third")
+    third.wait_for("/first publishes /clock, too: start one of them with _clock:=false")
+    second.interrupt()
+    assert second.wait(ENDS) == 0
+    assert "Traceback" not in second.output + third.output
+
+
 def test_a_slow_clock_holds_up_no_statuses(
     terminals: Terminals,  # noqa: F811 - the fixture
 ) -> None:
@@ -48,6 +68,9 @@ def test_what_is_wrong_is_named(terminals: Terminals) -> None:  # noqa: F811 - t
         ("_speed:=0.01", "parameter ~speed: expected a number from 0.02 on: 0.01"),
         ("_speed:=fast", "expected a number from 0: fast"),
         ("_max_speed:=2", "expected a number from 0 to 0.5: 2"),
+        ("_navigation:=maybe", "parameter ~navigation: expected true or false: maybe"),
+        ("_clock:=3", "parameter ~clock: expected true or false: 3"),
+        ("_frame_prefix:=a b", "parameter ~frame_prefix: expected a name without blanks"),
         ("_x:=-3", "the robot cannot stand at (-3, -8)"),
         ("_initial_pose:=here", "parameter ~initial_pose: expected a text such as"),
     )

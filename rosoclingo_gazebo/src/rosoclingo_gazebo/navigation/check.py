@@ -105,16 +105,18 @@ def main() -> NoReturn:
     """Prints what there is; the exit status is 1 if something is missing, 2 if a file is wrong."""
     parser = argparse.ArgumentParser(description="Looks for the packages of ROS's navigation.")
     parser.add_argument("config", type=Path, help="folder with move_base.yaml")
-    parser.add_argument("--no-navigation", action="store_true", help="without move_base")
-    parser.add_argument("--no-localisation", action="store_true", help="without amcl")
+    for name, node in (("--navigation", "move_base"), ("--localisation", "amcl and map_server")):
+        parser.add_argument(
+            name, type=str.lower, choices=("true", "false"), default="true", help=f"with {node}"
+        )
     parser.add_argument("packages", nargs="*", help="other packages to look for")
     options = parser.parse_args()
     nodes: List[str] = []
     packages: List[str] = list(options.packages)
     try:
-        if not options.no_localisation:
+        if options.localisation == "true":
             nodes += LOCALISATION
-        if not options.no_navigation:
+        if options.navigation == "true":
             nodes += NAVIGATION
             packages += planners(options.config)
     except ConfigError as err:
