@@ -17,7 +17,9 @@ PROGRAMS = (
     "roscore", "roslaunch", "rosnode", "rosparam", "rosrun", "rosservice", "rostest", "rostopic",
     "source", "sudo", "catkin_make",
 )  # fmt: skip
-_COMMAND = re.compile(rf"(?:{'|'.join(PROGRAMS)}|[\w./]*/?scripts/\w+|test/bags/\w+)(?:\s|$)")
+_COMMAND = re.compile(
+    rf"(?:[A-Z_]+=\w+ )*(?:{'|'.join(PROGRAMS)}|[\w./]*/?scripts/\w+|test/bags/\w+)(?:\s|$)"
+)
 _VARIABLE = re.compile(r"[A-Z]=\$\(")
 
 

@@ -39,6 +39,13 @@ NOT_TYPED = {
     "test/bags/record": "makes the regression bags anew",
 }
 
+# Where a section's output is compared with what is really printed.
+COMPARED = {
+    ("README.md", "Try it"): "rosoclingo_gazebo/test/system/test_demo.py",
+    ("rosoclingo/README.md", "replay.py"): "rosoclingo/test/system/test_replay.py",
+    ("rosoclingo/README.md", "compare.py"): "test/test_readmes.py",
+}
+
 ASP = ROOT / "rosoclingo_aspprograms" / "mailbot"
 OFFICE, MAILBOT = ASP / "instances" / "graph_wg.lp", ASP / "mailbot.lp"
 TOWER = ROOT / "rosclingo" / "example"
@@ -140,7 +147,7 @@ def page(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Page]:
 
 
 def test_nothing_is_forgotten() -> None:
-    """Each section with a command or a program has a test, and each entry of the list a command."""
+    """What is printed is typed or compared, and the lists name nothing that is not printed."""
     tests = [test for name, test in globals().items() if name.startswith("test_")]
     marks = [mark for test in tests for mark in getattr(test, "pytestmark", [])]
     tested = {mark.args for mark in marks if mark.name == "readme"}
@@ -149,6 +156,13 @@ def test_nothing_is_forgotten() -> None:
     for readme, heading, found in printed:
         typed = [piece for piece in found if not is_left_out(piece)]
         assert not typed or (readme, heading) in tested, f"{readme}, {heading}: {typed}"
+    assert set(COMPARED) == {
+        (readme, heading)
+        for readme, heading, found in printed
+        if any(piece.kind == "output" for piece in found)
+    }
+    for (readme, heading), file in COMPARED.items():
+        assert f'check_output("{readme}", "{heading}", ' in (ROOT / file).read_text()
     for entry, reason in NOT_TYPED.items():
         assert any(piece.text.startswith(entry) for piece in pieces), f"{entry} ({reason})"
 
@@ -369,6 +383,27 @@ def test_scenario(page: Page) -> None:
     robot = page.type("mailbot_interfaces.launch")
     page.type("mailbot.py", lines=REQUEST).wait_for("step 1 of")
     robot.wait_for("mailbot: go(c6)")
+
+
+@of("rosoclingo_gazebo/README.md", "Real navigation")
+def test_real_navigation(page: Page) -> None:
+    page.type("localisation:=false")
+    page.sees("/simulator")
+    has_stack = page.terminals.run("rospack", "find", "move_base").wait() == 0
+    started = page.type("real_navigation.launch")
+    checked = page.type("navigation_check.py")
+    if has_stack:
+        page.sees("/move_base")
+    for missing in [checked] if has_stack else [started, checked]:
+        assert missing.wait() == (0 if has_stack else 1)
+        assert ("packages are missing" in missing.output) != has_stack
+
+
+@of("rosoclingo_gazebo/README.md", "Several robots")
+def test_several_robots(page: Page) -> None:
+    for robot in ("robot1", "robot2"):
+        page.type(f"frame_prefix:={robot}")
+        page.sees(f"/{robot}/simulator")
 
 
 @of("rosoclingo_gazebo/README.md", "The office, and a world of your own")
