@@ -5,7 +5,7 @@ import rospy
 
 from rosclingo.srv import ROSClingoControl
 
-REPLY = "<return><success>True</success></return>"
+REPLY = "<return>\n<success>\nTrue\n</success>\n</return>"
 
 
 def main() -> None:

@@ -4,6 +4,9 @@
 export ROS_HOSTNAME=localhost
 unset ROS_IP
 
+# What catkin calls the interpreter of the nodes: before Debian 13, and from then on.
+interpreter=("-DPYTHON_EXECUTABLE=$PWD/.venv/bin/python" "-DPython_EXECUTABLE=$PWD/.venv/bin/python")
+
 # Says what comes next, and how long the script has run, in minutes and seconds.
 say() {
   printf '\033[1m[%s %d:%02d] %s\033[0m\n' "$(basename "$0")" $((SECONDS / 60)) $((SECONDS % 60)) "$*"
@@ -14,16 +17,21 @@ fail() {
   exit 1
 }
 
-# Prints the apt packages that ROS and the tests need, by the names of the system at hand.
+# What ROS calls the packages of the system at hand.
+is_noetic() {
+  [ -d /opt/ros/noetic ] || grep -qs '^VERSION_CODENAME=focal' /etc/os-release
+}
+
+# Prints the apt packages that building and running need.
 apt_packages() {
-  if [ -d /opt/ros/noetic ] || grep -qs '^VERSION_CODENAME=focal' /etc/os-release; then
-    echo build-essential cmake python3-venv ros-noetic-ros-base ros-noetic-actionlib \
+  if is_noetic; then
+    echo ros-noetic-ros-base ros-noetic-actionlib \
       ros-noetic-actionlib-msgs ros-noetic-message-generation ros-noetic-message-runtime \
       ros-noetic-rosbag ros-noetic-rostest ros-noetic-std-msgs ros-noetic-std-srvs \
       ros-noetic-geometry-msgs ros-noetic-move-base-msgs ros-noetic-nav-msgs ros-noetic-rosgraph-msgs \
       ros-noetic-sensor-msgs ros-noetic-tf2-msgs ros-noetic-visualization-msgs
   else
-    echo build-essential cmake python3-venv catkin ros-base rosbash python3-rospy \
+    echo catkin ros-base ros-environment rosbash python3-rospy \
       python3-actionlib libactionlib-dev libactionlib-msgs-dev libstd-msgs-dev ros-actionlib-msgs ros-std-msgs \
       ros-message-generation ros-message-runtime python3-rosbag librostest-dev python3-rostest \
       ros-geometry-msgs ros-move-base-msgs ros-nav-msgs ros-rosgraph-msgs \
@@ -31,10 +39,25 @@ apt_packages() {
       python3-geometry-msgs python3-move-base-msgs python3-nav-msgs python3-rosgraph-msgs \
       python3-sensor-msgs python3-tf2-msgs python3-visualization-msgs python3-std-srvs
   fi
+  echo build-essential cmake python3-venv
+  # What cv_bridge and others of apt are built for; pip gets what apt's are too old for.
+  echo python3-cffi python3-defusedxml python3-lz4 python3-matplotlib python3-numpy python3-pil python3-ruamel.yaml \
+    python3-scipy python3-skimage
   # OpenGL without a display, for the camera of the simulator with MuJoCo.
   echo libegl1 libgl1 libgl1-mesa-dri
   # ROS looks up localhost and the machine's own name, which not every /etc/hosts has.
   getent -s files hosts localhost "$(uname -n)" >/dev/null || echo libnss-myhostname
+}
+
+# Prints the apt packages that only tests need.
+apt_packages_for_tests() {
+  if is_noetic; then
+    echo ros-noetic-cv-bridge ros-noetic-rviz
+  else
+    echo python3-cv-bridge rviz
+  fi
+  # A display without a screen, and what takes pictures of it.
+  echo imagemagick x11-apps xauth xvfb
 }
 
 # Builds the workspace. Further arguments go to catkin_make, such as the target install.
@@ -43,7 +66,7 @@ build() {
     source_ros /opt/ros/noetic/setup.bash
   fi
   # Its own folders only: a workspace that the caller has sourced must not leak into this one.
-  catkin_make --source . -DPYTHON_EXECUTABLE="$PWD/.venv/bin/python" \
+  catkin_make --source . "${interpreter[@]}" \
     -DCMAKE_PREFIX_PATH="$([ -d /opt/ros/noetic ] && echo /opt/ros/noetic)" "$@"
 }
 

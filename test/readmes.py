@@ -18,9 +18,9 @@ PROGRAMS = (
     "source", "sudo", "catkin_make",
 )  # fmt: skip
 _COMMAND = re.compile(
-    rf"(?:[A-Z_]+=\w+ )*(?:{'|'.join(PROGRAMS)}|[\w./]*/?scripts/\w+|test/bags/\w+)(?:\s|$)"
+    rf"(?:[A-Z_]+=\w+ )*(?:{'|'.join(PROGRAMS)}|[\w./]*/?scripts/[\w-]+|test/bags/\w+)(?:\s|$)"
 )
-_VARIABLE = re.compile(r"[A-Z]=\$\(")
+_VARIABLE = re.compile(r"[A-Z]+=\$")
 
 
 @dataclass(frozen=True)

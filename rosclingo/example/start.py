@@ -25,7 +25,6 @@ def main() -> None:
     # A restart undoes what other clients did. The node has its files then, but has grounded
     # nothing: what to ground is the client's to say.
     solver.control(Restart(), Ground((Part("base"),)))
-    print("solving", flush=True)
     outcome = solver.solve()
 
     # The last argument of do(arm,pickup(4),1) is the step.

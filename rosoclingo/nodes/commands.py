@@ -14,9 +14,11 @@ from __future__ import annotations
 from clingo import Symbol, SymbolType
 
 from rosclingo.commands import Add, AssignExternal, Ground, Part, ReleaseExternal, Restart, Truth
-from rosclingo.engine import Result
-from rosoclingo.atoms import Plan, event
-from rosoclingo.errors import ControllerError, LoopError
+from rosoclingo import diagnosis
+from rosoclingo.atoms import event
+from rosoclingo.errors import ControllerError
+from rosoclingo.search import Search
+from rosoclingo.solver import EMPTY_PARTS
 from rosoclingo.state import State
 
 # Declares an external for each slot, because that is how a solver node shows its atoms.
@@ -31,23 +33,24 @@ class ROSCommands:
     def __init__(self, state: State) -> None:
         self.state = state
         self.planner = state.planner
+        self._search = Search(state)
 
     def initialize(self) -> None:
         """Grounds base, state(0) and query(0) on a fresh planner, and reads the slots."""
-        # The empty parts let an encoding leave out one that it does not need.
-        empty = [Add(part, ("t",), "") for part in ("state", "transition", "query")]
-        self.planner.run(Restart(), Add(_SLOT, (), _SLOTS), *empty)
+        self.planner.run(Restart(), Add(_SLOT, (), _SLOTS), *EMPTY_PARTS)
         parts = [Part("base"), Part("state", ("0",)), Part("query", ("0",)), Part(_SLOT)]
         self.planner.run(Ground(tuple(parts)))
         slots = [atom for atom in self.planner.externals() if atom.startswith(f"{_SLOT}(")]
         self.planner.run(*(ReleaseExternal(atom) for atom in slots))
         self.state.begin(atom[len(_SLOT) + 1 : -1] for atom in slots)
+        self._search = Search(self.state)
 
     def ground(self, step: Symbol) -> None:
         """Grounds the state, transition and query of a step, unless they are grounded already."""
         number = _step(step)
         if number in self.state.grounded:
             return
+        self.state.tell_progress()
         arguments = (str(step),)
         parts = [Part(part, arguments) for part in ("state", "transition", "query")]
         self.planner.run(Ground(tuple(parts)))
@@ -76,11 +79,7 @@ class ROSCommands:
 
     def solve(self) -> None:
         """Searches for a plan; a message, goal or cancel request ends the search."""
-        self.state.release_now()
-        outcome = self.planner.solve(self.state.interrupted)
-        self.state.result = outcome.result
-        if outcome.result is Result.SAT:
-            self.state.found(Plan(outcome.symbols))
+        self._search.run()
 
     def assign_messages(self, step: Symbol) -> None:
         """Makes the event of each message, goal and cancel request that has come true."""
@@ -104,7 +103,12 @@ class ROSCommands:
         commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in new]
         for atom, _ in state.make_true(passed + commits):
             if atom in commits:
-                state.outside.warn(f"the planner's encoding does not declare the external {atom}")
+                state.warn_once(
+                    "commit",
+                    f"the planner's encoding does not declare #external {atom}: it does not know "
+                    "which actions were published, so that a later plan may have another past than "
+                    "the one that was executed",
+                )
         if new:
             state.goals.tell(f"step {step} of {state.horizon}")
 
@@ -128,12 +132,11 @@ class ROSCommands:
         self.state.wait()
 
     def exit(self) -> None:
-        """Ends the node: there is no plan within the maximal horizon."""
-        steps = max(self.state.grounded, default=0)
-        raise LoopError(
-            "the controller ended the system: the planner has no plan within the horizon of "
-            f"{steps} steps; -c steps=N sets another, at the controller if there is one"
-        )
+        """Ends the node, with the reason: there is no plan within the maximal horizon.
+
+        The loop goes on if the reason can be removed, see :mod:`rosoclingo.diagnosis`.
+        """
+        diagnosis.end(self.state)
 
 
 def _step(symbol: Symbol) -> int:

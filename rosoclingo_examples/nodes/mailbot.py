@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/env python
 import signal
 
 # Until the node can handle it, Ctrl-C ends the process without a word.

@@ -9,7 +9,6 @@ import time
 from typing import Callable, Optional, Sequence, Tuple
 
 import rospy
-from actionlib import GoalIDGenerator
 from actionlib_msgs.msg import GoalID, GoalStatus
 from rospy.exceptions import TransportException
 
@@ -23,12 +22,14 @@ from rosclingo.msg import (
     ROSClingoActionResult,
     ROSClingoGoal,
 )
+from rosclingo.presence import Presence, presence
 from rosclingo.srv import ROSClingoControl
 from rosclingo.worker import Stop
 from rosclingo.xml_codec import decode_reply, encode_assumptions, encode_commands
 
 _POLL_SECONDS = 0.01  # how often a waiting call looks whether it is to stop
 _LOST = (rospy.ServiceException, rospy.ROSException, TransportException, OSError)
+_PATIENCE_SECONDS = 2.0  # a node that was started at the same time is there by then
 _REMINDER_SECONDS = 5.0  # how often it is said what is waited for
 
 
@@ -63,7 +64,7 @@ class Client:
         self._service: Optional[rospy.ServiceProxy] = None
         self._service_lock = threading.Lock()  # a connection carries one request at a time
         self._abandoned = False
-        self._ids = GoalIDGenerator()
+        self._searches = 0
         self._search: Optional[_Search] = None
         self._goals = publisher(f"{self.name}/goal", ROSClingoActionGoal)
         self._cancels = publisher(f"{self.name}/cancel", GoalID)
@@ -74,7 +75,7 @@ class Client:
         rospy.on_shutdown(self._abandon)
 
     def wait(self, timeout: Optional[float] = None) -> None:
-        """Waits until the node is there, and says every five seconds what it waits for.
+        """Waits until the node is there, and warns every five seconds that it is not, and why.
 
         Args:
             timeout: Longest time to wait, in seconds of the wall clock; None for ever.
@@ -82,23 +83,37 @@ class Client:
         Raises:
             ServiceError: The node did not come, or this process is shutting down.
         """
-        namespace, _, name = self.name.rpartition("/")
         begin = time.monotonic()
-        reminder = begin + 1.0
+        reminder = begin + _PATIENCE_SECONDS
+        seen = False
         while not (self._connected() and self._has_service()):
             now = time.monotonic()
             if rospy.is_shutdown():
                 raise ServiceError(f"shut down while waiting for {self.name}")
             if timeout is not None and now - begin > timeout:
-                where = f"ROS_NAMESPACE={namespace} " if namespace else ""
-                raise ServiceError(
-                    f"there is no solver {self.name}; start one with: "
-                    f"{where}rosrun rosclingo run.py __name:={name} -f FILE"
-                )
+                raise ServiceError(f"there is no solver {self.name}; {self._how_to_start()}")
             if now > reminder:
-                rospy.loginfo("waiting for the solver %s", self.name)
+                known = presence(self.name)
+                seen |= known is not Presence.UNKNOWN
+                # A warning, so that it goes to stderr and a client's output stays as it is.
+                rospy.logwarn("waiting for the solver %s: %s", self.name, self._why(known, seen))
                 reminder = now + _REMINDER_SECONDS
             time.sleep(_POLL_SECONDS)
+
+    def _why(self, known: Presence, seen: bool) -> str:
+        """Says what is known of the node, which may have been seen before, and what to do."""
+        if known is Presence.RUNNING:
+            return known.value
+        words = known.value
+        if known is Presence.UNKNOWN:
+            ended = "it has ended" if seen else "it was not started, or has ended"
+            words += f": {ended}, and its terminal says why"
+        return f"{words}; {self._how_to_start()}"
+
+    def _how_to_start(self) -> str:
+        namespace, _, name = self.name.rpartition("/")
+        where = f"ROS_NAMESPACE={namespace} " if namespace else ""
+        return f"start one with: {where}rosrun rosclingo run.py __name:={name} -f FILE"
 
     def control(self, *commands: Command) -> Tuple[Answer, ...]:
         """Runs commands in order, which ends a solve call that is open.
@@ -182,7 +197,7 @@ class Client:
         """
         if not self._connected():
             raise ServiceError(f"there is no solver {self.name}; is its node running?")
-        search = _Search(self._ids.generate_ID(), improved)
+        search = _Search(self._new_id(), improved)
         goal = ROSClingoActionGoal(
             goal_id=search.id, goal=ROSClingoGoal(encode_assumptions(assumptions))
         )
@@ -202,6 +217,13 @@ class Client:
         """
         if not self._connected():
             raise ServiceError(f"the solver {self.name} went away")
+
+    def _new_id(self) -> GoalID:
+        # By wall time, where actionlib takes a simulator's, which may stand still: a server ignores
+        # an id that another client of the same name has used.
+        self._searches += 1
+        text = f"{rospy.get_name()}-{self._searches}-{time.time():.9f}"
+        return GoalID(rospy.Time.now(), text)
 
     def _wait(self, search: _Search, stopped: Optional[Callable[[], bool]]) -> bool:
         """Waits for the result of a search, and returns whether it was told to stop."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import re
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ All else is handed to clingo, for instance:
 
 Private parameters: ~allow_scripts, ~load_path, ~max_request_bytes (see the package's README).
 """
+_MOST_CHOICES = 20  # files of a folder that are named, where one is missing
 
 
 @dataclass(frozen=True)
@@ -87,8 +89,18 @@ def _existing(path: str) -> str:
         if os.path.isfile(candidate):
             return candidate
     raise OptionsError(
-        f"there is no file '{path}', nor '{path}.lp', seen from {os.getcwd()}; check the path"
+        f"there is no file '{path}', nor '{path}.lp', seen from {os.getcwd()}; {_choices(path)}"
     )
+
+
+def _choices(path: str) -> str:
+    """Returns a hint that names the encodings where one is missing."""
+    folder = os.path.dirname(path)
+    there = sorted(glob.glob(os.path.join(glob.escape(folder), "*.lp")))
+    if not 0 < len(there) <= _MOST_CHOICES:
+        return "check the path"
+    names = ", ".join(os.path.basename(file)[: -len(".lp")] for file in there)
+    return f"{folder or 'this folder'} has {names}; give one of these, or the path of another file"
 
 
 def _checked_const(definition: str) -> str:

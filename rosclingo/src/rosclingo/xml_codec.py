@@ -133,7 +133,7 @@ def decode_reply(text: Union[str, bytes]) -> Reply:
                 index = int(attributes["index"])
             except ValueError:
                 raise element.error("attribute index of <error> is not a number") from None
-            failure = Failure(attributes["command"], index, element.text)
+            failure = Failure(attributes["command"], index, _line(element.text))
         elif element.name == "externals":
             answers.append(_decode_externals(element))
         elif element.name == "stats":
@@ -146,24 +146,28 @@ def decode_reply(text: Union[str, bytes]) -> Reply:
 
 
 def encode_reply(reply: Reply) -> str:
-    """Encodes a control reply; characters that XML cannot carry are replaced by U+FFFD."""
-    parts = [f"<return><success>{reply.success}</success>"]
+    """Encodes a control reply, each tag and text in a line of its own, as in the manual.
+
+    Characters that XML cannot carry are replaced by U+FFFD.
+    """
+    lines = ["<return>", "<success>", str(reply.success), "</success>"]
     failure = reply.failure
     if failure is not None:
-        message = _text(_carried(failure.message))
         command = _attribute(_carried(failure.command))
-        parts.append(f'<error command={command} index="{failure.index}">{message}</error>')
+        message = _text(_carried(failure.message))
+        lines += [f'<error command={command} index="{failure.index}">', message, "</error>"]
     for answer in reply.answers:
         if isinstance(answer, Externals):
-            items = (
+            lines.append("<externals>")
+            lines += (
                 f'<external name={_attribute(_carried(name))} value="{value.value}"/>'
                 for name, value in answer.values
             )
-            parts.append(f"<externals>{''.join(items)}</externals>")
+            lines.append("</externals>")
         else:
-            parts.append(f"<stats>{_text(json.dumps(answer.values))}</stats>")
-    parts.append("</return>")
-    return "".join(parts)
+            lines += ["<stats>", _text(json.dumps(answer.values)), "</stats>"]
+    lines.append("</return>")
+    return "\n".join(lines)
 
 
 def _decode_add(element: Element) -> Add:
@@ -330,6 +334,11 @@ def _attribute(text: str) -> str:
 
 def _text(text: str) -> str:
     return escape(check_text(text), {"\r": "&#13;"})
+
+
+def _line(text: str) -> str:
+    """Returns a text without the line breaks around it, which older nodes do not send."""
+    return text[1:-1] if len(text) > 1 and text[0] == text[-1] == "\n" else text
 
 
 def _carried(text: str) -> str:

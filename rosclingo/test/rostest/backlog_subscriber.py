@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Subscribes to each topic that a line of its input names, and prints the numbers that come."""
 
 from __future__ import annotations

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """A topic with a backlog, and subscribers in other processes that come at any time."""
 
 from __future__ import annotations

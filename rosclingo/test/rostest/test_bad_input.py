@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """What a client may get wrong or mean ill: the node says what is wrong, lives, and is correct."""
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ class TestBadInput(SolverTestCase):
     def refused(self, text: str, *pieces: str) -> None:
         """The whole request is refused, with these pieces in the reason."""
         reply = self.control_service(text).result
-        self.assertTrue(reply.startswith("<return><success>False</success><error "), reply)
+        self.assertTrue(reply.startswith("<return>\n<success>\nFalse\n</success>\n<error "), reply)
         for piece in pieces:
             self.assertIn(piece, reply)
 

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Every control command of the manual, through the service."""
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ class TestControl(SolverTestCase):
 
     def test_the_reply_has_the_form_of_the_manual(self) -> None:
         text = self.control_service("<commands/>").result
-        self.assertEqual(text, "<return><success>True</success></return>")
+        self.assertEqual(text, "<return>\n<success>\nTrue\n</success>\n</return>")
 
     def test_add_and_ground(self) -> None:
         self.add_step()

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Goals: answers, cancel, preemption, abortion, optimisation, and several nodes side by side."""
 
 from __future__ import annotations

@@ -55,6 +55,15 @@ def test_a_missing_file(argument: str, folder: Path) -> None:
     assert str(folder) in str(caught.value)
 
 
+def test_a_missing_file_next_to_others(folder: Path) -> None:
+    (folder / "b.lp").write_text("")
+    with pytest.raises(OptionsError, match=f"{folder} has .*b, .*; give one of these") as caught:
+        parse_options(["-f", str(folder / "missing.lp")])
+    assert "missing.lp" in str(caught.value)
+    with pytest.raises(OptionsError, match="check the path"):
+        parse_options(["-f", str(folder / "nowhere" / "missing.lp")])
+
+
 @pytest.mark.parametrize("option", ["-f", "--file", "-c", "--const"])
 def test_a_missing_value(option: str) -> None:
     with pytest.raises(OptionsError, match=f"option {option} needs a value"):

@@ -166,12 +166,13 @@ def test_a_text_is_read_whatever_encoding_it_declares(name: str) -> None:
 
 
 def test_the_words_of_the_protocol() -> None:
-    assert encode_reply(Reply()) == "<return><success>True</success></return>"
+    assert encode_reply(Reply()) == "<return>\n<success>\nTrue\n</success>\n</return>"
     failed = Reply((Externals((("q(1)", Truth.TRUE),)),), Failure("load", 2, 'a < "b"'))
-    assert encode_reply(failed) == (
-        '<return><success>False</success><error command="load" index="2">a &lt; "b"</error>'
-        '<externals><external name="q(1)" value="true"/></externals></return>'
-    )
+    assert encode_reply(failed).splitlines() == [
+        *("<return>", "<success>", "False", "</success>"),
+        *('<error command="load" index="2">', 'a &lt; "b"', "</error>"),
+        *("<externals>", '<external name="q(1)" value="true"/>', "</externals>", "</return>"),
+    ]
     assert encode_assumptions([Assumption("a", False)]) == (
         '<assumptions><assumption name="a" value="false"/></assumptions>'
     )
@@ -180,6 +181,16 @@ def test_the_words_of_the_protocol() -> None:
         *("add", "assign_external", "cleanup_domains", "ground", "load", "release_external"),
         *("get_externals", "get_stats", "restart"),
     ]
+
+
+@pytest.mark.parametrize("name", ["valid-return-failure", "valid-return-answers"])
+def test_replies_in_one_line_are_read_too(name: str) -> None:
+    """Older nodes send them, and so do the bags of their control logs."""
+    text = (FIXTURES / f"{name}.xml").read_text().strip()
+    assert "\n" not in text
+    reply = decode_reply(text)
+    assert reply == VALID[name]
+    assert decode_reply(encode_reply(reply)) == reply
 
 
 def test_statistics_that_nest_too_deeply_are_refused() -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import abc
 import dataclasses
-import logging
 import re
 from typing import Any, Callable, List, Optional, Sequence, Set, Type
 
@@ -28,16 +27,16 @@ from rosclingo.commands import (
     Restart,
     Truth,
 )
-from rosclingo.engine import Outcome
+from rosclingo.engine import Improvement, Outcome
 from rosclingo.errors import OptionsError
 from rosclingo.options import Options
 from rosclingo.programs import parse_files
 from rosclingo.terms import parse_term
 from rosoclingo.atoms import event
+from rosoclingo.search import HAS
 from rosoclingo.solver import Solver
 from rosoclingo.vocabulary import ANY_EVENT
 
-_log = logging.getLogger("rosout")
 _ANY_ATOM = f"event({ANY_EVENT},"
 _PASSED = "event(info,passed,"
 _PARTS_1_0 = frozenset({("set_event", 3), ("commit", 3), ("finalize", 1)})
@@ -66,9 +65,10 @@ class Dialect2:
         self,
         assumptions: Sequence[Assumption] = (),
         stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:
         """Searches for answer sets until told to stop."""
-        return self._solver.solve(assumptions, stopped)
+        return self._solver.solve(assumptions, stopped, improved)
 
     def check(self) -> None:
         """Raises an error if the solver is not there any more."""
@@ -198,15 +198,19 @@ class PaperDialect(_Translation):
         self,
         assumptions: Sequence[Assumption] = (),
         stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:
         """Searches for answer sets until told to stop."""
-        outcome = super().solve(assumptions, stopped)
+        outcome = super().solve(assumptions, stopped, improved)
         symbols = (f"do{s[6:]}" if s.startswith("occurs(") else s for s in outcome.symbols)
         return dataclasses.replace(outcome, symbols=tuple(symbols))
 
     def _translate(self, command: Command) -> List[Command]:
         if isinstance(command, Restart):
             return [*super()._translate(command), *self._RULES]
+        if isinstance(command, Add) and command.name.startswith(HAS):
+            text = command.program.replace("do/3", "occurs/3").replace(" do(", " occurs(")
+            return [dataclasses.replace(command, program=text)]
         if isinstance(command, Ground):
             parts = tuple(p for p in command.parts if p.name != "state" and p.parameters != ("0",))
             super()._translate(command)
@@ -271,13 +275,11 @@ def detect(options: Options) -> Type[Dialect2]:
     """
     program = parse_files(options.files)
     declared = set()
-    commits = False
     for statement in program.statements:
         if statement.ast_type is ast.ASTType.External:
             symbol = statement.atom.symbol
             if symbol.ast_type is ast.ASTType.Function:
                 declared.add((symbol.name, len(symbol.arguments)))
-                commits |= str(symbol).startswith("event(commit,")
     missing = _PARTS_1_0 - program.parts
     if not missing:
         return Dialect1
@@ -290,12 +292,6 @@ def detect(options: Options) -> Type[Dialect2]:
     if ("horizon", 1) in declared:
         return PaperDialect
     if ("query", 1) in declared:
-        if not commits:
-            _log.warning(
-                "%s: there is no #external event(commit,do(R,A),t), so a later plan may have "
-                "another past than the one that was executed",
-                ", ".join(options.files),
-            )
         return Dialect2
     raise OptionsError(
         f"{', '.join(options.files) or 'no file'}: there is no encoding of a known dialect; one "

@@ -32,6 +32,8 @@ class Goal:
         slot: The planner's id for the goal, once it has one.
         stage: How far the goal is.
         recalled: Whether it was canceled before it had a slot.
+        given_up: Why rosoclingo has canceled it by itself; empty if it has not. Such a goal ends
+            aborted as soon as the planner has canceled it.
     """
 
     def __init__(self, request: str, information: Sequence[str] = (), identifier: str = "") -> None:
@@ -41,6 +43,7 @@ class Goal:
         self.slot: Optional[str] = None
         self.stage = Stage.PENDING
         self.recalled = False
+        self.given_up = ""
         # Guards slot and stage; held for moments only, and only noted() of a subclass runs under it
         self._lock = threading.Lock()
         self._told: Dict[str, str] = {}  # the last line of each kind
@@ -61,11 +64,16 @@ class Goal:
         Raises:
             KeyError: There is no such status.
         """
+        if word == "canceled" and self.given_up:
+            word, reason = "aborted", self.given_up
         with self._lock:
             steps = _TRANSITIONS[word].get(self.stage, ())
             if steps:
                 self.stage = Stage.ACTIVE if steps[-1] == "accepted" else Stage.ENDED
         for step in steps:
+            if step == "accepted" and word == "aborted":
+                self.accepted()  # no more than the legal way there
+                continue
             self.noted(step, reason)
             if step == "accepted":
                 self.accepted()
@@ -155,6 +163,12 @@ class Goals:
         """The ids that the planner has for goals."""
         return list(self._slots)
 
+    @property
+    def open(self) -> List[Goal]:
+        """The goals that have a slot and have not ended, in the order of the slots."""
+        goals = self._slots.values()
+        return [goal for goal in goals if goal is not None and goal.stage is not Stage.ENDED]
+
     def is_slot(self, term: str) -> bool:
         """Whether a term is the id of a slot."""
         return term in self._slots
@@ -236,9 +250,8 @@ class Goals:
 
     def tell(self, line: str) -> None:
         """Tells a line to all goals that have a slot and have not ended."""
-        for goal in self._slots.values():
-            if goal is not None and goal.stage is not Stage.ENDED:
-                goal.tell(line)
+        for goal in self.open:
+            goal.tell(line)
 
     def all_ended(self) -> bool:
         """Whether every slot has a goal that has ended."""

@@ -11,8 +11,9 @@ from typing import Any, Callable, Tuple
 import clingo
 
 from rosclingo.errors import RosclingoError, ServiceError
+from rosoclingo import diagnosis
 from rosoclingo.controller import Decider, Info
-from rosoclingo.errors import ControllerError, LoopError, ShutdownError
+from rosoclingo.errors import ControllerError, LoopError, PlannerError, ShutdownError
 from rosoclingo.inbox import Inbox
 from rosoclingo.solver import Planner, Solver
 from rosoclingo.state import Outside, State
@@ -34,6 +35,7 @@ class Loop:
         outside: Outside,
         *,
         action_timeout: float = 0.0,
+        abort_unreachable: bool = False,
     ) -> None:
         """Prepares a loop that asks nobody yet.
 
@@ -45,9 +47,17 @@ class Loop:
             outside: Where actions and log messages go.
             action_timeout: From when on an action without an answer counts as failed, in seconds
                 since it was published; 0 for never.
+            abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
         """
         self._parts = (controller, planner)
-        self.state = State(Planner(planner), inbox, outside, self._check, action_timeout)
+        self.state = State(
+            Planner(planner),
+            inbox,
+            outside,
+            self._check,
+            action_timeout=action_timeout,
+            abort_unreachable=abort_unreachable,
+        )
         self._controller = controller
         self._commands = commands(self.state)
         self._outside = outside
@@ -104,10 +114,10 @@ class Loop:
         begin = time.perf_counter()
         self._call(command, info)
         state.note_command(str(command), time.perf_counter() - begin)
-        shown = (state.plan, state.step, state.horizon)
+        shown = (state.plan, state.shows_plan, state.step, state.horizon)
         if shown != self._shown:
             self._shown = shown
-            self._outside.show_plan(state.step, state.horizon, state.plan.actions_from(state.step))
+            self._outside.show_plan(state.step, state.horizon, state.ahead())
 
     def _check(self) -> None:
         for part in self._parts:
@@ -128,6 +138,9 @@ class Loop:
             )
         try:
             getattr(self._commands, name)(*command.arguments)
+        except PlannerError as err:
+            explained = diagnosis.explain(self.state, err)
+            raise explained from (None if explained is err else err)
         except TypeError as err:
             if err.__traceback__ is not None and err.__traceback__.tb_next is None:
                 raise ControllerError(f"wrong arguments in the command {command}: {err}") from err

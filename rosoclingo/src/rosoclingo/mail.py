@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
 from rosoclingo.atoms import canonical, event
@@ -61,6 +61,7 @@ class Mail:
         self._acting: Dict[str, float] = {}  # the current step's actuators: when they were told
         self._reminded: Dict[str, float] = {}  # when it was said last that one does not answer
         self._answers: Dict[str, str] = {}  # of those that answered in it
+        self._undeclared: Set[str] = set()  # actuators of whose answers a warning was logged
         self._command_began: Optional[float] = None  # that which is carried out
 
     # What the controller is told.
@@ -212,6 +213,9 @@ class Mail:
         elif self._hold(message, [(source, value)], ask):
             return True
         elif not self._knows([(source, value)]):
+            if source in self._acting and source not in self._answers:
+                self._take_undeclared_answer(source, value)
+                return True
             reason = "the planner's encoding declares no such event"
         elif self._answers.get(source, value) != value:
             reason = f"it has answered {shorten(self._answers[source])} already"
@@ -222,6 +226,17 @@ class Mail:
             return True
         dropped.append(f"id {shorten(source)}, value {shorten(value)}: {reason}")
         return False
+
+    def _take_undeclared_answer(self, source: str, value: str) -> None:
+        """Lets an answer end its action, of which the planner cannot be told."""
+        self._answers[source] = value
+        if source not in self._undeclared:
+            self._undeclared.add(source)
+            self._warn(
+                f"{shorten(source)} has answered {shorten(value)}: that ends its action, but the "
+                "planner is not told, because its encoding does not declare "
+                f"#external {shorten(f'event({source},{value},t)')}; this is said once"
+            )
 
     def _hold(self, item: Item, pairs: List[Tuple[str, str]], ask: Callable[[], object]) -> bool:
         """Keeps an item for later if nobody can say whether the planner knows one of the pairs."""
@@ -284,9 +299,6 @@ class Mail:
         Args:
             messages: Id, value and reason of each.
         """
-        for source, value, _ in messages:
-            if self._answers.get(source) == value:
-                del self._answers[source]  # it was no answer that the planner understands
         self._log_dropped(
             [f"id {shorten(s)}, value {shorten(v)}: {shorten(why)}" for s, v, why in messages]
         )

@@ -26,6 +26,7 @@ from rosoclingo.errors import ShutdownError
 from rosoclingo.gate import Gate, decode
 from rosoclingo.goals import Goal, Stage
 from rosoclingo.inbox import Inbox, Message
+from rosoclingo.insistent import Insistent
 from rosoclingo.journal import Event
 from rosoclingo.loop import Loop
 from rosoclingo.msg import (
@@ -42,7 +43,8 @@ from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.state import Outside
 
 _USAGE = """\
-usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS] [ROS remappings]
+usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
+              [_abort_unreachable:=true] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
 _JOURNAL_LENGTH = 2_000  # events that late subscribers get
@@ -159,11 +161,18 @@ class Node:
             OptionsError: A parameter is wrong.
         """
         timeout = _seconds("~action_timeout")
+        abort_unreachable = _flag("~abort_unreachable")
         self.failure: Optional[str] = None
         self._inbox = inbox
         outside = RosOutside(description)
         self._loop = Loop(
-            controller, planner, commands, self._inbox, outside, action_timeout=timeout
+            controller,
+            planner,
+            commands,
+            self._inbox,
+            outside,
+            action_timeout=timeout,
+            abort_unreachable=abort_unreachable,
         )
         self._ready = ready
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
@@ -285,7 +294,9 @@ def main(commands: Callable[..., Any]) -> NoReturn:
 
     solvers = {"controller": controller.name, "planner": planner.name}
     description = about("rosoclingo run.py", [], {}, solvers=solvers)
-    run(Controller(controller), planner, commands, inbox, ready=ready, description=description)
+    decider = Controller(Insistent(controller, controller.name, rospy.logwarn))
+    insistent = Insistent(planner, planner.name, rospy.logwarn)
+    run(decider, insistent, commands, inbox, ready=ready, description=description)
 
 
 def open_inbox() -> Inbox:
@@ -357,3 +368,17 @@ def _seconds(name: str) -> float:
             f"parameter {rospy.resolve_name(name)}: expected seconds from 0 on: {value!r}"
         )
     return float(value)
+
+
+def _flag(name: str) -> bool:
+    """Reads a parameter that is true or false; false if it is not set.
+
+    Raises:
+        OptionsError: It is something else.
+    """
+    value = rospy.get_param(name, False)
+    if not isinstance(value, bool):
+        raise OptionsError(
+            f"parameter {rospy.resolve_name(name)}: expected true or false: {value!r}"
+        )
+    return value

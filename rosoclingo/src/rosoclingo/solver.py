@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Callable, Dict, List, Optional, Protocol, Sequence, Tuple
 
 from rosclingo.commands import (
+    Add,
     AssignExternal,
     Assumption,
     Command,
@@ -16,8 +17,11 @@ from rosclingo.commands import (
     Reply,
     Truth,
 )
-from rosclingo.engine import Outcome, Result
+from rosclingo.engine import Improvement, Outcome, Result
 from rosoclingo.errors import PlannerError
+
+EMPTY_PARTS = tuple(Add(part, ("t",), "") for part in ("state", "transition", "query"))
+"""What lets an encoding leave out a part that it does not need."""
 
 _BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
 _MANY = 20  # so many assignments after one that failed, it is quicker to ask for all externals
@@ -30,7 +34,10 @@ class Solver(Protocol):
         """Runs commands in order until one fails; what ran before that stays."""
 
     def solve(
-        self, assumptions: Sequence[Assumption] = ..., stopped: Optional[Callable[[], bool]] = ...
+        self,
+        assumptions: Sequence[Assumption] = ...,
+        stopped: Optional[Callable[[], bool]] = ...,
+        improved: Callable[[Improvement], None] = ...,
     ) -> Outcome:
         """Searches for answer sets until told to stop."""
 
@@ -64,6 +71,14 @@ class Planner:
         if stopped():
             return Outcome(Result.UNKNOWN, interrupted=True)
         return self._solver.solve((), stopped)
+
+    def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
+        """Returns whether there is any, be it the best one or not; None if told to stop before."""
+        found: List[Improvement] = []
+        outcome = self._solver.solve((), lambda: bool(found) or stopped(), found.append)
+        if found or outcome.result is Result.SAT:
+            return True
+        return False if outcome.result is Result.UNSAT else None
 
     def externals(self) -> Dict[str, Truth]:
         """Returns all externals with their values."""

@@ -18,6 +18,7 @@ from rosoclingo.solver import Planner
 
 _SAVE = "event(save,"
 _LOOK_SECONDS = 1.0  # how often it is seen, while waiting, whether the solvers are there
+_SILENT_SECONDS = 2.0  # how long the goals hear nothing while a plan is searched for
 _REMINDER_SECONDS = 30.0  # how often it is said that an actuator does not answer
 
 
@@ -53,6 +54,9 @@ class State:
         grounded: The steps that are grounded.
         result: The result of the last command, if that was ``solve``.
         ended: Whether the loop is through with its work.
+        told: The events that were made true since the last plan was found, in order.
+        has_planned: Whether a plan was found since the planner was initialised.
+        abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
     """
 
     def __init__(
@@ -61,7 +65,9 @@ class State:
         inbox: Inbox,
         outside: Outside,
         check: Callable[[], None] = lambda: None,
+        *,
         action_timeout: float = 0.0,
+        abort_unreachable: bool = False,
     ) -> None:
         """Begins without any knowledge.
 
@@ -72,7 +78,10 @@ class State:
             check: Called now and then while waiting; raises an error if a solver went away.
             action_timeout: From when on an action without an answer counts as failed, in seconds
                 since it was published; 0 for never.
+            abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
         """
+        self.abort_unreachable = abort_unreachable
+        self.has_planned = False
         self._check = check
         self._action_timeout = action_timeout
         self._look_at = 0.0  # when it is time to look again
@@ -81,6 +90,7 @@ class State:
         self.goals = Goals()
         self.mail = Mail(inbox, self.goals, outside.warn, self.note)
         self.plan = Plan()
+        self.shows_plan = False  # whether the plan's steps are those that are counted now
         self.step = 0
         self.horizon = 0
         self.grounded: Set[int] = set()
@@ -92,8 +102,11 @@ class State:
         self._seen = 0  # how many steps were grounded then
         self._kept: Set[str] = set()  # externals other than events that the mode has made true
         self._made_true: Set[str] = set()
+        self.told: List[str] = []
         self._published: Set[Action] = set()
         self._declares_passed: Optional[bool] = None
+        self._warned: Set[str] = set()  # what is said once
+        self._planning_since: Optional[float] = None
 
     def begin(self, slots: Iterable[str]) -> None:
         """Takes note that the planner is initialised: nothing has happened yet.
@@ -107,14 +120,23 @@ class State:
             self.mail.rejection = "the planner's encoding has no slots for goals, rslot(ID)"
             self.goals.end_waiting("rejected", self.mail.rejection)
         self.step = self.horizon = 0
+        self.plan, self.shows_plan = Plan(), False
+        self.has_planned = False
         self.grounded = {0}
         self._to_release.clear()
         self._seen = 0
         self._kept.clear()
         self._made_true.clear()
+        self.told.clear()
         self._published.clear()
         self._declares_passed = None
         self._free_slots()
+
+    def warn_once(self, kind: str, text: str) -> None:
+        """Logs a warning, but only the first of its kind."""
+        if kind not in self._warned:
+            self._warned.add(kind)
+            self.outside.warn(text)
 
     def note(
         self,
@@ -158,7 +180,8 @@ class State:
         self.mail.take(self.externals)
 
     def interrupted(self) -> bool:
-        """Whether a search has to end because of what has come."""
+        """Whether a search has to end because of what has come; says now and then that it runs."""
+        self.tell_progress()
         self.mail.take()  # the planner cannot be asked
         return self.mail.inbox.closed or self.mail.has_news
 
@@ -291,8 +314,22 @@ class State:
             The atoms that are no externals, each with the reason.
         """
         missing = self.planner.assign(atoms, Truth.TRUE)
-        self._made_true.update(set(atoms).difference(atom for atom, _ in missing))
+        unknown = {atom for atom, _ in missing}
+        told = [atom for atom in atoms if atom not in unknown]
+        self._made_true.update(told)
+        self.told += told
         return missing
+
+    def take_back(self, atom: str) -> None:
+        """Makes an external of the planner false that was made true."""
+        self.planner.assign([atom], Truth.FALSE)
+        self._made_true.discard(atom)
+        self.told = [other for other in self.told if other != atom]
+
+    def events_of(self, slot: str, content: str) -> List[str]:
+        """Returns the events of a slot with a content, in any step, that were made true."""
+        prefix = event(slot, content, 0)[: -len("0)")]
+        return sorted(atom for atom in self._made_true if atom.startswith(prefix))
 
     def move_to(self, step: int) -> List[str]:
         """Makes a step the current one.
@@ -352,11 +389,36 @@ class State:
         """Whether an action was published since the last reset."""
         return action in self._published
 
+    def begin_planning(self) -> None:
+        """Takes note that a plan is needed; what is known may last for many searches."""
+        if self._planning_since is None:
+            self._planning_since = time.monotonic()
+
+    def tell_progress(self) -> None:
+        """Tells the goals how far the planner is, once they have waited for a while."""
+        begin = self._planning_since
+        if begin is not None and time.monotonic() - begin > _SILENT_SECONDS:
+            self.goals.tell(f"planning, horizon {self.horizon}")
+
     def found(self, plan: Plan) -> None:
         """Takes a new plan."""
-        self.plan = plan
-        self.note("plan", details=[str(action) for action in plan.actions_from(self.step)])
+        self.plan, self.shows_plan = plan, True
+        self.told.clear()
+        self.has_planned = True
+        self._planning_since = None
+        self.note("plan", details=[str(action) for action in self.ahead()])
         self.goals.tell(f"plan {self.horizon} step{'' if self.horizon == 1 else 's'}")
+
+    def ahead(self) -> List[Action]:
+        """Returns the actions of the plan from the current step up to the horizon.
+
+        A plan may have more: after a reset, steps beyond the horizon are still grounded. The steps
+        of a plan from before a reset are others.
+        """
+        if not self.shows_plan:
+            return []
+        actions = self.plan.actions_from(self.step)
+        return [action for action in actions if action.step <= max(self.step, self.horizon)]
 
     def set_status(self, slot: str, word: str) -> None:
         """Sets the status of the goal in a slot as the plan says."""
@@ -377,6 +439,8 @@ class State:
         externals = self.externals()
         saves = {atom for atom in externals if atom.startswith(_SAVE) and last_argument(atom) == 0}
         true = saves & {event("save", fluent, 0) for fluent in self.plan.fluents(step)}
+        if not true:
+            self._warn_of_forgetting(step, bool(saves))
         false = sorted(self._made_true.intersection(externals) - true)
         commands = [AssignExternal(atom, Truth.FALSE) for atom in false]
         commands += [AssignExternal(atom, Truth.TRUE) for atom in sorted(true)]
@@ -387,3 +451,17 @@ class State:
         self._free_slots()
         self.goals.some_ended = False
         self.step = 0
+        self.shows_plan = False
+
+    def _warn_of_forgetting(self, step: int, declares: bool) -> None:
+        lacks = (
+            f"its answer set shows no holds(F,{step})"
+            if declares
+            else "its encoding declares no #external event(save,F,0)"
+        )
+        self.warn_once(
+            "reset",
+            f"a reset keeps nothing of what the planner knows, because {lacks}: for the planner, "
+            "all is as in the beginning again, wherever the robot is; a mode recording needs no "
+            "reset",
+        )

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """A mode through ROS: goals, cancel requests, answers, and what may be sent by mistake."""
 
 from __future__ import annotations

@@ -92,6 +92,30 @@ def test_the_launch_file_in_a_namespace(terminals: Terminals) -> None:
     launch.wait()
 
 
+def test_a_wrong_mode_and_required_solvers(terminals: Terminals) -> None:
+    """The modes there are get named, and nothing waits for a solver that cannot start."""
+    launch = terminals.run(
+        "roslaunch", "rosoclingo", "rosoclingo.launch", "mode:=dynamic", "required:=true",
+        "encoding:=" + " ".join(blocks()),
+    )  # fmt: skip
+    names = sorted(path.stem for path in (package("rosoclingo") / "modes").iterdir())
+    assert len(names) == 6
+    assert f"modes has {', '.join(names)}; give one of these, or the path" in launch.output
+
+
+def test_a_solver_that_cannot_start(terminals: Terminals, tmp_path: Path) -> None:
+    wrong = tmp_path / "wrong.lp"
+    wrong.write_text("a b.")
+    launch = terminals.start(
+        "roslaunch", "rosoclingo", "rosoclingo.launch", "mode:=static.fixed.recording",
+        f"encoding:={wrong}",
+    )  # fmt: skip
+    launch.wait_for(
+        "waiting for the solver /planner: no node of that name runs: it was not started"
+    )
+    assert f"{wrong}:1:3-4: error: syntax error" in launch.output
+
+
 def test_it_says_what_it_waits_for(terminals: Terminals) -> None:
     node = terminals.start("rosrun", "rosoclingo", "run.py")
     node.wait_for("waiting for the solver /controller")

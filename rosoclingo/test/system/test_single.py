@@ -53,6 +53,43 @@ def test_files_without_their_ending(terminals: Terminals) -> None:
     assert "Traceback" not in node.output
 
 
+@pytest.mark.parametrize("script", ["run-1.0.py", "run.py"])
+def test_the_names_of_the_paper(terminals: Terminals, script: str) -> None:
+    arguments = ["--file", line("_paper")] if script == "run-1.0.py" else []
+    if not arguments:
+        mode = package("rosoclingo") / "modes" / "dynamic.incremental.recording.lp"
+        for name, file in (("controller", str(mode)), ("planner", line())):
+            terminals.start("rosrun", "rosclingo", "run.py", f"__name:={name}", "-f", file)
+    node = terminals.start("rosrun", "rosoclingo", script, *arguments, "__name:=ROSoClingo")
+    client = terminals.start("python", "-c", CLIENT, "rosoclingo:=ROSoClingo")
+    node.wait_for("robot: go(2)")
+    heard = terminals.run("rostopic", "echo", "-n", "1", "/ROSoClingo/out").output
+    assert 'id: "robot"' in heard
+    assert 'action: "go(2)"' in heard
+    terminals.start(
+        "rostopic", "pub", "/ROSoClingo/in", "rosoclingo/ROSoClingoIn",
+        "{id: robot, value: success}",
+    )  # fmt: skip
+    client.wait_for("SUCCEEDED")
+
+
+# A client that knows nothing of the other name.
+CLIENT = """
+import rospy
+from actionlib import ActionClient, CommState
+from actionlib_msgs.msg import GoalStatus
+from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal
+
+rospy.init_node("client")
+client = ActionClient("rosoclingo", ROSoClingoAction)
+client.wait_for_server()
+goal = client.send_goal(ROSoClingoGoal("visit(2)", []))
+while goal.get_comm_state() != CommState.DONE:
+    rospy.sleep(0.05)
+print(GoalStatus.to_string(goal.get_terminal_state()), flush=True)
+"""
+
+
 @pytest.mark.parametrize("options", [[], ["-c", "steps=3"]])
 def test_a_goal_that_cannot_be_reached(terminals: Terminals, options: list[str]) -> None:
     """It is searched for until the node is told to end, or up to the last step."""
@@ -81,6 +118,7 @@ def test_a_wrong_command_line(terminals: Terminals, tmp_path: Path) -> None:
         (["--file", line(), "-c", "steps=many"], "steps is a number from 1 on"),
         (["--file", line(), "--no-such-option"], "no-such-option"),
         ([], "no file: there is no encoding"),
+        (["--file", line(), "_abort_unreachable:=7"], "abort_unreachable: expected true or false"),
         (["--file", line(), "_action_timeout:=soon"], "action_timeout: expected seconds"),
     ):
         node = terminals.run("rosrun", "rosoclingo", "run-1.0.py", *arguments)

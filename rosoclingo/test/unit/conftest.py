@@ -69,7 +69,7 @@ class World(Outside):
         self.inbox = inbox
         self.published: List[Tuple[str, str]] = []
         self.warnings: List[str] = []
-        self.horizon = 0
+        self.step = self.horizon = 0
         self.plan: List[str] = []
         self.answer: Callable[[str, str], Optional[str]] = lambda actuator, action: "success"
         self._changed = threading.Condition()
@@ -84,7 +84,7 @@ class World(Outside):
 
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         with self._changed:
-            self.horizon = horizon
+            self.step, self.horizon = step, horizon
             self.plan = [str(action) for action in actions]
             self._changed.notify_all()
 
@@ -110,15 +110,23 @@ class System:
         decider: Decider,
         planner: Solver,
         commands: Callable[..., Any],
+        *,
         action_timeout: float = 0.0,
         inbox: Optional[Inbox] = None,
+        abort_unreachable: bool = False,
     ) -> None:
         self.inbox = inbox or Inbox()
         self.world = World(self.inbox)
         self.controller = decider
         self.planner = planner
         self.loop = Loop(
-            decider, planner, commands, self.inbox, self.world, action_timeout=action_timeout
+            decider,
+            planner,
+            commands,
+            self.inbox,
+            self.world,
+            action_timeout=action_timeout,
+            abort_unreachable=abort_unreachable,
         )
         self.failure: Optional[BaseException] = None
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -175,14 +183,16 @@ def system() -> Iterator[Callable[..., System]]:
         commands: Callable[..., Any] = ROSCommands,
         action_timeout: float = 0.0,
         inbox: Optional[Inbox] = None,
+        abort_unreachable: bool = False,
     ) -> System:
         file = mode if mode.endswith(".lp") else str(PACKAGE / "modes" / f"{mode}.lp")
         made = System(
             Controller(Engine(_options([file, *options]))),
             Engine(_options(encoding)),
             commands,
-            action_timeout,
-            inbox,
+            action_timeout=action_timeout,
+            inbox=inbox,
+            abort_unreachable=abort_unreachable,
         )
         systems.append(made)
         return made
@@ -197,7 +207,9 @@ def single() -> Iterator[Callable[..., System]]:
     """Makes one-node systems: by encodings, and options for clingo."""
     systems: List[System] = []
 
-    def make(*arguments: str, inbox: Optional[Inbox] = None) -> System:
+    def make(
+        *arguments: str, inbox: Optional[Inbox] = None, abort_unreachable: bool = False
+    ) -> System:
         options = parse_options([p for a in arguments for p in (("-f", a) if ".lp" in a else (a,))])
         dialect = detect(options)
         made = System(
@@ -205,6 +217,7 @@ def single() -> Iterator[Callable[..., System]]:
             dialect(Engine(options)),
             commands_for(dialect, ROSCommands, says_status(options)),
             inbox=inbox,
+            abort_unreachable=abort_unreachable,
         )
         systems.append(made)
         return made

@@ -91,9 +91,10 @@ def test_the_fixed_mode_ends_when_a_goal_comes_too_late(system: Make) -> None:
     first = running.goal("visit(2)")
     running.start()
     assert first.wait() == "succeeded"
+    running.world.wait_for(lambda world: world.step == 3)
     late = running.goal("visit(6)")
     assert late.wait() == "aborted"
-    assert "horizon of 3 steps" in late.reason
+    assert late.reason.startswith("the mode ended after its last step, 3; it is too late for visit")
     assert isinstance(running.wait(), LoopError)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from pathlib import Path
 from typing import Any, Callable, List
@@ -19,6 +20,7 @@ from rosclingo.options import Options
 from rosclingo.worker import Worker
 from rosoclingo.atoms import canonical
 from rosoclingo.errors import PlannerError
+from rosoclingo.inbox import Message
 from rosoclingo.solver import Planner
 
 Make = Callable[..., System]
@@ -402,3 +404,106 @@ def test_an_action_fails_in_time_although_messages_keep_coming(system: Make) -> 
         stop.set()
         talker.join()
     assert made.world.actions == ["go(2)"] * 2
+
+
+def silence(folder: Path, *declarations: str) -> str:
+    """Writes the encoding of the line without some of its declarations."""
+    text = Path(LINE).read_text()
+    for declaration in declarations:
+        assert text.count(declaration) == 1
+        text = text.replace(declaration, "")
+    file = folder / "line.lp"
+    file.write_text(text)
+    return str(file)
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_an_answer_counts_although_it_is_not_declared(
+    system: Make, tmp_path: Path, mode: str
+) -> None:
+    file = silence(tmp_path, "#external event(robot,(success;failure),t).")
+    made = system(mode, "-c", "steps=20", encoding=[file])
+    answers = iter(["success", "done(1)", "failure"])
+    made.world.answer = lambda actuator, action: next(answers)
+    goal = made.goal("visit(4)")
+    made.start()
+    assert goal.wait() == "succeeded"
+    assert made.world.actions == ["go(2)", "go(3)", "go(4)"]
+    (warning,) = made.world.warnings
+    assert "robot has answered success: that ends its action" in warning
+    assert "#external event(robot,success,t)" in warning
+
+
+def test_a_second_answer_is_none_although_the_first_is_not_declared(system: Make) -> None:
+    made = system("dynamic.incremental.recording", "-c", "steps=20")
+    made.world.answer = lambda actuator, action: None
+    made.goal("visit(3)")
+    made.start()
+    made.world.wait_for(lambda world: len(world.published) == 1)
+    made.inbox._changed.acquire()  # both come before the loop looks
+    made.inbox._items += [Message("robot", "maybe"), Message("robot", "failure")]
+    made.inbox._changed.notify_all()
+    made.inbox._changed.release()
+    made.world.wait_for(lambda world: len(world.published) == 2)
+    assert "robot has answered maybe" in made.world.warnings[0]
+    assert "it has answered maybe already" in made.world.warnings[1]
+
+
+def test_an_encoding_without_commits_is_warned_of_once(system: Make, tmp_path: Path) -> None:
+    file = silence(
+        tmp_path,
+        "#external event(commit,do(robot,go(X)),t) : cell(X).",
+        ":- event(commit,A,t), not act(A,t).",
+        ":- act(A,t), not event(commit,A,t), event(info,passed,t).",
+    )
+    made = system("dynamic.incremental.recording", "-c", "steps=20", encoding=[file]).start()
+    assert made.goal("visit(4)").wait() == "succeeded"
+    (warning,) = made.world.warnings
+    assert "does not declare #external event(commit,do(robot,go(2)),1)" in warning
+    assert "another past" in warning
+
+
+@pytest.mark.parametrize(
+    ("declaration", "reason"),
+    [
+        ("#external event(save,F,0) : fluent(F).", r"declares no #external event\(save,F,0\)"),
+        ("#show holds/2.", r"shows no holds\(F,\d\)"),
+    ],
+)
+def test_a_reset_that_forgets_all_is_warned_of_once(
+    system: Make, tmp_path: Path, declaration: str, reason: str
+) -> None:
+    file = silence(tmp_path, declaration)
+    made = system("dynamic.incremental.dyn_reset", "-c", "steps=20", encoding=[file]).start()
+    for target in (3, 2, 4):
+        assert made.goal(f"visit({target})").wait() == "succeeded"
+    (warning,) = made.world.warnings
+    assert re.search(reason, warning)
+    assert "keeps nothing" in warning
+
+
+def test_nothing_is_shown_beyond_the_horizon(system: Make, tmp_path: Path) -> None:
+    """After a reset the steps beyond the horizon are still there; here the robot never rests."""
+    file = silence(tmp_path, ":- do(robot,_,t), not holds(want(_,_),t-1).")
+    Path(file).write_text(f"{Path(file).read_text()} #program transition(t). :- not do(robot,_,t).")
+    made = system("dynamic.incremental.dyn_reset", "-c", "steps=20", encoding=[file])
+    beyond: List[str] = []
+    show = made.world.show_plan
+
+    def listen(step: int, horizon: int, actions: Any) -> None:
+        beyond.extend(str(action) for action in actions if action.step > max(step, horizon))
+        show(step, horizon, actions)
+
+    made.world.show_plan = listen  # type: ignore[method-assign]
+    plans: List[Any] = []
+    made.world.note = (  # type: ignore[method-assign]
+        lambda event: plans.append(event) if event.kind == "plan" else None
+    )
+    made.start()
+    for target in (6, 4, 5):
+        assert made.goal(f"visit({target})").wait() == "succeeded"
+    made.world.wait_for(lambda world: (world.step, world.horizon, world.plan) == (0, 0, []))
+    assert beyond == []
+    for plan in plans:
+        steps = [int(text.rpartition(",")[2].rstrip(")")) for text in plan.details]
+        assert all(step <= max(plan.step, plan.horizon) for step in steps)

@@ -40,14 +40,13 @@ def test_the_dialect_is_told_by_the_encoding(dialect: str) -> None:
     assert detect(Options((LINE[dialect],))).name == dialect
 
 
-def test_an_encoding_of_half_a_dialect(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_an_encoding_of_half_a_dialect(tmp_path: Path) -> None:
     file = tmp_path / "half.lp"
     file.write_text("#program query(t). #external query(t). #program set_event(id,e,t). e(id,e,t).")
     with pytest.raises(OptionsError, match="this one lacks commit/3 and finalize/1"):
         detect(Options((str(file),)))
     file.write_text("#program query(t). #external query(t).")
     assert detect(Options((str(file),))).name == "2.0"
-    assert "no #external event(commit" in caplog.text
 
 
 def test_an_encoding_of_no_dialect(tmp_path: Path) -> None:
@@ -204,7 +203,7 @@ def test_a_last_step(single: Make, dialect: str) -> None:
     assert running.goal("visit(3)").wait() == "succeeded"
     goal = running.goal("visit(6)")
     assert goal.wait() == "aborted"
-    assert "3 steps" in goal.reason
+    assert "ended after its last step, 3; it is too late for visit(6)" in goal.reason
     assert isinstance(running.wait(), LoopError)
 
 

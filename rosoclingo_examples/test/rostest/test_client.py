@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The client, against a server that the test plays."""
 
 from __future__ import annotations

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The paper's three scenarios at the level of messages: the routes are those of the paper."""
 
 from __future__ import annotations

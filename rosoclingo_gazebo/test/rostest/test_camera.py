@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The camera's topics: what they say fits each other, the laser and the frames."""
 
 from __future__ import annotations

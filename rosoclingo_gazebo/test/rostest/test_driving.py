@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The paper's three scenarios with a robot that drives: the ways are those of the paper."""
 
 from __future__ import annotations

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The markers of a running node: the test plays rosoclingo and an announcement."""
 
 from __future__ import annotations

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The paper's three scenarios with ROS's own navigation, where it is installed."""
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ class TestRealNavigation(unittest.TestCase):
     def drive(self, scenario: int) -> None:
         """Runs the scenario's test, on a master of its own."""
         done = subprocess.run(
-            ["rostest", "rosoclingo_gazebo", "driving.test", "navigation:=real",
+            ["rostest", "rosoclingo_gazebo", "driving.rostest", "navigation:=real",
              f"scenario:={scenario}"],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

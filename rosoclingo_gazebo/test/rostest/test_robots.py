@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Two simulated robots without navigation and localisation: what they have, and what they lack."""
 
 from __future__ import annotations

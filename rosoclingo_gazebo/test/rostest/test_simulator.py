@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The simulator's node as a client of navigation sees it."""
 
 from __future__ import annotations

@@ -168,7 +168,7 @@ def test_navigation_of_one_robot_of_several(terminals: Terminals, gazebo: Dict[s
 def test_the_drive_with_real_navigation(terminals: Terminals, gazebo: Dict[str, str]) -> None:
     """The scenarios' test starts the simulator as a robot only, and ROS's own navigation."""
     shown = terminals.run(
-        "roslaunch", "--dump-params", "rosoclingo_gazebo", "driving.test", "scenario:=1",
+        "roslaunch", "--dump-params", "rosoclingo_gazebo", "driving.rostest", "scenario:=1",
         "navigation:=real",
     )  # fmt: skip
     parameters = yaml.safe_load(shown.output)

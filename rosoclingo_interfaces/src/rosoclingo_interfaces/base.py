@@ -16,6 +16,7 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseGoal
 from std_srvs.srv import Empty
 
 from rosclingo.low_latency import LowLatencyActionClient
+from rosoclingo_interfaces.clock import reason as clock_stands_still
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.pulse import Pulse
 from rosoclingo_interfaces.stray import Point
@@ -160,10 +161,8 @@ class Base:
         if not self.connected:
             raise GoneError(f"{self.name} went away during the drive")
         if clock.still() > _SILENCE_SECONDS:
-            raise GoneError(
-                f"the clock has stood still for {_SILENCE_SECONDS:g} s: "
-                "the simulator that publishes /clock has ended or pauses"
-            )
+            why = clock_stands_still()
+            raise GoneError(f"the clock has stood still for {_SILENCE_SECONDS:g} s: {why}")
         if statuses.still() > _SILENCE_SECONDS:
             raise GoneError(f"{self.name} has sent no status for {_SILENCE_SECONDS:g} s")
 

@@ -59,6 +59,12 @@ class Executor:
         self._running: Dict[str, Execution] = {}
         self._open = True
 
+    @property
+    def busy(self) -> bool:
+        """Whether an action runs."""
+        with self._lock:
+            return bool(self._running)
+
     def begin(self, actuator: str, action: str, reply: Reply) -> None:
         """Begins an action if it is for an actuator of the interface; returns at once.
 

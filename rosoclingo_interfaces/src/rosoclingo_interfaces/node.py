@@ -13,7 +13,7 @@ import rospy
 from rosclingo.errors import RosclingoError
 from rosclingo.ros_node import init_node
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
-from rosoclingo_interfaces import parameters
+from rosoclingo_interfaces import clock, parameters
 from rosoclingo_interfaces.executor import Executor
 from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.topics import topic, wait_for_node
@@ -41,8 +41,9 @@ class InterfaceNode:
         interface.actuators = parameters.terms("actuators", interface.actuators)
         interface.timeout = parameters.number("timeout", interface.timeout)
         simulated = rospy.get_param("/use_sim_time", False)
-        clock = rospy.get_time if simulated else time.monotonic
-        self._executor = Executor(interface, interface.timeout, clock)
+        seconds = rospy.get_time if simulated else time.monotonic
+        self._executor = Executor(interface, interface.timeout, seconds)
+        clock.watch(lambda: self._executor.busy)
         rospy.on_shutdown(lambda: self._executor.close(_SECONDS_TO_END))
         self._in = rospy.Publisher(
             topic("in"), ROSoClingoIn, tcp_nodelay=True, queue_size=_QUEUE_SIZE

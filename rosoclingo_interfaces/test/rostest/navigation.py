@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """A move_base whose drives end as a test says, in the test's process or one of its own."""
 
 from __future__ import annotations

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """A robot's interface with everything that a user may do right and wrong."""
 
 from __future__ import annotations

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Interfaces through ROS: the test plays rosoclingo."""
 
 from __future__ import annotations

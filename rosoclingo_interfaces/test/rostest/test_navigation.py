@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The interface of move_base: the test is the planner, the navigation and the clock."""
 
 from __future__ import annotations

@@ -20,15 +20,23 @@ LINE = Path(__file__).resolve().parents[3] / "rosoclingo" / "test" / "encodings"
 @pytest.fixture
 def node(terminals: Terminals) -> Terminal:
     """Starts the system with a small encoding: the actuator robot visits cells."""
-    modes = package("rosoclingo") / "modes"
-    for name, file in (
-        ("controller", modes / "dynamic.incremental.dyn_reset.lp"),
-        ("planner", LINE),
-    ):
-        terminals.start("rosrun", "rosclingo", "run.py", f"__name:={name}", "-f", str(file))
+    return start_system(terminals)
+
+
+def start_system(terminals: Terminals, *more: str) -> Terminal:
+    """Starts the system with this encoding and more files."""
+    start_solvers(terminals, *more)
     started = terminals.start("rosrun", "rosoclingo", "run.py")
     wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output)
     return started
+
+
+def start_solvers(terminals: Terminals, *more: str) -> None:
+    """Starts controller and planner."""
+    mode = package("rosoclingo") / "modes" / "dynamic.incremental.dyn_reset.lp"
+    for name, files in (("controller", [str(mode)]), ("planner", [str(LINE), *more])):
+        encodings = [argument for file in files for argument in ("-f", file)]
+        terminals.start("rosrun", "rosclingo", "run.py", f"__name:={name}", *encodings)
 
 
 def visit(terminals: Terminals, cell: int) -> None:
@@ -88,6 +96,31 @@ def test_the_launch_file(terminals: Terminals, node: Terminal) -> None:
     visit(terminals, 3)
     results.wait_for('result: "succeeded"')
     launch.wait_for("robot: go(3): success")
+
+
+def test_a_clock_that_an_earlier_launch_left_behind(terminals: Terminals) -> None:
+    """It says what to type, which helps; and a rosoclingo that starts again finds its solvers."""
+    terminals.run("rosparam", "set", "/use_sim_time", "true")
+    start_solvers(terminals)
+    interface = fulfill(terminals, "_delay:=0.1")
+    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
+    for number in range(2):
+        node = terminals.start("rosrun", "rosoclingo", "run.py")
+        wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output)
+        visit(terminals, 2)
+        node.wait_for("robot: go(2)")
+        if number == 0:
+            node.interrupt()
+            assert node.wait() == 0
+    command = "rosparam delete /use_sim_time"
+    interface.wait_for(f"type {command} and then start this node again")
+    assert "the clock of ROS has stood still for 5 s at 0.0" in interface.output
+    assert "nobody publishes /clock: start the simulator" in interface.output
+    interface.interrupt()
+    assert interface.wait() == 0
+    terminals.run(*command.split())
+    fulfill(terminals, "_delay:=0.1")
+    results.wait_for('result: "succeeded"')
 
 
 def test_wrong_parameters(terminals: Terminals) -> None:
@@ -150,6 +183,7 @@ def test_un_block_from_a_pipe(terminals: Terminals) -> None:
     heard.wait_for('value: "unblocked(c(1),c(2))"')
     assert heard.output.count('id: "info"') == 2
     assert heard.output.index("blocked(c3,c4)") < heard.output.index("unblocked(c(1),c(2))")
+    announced.wait_for("not known: nobody publishes /rosoclingo/journal")
     assert announced.wait() == 0
 
 
@@ -163,11 +197,21 @@ def test_un_block_with_wrong_lines(terminals: Terminals) -> None:
     assert heard.output.count("id:") == 1
 
 
-def test_un_block_reaches_the_system(terminals: Terminals, node: Terminal) -> None:
-    """This encoding knows no paths, and says so."""
+def test_un_block_reaches_the_system(terminals: Terminals, tmp_path: Path) -> None:
+    """It says itself what rosoclingo has dropped, also the second time."""
+    paths = tmp_path / "paths.lp"
+    paths.write_text("#program state(t). #external event(info,blocked(c3,c4),t).")
+    node = start_system(terminals, str(paths))
     wait_for(lambda: "/rosoclingo/in" in terminals.run("rosnode", "info", "/rosoclingo").output)
+    for count in (1, 2):
+        announced = un_block(terminals, "b c3 c99", "b c3 c4")
+        assert announced.wait() == 1
+        lines = announced.output.splitlines()
+        assert lines[0] == "blocked(c3,c99)"
+        assert lines[1].startswith("blocked(c3,c99) was dropped: ")
+        assert lines[2:] == ["blocked(c3,c4)"]
+        wait_for(lambda n=count: node.output.count("id info, value blocked(c3,c99)") == n)
     assert un_block(terminals, "b c3 c4").wait() == 0
-    node.wait_for("id info, value blocked(c3,c4)")
 
 
 def test_interrupt_of_un_block(terminals: Terminals) -> None:

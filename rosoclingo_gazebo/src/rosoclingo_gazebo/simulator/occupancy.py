@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any, Dict
 
@@ -136,6 +137,7 @@ def _read_picture(file: Path) -> np.ndarray:
     """Returns how bright the pixels are, from 0 to 1."""
     try:
         with Image.open(file) as picture:
+            _check_length(file, picture.width * picture.height)
             if picture.mode.startswith("I"):  # 16 bits, which Pillow does not scale
                 return np.asarray(picture, np.float64) / 65535.0
             return np.asarray(picture.convert("L"), np.float64) / 255.0
@@ -143,6 +145,13 @@ def _read_picture(file: Path) -> np.ndarray:
         raise MapError(f"{file}: expected a picture such as a PGM file of kind P5 or P2") from err
     except (OSError, ValueError, SyntaxError) as err:
         raise MapError(f"cannot read the picture {file}: {err}") from err
+
+
+def _check_length(file: Path, pixels: int) -> None:
+    """Refuses a picture of kind P2 that is cut off; Pillow before 9.5 makes up the rest."""
+    data = file.read_bytes()
+    if data.startswith(b"P2") and len(re.sub(b"#.*", b"", data).split()) < 4 + pixels:
+        raise ValueError("the picture is cut off")
 
 
 def _number(file: Path, values: Dict[str, Any], key: str) -> float:

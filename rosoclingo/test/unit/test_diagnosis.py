@@ -1,0 +1,247 @@
+"""No plan: which goal cannot be reached, and what contradicts the program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Callable
+
+import pytest
+from conftest import PACKAGE, System
+
+from rosoclingo.errors import LoopError
+
+Make = Callable[..., System]
+LINES = {name: str(PACKAGE / f"test/encodings/line{name}.lp") for name in ("", "_1.0", "_paper")}
+LINE = LINES[""]
+RECORDING = "dynamic.incremental.recording"
+RESETS = [f"dynamic.incremental.{kind}" for kind in ("reset", "dyn_reset")]
+INCREMENTAL = [RECORDING, *RESETS]
+
+
+@pytest.fixture
+def line(tmp_path: Path) -> Callable[..., str]:
+    """Writes the encoding of the line with further rules, and returns the file."""
+
+    def write(rules: str, original: str = LINE) -> str:
+        file = tmp_path / "line.lp"
+        file.write_text(f"{Path(original).read_text()}\n{rules}\n")
+        return str(file)
+
+    return write
+
+
+# No robot can visit cell 5.
+ISLAND = "#program transition(t). :- do(robot,go(5),t)."
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_the_goal_that_cannot_be_reached_is_named(
+    system: Make, line: Callable[..., str], mode: str
+) -> None:
+    made = system(mode, "-c", "steps=6", "-c", "r=3", encoding=[line(ISLAND)])
+    goals = [made.goal("visit(2)"), made.goal("visit(5)")]
+    made.start()
+    reason = str(made.wait())
+    assert "no plan within the horizon of 6 steps for visit(5); -c steps=N" in reason
+    assert [goal.wait() for goal in goals] == ["aborted", "aborted"]
+    assert goals[0].reason == reason
+
+
+def test_goals_that_cannot_be_reached_together_are_named(
+    system: Make, line: Callable[..., str]
+) -> None:
+    rules = "#program state(t). :- event(1,_,t), event(2,visit(X),t), holds(at(X),t)."
+    made = system(RECORDING, "-c", "steps=4", encoding=[line(ISLAND.replace("5", "3") + rules)])
+    goals = [made.goal("visit(5)"), made.goal("visit(6)")]
+    made.start()
+    assert "4 steps for visit(5), visit(6);" in str(made.wait())
+    assert [goal.wait() for goal in goals] == ["aborted", "aborted"]
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_only_the_goal_that_cannot_be_reached_ends(
+    system: Make, line: Callable[..., str], mode: str
+) -> None:
+    made = system(
+        mode, "-c", "steps=9", "-c", "r=4", encoding=[line(ISLAND)], abort_unreachable=True
+    )
+    reachable, unreachable = made.goal("visit(3)"), made.goal("visit(5)")
+    made.start()
+    assert unreachable.wait() == "aborted"
+    assert "no plan within the horizon of 9 steps for visit(5)" in unreachable.reason
+    assert reachable.wait() == "succeeded"
+    assert made.goal("visit(2)").wait() == "succeeded"
+    assert made.world.actions == ["go(2)", "go(3)", "go(2)"]
+    assert any("~abort_unreachable" in warning for warning in made.world.warnings)
+
+
+def test_only_the_goal_that_cannot_be_reached_ends_in_one_node(
+    single: Make, line: Callable[..., str]
+) -> None:
+    made = single(line(ISLAND), "-c", "steps=9", abort_unreachable=True).start()
+    assert made.goal("visit(6)").wait() == "aborted"
+    assert made.goal("visit(2)").wait() == "succeeded"
+
+
+def test_a_goal_that_the_planner_does_not_cancel_ends_all(system: Make, tmp_path: Path) -> None:
+    file = tmp_path / "stubborn.lp"
+    file.write_text(
+        "rslot(1). #program state(t). #external event(1,(now;never),t)."
+        "#external event(1,cancel,t). status(1,succeeded,t) :- event(1,now,t)."
+        "refused(t) :- event(1,never,t). refused(t) :- refused(t-1)."
+        "#program query(t). #external query(t). :- query(t), refused(t)."
+    )
+    made = system(RECORDING, "-c", "steps=2", encoding=[str(file)], abort_unreachable=True).start()
+    assert made.goal("now").wait() == "succeeded"
+    goal = made.goal("never")
+    assert goal.wait() == "aborted"
+    assert "for never" in str(made.wait())
+
+
+def test_a_goal_that_was_never_accepted_is_not_called_so(system: Make) -> None:
+    made = system(RECORDING, "-c", "steps=2").start()
+    goal = made.goal("visit(6)")
+    assert goal.wait() == "aborted"
+    assert "accepted" not in goal.lines
+    made.wait()
+
+
+@pytest.mark.parametrize(
+    ("rules", "part"),
+    [
+        ("#program base. wrong. :- wrong.", "base"),
+        ("#program base. {wrong}. :- wrong. :- not wrong.", "base"),
+        ("#program state(t). :- t = 0.", r"state\(0\)"),
+        ("#program transition(t). :- t = 2, cell(1).", r"transition\(2\)"),
+        ("#program transition(t). {wrong(t)}. :- t=2, wrong(t). :- t=2, not wrong(t).",
+         r"transition\(2\)"),
+        ("#program query(t). :- t = 0.", r"query\(0\)"),
+    ],
+)  # fmt: skip
+def test_a_part_that_contradicts_itself_is_named(
+    system: Make, single: Make, line: Callable[..., str], rules: str, part: str
+) -> None:
+    file = line(rules)
+    for made in (
+        system(RECORDING, "-c", "steps=4", encoding=[file]),
+        single(file, "-c", "steps=4"),
+    ):
+        goal = made.goal("visit(4)")
+        made.start()
+        with pytest.raises(LoopError, match=f"no answer set even without a goal: the part {part} "):
+            raise made.wait()
+        assert goal.wait() in ("aborted", "rejected")
+
+
+def test_a_contradiction_is_found_long_before_the_last_horizon(
+    single: Make, line: Callable[..., str]
+) -> None:
+    made = single(line("#program base. {wrong}. :- wrong. :- not wrong."))  # there is no last one
+    assert "the part base" in str(made.start().wait())
+
+
+# A closed cell 4 is impossible; one says so by mistake.
+IMPOSSIBLE = "#program state(t). :- holds(closed(4),t)."
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_an_event_that_contradicts_the_program_is_taken_back(
+    system: Make, line: Callable[..., str], mode: str
+) -> None:
+    made = system(mode, "-c", "steps=30", "-c", "r=5", encoding=[line(IMPOSSIBLE)])
+    check_that_it_goes_on(made)
+
+
+def test_an_event_that_contradicts_the_program_in_one_node(
+    single: Make, line: Callable[..., str]
+) -> None:
+    check_that_it_goes_on(single(line(IMPOSSIBLE)))
+
+
+def check_that_it_goes_on(made: System) -> None:
+    made.world.answer = lambda actuator, action: None
+    goals = [made.goal("visit(3)"), made.goal("visit(5)"), made.goal("visit(2)")]
+    made.start()
+    made.world.wait_for(lambda world: bool(world.published))
+    made.send("info", "close(4)")
+    made.world.wait_for(lambda world: bool(world.warnings))
+    (warning,) = made.world.warnings
+    assert "no answer set with event(info,close(4),1), even without a goal" in warning
+    made.world.answer = lambda actuator, action: "success"
+    made.send("robot", "success")
+    for goal in goals[:2]:  # those of which the planner knew
+        assert goal.wait() == "aborted"
+        assert "event(info,close(4),1)" in goal.reason
+    assert goals[2].wait() == "succeeded"
+    assert made.goal("visit(5)").wait() == "succeeded"
+
+
+@pytest.mark.parametrize("mode", INCREMENTAL)
+def test_a_goal_that_contradicts_the_program_ends_alone(
+    system: Make, line: Callable[..., str], mode: str
+) -> None:
+    rules = "#program state(t). :- event(_,visit(5),t)."
+    made = system(mode, "-c", "steps=30", "-c", "r=5", encoding=[line(rules)])
+    other, wrong = made.goal("visit(4)"), made.goal("visit(5)")
+    made.start()
+    assert wrong.wait() == "aborted"
+    assert "no answer set with event(2,visit(5),0), even without a goal" in wrong.reason
+    assert other.wait() == "succeeded"
+    assert made.goal("visit(2)").wait() == "succeeded"
+
+
+@pytest.mark.parametrize("dialect", ["_1.0", "_paper"])
+def test_an_event_that_cannot_be_taken_back_is_named(
+    single: Make, line: Callable[..., str], dialect: str
+) -> None:
+    rules = {
+        "_1.0": "#program set_event(id,e,t). :- id = info, e = open(4).",
+        "_paper": "#program transition(t). :- event(info,open(4),t).",
+    }
+    made = single(line(rules[dialect], LINES[dialect])).start()
+    assert made.goal("visit(2)").wait() == "succeeded"
+    goal = made.goal("visit(6)")
+    made.send("info", "open(4)")
+    if dialect == "_1.0":
+        assert goal.wait() == "aborted"
+        assert "no answer set any more, even without a goal, after " in goal.reason
+        assert "event(info,open(4)," in str(made.wait())
+    else:
+        assert goal.wait() == "aborted"
+        assert "event(info,open(4)," in goal.reason
+
+
+def test_what_is_released_may_contradict_the_program(
+    system: Make, line: Callable[..., str]
+) -> None:
+    """The bell has to ring in step 1; when it can no longer, clingo grounds nothing any more."""
+    rules = "#program transition(t). #external event(bell,rings,t) : t = 1. :- not heard, t = 1."
+    rules += "heard :- event(bell,rings,t)."
+    made = system(RECORDING, "-c", "steps=9", encoding=[line(rules)]).start()
+    made.send("bell", "rings")
+    goal = made.goal("visit(3)")
+    text = str(made.wait())
+    assert goal.wait() == "aborted"
+    assert "no answer set" in text
+    assert "there is no external" not in text
+
+
+def test_what_comes_while_the_reason_is_looked_for(system: Make, line: Callable[..., str]) -> None:
+    """The search for the reason ends, and the next plan is made with what has come."""
+    made = system(RECORDING, "-c", "steps=3")
+    goal = made.goal("visit(3)")
+    made.send("info", "close(2)")
+    look = made.loop.state.planner.has_answer_set
+    looked = []
+
+    def listen(stopped: Callable[[], bool]) -> Any:
+        if not looked:
+            looked.append(1)
+            made.send("info", "open(2)")
+            assert made.inbox.wait(0)
+        return look(stopped)
+
+    made.loop.state.planner.has_answer_set = listen  # type: ignore[method-assign]
+    made.start()
+    assert goal.wait() == "succeeded"
+    assert looked

@@ -1,0 +1,60 @@
+"""A search that somebody else ends begins again."""
+
+from __future__ import annotations
+
+from typing import Callable, List, Optional, Sequence
+
+import pytest
+
+from rosclingo.commands import Add, Assumption, Command, Ground, Part, Reply
+from rosclingo.engine import Engine, Improvement, Outcome, Result
+from rosclingo.options import Options
+from rosoclingo.errors import LoopError
+from rosoclingo.insistent import Insistent
+
+
+class Disturbed:
+    """A solver whose first searches somebody else ends."""
+
+    def __init__(self, times: int) -> None:
+        self.times = times
+        self.engine = Engine(Options())
+        self.engine.apply(Add("a", (), "a."))
+        self.engine.apply(Ground((Part("a"),)))
+
+    def run(self, commands: Sequence[Command]) -> Reply:
+        return self.engine.run(commands)
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
+    ) -> Outcome:
+        self.times -= 1
+        if self.times >= 0:
+            return self.engine.solve(assumptions, lambda: True)
+        return self.engine.solve(assumptions, stopped, improved)
+
+    def check(self) -> None:
+        pass
+
+
+def test_it_is_tried_again_with_one_warning() -> None:
+    warnings: List[str] = []
+    solver = Insistent(Disturbed(3), "/planner", warnings.append)
+    assert solver.solve((), lambda: False) == Outcome(Result.SAT, symbols=("a",))
+    (warning,) = warnings
+    assert "leave /planner/goal and /planner/cancel out of what rosbag plays" in warning
+
+
+def test_a_search_that_was_told_to_stop_ends() -> None:
+    warnings: List[str] = []
+    outcome = Insistent(Disturbed(0), "/planner", warnings.append).solve((), lambda: True)
+    assert outcome.interrupted
+    assert warnings == []
+
+
+def test_a_rival_that_never_ends_is_named() -> None:
+    with pytest.raises(LoopError, match="does another rosoclingo use that solver"):
+        Insistent(Disturbed(10_000), "/controller", lambda _: None).solve()

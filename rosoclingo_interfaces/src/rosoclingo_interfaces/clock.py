@@ -1,0 +1,71 @@
+"""Says why nothing happens when the clock of ROS stands still."""
+
+from __future__ import annotations
+
+import threading
+from typing import Callable, List
+
+import rosgraph
+import rospy
+
+from rosoclingo_interfaces.pulse import Pulse
+
+SILENCE_SECONDS = 5.0
+"""A clock that says the same for so long, in wall time, stands still."""
+
+_POLL_SECONDS = 0.5  # how often it is looked at, in wall time
+_REMINDER_SECONDS = 10.0  # how often it is said that it stands still, likewise
+
+
+def watch(waits: Callable[[], bool]) -> None:
+    """Warns, from now on, while something waits and the clock of ROS stands still.
+
+    Make the node first. If ROS's clock is the wall clock, there is nothing to watch.
+
+    Args:
+        waits: Whether anything waits by the clock; called in a thread of this module's.
+    """
+    if not rospy.rostime.is_wallclock():
+        threading.Thread(target=_watch, args=(waits,), name="clock", daemon=True).start()
+
+
+def reason() -> str:
+    """Returns why the clock stands still, as far as that is known, and what to do."""
+    publishers = _publishers()
+    if publishers:
+        return (
+            f"{', '.join(publishers)}, which publishes /clock, has ended or pauses: "
+            "start it again, or let it go on"
+        )
+    return (
+        "/use_sim_time is true, and nobody publishes /clock: start the simulator that should, or, "
+        "if there is none, type rosparam delete /use_sim_time and then start this node again, "
+        "which reads it only at its start"
+    )
+
+
+def _watch(waits: Callable[[], bool]) -> None:
+    pulse = Pulse(rospy.get_rostime)
+    end = threading.Event()
+    rospy.on_shutdown(end.set)
+    warn_at = SILENCE_SECONDS
+    while not end.wait(_POLL_SECONDS):
+        still = pulse.still()
+        if still < SILENCE_SECONDS:
+            warn_at = SILENCE_SECONDS
+        elif still >= warn_at and waits():
+            warn_at = still + _REMINDER_SECONDS
+            rospy.logwarn(
+                "the clock of ROS has stood still for %.0f s at %.1f; the actions wait with it: %s",
+                still,
+                rospy.get_time(),
+                reason(),
+            )
+
+
+def _publishers() -> List[str]:
+    try:
+        publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
+    except (OSError, rosgraph.MasterException):
+        return []  # nobody knows
+    return sorted(publishers.get(rospy.resolve_name("/clock"), ()))

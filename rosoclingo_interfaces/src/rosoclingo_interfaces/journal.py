@@ -1,0 +1,72 @@
+"""rosoclingo's journal, as a client reads it."""
+
+from __future__ import annotations
+
+import time
+from typing import Callable, List
+
+import rosgraph
+import rospy
+
+from rosoclingo.msg import ROSoClingoEvent
+from rosoclingo_interfaces.topics import topic
+
+_SECONDS_TO_CONNECT = 2.0
+_SECONDS_TO_SETTLE = 1.0  # at most, for what has happened before
+_QUIET_SECONDS = 0.2  # after so long without an event, that has come
+
+
+class JournalReader:
+    """Collects the events. Make it after the node is initialised."""
+
+    def __init__(self) -> None:
+        """Subscribes."""
+        self._events: List[ROSoClingoEvent] = []
+        self._last = time.monotonic()
+        self._ready = False
+        self._subscriber = rospy.Subscriber(
+            topic("journal"), ROSoClingoEvent, self._on_event, tcp_nodelay=True
+        )
+        self.name: str = self._subscriber.resolved_name
+
+    def begin(self, wait: Callable[[Callable[[], bool]], bool]) -> bool:
+        """Forgets what has happened until now, so that what follows is news.
+
+        Args:
+            wait: Waits until a condition holds, or returns False if it is told to give up.
+
+        Returns:
+            Whether there is a journal.
+        """
+        if not self._subscriber.get_num_connections():
+            self._ready = False
+            end = time.monotonic() + (_SECONDS_TO_CONNECT if self._is_published() else 0.0)
+            wait(lambda: self._subscriber.get_num_connections() > 0 or time.monotonic() > end)
+        if not self._subscriber.get_num_connections():
+            return False
+        if not self._ready:
+            self._last = begin = time.monotonic()
+            wait(
+                lambda: (
+                    time.monotonic() - self._last > _QUIET_SECONDS
+                    or time.monotonic() - begin > _SECONDS_TO_SETTLE
+                )
+            )
+            self._ready = True
+        self._events = []
+        return True
+
+    def events(self) -> List[ROSoClingoEvent]:
+        """Returns what has happened since :meth:`begin`."""
+        return list(self._events)
+
+    def _is_published(self) -> bool:
+        try:
+            publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
+        except (OSError, rosgraph.MasterException):
+            return False
+        return bool(publishers.get(self.name))
+
+    def _on_event(self, event: ROSoClingoEvent) -> None:
+        self._last = time.monotonic()
+        self._events.append(event)
