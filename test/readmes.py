@@ -91,7 +91,7 @@ def _inline(text: str) -> Iterator[Piece]:
         line = " ".join(code.split())
         if _VARIABLE.match(line):
             yield Piece("variable", line)
-        elif _COMMAND.match(line) and " " in line:
+        elif _COMMAND.match(line) and " " in line and not re.fullmatch(r"rosbag \w+", line):
             yield Piece("command", line)
 
 
