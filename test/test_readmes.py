@@ -37,7 +37,7 @@ NOT_TYPED = {
     "sudo apt-get install": "Gazebo and the navigation stack are not among Debian's packages",
     "pip install": "is done by scripts/setup",
     "rosbag compress --bz2": "names a command without a bag",
-    "rostest rosoclingo_gazebo driving.test": "catkin registers it in CMakeLists.txt",
+    "rostest rosoclingo_gazebo driving.rostest": "catkin registers it in CMakeLists.txt",
     "rosrun rosoclingo_gazebo demo.py": "takes half a minute; test_demo.py types it",
     "python benchmarks/simulator_bench.py": "measures for minutes; scripts/bench types it",
     "test/bags/record": "makes the regression bags anew",
