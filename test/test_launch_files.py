@@ -31,7 +31,7 @@ MODE = ROOT / "rosoclingo" / "modes" / "static.incremental.recording.lp"
 LINE = ROOT / "rosoclingo" / "test" / "encodings" / "line.lp"
 NEEDED = {
     "nodes.launch": [
-        "action_timeout:=0", "encoding:=line.lp", "mode:=static.fixed.recording", "options:=-t 1",
+        "abort_unreachable:=false", "action_timeout:=0", "encoding:=line.lp", "mode:=static.fixed.recording", "options:=-t 1",
         "r:=5", "record:=none", "required:=false", "steps:=10",
     ],
     "rosoclingo.launch": ["encoding:=line.lp", "mode:=static.fixed.recording"],
@@ -40,6 +40,7 @@ NEEDED = {
 ANOTHER = {
     "physics": "mujoco",
     "required": "true",
+    "abort_unreachable": "true",
     "mode": "dynamic.incremental.reset",
     "navigation": "fulfill",
     "rosoclingo": "another",
