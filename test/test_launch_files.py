@@ -31,8 +31,9 @@ MODE = ROOT / "rosoclingo" / "modes" / "static.incremental.recording.lp"
 LINE = ROOT / "rosoclingo" / "test" / "encodings" / "line.lp"
 NEEDED = {
     "nodes.launch": [
-        "abort_unreachable:=false", "action_timeout:=0", "encoding:=line.lp", "mode:=static.fixed.recording", "options:=-t 1",
-        "r:=5", "record:=none", "required:=false", "steps:=10",
+        "abort_unreachable:=false", "action_timeout:=0", "encoding:=line.lp",
+        "mode:=static.fixed.recording", "options:=-t 1", "r:=5", "record:=none",
+        "required:=false", "steps:=10",
     ],
     "rosoclingo.launch": ["encoding:=line.lp", "mode:=static.fixed.recording"],
     "single.launch": ["encoding:=line.lp"],
