@@ -7,7 +7,8 @@ import signal
 import subprocess
 import time
 from pathlib import Path
-from typing import Callable, Dict, Iterator, List
+from typing import Any, Callable, Dict, Iterator, List, Set, cast
+from xmlrpc.client import ServerProxy
 
 import pytest
 
@@ -46,8 +47,8 @@ class Terminal:
         assert text in self.output, self.output
 
     def interrupt(self) -> None:
-        """Presses Ctrl-C."""
-        self.process.send_signal(signal.SIGINT)
+        """Presses Ctrl-C, which reaches all that belongs to the command."""
+        os.killpg(self.process.pid, signal.SIGINT)
 
     def wait(self, timeout: float = TIMEOUT) -> int:
         """Waits until the command has ended and returns its exit status."""
@@ -57,7 +58,7 @@ class Terminal:
         """Ends the command if it still runs."""
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             if self.process.poll() is None:
-                self.process.send_signal(number)
+                os.killpg(self.process.pid, number)
                 try:
                     self.process.wait(10.0)
                 except subprocess.TimeoutExpired:
@@ -94,8 +95,17 @@ class Terminals:
     def start_master(self) -> Terminal:
         """Starts roscore and waits until it answers."""
         master = self.start("roscore", "-p", str(self._port))
-        wait_for(lambda: self.run("rosnode", "list").output.split() == ["/rosout"])
+        wait_for(lambda: "/rosout" in self.names())
         return master
+
+    def names(self) -> Set[str]:
+        """Returns the nodes, topics and services that the master knows; none without a master."""
+        master = ServerProxy(self.environment["ROS_MASTER_URI"])
+        try:
+            _, _, state = cast(Any, master.getSystemState("/test"))
+        except OSError:
+            return set()
+        return {name for part in state for named, nodes in part for name in [named, *nodes]}
 
     def close(self) -> None:
         """Ends what still runs, the last first."""

@@ -31,8 +31,9 @@ MODE = ROOT / "rosoclingo" / "modes" / "static.incremental.recording.lp"
 LINE = ROOT / "rosoclingo" / "test" / "encodings" / "line.lp"
 NEEDED = {
     "nodes.launch": [
-        "action_timeout:=0", "encoding:=line.lp", "mode:=static.fixed.recording", "options:=-t 1",
-        "r:=5", "record:=none", "required:=false", "steps:=10",
+        "abort_unreachable:=false", "action_timeout:=0", "encoding:=line.lp",
+        "mode:=static.fixed.recording", "options:=-t 1", "r:=5", "record:=none",
+        "required:=false", "steps:=10",
     ],
     "rosoclingo.launch": ["encoding:=line.lp", "mode:=static.fixed.recording"],
     "single.launch": ["encoding:=line.lp"],
@@ -40,6 +41,7 @@ NEEDED = {
 ANOTHER = {
     "physics": "mujoco",
     "required": "true",
+    "abort_unreachable": "true",
     "mode": "dynamic.incremental.reset",
     "navigation": "fulfill",
     "rosoclingo": "another",
@@ -127,14 +129,6 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminals]:
         opened.close()
 
 
-def registered(terminals: Terminals) -> Set[str]:
-    """Returns the nodes that the master knows, roslaunch's own apart."""
-    master = ServerProxy(terminals.environment["ROS_MASTER_URI"])
-    _, _, state = master.getSystemState("/test")  # type: ignore[misc]
-    nodes = {node for names in state for _, nodes in names for node in nodes}  # type: ignore[union-attr]
-    return nodes - {"/rosout"}  # type: ignore[operator]
-
-
 def process(terminals: Terminals, node: str) -> int:
     master = ServerProxy(terminals.environment["ROS_MASTER_URI"])
     _, _, address = master.lookupNode("/test", node)  # type: ignore[misc]
@@ -155,7 +149,7 @@ def start(terminals: Terminals, folder: Path, *words: str) -> Terminal:
 def come_up(terminals: Terminals, launch: Terminal, expected: Set[str]) -> None:
     def is_up() -> bool:
         assert launch.process.poll() is None, launch.output
-        return expected <= registered(terminals)
+        return expected <= terminals.names()
 
     wait_for(is_up)
     assert "has died" not in launch.output
@@ -165,7 +159,7 @@ def have_ended(terminals: Terminals, launch: Terminal, expected: Set[str]) -> No
     assert launch.wait() == 0, launch.output
     for wrong in ("escalating", "Traceback"):
         assert wrong not in launch.output, launch.output
-    assert not expected & registered(terminals)
+    assert not expected & terminals.names()
 
 
 @pytest.mark.parametrize("file", [f for f in FILES if f[1] not in MISSING | PARTS], ids="/".join)
@@ -206,6 +200,6 @@ def test_required(shared: Terminals, tmp_path: Path, file: Tuple[str, str], node
         os.kill(process(shared, namespace + node), signal.SIGKILL)
         launch.wait()
         assert f"REQUIRED process [{namespace[1:]}{node}" in launch.output
-        assert not (nodes - {namespace + node}) & registered(shared)
+        assert not (nodes - {namespace + node}) & shared.names()
     finally:
         del shared.environment["ROS_NAMESPACE"]

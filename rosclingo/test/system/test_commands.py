@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import List
 
 import pytest
-import yaml
 from terminals import TIMEOUT, Terminal, Terminals, package, terminals, wait_for
 
 __all__ = ["terminals"]
@@ -79,21 +78,6 @@ def test_incremental(terminals: Terminals) -> None:
         assert lines[:18] == [*horizons, "##### result", "result: sat", "interrupted: False"]
         assert lines[19:] == ["#####"]
         assert set(answer_set(ended.output)) == MANUAL
-
-
-def test_control_from_the_command_line(terminals: Terminals) -> None:
-    folder = example()
-    terminals.start("rosrun", "rosclingo", "run.py", "-f", f"{folder}/itoh.lp")
-    wait_for(lambda: "/rosclingo/control" in terminals.run("rosservice", "list").output)
-    ended = terminals.run(
-        "rosservice", "call", "/rosclingo/control",
-        '<commands>\n<ground>\n<program name="query">\n<parameter value="3"/>\n</program>\n'
-        '</ground>\n<assign_external name="query(3)" value="true"/>\n<get_externals/>\n</commands>',
-    )  # fmt: skip
-    assert yaml.safe_load(ended.output)["result"].splitlines() == [
-        *("<return>", "<success>", "True", "</success>"),
-        *("<externals>", '<external name="query(3)" value="true"/>', "</externals>", "</return>"),
-    ]
 
 
 def test_names_move(terminals: Terminals) -> None:

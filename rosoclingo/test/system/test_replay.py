@@ -12,6 +12,7 @@ from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
 from xml.etree import ElementTree
 
 import pytest
+from readmes import check_output
 from rosbags.rosbag1 import Reader, Writer
 from terminals import Terminal, Terminals, package, terminals, wait_for
 
@@ -296,6 +297,7 @@ def test_differences(terminals: Terminals, recorder: Recorder, tmp_path: Path) -
     changed.write_text(Path(line()).read_text() + "#program transition(t). :- do(robot,_,t), t=3.")
     ended = replay(terminals, bag, "--planner", f"-f {changed}")
     assert divergence(ended) == ["3/4", "robot:", "go(3)", "robot:", "go(3)"]  # a step later
+    check_output("rosoclingo/README.md", "replay.py", ended.output)
 
     mode = package("rosoclingo") / "modes" / "dynamic.incremental.dyn_reset.lp"
     ended = replay(terminals, bag, "--controller", f"-f {mode} -c steps=20")

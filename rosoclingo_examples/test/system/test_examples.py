@@ -65,15 +65,6 @@ SHORTEST = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])
-def test_the_static_mailbot(terminals: Terminals, mode: str) -> None:
-    controller(terminals, mode)
-    planner(terminals, "instances/graph_bench.lp", "mailbot/requests/request01.lp", "mailbot")
-    node = terminals.start("rosrun", "rosoclingo", "run.py", "run.py")
-    node.wait_for("solver: [do(")
-    assert plan(terminals) == SHORTEST
-
-
 @pytest.mark.parametrize("mode", DYNAMIC)
 def test_the_dynamic_mailbot(terminals: Terminals, mode: str, tmp_path: Path) -> None:
     node = dynamic(terminals, mode)
@@ -89,20 +80,6 @@ def test_the_dynamic_mailbot(terminals: Terminals, mode: str, tmp_path: Path) ->
     assert "mailbot: go(c(3))" in node.output
 
 
-def test_the_dynamic_mailbot_with_a_fixed_horizon(terminals: Terminals, tmp_path: Path) -> None:
-    """Time does not wait there, as the manual warns: the request has to be there first."""
-    node = terminals.start("rosrun", "rosoclingo", "run.py", "run.py")
-    terminals.start("rosrun", "rosoclingo_interfaces", "fulfill.py")
-    client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
-    typist.type("1 3\n")
-    typist.close()
-    client.wait_for("[1] bring(1,3): sent")
-    controller(terminals, "dynamic.fixed.recording")
-    planner(terminals, "instances/graph_bench.lp", "mailbot")
-    assert client.wait() == 0, client.output + node.output
-    assert client.output.splitlines()[-1] == "1 delivery"
-
-
 def test_a_fixed_horizon_in_the_manuals_order(terminals: Terminals, tmp_path: Path) -> None:
     """The request may come too late; the client says so and ends."""
     dynamic(terminals, "dynamic.fixed.recording")
@@ -116,22 +93,6 @@ def test_a_fixed_horizon_in_the_manuals_order(terminals: Terminals, tmp_path: Pa
         assert status == 1
         assert "[1] bring(1,3): aborted: " in client.output
         assert "horizon" in client.output
-
-
-def test_mailbot_with_an_object(terminals: Terminals, tmp_path: Path) -> None:
-    """The office of the second part, in the loop of 2.0."""
-    controller(terminals, "dynamic.incremental.dyn_reset", 30)
-    planner(terminals, "instances/graph_wg.lp", "mailbot", options=())
-    terminals.start("rosrun", "rosoclingo", "run.py")
-    terminals.start("rosrun", "rosoclingo_interfaces", "fulfill.py", "_no_answer:=pickup")
-    client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot.py")
-    typist.type("o9 o14 box_of_chocolate\n")
-    client.wait_for("[1] bring(o9,o14) box_of_chocolate: accepted")
-    goal = terminals.run("rosservice", "call", "/rosoclingo/get_goal_information", "'1'")
-    assert "box_of_chocolate" in goal.output
-    typist.close()
-    client.interrupt()
-    assert client.wait() == 130
 
 
 @pytest.mark.install_space
@@ -244,15 +205,6 @@ def test_interrupt_at_a_keyboard(terminals: Terminals, tmp_path: Path) -> None:
     assert "Traceback" not in client.output
     status = terminals.run("rostopic", "echo", "-n", "1", "/rosoclingo/status")
     assert "status: 1" in status.output  # ACTIVE
-
-
-def test_the_quick_start_of_the_readme(terminals: Terminals, tmp_path: Path) -> None:
-    terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch")
-    client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
-    typist.type("1 3\n4 2\n")
-    typist.close()
-    assert client.wait() == 0, client.output
-    assert client.output.splitlines()[-1] == "2 deliveries"
 
 
 def test_usage(terminals: Terminals) -> None:

@@ -94,6 +94,7 @@ def test_with_gazebo(terminals: Terminals, gazebo: Dict[str, str]) -> None:
         "/gazebo", "/spawn_mailbot", "/robot_state_publisher",
     ]  # fmt: skip
     assert nodes(terminals, "simulator:=embedded") == ["/simulator"]
+    assert nodes(terminals, "record:=x").count("/recorder") == 1
 
 
 @pytest.mark.install_space

@@ -1,0 +1,554 @@
+"""Types every command that a README prints, literally and in the order of the text.
+
+A test takes one section: it has to type all that stands there, but for what ``NOT_TYPED`` names,
+and each command has to do what the text says. Needs a sourced workspace.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Iterator, List
+
+import pytest
+import yaml
+from readmes import READMES, ROOT, Piece, check_output, section, sections
+from screen import screen
+from terminals import Terminal, Terminals, wait_for
+from typist import pipe
+
+from rosoclingo_interfaces.waypoints import read_waypoints
+
+__all__ = ["screen"]
+
+# Commands, or how they begin, and why they are not typed here.
+NOT_TYPED = {
+    "scripts/demo": "builds the workspace anew; test_demo.py types what it types then",
+    "scripts/test": "would run this test again",
+    "scripts/in-chroot": "makes a system of another release",
+    "scripts/setup": "installs packages; scripts/test begins with it",
+    "src/rosoclingo/scripts/setup": "likewise",
+    "PYTHON=": "for catkin_make",
+    "catkin_make": "builds the workspace anew, as scripts/test does in all of these ways",
+    "source devel/setup.bash": "is done before this test",
+    "sudo apt-get install": "Gazebo and the navigation stack are not among Debian's packages",
+    "pip install": "is done by scripts/setup",
+    "rosbag compress --bz2": "names a command without a bag",
+    "rostest rosoclingo_gazebo driving.rostest": "catkin registers it in CMakeLists.txt",
+    "rosrun rosoclingo_gazebo demo.py": "takes half a minute; test_demo.py types it",
+    "python benchmarks/simulator_bench.py": "measures for minutes; scripts/bench types it",
+    "test/bags/record": "makes the regression bags anew",
+}
+
+# Where a section's output is compared with what is really printed.
+COMPARED = {
+    ("README.md", "Try it"): "rosoclingo_gazebo/test/system/test_demo.py",
+    ("rosoclingo/README.md", "replay.py"): "rosoclingo/test/system/test_replay.py",
+    ("rosoclingo/README.md", "compare.py"): "test/test_readmes.py",
+}
+
+ASP = ROOT / "rosoclingo_aspprograms" / "mailbot"
+OFFICE, MAILBOT = ASP / "instances" / "graph_wg.lp", ASP / "mailbot.lp"
+TOWER = ROOT / "rosclingo" / "example"
+LINE = ROOT / "rosoclingo" / "example" / "line.lp"
+BAGS = ROOT / "test" / "bags"
+
+# What a shell of the reader's has: roscore finds its port taken by nobody else's.
+PROFILE = 'roscore() { command roscore -p "${ROS_MASTER_URI##*:}" "$@"; }\n'
+
+
+class Page:
+    """A section of a README, and a reader who types what it prints, in a folder of his own."""
+
+    def __init__(self, terminals: Terminals, folder: Path, pieces: List[Piece]) -> None:
+        self.terminals = terminals
+        self.folder = folder
+        self.left = [piece for piece in pieces if not is_left_out(piece)]
+        self._profile = PROFILE
+        self._open: List[Terminal] = []
+
+    def has(self, **files: Path) -> None:
+        """Puts copies of files into the folder: ``task_lp`` is the name ``task.lp``."""
+        for name, file in files.items():
+            shutil.copy(file, self.folder / name.replace("_", "."))
+
+    def block(self, kind: str) -> str:
+        """Returns the next block, which is not typed."""
+        piece = self.left.pop(0)
+        assert piece.kind == kind, piece
+        return piece.text
+
+    def type(self, word: str, lines: str = "") -> Terminal:
+        """Types the next command, in which a word is, and lines that it reads."""
+        while self.left and self.left[0].kind == "variable":
+            self._profile += self.left.pop(0).text + "\n"
+        command = self.block("command")
+        assert word in command, f"{command!r} is next"
+        shell = ("bash", "-c", f'cd "{self.folder}"\n{self._profile}{command}')
+        if lines:
+            terminal, typist = pipe(self.terminals, self.folder, *shell)
+            typist.type(lines)
+            typist.close()
+        else:
+            terminal = self.terminals.start(*shell)
+        self._open.append(terminal)
+        if command == "roscore":
+            self.sees("/rosout")
+        return terminal
+
+    def run(self, word: str, lines: str = "") -> str:
+        """Types the next command, waits until it has ended well, and returns what it has said."""
+        terminal = self.type(word, lines)
+        assert terminal.wait() == 0, terminal.output
+        return terminal.output
+
+    def hears(self, topic: str) -> None:
+        """Waits until a latched topic is there: then its node is at work."""
+        wait_for(lambda: self.terminals.run("rostopic", "echo", "-n", "1", topic).wait() == 0)
+
+    def sees(self, name: str) -> None:
+        """Waits until there is a node, topic or service of a name."""
+        wait_for(lambda: name in self.terminals.names())
+
+    def interrupt(self) -> None:
+        """Presses Ctrl-C in each terminal, the last first; all end, and complain of nothing."""
+        for terminal in reversed(self._open):
+            if terminal.process.poll() is None:
+                terminal.interrupt()
+                terminal.wait()
+            assert "Traceback" not in terminal.output, terminal.output
+        self._open.clear()
+
+
+def is_left_out(piece: Piece) -> bool:
+    is_for_a_shell = piece.kind in ("command", "variable")
+    return piece.kind == "output" or (is_for_a_shell and piece.text.startswith(tuple(NOT_TYPED)))
+
+
+def of(readme: str, heading: str) -> pytest.MarkDecorator:
+    return pytest.mark.readme(readme, heading)
+
+
+@pytest.fixture
+def page(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Page]:
+    """The section that the test's mark names."""
+    terminals = Terminals(tmp_path)
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    mark = request.node.get_closest_marker("readme")
+    page = Page(terminals, folder, section(*mark.args))
+    if not {"roscore"} & {piece.text for piece in page.left}:
+        terminals.start_master()
+    try:
+        yield page
+        assert not page.left, "the README prints more than the test types"
+        page.interrupt()
+    finally:
+        terminals.close()
+
+
+def test_nothing_is_forgotten() -> None:
+    """What is printed is typed or compared, and the lists name nothing that is not printed."""
+    tests = [test for name, test in globals().items() if name.startswith("test_")]
+    marks = [mark for test in tests for mark in getattr(test, "pytestmark", [])]
+    tested = {mark.args for mark in marks if mark.name == "readme"}
+    printed = [(name, *part) for name in READMES for part in sections(name)]
+    pieces = [piece for _, _, found in printed for piece in found]
+    for readme, heading, found in printed:
+        typed = [piece for piece in found if not is_left_out(piece)]
+        assert not typed or (readme, heading) in tested, f"{readme}, {heading}: {typed}"
+    assert set(COMPARED) == {
+        (readme, heading)
+        for readme, heading, found in printed
+        if any(piece.kind == "output" for piece in found)
+    }
+    for (readme, heading), file in COMPARED.items():
+        assert f'check_output("{readme}", "{heading}", ' in (ROOT / file).read_text()
+    for entry, reason in NOT_TYPED.items():
+        assert any(piece.text.startswith(entry) for piece in pieces), f"{entry} ({reason})"
+
+
+@of("README.md", "The manual's examples")
+def test_the_manuals_examples(page: Page) -> None:
+    for script in ("start.py", "istart.py"):
+        page.type("roscore")
+        page.type("run.py")
+        said = page.run(script)
+        assert "result: sat" in said
+        assert said.count("do(arm,") == 14
+        page.interrupt()
+
+
+def rostest(page: Page) -> None:
+    """Makes a package of a block that is a line for rostest, and runs it."""
+    package = page.folder / "my_package"
+    (package / "test").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>my_package</name></package>")
+    shutil.copy(page.folder / "run.bag", package / "test")
+    launch = f"<launch>{page.block('xml')}</launch>"
+    assert ET.fromstring(launch)[0].attrib["type"] == "replay.py"
+    (package / "test" / "run.test").write_text(launch)
+    page.terminals.environment["ROS_PACKAGE_PATH"] += f":{page.folder}"
+    tested = page.terminals.run("rostest", "my_package", "run.test")
+    assert tested.wait() == 0, tested.output
+
+
+@of("README.md", "Regression bags")
+def test_regression_bags(page: Page) -> None:
+    recorded = page.type("roslaunch")
+    client, typist = pipe(
+        page.terminals, page.folder, "rosrun", "rosoclingo_examples", "mailbot_manual.py"
+    )
+    typist.type("1 3\n")
+    typist.close()
+    assert client.wait() == 0, client.output
+    recorded.interrupt()
+    recorded.wait()
+    page.has(yesterday_bag=page.folder / "run.bag", today_bag=page.folder / "run.bag")
+    assert "no difference" in page.run("replay.py")
+    rostest(page)
+    assert "no difference" in page.run("compare.py")
+
+
+@of("rosclingo/README.md", "rosclingo")
+def test_rosclingo(page: Page) -> None:
+    page.has(instance_lp=TOWER / "instance.lp", encoding_lp=TOWER / "toh.lp")
+    page.type("run.py")
+    page.sees("/rosclingo/control")
+    page.interrupt()
+    page.has(a_lp=TOWER / "instance.lp", b_lp=TOWER / "toh.lp")
+    page.type("roslaunch")
+    page.sees("/planner/control")
+
+
+@of("rosclingo/README.md", "Control")
+def test_control(page: Page) -> None:
+    page.terminals.start("rosrun", "rosclingo", "run.py")
+    page.sees("/rosclingo/control")
+    result = yaml.safe_load(page.run("rosservice call"))["result"]
+    assert "".join(result.splitlines()) == (
+        "<return><success>True</success>"
+        '<externals><external name="query(1)" value="true"/></externals></return>'
+    )
+
+
+@of("rosclingo/README.md", "Use it from Python")
+def test_use_it_from_python(page: Page) -> None:
+    (page.folder / "a.lp").write_text(
+        "#program query(t). #external query(t). {a(t)}. :- query(t), not a(t). #show a/1."
+    )
+    page.terminals.start("rosrun", "rosclingo", "run.py", "-f", str(page.folder / "a.lp"))
+    (page.folder / "example.py").write_text(page.block("python"))
+    said = page.terminals.run(sys.executable, str(page.folder / "example.py"))
+    assert said.wait() == 0, said.output
+    assert "a(3)" in said.output
+
+
+@of("rosoclingo/README.md", "rosoclingo")
+def test_rosoclingo(page: Page) -> None:
+    page.has(task_lp=LINE)
+    page.type("rosoclingo.launch")
+    page.hears("/rosoclingo/about")
+    page.interrupt()
+
+    page.type("roscore")
+    for _ in range(3):
+        page.type("run.py")
+    page.hears("/rosoclingo/about")
+
+    page.interrupt()
+    page.terminals.start_master()
+    for _ in range(3):
+        page.type("run.py")
+    page.type("rostopic echo").wait_for("do(arm,putdown(3),14)")
+
+
+@of("rosoclingo/README.md", "One node: run-1.0.py")
+def test_one_node(page: Page) -> None:
+    page.has(instance_lp=OFFICE, encoding_lp=MAILBOT)
+    for word in ("run-1.0.py", "single.launch"):
+        page.type(word)
+        page.hears("/rosoclingo/about")
+        page.interrupt()
+
+
+@of("rosoclingo/README.md", "record.py")
+def test_record(page: Page) -> None:
+    page.type("record.py").wait_for("recording /rosoclingo in")
+    page.interrupt()
+    page.type("record:=run.bag").wait_for(f"{page.folder}/run.bag")
+
+
+@of("rosoclingo/README.md", "rosbag play")
+def test_rosbag_play(page: Page) -> None:
+    page.has(run_bag=BAGS / "mailbot_dynamic_recording.bag")
+    started = page.terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch")
+    page.hears("/rosoclingo/about")
+    page.run("rosbag play")
+    started.wait_for("mailbot: go(")
+
+
+@of("rosoclingo/README.md", "replay.py")
+def test_replay(page: Page) -> None:
+    page.has(run_bag=BAGS / "mailbot_dynamic_recording.bag")
+    assert "no difference" in page.run("replay.py")
+    assert ET.fromstring(page.block("xml")).attrib["type"] == "replay.py"
+
+
+def has_rosbags(page: Page) -> None:
+    """Makes python3 one that has the library rosbags, as the text wants it."""
+    page.terminals.environment["PATH"] = os.pathsep.join(
+        [os.path.dirname(sys.executable), os.environ["PATH"]]
+    )
+
+
+@of("rosoclingo/README.md", "compare.py")
+def test_compare(page: Page) -> None:
+    page.has(
+        yesterday_bag=BAGS / "scenario1_recording.bag", today_bag=BAGS / "scenario2_recording.bag"
+    )
+    has_rosbags(page)
+    for word in ("rosrun", "python3 -m"):
+        compared = page.type(word)
+        assert compared.wait() == 1, compared.output
+        check_output("rosoclingo/README.md", "compare.py", compared.output)
+
+
+@of("rosoclingo/README.md", "report.py")
+def test_report(page: Page) -> None:
+    page.has(run_bag=BAGS / "scenario1_single.bag")
+    has_rosbags(page)
+    for word in ("rosrun", "python3 -m"):
+        page.run(word)
+        report = page.folder / "run.html"
+        assert "</html>" in report.read_text()
+        report.unlink()
+
+
+@of("rosoclingo_aspprograms/README.md", "rosoclingo_aspprograms")
+def test_aspprograms(page: Page) -> None:
+    for _ in range(3):
+        page.type("run.py")
+    page.type("rostopic echo").wait_for("do(mailbot,deliver(1),6)")
+    page.interrupt()
+    page.type("run-1.0.py")
+    page.hears("/rosoclingo/about")
+
+
+@of("rosoclingo_aspprograms/README.md", "Requests, actions, messages")
+def test_goal_information(page: Page) -> None:
+    page.terminals.start("roslaunch", "rosoclingo_examples", "mailbot_office.launch")
+    client, typist = pipe(
+        page.terminals, page.folder, "rosrun", "rosoclingo_examples", "mailbot.py"
+    )
+    typist.type("o9 o14 box_of_chocolate\n")
+    client.wait_for("[1] bring(o9,o14) box_of_chocolate: accepted")
+    assert "box_of_chocolate" in page.run("get_goal_information")
+    client.interrupt()
+    typist.close()
+
+
+@of("rosoclingo_examples/README.md", "rosoclingo_examples")
+def test_examples(page: Page) -> None:
+    page.type("mailbot_dynamic.launch")
+    assert "1 delivery" in page.run("mailbot_manual.py", lines="1 3\n")
+
+
+@of("rosoclingo_examples/README.md", "mailbot_manual.py and mailbot.py")
+def test_clients(page: Page) -> None:
+    page.terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch")
+    assert "2 deliveries" in page.run("printf")
+
+
+@of("rosoclingo_examples/README.md", "Launch files")
+def test_launch_files(page: Page) -> None:
+    assert "seed" in page.run("--ros-args").partition("Optional Arguments:")[2]
+    client = page.type("echo 1 3")
+    client.wait_for("waiting for the server")
+    fixed = "mode:=dynamic.fixed.recording"
+    page.terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch", fixed)
+    assert client.wait() == 0, client.output
+    assert client.output.splitlines()[-1] == "1 delivery"
+
+
+@of("rosoclingo_examples/README.md", "The manual's commands")
+def test_the_manuals_commands(page: Page) -> None:
+    page.type("roscore")
+    for word in ("run.py", "run.py", "run.py", "fulfill.py"):
+        page.type(word)
+    assert "1 delivery" in page.run("mailbot_manual.py", lines="1 3\n")
+    page.interrupt()
+    page.terminals.start_master()
+    for _ in range(3):
+        page.type("run.py")
+    page.type("rostopic echo").wait_for("do(mailbot,deliver(1),6)")
+
+
+REQUEST = "o9 o14 box_of_chocolate\n"
+
+
+@of("rosoclingo_gazebo/README.md", "rosoclingo_gazebo")
+def test_gazebo(page: Page) -> None:
+    office = page.type("mailbot_robot.launch")
+    client = page.type("mailbot.py", lines=REQUEST)
+    client.wait_for("step 2 of")
+    assert "mailbot: go(c6): success" in office.output
+
+
+@of("rosoclingo_gazebo/README.md", "mailbot_scenario.launch")
+def test_scenario(page: Page) -> None:
+    page.type("mailbot_scenario.launch")
+    page.sees("/simulator")
+    page.type("run-1.0.py")
+    robot = page.type("mailbot_interfaces.launch")
+    page.type("mailbot.py", lines=REQUEST).wait_for("step 1 of")
+    robot.wait_for("mailbot: go(c6)")
+
+
+@of("rosoclingo_gazebo/README.md", "Real navigation")
+def test_real_navigation(page: Page) -> None:
+    page.type("localisation:=false")
+    page.sees("/simulator")
+    has_stack = page.terminals.run("rospack", "find", "move_base").wait() == 0
+    started = page.type("real_navigation.launch")
+    checked = page.type("navigation_check.py")
+    if has_stack:
+        page.sees("/move_base")
+    for missing in [checked] if has_stack else [started, checked]:
+        assert missing.wait() == (0 if has_stack else 1)
+        assert ("packages are missing" in missing.output) != has_stack
+
+
+@of("rosoclingo_gazebo/README.md", "Several robots")
+def test_several_robots(page: Page) -> None:
+    for robot in ("robot1", "robot2"):
+        page.type(f"frame_prefix:={robot}")
+        page.sees(f"/{robot}/simulator")
+
+
+@of("rosoclingo_gazebo/README.md", "The office, and a world of your own")
+def test_world(page: Page) -> None:
+    page.run("generate_world.py")
+    house(page, page.block("yaml"))
+
+
+def house(page: Page, description: str) -> Path:
+    """Makes the world that the README describes, and returns its folder."""
+    (page.folder / "house.yaml").write_text(description)
+    made = page.terminals.run(
+        "rosrun", "rosoclingo_gazebo", "generate_world.py", str(page.folder / "house.yaml"),
+        "--output", str(page.folder / "house"),
+    )  # fmt: skip
+    assert made.wait() == 0, made.output
+    return page.folder / "house"
+
+
+@of("rosoclingo_gazebo/README.md", "rviz")
+def test_rviz(page: Page, screen: str) -> None:
+    page.terminals.environment["DISPLAY"] = screen
+    page.has(graph_lp=OFFICE)
+    for word in ("rviz:=true", "rviz.launch"):
+        page.type(word)
+        markers = ("rostopic", "info", "/graph_markers/markers")
+        wait_for(lambda: "* /rviz" in page.terminals.run(*markers).output)  # noqa: B023
+        page.interrupt()
+
+
+@of("rosoclingo_gazebo/README.md", "graph_markers.py")
+def test_graph_markers(page: Page) -> None:
+    page.has(graph_lp=OFFICE)
+    page.type("graph_markers.py")
+    page.hears("/graph_markers/markers")
+
+
+@of("rosoclingo_gazebo/README.md", "The simulator")
+def test_simulator(page: Page) -> None:
+    page.type("embedded.launch")
+    page.hears("/map")
+    page.interrupt()
+    pieces = section("rosoclingo_gazebo/README.md", "The office, and a world of your own")
+    made = house(page, next(piece.text for piece in pieces if piece.kind == "yaml"))
+    for kind, name in (("map", "floor.yaml"), ("waypoints", "places.yaml")):
+        (found,) = [file for file in made.rglob("*.yaml") if holds(file, kind)]
+        shutil.copy(found, page.folder / name)
+    for picture in made.rglob("*.pgm"):
+        shutil.copy(picture, page.folder)
+    page.type("simulator.py")
+    page.hears("/map")
+
+
+def holds(file: Path, kind: str) -> bool:
+    return {"map": "image", "waypoints": "frame"}[kind] in yaml.safe_load(file.read_text())
+
+
+@of("rosoclingo_gazebo/README.md", "Obstacles")
+def test_obstacles(page: Page) -> None:
+    page.terminals.start("roslaunch", "rosoclingo_gazebo", "embedded.launch", "speed:=10")
+    page.sees("/simulator/obstacle")
+    for word in ("block c4 c5", "unblock c4 c5"):
+        assert yaml.safe_load(page.run(word))["success"]
+
+
+@of("rosoclingo_gazebo/README.md", "MuJoCo physics and camera")
+def test_mujoco(page: Page) -> None:
+    page.type("physics:=mujoco")
+    page.hears("/map")
+
+
+ROBOT = '''
+class base:
+    """A robot that is everywhere at once."""
+    has_arrived = True
+    drive_to = stop = is_at = staticmethod(lambda *_: True)
+'''
+
+
+@of("rosoclingo_interfaces/README.md", "rosoclingo_interfaces")
+def test_interfaces(page: Page) -> None:
+    action = ("rostopic", "pub", "/rosoclingo/out", "rosoclingo/ROSoClingoOut", "mailbot", "go(c3)")
+    published = page.terminals.start(*action)
+    fulfill = page.type("fulfill.py")
+    fulfill.wait_for("mailbot: go(c3): success")
+    page.interrupt()
+    first, _, rest = page.block("python").partition("\n")
+    script = page.folder / "robot.py"
+    script.write_text(f"{first}\n{ROBOT}\n{rest}")
+    robot = page.terminals.start(sys.executable, str(script))
+    robot.wait_for("mailbot: go(c3): success")
+    published.interrupt()
+
+
+@of("rosoclingo_interfaces/README.md", "fulfill.py")
+def test_fulfill(page: Page) -> None:
+    action = ("rostopic", "pub", "/rosoclingo/out", "rosoclingo/ROSoClingoOut", "mailbot", "go(c3)")
+    page.terminals.start(*action)
+    page.type("fulfill.py").wait_for("mailbot: go(c3): failure")
+
+
+@of("rosoclingo_interfaces/README.md", "move_base_interface.py")
+def test_move_base_interface(page: Page) -> None:
+    page.type("move_base_interface.py")
+    page.sees("/move_base_interface")
+    (page.folder / "places.yaml").write_text(page.block("yaml"))
+    assert set(read_waypoints(page.folder / "places.yaml").places) == {"c3", "c(4)"}
+
+
+@of("rosoclingo_interfaces/README.md", "un_block.py")
+def test_un_block(page: Page) -> None:
+    heard = page.terminals.start("rostopic", "echo", "/rosoclingo/in")
+    page.run("un_block.py", lines="u c3 c4\n")
+    page.run('echo "b c3 c4"')
+    for value in ("unblocked(c3,c4)", "blocked(c3,c4)"):
+        heard.wait_for(f'value: "{value}"')
+
+
+@of("rosoclingo_interfaces/README.md", "mailbot_interfaces.launch")
+def test_mailbot_interfaces(page: Page) -> None:
+    for node in ("/move_base_interface", "/fulfill_go"):
+        page.type("mailbot_interfaces.launch")
+        page.sees(node)
+        page.sees("/pickup_deliver")
+        page.interrupt()
