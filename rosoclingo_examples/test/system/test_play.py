@@ -14,11 +14,11 @@ __all__ = ["terminals"]
 # It is not installed.
 LINE = Path(__file__).resolve().parents[3] / "rosoclingo" / "test" / "encodings" / "line.lp"
 
-# The request visit(6) takes a longer search: no nine pigeons fit into eight holes.
+# The request visit(6) takes a longer search: no ten pigeons fit into nine holes.
 HARD = """
 #program transition(t).
 { hard(t) } :- event(_,visit(6),t).
-1 { nest(P,H,t) : H = 1..8 } 1 :- P = 1..9, hard(t).
+1 { nest(P,H,t) : H = 1..9 } 1 :- P = 1..10, hard(t).
 :- nest(P,H,t), nest(Q,H,t), P < Q.
 #minimize { 1@2,t : event(_,visit(6),t), not hard(t) }.
 """
@@ -57,11 +57,14 @@ def test_a_loop_survives_a_whole_bag(terminals: Terminals, tmp_path: Path) -> No
     wait_for(lambda: succeeded(5))
 
     # A bag's goals hit a search now and then; these are sure to.
+    goal, cancel = "rosclingo/ROSClingoActionGoal", "actionlib_msgs/GoalID"
     rivals = [
-        terminals.start(
-            "rostopic", "pub", "-r", rate, f"/{solver}/goal", "rosclingo/ROSClingoActionGoal", "{}"
+        terminals.start("rostopic", "pub", "-r", rate, topic, kind, "{}")
+        for rate, topic, kind in (
+            ("10", "/planner/goal", goal),
+            ("10", "/planner/cancel", cancel),
+            ("500", "/controller/goal", goal),
         )
-        for solver, rate in (("planner", "50"), ("controller", "500"))
     ]
     for solver in ("planner", "controller"):
         wait_for(lambda s=solver: "/rostopic_" in terminals.run("rosnode", "info", f"/{s}").output)
