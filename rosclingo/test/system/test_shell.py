@@ -44,15 +44,19 @@ def prefix() -> Path:
     return Path(os.environ["CMAKE_PREFIX_PATH"].split(os.pathsep)[0])
 
 
-def user(environment: Dict[str, str]) -> Dict[str, str]:
-    """Returns the environment of a user who has no other Python than the system's."""
-    return {**environment, "PATH": f"{prefix()}/bin:/usr/local/bin:/usr/bin:/bin"}
+def shell() -> Dict[str, str]:
+    """Returns what a user has who sourced the workspace, and no Python but the system's."""
+    variables = subprocess.check_output(
+        ["bash", "-c", f". {prefix()}/setup.bash && env -0"],
+        env={"HOME": os.environ["HOME"], "PATH": "/usr/local/bin:/usr/bin:/bin"},
+        text=True,
+    )
+    return dict(variable.split("=", 1) for variable in variables.split("\0") if variable)
 
 
 def output(*command: str) -> str:
-    """Returns what a command prints in a user's sourced shell."""
-    environment = user(dict(os.environ))
-    return subprocess.check_output(command, env=environment, text=True, timeout=TIMEOUT).strip()
+    """Returns what a command prints in such a shell."""
+    return subprocess.check_output(command, env=shell(), text=True, timeout=TIMEOUT).strip()
 
 
 @pytest.mark.install_space
@@ -87,8 +91,9 @@ def test_a_node_of_a_user_beside_ours(terminals: Terminals, tmp_path: Path) -> N
     (folder / "package.xml").write_text("<package><name>camera</name></package>")
     (folder / "node.py").write_text(NODE)
     (folder / "node.py").chmod(0o755)
-    terminals.environment = user(terminals.environment)
-    terminals.environment["ROS_PACKAGE_PATH"] += f":{tmp_path}"
+    sourced = shell()
+    sourced["ROS_PACKAGE_PATH"] += f":{tmp_path}"
+    terminals.environment.update(sourced, ROS_MASTER_URI=terminals.environment["ROS_MASTER_URI"])
     terminals.start("rosrun", "rosclingo", "run.py")
     node = terminals.run("rosrun", "camera", "node.py")
     assert node.wait() == 0, node.output

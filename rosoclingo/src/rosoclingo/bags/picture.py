@@ -43,7 +43,7 @@ def draw(statistics: Statistics, title: str, file: Path) -> None:
         ValueError: There are no pictures of this ending.
     """
     figure = Figure(figsize=_INCHES, layout="constrained")
-    axes = figure.subplot_mosaic(
+    axes: Dict[str, Any] = figure.subplot_mosaic(
         [["time"] * 3, ["horizon", "solving", "searches"]], gridspec_kw={"height_ratios": [1.7, 1]}
     )
     figure.suptitle(_plain(title))

@@ -200,9 +200,8 @@ def path_message(path: Optional[np.ndarray], end: Pose, stamp: rospy.Time) -> Pa
     if path is not None:
         steps = np.diff(path, axis=0)
         angles = [*np.arctan2(steps[:, 1], steps[:, 0]).tolist(), end.theta]
-        message.poses = [
-            stamped(Pose(x, y, angle), stamp) for (x, y), angle in zip(path.tolist(), angles)
-        ]
+        points: Any = path.tolist()  # NumPy 2.2 takes it for a text
+        message.poses = [stamped(Pose(x, y, angle), stamp) for (x, y), angle in zip(points, angles)]
     return message
 
 

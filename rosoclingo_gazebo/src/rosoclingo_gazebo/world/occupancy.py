@@ -16,7 +16,7 @@ def map_image(grid: Grid) -> bytes:
     image = np.full(grid.wall.shape, _UNKNOWN, dtype=np.uint8)
     image[grid.free] = _FREE
     image[grid.wall] = _WALL
-    height, width = image.shape
+    height, width = grid.wall.shape
     return b"P5\n%d %d\n255\n" % (width, height) + image[::-1].tobytes()  # north is above
 
 
