@@ -25,7 +25,7 @@ from rosclingo.low_latency import LowLatencyActionClient, publisher, subscriber
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
 PACKAGE = Path(__file__).resolve().parent.parent / "rosoclingo"
-PLANNER = PACKAGE / "test" / "encodings" / "line.lp"
+PLANNER = PACKAGE / "example" / "line.lp"
 MODE = PACKAGE / "modes" / "dynamic.incremental.dyn_reset.lp"
 TARGETS = (6, 1)  # from one end of the line to the other
 STEPS_OF_A_GOAL = 5

@@ -40,7 +40,7 @@ from rosoclingo.controller import Controller, Info
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
 PACKAGE = Path(__file__).resolve().parent.parent / "rosoclingo"
-PLANNER = PACKAGE / "test" / "encodings" / "line.lp"  # takes some milliseconds to plan
+PLANNER = PACKAGE / "example" / "line.lp"  # takes some milliseconds to plan
 TIMED_NODE = Path(__file__).with_name("timed_node.py")
 
 TARGETS = (6, 1)  # from one end of the line to the other: 5 steps, 4 reactions

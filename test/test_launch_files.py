@@ -28,7 +28,7 @@ FILES = [(file.parts[-3], file.name) for file in sorted(ROOT.glob("*/launch/*.la
 
 # What takes other arguments than numbers and true and false, or needs some.
 MODE = ROOT / "rosoclingo" / "modes" / "static.incremental.recording.lp"
-LINE = ROOT / "rosoclingo" / "test" / "encodings" / "line.lp"
+LINE = ROOT / "rosoclingo" / "example" / "line.lp"
 NEEDED = {
     "nodes.launch": [
         "abort_unreachable:=false", "action_timeout:=0", "encoding:=line.lp",

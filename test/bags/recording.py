@@ -99,7 +99,7 @@ def _launch(package: str, file: str, **arguments: str) -> List[str]:
 def cases() -> Dict[str, Case]:
     """Returns all runs by the names of their bags."""
     office, grid = (_mailbot(f"instances/graph_{name}") for name in ("wg", "bench"))
-    mailbot, line = _mailbot("mailbot"), _path("rosoclingo", "test/encodings/line")
+    mailbot, line = _mailbot("mailbot"), _path("rosoclingo", "example/line")
     runs = {}
     for kind, steps in (("fixed", "14"), ("incremental", "20")):
         mode = f"static.{kind}.recording"

@@ -180,7 +180,7 @@ for end, handle in zip(ends, handles):
 @pytest.mark.parametrize("search", [False, True])
 def test_interrupt_with_open_goals(terminals: Terminals, tmp_path: Path, search: bool) -> None:
     """All of them end with the reason, while an action is on its way and in a long search."""
-    encoding = package("rosoclingo") / "test" / "encodings" / "line.lp"
+    encoding = package("rosoclingo") / "example" / "line.lp"
     if search:
         encoding = tmp_path / "pigeons.lp"
         encoding.write_text(
@@ -209,7 +209,7 @@ def test_interrupt_with_open_goals(terminals: Terminals, tmp_path: Path, search:
 @pytest.mark.parametrize("gone", ["controller", "planner"])
 def test_a_solver_that_goes_away(terminals: Terminals, gone: str) -> None:
     """Although nothing else happens, the open goal ends ABORTED, and so does the node."""
-    line = str(package("rosoclingo") / "test" / "encodings" / "line.lp")
+    line = str(package("rosoclingo") / "example" / "line.lp")
     solvers = {
         "controller": controller(terminals, "dynamic.incremental.recording", "-c", "steps=20"),
         "planner": planner(terminals, line),

@@ -94,7 +94,7 @@ assert all(ended.wait(50.0) for handle, ended in goals)
 
 
 def line() -> str:
-    return str(Path(__file__).resolve().parents[1] / "encodings" / "line.lp")  # not installed
+    return str(package("rosoclingo") / "example" / "line.lp")
 
 
 class Recorder:

@@ -14,7 +14,7 @@ __all__ = ["terminals"]
 
 
 def line(dialect: str = "") -> str:
-    return str(package("rosoclingo") / "test" / "encodings" / f"line{dialect}.lp")
+    return str(package("rosoclingo") / "example" / f"line{dialect}.lp")
 
 
 def listen(terminals: Terminals) -> Terminal:

@@ -179,7 +179,7 @@ def system() -> Iterator[Callable[..., System]]:
     def make(
         mode: str,
         *options: str,
-        encoding: Sequence[str] = (str(PACKAGE / "test/encodings/line.lp"),),
+        encoding: Sequence[str] = (str(PACKAGE / "example/line.lp"),),
         commands: Callable[..., Any] = ROSCommands,
         action_timeout: float = 0.0,
         inbox: Optional[Inbox] = None,

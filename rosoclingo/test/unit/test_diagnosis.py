@@ -11,7 +11,7 @@ from conftest import PACKAGE, RecordedGoal, System
 from rosoclingo.errors import LoopError
 
 Make = Callable[..., System]
-LINES = {name: str(PACKAGE / f"test/encodings/line{name}.lp") for name in ("", "_1.0", "_paper")}
+LINES = {name: str(PACKAGE / f"example/line{name}.lp") for name in ("", "_1.0", "_paper")}
 LINE = LINES[""]
 RECORDING = "dynamic.incremental.recording"
 RESETS = [f"dynamic.incremental.{kind}" for kind in ("reset", "dyn_reset")]

@@ -31,8 +31,8 @@ from rosoclingo.solver import Solver
 GOALS = 10
 REQUESTS = ["visit(1)", "visit(3)", "visit(6)", "visit(2)", "visit(99)"]
 LAST = "close(8)"  # a message without effect, which is sent when all is through
-LINE = str(PACKAGE / "test" / "encodings" / "line.lp")
-PAPER = str(PACKAGE / "test" / "encodings" / "line_paper.lp")
+LINE = str(PACKAGE / "example" / "line.lp")
+PAPER = str(PACKAGE / "example" / "line_paper.lp")
 
 
 class NotedGoal(RecordedGoal):

@@ -16,7 +16,7 @@ from rosoclingo.errors import ControllerError, PlannerError
 from rosoclingo.inbox import Message
 
 Make = Callable[..., System]
-LINE = str(PACKAGE / "test/encodings/line.lp")
+LINE = str(PACKAGE / "example/line.lp")
 
 # Gives one command after the other: script(N,C) is the Nth. It shows what it was told as a fluent.
 SCRIPT = """

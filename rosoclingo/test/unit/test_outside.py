@@ -291,7 +291,7 @@ def test_the_reset_mode_with_no_steps_between(system: Make) -> None:
 
 def test_passed_may_be_declared_from_step_1_on(system: Make, tmp_path: Path) -> None:
     file = tmp_path / "line.lp"
-    text = (PACKAGE / "test/encodings/line.lp").read_text()
+    text = (PACKAGE / "example/line.lp").read_text()
     file.write_text(
         text.replace("#external event(info,passed,t).", "").replace(
             "#program transition(t).", "#program transition(t). #external event(info,passed,t)."

@@ -12,8 +12,8 @@ from rosoclingo import state
 from rosoclingo.errors import PlannerError
 
 Make = Callable[..., System]
-LINE = (PACKAGE / "test/encodings/line.lp").read_text()
-PAPER = (PACKAGE / "test/encodings/line_paper.lp").read_text()
+LINE = (PACKAGE / "example/line.lp").read_text()
+PAPER = (PACKAGE / "example/line_paper.lp").read_text()
 MODES = sorted(path.stem for path in (PACKAGE / "modes").glob("dynamic.*.lp"))
 
 

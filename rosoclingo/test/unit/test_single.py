@@ -18,9 +18,9 @@ from rosoclingo.single import last_step
 
 Make = Callable[..., System]
 LINE = {
-    "paper": str(PACKAGE / "test/encodings/line_paper.lp"),
-    "1.0": str(PACKAGE / "test/encodings/line_1.0.lp"),
-    "2.0": str(PACKAGE / "test/encodings/line.lp"),
+    "paper": str(PACKAGE / "example/line_paper.lp"),
+    "1.0": str(PACKAGE / "example/line_1.0.lp"),
+    "2.0": str(PACKAGE / "example/line.lp"),
 }
 FIRST_STEP = {"paper": 1, "1.0": 1, "2.0": 0}
 EVERY = pytest.mark.parametrize("dialect", sorted(LINE))

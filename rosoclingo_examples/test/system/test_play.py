@@ -11,8 +11,7 @@ from terminals import Terminals, terminals, wait_for
 
 __all__ = ["terminals"]
 
-# It is not installed.
-LINE = Path(__file__).resolve().parents[3] / "rosoclingo" / "test" / "encodings" / "line.lp"
+LINE = Path(__file__).resolve().parents[3] / "rosoclingo" / "example" / "line.lp"
 
 # The request visit(6) takes a longer search: no ten pigeons fit into nine holes.
 HARD = """

@@ -14,7 +14,7 @@ from terminals import Terminal, Terminals, package, terminals, wait_for
 __all__ = ["terminals"]
 
 # It is not installed.
-LINE = Path(__file__).resolve().parents[3] / "rosoclingo" / "test" / "encodings" / "line.lp"
+LINE = Path(__file__).resolve().parents[3] / "rosoclingo" / "example" / "line.lp"
 
 
 @pytest.fixture
