@@ -13,7 +13,6 @@ from terminals import Terminal, Terminals, package, terminals, wait_for
 
 __all__ = ["terminals"]
 
-# It is not installed.
 LINE = Path(__file__).resolve().parents[3] / "rosoclingo" / "example" / "line.lp"
 
 
