@@ -29,12 +29,12 @@ def listen(terminals: Terminals) -> Terminal:
     return results
 
 
-def ask(terminals: Terminals, request: str) -> None:
+def ask(terminals: Terminals, request: str, name: str = "g") -> None:
     """Sends a goal as an old client may do, by the topic."""
     wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output.split())
     terminals.start(
         "rostopic", "pub", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
-        f"{{goal_id: {{id: g}}, goal: {{request: '{request}'}}}}",
+        f"{{goal_id: {{id: {name}}}, goal: {{request: '{request}'}}}}",
     )  # fmt: skip
 
 
@@ -106,6 +106,24 @@ def test_a_goal_that_cannot_be_reached(terminals: Terminals, options: list[str])
     assert "Traceback" not in node.output
     results.wait_for("status: 4")  # ABORTED
     assert not options or "no plan within the horizon of 3 steps" in node.output
+
+
+@pytest.mark.parametrize("file", ["single", "rosoclingo"])
+def test_only_the_goal_that_cannot_be_reached_ends(terminals: Terminals, file: str) -> None:
+    mode = ["mode:=dynamic.incremental.recording", "steps:=4"]
+    system = terminals.start(
+        "roslaunch", "rosoclingo", f"{file}.launch", f"encoding:={line()}",
+        "abort_unreachable:=true", *(mode if file == "rosoclingo" else ["options:=-c steps=4"]),
+    )  # fmt: skip
+    terminals.start("rosrun", "rosoclingo_interfaces", "fulfill.py")
+    results = listen(terminals)
+    ask(terminals, "visit(6)", "far")
+    results.wait_for('id: "far"\n  status: 4')  # ABORTED
+    assert "no plan within the horizon of 4 steps for visit(6)" in results.output
+    ask(terminals, "visit(3)", "near")
+    results.wait_for('id: "near"\n  status: 3')  # SUCCEEDED
+    for word in ("died", "FATAL", "Traceback"):
+        assert word not in system.output
 
 
 def test_a_wrong_command_line(terminals: Terminals, tmp_path: Path) -> None:
