@@ -57,7 +57,7 @@ apt_packages_for_tests() {
     echo python3-cv-bridge rviz
   fi
   # A display without a screen, and what takes pictures of it.
-  echo imagemagick x11-apps xauth xvfb
+  echo imagemagick xvfb
 }
 
 # Builds the workspace. Further arguments go to catkin_make, such as the target install.

@@ -85,6 +85,7 @@ def _value(option: str, rest: List[str]) -> str:
 
 def _existing(path: str) -> str:
     """Returns the path, or the path with ``.lp``, because the manual names files without it."""
+    path = os.path.expanduser(path)
     for candidate in (path, f"{path}.lp"):
         if os.path.isfile(candidate):
             return candidate

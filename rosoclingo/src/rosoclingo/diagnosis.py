@@ -70,7 +70,7 @@ def _unreachable(state: State, goals: List[Goal]) -> List[Goal]:
     as long as there is a plan; in the end it is told to cancel none.
 
     Returns:
-        None if there is no plan without them either, or if that cannot be tried.
+        The goals; none if there is no plan without them either, or if that cannot be tried.
     """
     if state.planner.events_are_facts:
         return []

@@ -33,7 +33,7 @@ from rosclingo.options import Options
 from rosclingo.programs import parse_files
 from rosclingo.terms import parse_term
 from rosoclingo.atoms import event
-from rosoclingo.solver import HAS, Solver
+from rosoclingo.solver import HAS, Forwarding, Solver
 from rosoclingo.vocabulary import ANY_EVENT
 
 _ANY_ATOM = f"event({ANY_EVENT},"
@@ -42,7 +42,7 @@ _PARTS_1_0 = frozenset({("set_event", 3), ("commit", 3), ("finalize", 1)})
 _SLOT = "rosoclingo_slot("  # of the external that the command initialize declares for each slot
 
 
-class Dialect2:
+class Dialect2(Forwarding):
     """The dialect of ROSoClingo 2.0: nothing to translate.
 
     Attributes:
@@ -54,26 +54,6 @@ class Dialect2:
     name = "2.0"
     first_step = 0
     events_are_facts = False
-
-    def __init__(self, solver: Solver) -> None:
-        self._solver = solver
-
-    def run(self, commands: Sequence[Command]) -> Reply:
-        """Runs commands in order until one fails; what ran before that stays."""
-        return self._solver.run(commands)
-
-    def solve(
-        self,
-        assumptions: Sequence[Assumption] = (),
-        stopped: Optional[Callable[[], bool]] = None,
-        improved: Callable[[Improvement], None] = lambda _: None,
-    ) -> Outcome:
-        """Searches for answer sets until told to stop."""
-        return self._solver.solve(assumptions, stopped, improved)
-
-    def check(self) -> None:
-        """Raises an error if the solver is not there any more."""
-        self._solver.check()
 
 
 class _Translation(Dialect2, abc.ABC):

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import Callable, Optional, Sequence
 
-from rosclingo.commands import Assumption, Command, Reply
+from rosclingo.commands import Assumption
 from rosclingo.engine import Improvement, Outcome
 from rosoclingo.errors import LoopError
-from rosoclingo.solver import Solver
+from rosoclingo.solver import Forwarding, Solver
 
 # Two loops that share a solver end each other's searches for ever; a bag comes to an end.
 _TRIES = 1000
 
 
-class Insistent:
+class Insistent(Forwarding):
     """A solver that may be disturbed: a new goal preempts the one before it, whosever that is."""
 
     def __init__(self, solver: Solver, name: str, warn: Callable[[str], None]) -> None:
@@ -24,14 +24,10 @@ class Insistent:
             name: Its name, for messages.
             warn: Logs what disturbs it, once.
         """
-        self._solver = solver
+        super().__init__(solver)
         self._name = name
         self._warn = warn
         self._warned = False
-
-    def run(self, commands: Sequence[Command]) -> Reply:
-        """Runs commands in order until one fails; what ran before that stays."""
-        return self._solver.run(commands)
 
     def solve(
         self,
@@ -45,7 +41,7 @@ class Insistent:
             LoopError: Somebody else has ended the search again and again.
         """
         for _ in range(_TRIES):
-            outcome = self._solver.solve(assumptions, stopped, improved)
+            outcome = super().solve(assumptions, stopped, improved)
             if not outcome.interrupted or (stopped is not None and stopped()):
                 return outcome
             if not self._warned:
@@ -59,7 +55,3 @@ class Insistent:
             f"{_TRIES} times, others have ended the same search of {self._name}: does another "
             "rosoclingo use that solver? Give each its own (~controller, ~planner)"
         )
-
-    def check(self) -> None:
-        """Raises an error if the solver is not there any more."""
-        self._solver.check()

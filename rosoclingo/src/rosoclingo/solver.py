@@ -59,6 +59,30 @@ class Solver(Protocol):
         """Raises an error if the solver is not there any more."""
 
 
+class Forwarding:
+    """A solver that hands all on to another; subclasses change some of it."""
+
+    def __init__(self, solver: Solver) -> None:
+        self._solver = solver
+
+    def run(self, commands: Sequence[Command]) -> Reply:
+        """Runs commands in order until one fails; what ran before that stays."""
+        return self._solver.run(commands)
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
+    ) -> Outcome:
+        """Searches for answer sets until told to stop."""
+        return self._solver.solve(assumptions, stopped, improved)
+
+    def check(self) -> None:
+        """Raises an error if the solver is not there any more."""
+        self._solver.check()
+
+
 class Planner:
     """The planner's solver, with what the commands need of it.
 

@@ -6,24 +6,22 @@ from typing import Callable, List, Optional, Sequence
 
 import pytest
 
-from rosclingo.commands import Add, Assumption, Command, Ground, Part, Reply
+from rosclingo.commands import Add, Assumption, Ground, Part
 from rosclingo.engine import Engine, Improvement, Outcome, Result
 from rosclingo.options import Options
 from rosoclingo.errors import LoopError
 from rosoclingo.insistent import Insistent
+from rosoclingo.solver import Forwarding
 
 
-class Disturbed:
+class Disturbed(Forwarding):
     """A solver whose first searches somebody else ends."""
 
     def __init__(self, times: int) -> None:
+        engine = Engine(Options())
+        engine.run([Add("a", (), "a."), Ground((Part("a"),))])
+        super().__init__(engine)
         self.times = times
-        self.engine = Engine(Options())
-        self.engine.apply(Add("a", (), "a."))
-        self.engine.apply(Ground((Part("a"),)))
-
-    def run(self, commands: Sequence[Command]) -> Reply:
-        return self.engine.run(commands)
 
     def solve(
         self,
@@ -33,11 +31,8 @@ class Disturbed:
     ) -> Outcome:
         self.times -= 1
         if self.times >= 0:
-            return self.engine.solve(assumptions, lambda: True)
-        return self.engine.solve(assumptions, stopped, improved)
-
-    def check(self) -> None:
-        pass
+            return super().solve(assumptions, lambda: True)
+        return super().solve(assumptions, stopped, improved)
 
 
 def test_it_is_tried_again_with_one_warning() -> None:

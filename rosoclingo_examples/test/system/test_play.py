@@ -58,20 +58,19 @@ def test_a_loop_survives_a_whole_bag(terminals: Terminals, tmp_path: Path) -> No
     # A bag's goals hit a search now and then; these are sure to.
     goal, cancel = "rosclingo/ROSClingoActionGoal", "actionlib_msgs/GoalID"
     rivals = [
-        terminals.start("rostopic", "pub", "-r", rate, topic, kind, "{}")
-        for rate, topic, kind in (
-            ("10", "/planner/goal", goal),
-            ("10", "/planner/cancel", cancel),
-            ("500", "/controller/goal", goal),
+        (solver, terminals.start("rostopic", "pub", "-r", rate, f"/{solver}/{topic}", kind, "{}"))
+        for solver, rate, topic, kind in (
+            ("planner", "10", "goal", goal),
+            ("planner", "10", "cancel", cancel),
+            ("controller", "500", "goal", goal),
         )
     ]
     for solver in ("planner", "controller"):
         wait_for(lambda s=solver: "/rostopic_" in terminals.run("rosnode", "info", f"/{s}").output)
     visit(6)
-    for solver in ("planner", "controller"):
-        warning = f"a search of /{solver} was ended by a goal"
+    for disturbed, rival in reversed(rivals):
+        warning = f"a search of /{disturbed} was ended by a goal"
         wait_for(lambda w=warning: w in system.output or "died" in system.output)
-    for rival in rivals:
         rival.interrupt()
         rival.wait()
 

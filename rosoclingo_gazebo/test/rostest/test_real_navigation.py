@@ -5,19 +5,22 @@ from __future__ import annotations
 import subprocess
 import sys
 import unittest
+from pathlib import Path
 
+import rospkg
 import rospy
 import rostest
 
-from rosoclingo_gazebo.navigation.check import LOCALISATION, NAVIGATION, missing
+from rosoclingo_gazebo.navigation.check import LOCALISATION, NAVIGATION, missing, plugins
 
-PLUGINS = ("costmap_2d", "navfn", "dwa_local_planner")  # of config/navigation
 TIMEOUT = 700.0  # seconds for a scenario; no more than a bound for what never comes
+SYSTEMS = ("single", "recording", "dyn_reset")
 
 
 class TestRealNavigation(unittest.TestCase):
     def setUp(self) -> None:
-        lacking = missing((*LOCALISATION, *NAVIGATION), PLUGINS)
+        config = Path(rospkg.RosPack().get_path("rosoclingo_gazebo")) / "config" / "navigation"
+        lacking = missing((*LOCALISATION, *NAVIGATION), plugins(config))
         if lacking:
             reason = f"left out: these packages are not there: {', '.join(lacking)}"
             # The summary of rostest counts what was skipped among what has passed: say it twice, on
@@ -27,18 +30,19 @@ class TestRealNavigation(unittest.TestCase):
             self.skipTest(reason)
 
     def drive(self, scenario: int) -> None:
-        """Runs the scenario's test, on a master of its own."""
-        done = subprocess.run(
-            ["rostest", "rosoclingo_gazebo", "driving.rostest", "navigation:=real",
-             f"scenario:={scenario}"],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=TIMEOUT,
-            check=False,
-        )  # fmt: skip
-        print(done.stdout)
-        self.assertEqual(done.returncode, 0, done.stdout)
+        """Runs the scenario's test with each system, on masters of their own."""
+        for system in SYSTEMS:
+            done = subprocess.run(
+                ["rostest", "rosoclingo_gazebo", "driving.rostest", "navigation:=real",
+                 f"scenario:={scenario}", f"system:={system}"],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                timeout=TIMEOUT,
+                check=False,
+            )  # fmt: skip
+            print(done.stdout)
+            self.assertEqual(done.returncode, 0, done.stdout)
 
     def test_scenario_1(self) -> None:
         self.drive(1)

@@ -18,6 +18,7 @@ def test_what_the_launch_file_says_counts(terminals: Terminals) -> None:
         ("/simulator/x", "-1000"),
         ("/move_base_interface/start", "nowhere"),
         ("/pickup_deliver/timeout", "soon"),
+        ("/rosoclingo/planner", "nowhere"),
     ):
         assert terminals.run("rosparam", "set", name, value).wait() == 0
     launches = [
@@ -26,12 +27,14 @@ def test_what_the_launch_file_says_counts(terminals: Terminals) -> None:
             ("rosoclingo_gazebo", "rviz.launch", "world:=none", "window:=false"),
             ("rosoclingo_gazebo", "embedded.launch"),
             ("rosoclingo_interfaces", "mailbot_interfaces.launch", "start:=none"),
+            ("rosoclingo_examples", "mailbot_static.launch"),
         )
     ]
     markers = terminals.start("rostopic", "echo", "-n", "1", "/graph_markers/markers/markers[1]/ns")
     assert markers.wait() == 0
     assert "ways" in markers.output  # comes first, because there are no walls
     launches[1].wait_for("simulates office")
+    launches[3].wait_for("solver: [do(mailbot,")
     nodes = {"/move_base_interface", "/pickup_deliver"}
     wait_for(lambda: nodes <= set(terminals.run("rosnode", "list").output.split()))
     wait_for(lambda: "does the actions of mailbot from" in launches[2].output)

@@ -182,7 +182,8 @@ def test_boxes_stay_when_the_robot_is_put_elsewhere(robot: MujocoPhysics) -> Non
     assert robot.ranges(np.zeros(1), 10)[0] == pytest.approx(1.0, abs=0.001)
 
 
-def test_a_world_that_is_none_is_named(tmp_path: Path) -> None:
+def test_a_world_that_is_none_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # where MuJoCo logs what is wrong with a model
     with pytest.raises(PhysicsError, match=r"nowhere\.xml"):
         MujocoPhysics(tmp_path / "nowhere.xml", Pose(0, 0, 0), ROBOT)
     broken = tmp_path / "broken.xml"

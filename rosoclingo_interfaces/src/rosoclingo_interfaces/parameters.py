@@ -42,6 +42,18 @@ def integer(name: str, default: int) -> int:
     return int(value)
 
 
+def flag(name: str, default: bool) -> bool:
+    """Returns true or false.
+
+    Raises:
+        ParameterError: It is something else.
+    """
+    value = _get(name, default)
+    if not isinstance(value, bool):
+        raise _wrong(name, "true or false", value)
+    return value
+
+
 def pattern(name: str, default: str = NOTHING) -> Pattern[str]:
     """Returns a regular expression.
 

@@ -52,7 +52,7 @@ def _was_taken(journal: JournalReader, value: str, prompt: Prompt) -> bool:
             f"whether it is taken is not known after {_SECONDS_TO_TAKE:g} s: rosoclingo is busy, "
             "or its mode takes no messages"
         )
-    elif said != TAKEN:
+    elif said:
         prompt.say(f"{value} was dropped: {said}")
     return said in (None, TAKEN)
 

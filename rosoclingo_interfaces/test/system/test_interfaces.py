@@ -223,6 +223,21 @@ def test_interrupt_of_un_block(terminals: Terminals) -> None:
     assert "blocked(c3,c4) was not announced: nobody listens" in waiting.output
 
 
+def test_interrupt_of_un_block_that_waits_for_a_word(terminals: Terminals) -> None:
+    """Of a journal that says nothing about the announcement, as that of a busy rosoclingo."""
+    terminals.start("rostopic", "echo", "/rosoclingo/in")
+    terminals.start(
+        "rostopic", "pub", "/rosoclingo/journal", "rosoclingo/ROSoClingoEvent", "{kind: waiting}"
+    )
+    waiting = terminals.start(
+        "bash", "-c", 'exec rosrun rosoclingo_interfaces un_block.py < <(echo "b c3 c4"; sleep 60)'
+    )
+    waiting.wait_for("blocked(c3,c4)")
+    waiting.interrupt()
+    assert waiting.wait(5.0) == 130
+    assert "was dropped" not in waiting.output
+
+
 def test_usage(terminals: Terminals) -> None:
     for script in (
         "fulfill.py",

@@ -22,6 +22,7 @@ LOCALISATION = ("map_server", "amcl")
 NAVIGATION = ("move_base",)
 """Likewise, which drives it."""
 
+_COSTMAP = "costmap_2d"  # whose layers the configuration names
 _PLANNERS = ("base_global_planner", "base_local_planner")  # of move_base, such as navfn/NavfnROS
 
 _BUILD = """\
@@ -41,8 +42,8 @@ class ConfigError(RosclingoError):
     """A file of move_base's parameters that cannot be used; the message names it."""
 
 
-def planners(config: Path) -> List[str]:
-    """Returns the packages of the planners that move_base is to load.
+def plugins(config: Path) -> List[str]:
+    """Returns the packages of what move_base is to load.
 
     Args:
         config: A folder with ``move_base.yaml``.
@@ -59,7 +60,7 @@ def planners(config: Path) -> List[str]:
     for key, name in zip(_PLANNERS, names):
         if not isinstance(name, str) or "/" not in name:
             raise ConfigError(f"{file}: {key}: expected PACKAGE/CLASS, such as navfn/NavfnROS")
-    return [str(name).split("/")[0] for name in names]
+    return [_COSTMAP, *(str(name).split("/")[0] for name in names)]
 
 
 def missing(nodes: Iterable[str], packages: Iterable[str]) -> List[str]:
@@ -118,7 +119,7 @@ def main() -> NoReturn:
             nodes += LOCALISATION
         if options.navigation == "true":
             nodes += NAVIGATION
-            packages += planners(options.config)
+            packages += plugins(options.config)
     except ConfigError as err:
         print(err, file=sys.stderr)
         sys.exit(2)

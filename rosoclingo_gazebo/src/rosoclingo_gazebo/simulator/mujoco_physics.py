@@ -221,6 +221,9 @@ def _own_robot() -> Path:
 
 def _load(world: Path, robot: Path) -> Any:
     """Returns a model of a world with a robot and with boxes that are not there."""
+    for file in (world, robot):
+        if not file.is_file():  # MuJoCo would leave a log in the working directory
+            raise PhysicsError(f"there is no file {file}")
     boxes = "".join(
         f'<body name="box_{number}" mocap="true" pos="0 0 {_NO_BOX.height / 2}">'
         f'<geom name="box_{number}" type="box" size="0.05 0.05 0.05" rgba="0 0 0 0" '

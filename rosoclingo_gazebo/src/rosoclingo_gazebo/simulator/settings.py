@@ -79,9 +79,9 @@ def read_settings() -> Settings:
         world=Path(_text("world", str(here / "worlds" / "office.xml"))),
         physics=physics,
         speed=_speed(),
-        clock=_flag("clock"),
-        navigation=_flag("navigation"),
-        localisation=_flag("localisation"),
+        clock=parameters.flag("clock", True),
+        navigation=parameters.flag("navigation", True),
+        localisation=parameters.flag("localisation", True),
         frame_prefix=_prefix(),
         pose=_pose(),
         limits=Limits(
@@ -131,13 +131,6 @@ def _speed() -> float:
             "with less, the clock stands still for seconds, and others take it for dead"
         )
     return speed
-
-
-def _flag(name: str) -> bool:
-    value = rospy.get_param(f"~{name}", True)
-    if not isinstance(value, bool):
-        raise ParameterError(f"parameter ~{name}: expected true or false: {value}")
-    return value
 
 
 def _prefix() -> str:
