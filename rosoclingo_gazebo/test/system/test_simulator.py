@@ -29,6 +29,40 @@ def test_ctrl_c_ends_it_at_once(
     assert "Traceback" not in simulator.output
 
 
+# Ctrl-C comes before the simulator runs, and rospy is at its hooks when the simulator adds its own.
+INTERRUPTED = """
+import os, signal, threading
+import rospy
+from rosoclingo_gazebo.simulator.node import SimulatorNode, main
+
+run = SimulatorNode.run
+entered, goes_on = threading.Event(), threading.Event()
+
+def hook():
+    entered.set()
+    goes_on.wait()
+
+def interrupted(node):
+    rospy.on_shutdown(hook)
+    os.kill(os.getpid(), signal.SIGINT)
+    entered.wait()
+    threading.Timer(0.2, goes_on.set).start()
+    run(node)
+
+SimulatorNode.run = interrupted
+main()
+"""
+
+
+def test_ctrl_c_ends_it_before_it_runs(
+    terminals: Terminals,  # noqa: F811 - the fixture
+) -> None:
+    terminals.run("rosparam", "set", "/use_sim_time", "true")
+    simulator = terminals.start("python", "-c", INTERRUPTED)
+    assert simulator.wait() == 0
+    assert "Traceback" not in simulator.output
+
+
 def test_two_simulators_and_their_clocks(
     terminals: Terminals,  # noqa: F811 - the fixture
 ) -> None:

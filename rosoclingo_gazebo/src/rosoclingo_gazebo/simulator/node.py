@@ -97,7 +97,8 @@ class SimulatorNode:
         """Runs the simulation until the node is shut down."""
         rospy.on_shutdown(self._end)
         rospy.loginfo("simulates %s", self._about)
-        while not self._stop.is_set():
+        # A shutdown that began before calls nobody any more.
+        while not (self._stop.is_set() or rospy.is_shutdown()):
             jump = self._pace.wait(STEP_SECONDS)
             self._calls.run()
             if jump is not None:
