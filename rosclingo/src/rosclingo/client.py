@@ -23,6 +23,7 @@ from rosclingo.msg import (
     ROSClingoGoal,
 )
 from rosclingo.presence import Presence, presence
+from rosclingo.ros_node import on_shutdown
 from rosclingo.srv import ROSClingoControl
 from rosclingo.worker import Stop
 from rosclingo.xml_codec import decode_reply, encode_assumptions, encode_commands
@@ -72,7 +73,7 @@ class Client:
         self._feedback = subscriber(
             f"{self.name}/feedback", ROSClingoActionFeedback, self._on_feedback
         )
-        rospy.on_shutdown(self._abandon)
+        on_shutdown(self._abandon)
 
     def wait(self, timeout: Optional[float] = None) -> None:
         """Waits until the node is there, and warns every five seconds that it is not, and why.

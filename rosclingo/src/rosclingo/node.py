@@ -23,7 +23,7 @@ from rosclingo.low_latency import LowLatencyActionServer, publisher
 from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
 from rosclingo.options import USAGE, Options, parse_options
 from rosclingo.programs import Policy
-from rosclingo.ros_node import init_node, log_clingo
+from rosclingo.ros_node import init_node, log_clingo, on_shutdown
 from rosclingo.srv import ROSClingoControl, ROSClingoControlRequest
 from rosclingo.terms import parse_term
 from rosclingo.worker import Job, Stop, Worker
@@ -109,7 +109,7 @@ class Node:
             ROSClingoResult(result=Result.UNKNOWN.value, interrupted=True),
         )
         self._server.start()
-        rospy.on_shutdown(self._close)
+        on_shutdown(self._close)
 
     def describe(self, text: str) -> None:
         """Publishes what the node was started with, to ``~about``."""

@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 from types import FrameType
-from typing import Optional
+from typing import Callable, Optional
 
 import rospy
 
@@ -32,6 +32,19 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
     for number in signals:
         signal.signal(number, _shut_down)
+
+
+def on_shutdown(hook: Callable[[], object]) -> None:
+    """Has a function called when the node is shut down, or now if that has happened. Thread-safe.
+
+    rospy itself never calls one that is added while a shutdown is under way.
+
+    Args:
+        hook: The function, which may be called twice.
+    """
+    rospy.on_shutdown(hook)
+    if rospy.is_shutdown():
+        hook()
 
 
 def log_clingo(message: str) -> None:

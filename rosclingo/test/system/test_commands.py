@@ -181,6 +181,33 @@ def test_interrupt_of_a_client_that_waits_for_the_grounding(
     assert node.process.poll() is None
 
 
+# rospy is at its hooks when another one is added.
+HOOKED = """
+import os, signal, threading
+import rospy
+from rosclingo.ros_node import init_node, on_shutdown
+
+entered, goes_on = threading.Event(), threading.Event()
+
+def hook():
+    entered.set()
+    goes_on.wait()
+
+init_node("hooked")
+rospy.on_shutdown(hook)
+os.kill(os.getpid(), signal.SIGINT)
+entered.wait()
+threading.Timer(0.2, goes_on.set).start()
+on_shutdown(lambda: print("called", flush=True))
+"""
+
+
+def test_a_hook_that_is_added_during_a_shutdown_is_called(terminals: Terminals) -> None:
+    node = terminals.run("python", "-c", HOOKED)
+    assert node.wait() == 0
+    assert "called" in node.output
+
+
 def seconds_computed(node: Terminal) -> float:
     """Returns the processor time of a node; rosrun replaces itself by it."""
     fields = Path(f"/proc/{node.process.pid}/stat").read_text().split()

@@ -19,7 +19,7 @@ from rosclingo.backlog import BacklogPublisher
 from rosclingo.client import Client
 from rosclingo.errors import OptionsError, RosclingoError, TermError
 from rosclingo.low_latency import LowLatencyActionServer, publisher, subscriber
-from rosclingo.ros_node import init_node
+from rosclingo.ros_node import init_node, on_shutdown
 from rosoclingo.atoms import Action, canonical
 from rosoclingo.controller import Controller, Decider
 from rosoclingo.errors import ShutdownError
@@ -193,7 +193,7 @@ class Node:
     def start(self) -> None:
         """Starts the loop."""
         stack.start(self._thread)  # a solver in this process may need a large one
-        rospy.on_shutdown(self._close)  # which waits for the thread
+        on_shutdown(self._close)  # which waits for the thread
 
     def spin(self) -> None:
         """Waits until the loop has failed, or the node is shut down and has said so to all."""
@@ -309,7 +309,7 @@ def open_inbox() -> Inbox:
         inbox = Inbox() if recorded is None else Gate(decode(recorded))
     except OptionsError as err:
         _refuse(err)
-    rospy.on_shutdown(inbox.close)
+    on_shutdown(inbox.close)
     if isinstance(inbox, Gate):
         gate = inbox
         subscriber("~open_gate", Empty, lambda _: gate.open())

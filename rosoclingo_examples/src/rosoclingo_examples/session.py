@@ -7,7 +7,7 @@ from typing import NoReturn
 
 import rospy
 
-from rosclingo.ros_node import init_node
+from rosclingo.ros_node import init_node, on_shutdown
 from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Cancel, Orders, parse_line
 from rosoclingo_interfaces.errors import LineError
@@ -27,7 +27,7 @@ def main(name: str, with_object: bool) -> NoReturn:
     usage = f"usage: {name}.py [ROS remappings]\n\n{_help(with_object)}"
     init_node(name, anonymous=True, usage=usage)
     prompt = Prompt(f"{name}> ")
-    rospy.on_shutdown(lambda: prompt.stop("the node was shut down"))
+    on_shutdown(lambda: prompt.stop("the node was shut down"))
     status = run(prompt, with_object)
     rospy.signal_shutdown("the session has ended")
     sys.exit(130 if prompt.interrupted else status)

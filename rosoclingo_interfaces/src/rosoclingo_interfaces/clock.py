@@ -8,6 +8,7 @@ from typing import Callable, List
 import rosgraph
 import rospy
 
+from rosclingo.ros_node import on_shutdown
 from rosoclingo_interfaces.pulse import Pulse
 
 SILENCE_SECONDS = 5.0
@@ -47,7 +48,7 @@ def reason() -> str:
 def _watch(waits: Callable[[], bool]) -> None:
     pulse = Pulse(rospy.get_rostime)
     end = threading.Event()
-    rospy.on_shutdown(end.set)
+    on_shutdown(end.set)
     warn_at = SILENCE_SECONDS
     while not end.wait(_POLL_SECONDS):
         still = pulse.still()

@@ -11,7 +11,7 @@ from typing import Callable, NoReturn
 import rospy
 
 from rosclingo.errors import RosclingoError
-from rosclingo.ros_node import init_node
+from rosclingo.ros_node import init_node, on_shutdown
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
 from rosoclingo_interfaces import clock, parameters
 from rosoclingo_interfaces.executor import Executor
@@ -44,7 +44,7 @@ class InterfaceNode:
         seconds = rospy.get_time if simulated else time.monotonic
         self._executor = Executor(interface, interface.timeout, seconds)
         clock.watch(lambda: self._executor.busy)
-        rospy.on_shutdown(lambda: self._executor.close(_SECONDS_TO_END))
+        on_shutdown(lambda: self._executor.close(_SECONDS_TO_END))
         self._in = rospy.Publisher(
             topic("in"), ROSoClingoIn, tcp_nodelay=True, queue_size=_QUEUE_SIZE
         )

@@ -10,7 +10,7 @@ from typing import NoReturn
 import rospy
 
 from rosclingo.errors import TermError
-from rosclingo.ros_node import init_node
+from rosclingo.ros_node import init_node, on_shutdown
 from rosoclingo.msg import ROSoClingoIn
 from rosoclingo_interfaces.announcements import SOURCE, parse_line
 from rosoclingo_interfaces.errors import LineError
@@ -32,7 +32,7 @@ def main() -> NoReturn:
     """
     init_node("un_block", anonymous=True, usage=f"usage: un_block.py [ROS remappings]\n\n{_HELP}")
     prompt = Prompt("b/u> ")
-    rospy.on_shutdown(lambda: prompt.stop("shut down"))
+    on_shutdown(lambda: prompt.stop("shut down"))
     status = _announce(prompt)
     rospy.signal_shutdown("the lines have ended")
     sys.exit(130 if prompt.interrupted else status)
