@@ -173,7 +173,8 @@ class TestFixed(ModeTestCase):
             late = self.goal(f"visit({target})")
             if late.end() == "ABORTED":
                 break
-        self.assertIn("horizon", late.text)
+        # The steps pass without waiting: the last one may have, or too few are left.
+        self.assertRegex(late.text, r"(last step, 12; .*|horizon of 12 steps) for visit\(6\)")
 
 
 class TestDynamic(ModeTestCase):
