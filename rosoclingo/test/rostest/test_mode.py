@@ -174,7 +174,8 @@ class TestFixed(ModeTestCase):
             if late.end() == "ABORTED":
                 break
         # The steps pass without waiting: the last one may have, or too few are left.
-        self.assertRegex(late.text, r"(last step, 12; .*|horizon of 12 steps) for visit\(6\)")
+        when = r"(ended after its last step, 12; it is too late|horizon of 12 steps)"
+        self.assertRegex(late.text, rf"{when} for visit\({target}\)")
 
 
 class TestDynamic(ModeTestCase):
