@@ -18,7 +18,7 @@ def test_what_the_launch_file_says_counts(terminals: Terminals) -> None:
         ("/simulator/x", "-1000"),
         ("/move_base_interface/start", "nowhere"),
         ("/pickup_deliver/timeout", "soon"),
-        ("/rosoclingo/planner", "nowhere"),
+        ("/planner/load_path", "7"),
     ):
         assert terminals.run("rosparam", "set", name, value).wait() == 0
     launches = [
