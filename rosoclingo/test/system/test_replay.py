@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import signal
 import struct
+import time
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
 from xml.etree import ElementTree
@@ -138,7 +139,9 @@ class Recorder:
             assert ended.wait() == 0, ended.output
         else:
             nodes[-1].wait_for("solver: [do(")
-        wait_for(lambda: is_through(bag))
+        # What the bag holds is older than the file by up to half a second.
+        end = time.time() + 1.0
+        wait_for(lambda: bag.stat().st_mtime > end and is_through(bag))
         for node in (recorder, *reversed(nodes)):
             node.interrupt()
             assert node.wait() == 0, node.output
