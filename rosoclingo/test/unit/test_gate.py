@@ -380,6 +380,32 @@ def test_when_a_goal_was_recalled() -> None:
         assert made(goal, done, done, *events)[1] == recall
 
 
+def test_a_goal_that_was_recalled_when_it_was_just_taken() -> None:
+    """The loop takes it when the cancel request is there: else it might have ended before."""
+    waiting, done = Event("waiting"), Event("command", text="idle")
+    taken = [Event("goal", name, "visit(99)", seconds=0.1) for name in "gh"]
+    canceled = [Event("status", name, "canceled", ("", RECALLED)) for name in "gh"]
+    cancels = [Event("cancel", name, seconds=0.1) for name in "gh"]
+    found = made(waiting, *taken, *reversed(canceled), *cancels, done)
+    kinds = [(due.kind, due.id) for due in found]
+    assert kinds[:4] == [("recall", "g"), ("goal", "g"), ("recall", "h"), ("goal", "h")]
+    assert {due.moment for due in found} == {(0, Phase.WAIT)}
+
+    gate = Gate(found)
+    gate.begin_decision(Waits())
+    gate.begin_command(Waits())
+    goals = [RecordedGoal("visit(99)") for _ in "gh"]
+    for name, goal in zip("gh", goals):
+        goal.id = name
+        gate.put(goal)
+    assert gate.take() == []
+    gate.cancel(goals[0])
+    assert gate.take() == [goals[0]]
+    assert goals[0].words == ["canceled"]
+    gate.cancel(goals[1])
+    assert gate.take() == [goals[1], Cancel(goals[0]), Cancel(goals[1])]
+
+
 def test_what_the_loop_did_not_take() -> None:
     """Goals that are no terms, and cancel requests of goals that had ended."""
     rejected = Event("status", "g", "rejected", ("", "it is no term"))

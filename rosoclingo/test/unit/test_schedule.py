@@ -148,6 +148,19 @@ def test_a_goal_that_was_recalled(is_taken: bool) -> None:
     assert replay.send() == ["info a"]
 
 
+def test_a_recording_that_ends_with_a_recall_is_heard_to_its_cancel_request() -> None:
+    goal, cancel = events([("goal", "h", "visit(1)", 0), ("cancel", "h", "", 0)])
+    replay = Replay(numbered([*events(ASK[:1]), goal, RECALL, cancel]), has_gate=True)
+    replay.see(ASK[:1])
+    assert replay.send() == ["h visit(1)"]
+    replay.now += 1.1
+    assert replay.send() == ["h"]
+    for event in (RECALL, goal, cancel):
+        assert not replay.finished
+        replay.schedule.see(event, replay.now)
+    assert replay.finished
+
+
 def test_a_replay_that_goes_another_way_is_noted_and_goes_on() -> None:
     replay = Replay(entries(RUN))
     replay.see(ASK[:1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import List, Sequence, Set, Tuple
+from typing import Dict, List, Sequence, Set, Tuple
 
 from rosclingo.engine import Result
 from rosclingo.errors import TermError
@@ -27,6 +27,7 @@ def dues(entries: Sequence[Entry]) -> List[Due]:
     decision = step = 0
     waits = acts = False  # the command that is carried out
     ended: Set[str] = set()  # goals whose cancel requests actionlib does not pass on any more
+    undecided: Dict[str, int] = {}  # the goals since the last output: how many dues come before
     for entry, result in zip(entries, _results(entries)):
         event = entry.event
         if event.kind == "command":
@@ -35,6 +36,11 @@ def dues(entries: Sequence[Entry]) -> List[Due]:
         elif begins_a_wait(event):
             waits = True
         elif entry.number in recalled:
+            if event.id in undecided:  # the loop has taken the goal, and nothing had come of it
+                place = undecided[event.id]
+                found.insert(place, Due(*found[place].moment, "recall", event.id))
+                undecided = {goal: n + (n >= place) for goal, n in undecided.items()}
+                continue
             if waits:
                 moment = max(moment, (decision, Phase.WAIT))
             else:  # not before what the command has done already, as to move to the next step
@@ -48,7 +54,11 @@ def dues(entries: Sequence[Entry]) -> List[Due]:
         is_late = event.kind == "cancel" and event.id in ended
         if event.kind in INPUTS and not is_late and not _is_refused(event):
             moment = max(moment, _moment(event, decision, waits, result))
+            if event.kind == "goal":
+                undecided[event.id] = len(found)
             found.append(Due(*moment, *input_key(event)))
+        elif event.kind not in INPUTS:
+            undecided.clear()
     return found
 
 

@@ -15,7 +15,7 @@ from typing import AbstractSet, Dict, List, NamedTuple, Optional, Sequence, Set,
 
 from rosoclingo.bags.inputs import Input, Key, Point, begins_a_wait, input_key
 from rosoclingo.bags.model import Entry
-from rosoclingo.bags.outputs import INPUTS, Output, Reader
+from rosoclingo.bags.outputs import INPUTS, Output, Reader, is_recall
 from rosoclingo.journal import Event
 
 _SETTLED_SECONDS = 1.0  # a loop that waits has nothing to do any more
@@ -144,7 +144,8 @@ class Schedule:
         elif event.kind == "status":
             if event.text != "accepted":
                 self._ended_goals.add(event.id)
-                self._take(("cancel", event.id, ""))  # actionlib passes on none to an ended goal
+                if not is_recall(event):  # actionlib passes on none to an ended goal
+                    self._take(("cancel", event.id, ""))
         elif event.kind == "end":
             self._ended = True
         if output is not None:
