@@ -8,6 +8,10 @@ connections.
 The status list: actionlib sends the statuses of all goals of the last five seconds each time that
 one of them changes. With hundreds of short goals a second, that takes most of the time. And it
 repeats them by the clock of ROS, so that nothing comes while a simulator's stands still.
+
+And it is told here that cancel requests may come late: actionlib's server takes one for a goal that
+has left the list as one for a goal that is still to come, and its client forgets that a goal has
+ended when it sends one.
 """
 
 from __future__ import annotations
@@ -15,10 +19,11 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from typing import Any, Callable, Deque, Optional, Tuple
+from typing import Any, Callable, Deque, Dict, Optional, Tuple
 
 import actionlib
 import rospy
+from actionlib import CommState
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 # Messages for a slow client. actionlib's 50 are too few when many goals end at once: a client whose
@@ -29,6 +34,8 @@ _QUEUE_SIZE = 10_000
 # takes a goal for lost if the goal leaves the list before the client has its result.
 _ENDED_GOALS = 25
 _ENDED_SECONDS = 0.2
+
+_REMEMBERED_GOALS = 10_000  # ended goals for which a cancel request may still come
 
 
 class LowLatencyActionServer(actionlib.ActionServer):
@@ -55,6 +62,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         super().__init__(name, spec, goal_cb, cancel_cb, auto_start=False)
         self._recalled = recalled
         self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
+        self._ended_ids: Dict[str, None] = {}  # likewise
 
     def initialize(self) -> None:
         """Opens the topics, in place of actionlib's own method; called when the server starts."""
@@ -84,12 +92,25 @@ class LowLatencyActionServer(actionlib.ActionServer):
                 result = self._recalled
             now = time.monotonic()
             self._ended.append((now, status))
+            self._ended_ids[status.goal_id.id] = None
+            if len(self._ended_ids) > _REMEMBERED_GOALS:
+                del self._ended_ids[next(iter(self._ended_ids))]
             while len(self._ended) > _ENDED_GOALS and now - self._ended[0][0] > _ENDED_SECONDS:
                 _, oldest = self._ended.popleft()
                 self.status_list[:] = [
                     goal for goal in self.status_list if goal.status is not oldest
                 ]
             super().publish_result(status, result)
+
+    def internal_cancel_callback(self, goal_id: GoalID) -> None:
+        """Takes a cancel request; one for a goal that has ended and left the list does nothing."""
+        with self.lock:
+            listed = any(goal.status.goal_id.id == goal_id.id for goal in self.status_list)
+            if goal_id.id in self._ended_ids and not listed:
+                if goal_id.stamp == rospy.Time():
+                    return
+                goal_id = GoalID(stamp=goal_id.stamp)  # for all up to then
+            super().internal_cancel_callback(goal_id)
 
     def publish_status(self) -> None:
         """Publishes the goals' statuses; called by actionlib at each change."""
@@ -108,6 +129,17 @@ class LowLatencyActionServer(actionlib.ActionServer):
             with self.lock:
                 if self.started:
                     super().publish_status()  # forgets what is old, which takes longer
+
+
+class _GoalHandle(actionlib.ClientGoalHandle):
+    """A goal of a client; whoever cancels it when it has ended changes nothing."""
+
+    def cancel(self) -> None:
+        """Sends a cancel request, if the goal has not ended."""
+        machine = self.comm_state_machine
+        with machine.mutex:
+            if machine.state not in (CommState.WAITING_FOR_RESULT, CommState.DONE):
+                super().cancel()
 
 
 class LowLatencyActionClient(actionlib.ActionClient):
@@ -132,6 +164,20 @@ class LowLatencyActionClient(actionlib.ActionClient):
         # With actionlib's 10, a burst of goals loses some, and their client waits for ever.
         for topic in (self.pub_goal, self.pub_cancel):
             topic.impl.set_queue_size(_QUEUE_SIZE)
+
+    def send_goal(
+        self,
+        goal: Any,
+        transition_cb: Optional[Callable[..., None]] = None,
+        feedback_cb: Optional[Callable[..., None]] = None,
+    ) -> actionlib.ClientGoalHandle:
+        """Sends a goal; the arguments are those of actionlib's method.
+
+        Returns:
+            The goal, which lives as long as this is kept.
+        """
+        handle = super().send_goal(goal, transition_cb, feedback_cb)
+        return _GoalHandle(handle.comm_state_machine)
 
 
 class _Publisher(rospy.Publisher):

@@ -40,6 +40,10 @@ class Goal:
         if state == CommState.DONE:
             self._done.set()
 
+    @property
+    def id(self) -> str:
+        return str(self._handle.comm_state_machine.action_goal.goal_id.id)
+
     def wait_until_active(self) -> None:
         if not self._active.wait(TIMEOUT):
             raise AssertionError("the goal was not accepted")

@@ -100,21 +100,47 @@ class TestSolve(SolverTestCase):
         cancels = rospy.Publisher("solver/cancel", GoalID, queue_size=1)
         results: queue.Queue[ROSClingoActionResult] = queue.Queue()
         listener = rospy.Subscriber("solver/result", ROSClingoActionResult, results.put)
-        end = time.monotonic() + TIMEOUT
-        while not (goals.get_num_connections() and cancels.get_num_connections()):
-            self.assertLess(time.monotonic(), end, "the server did not connect")
-            time.sleep(0.01)
+        wait_for(lambda: goals.get_num_connections() and cancels.get_num_connections())
         cancels.publish(GoalID(id="early"))
         # The server keeps the request for later, and shows that it has it.
-        statuses = rospy.wait_for_message("solver/status", GoalStatusArray, TIMEOUT)
-        while all(status.goal_id.id != "early" for status in statuses.status_list):
-            statuses = rospy.wait_for_message("solver/status", GoalStatusArray, TIMEOUT)
+        self._wait_for_status("early")
         goals.publish(ROSClingoActionGoal(goal_id=GoalID(id="early")))
         result = results.get(timeout=TIMEOUT)
         self.assertEqual(result.status.goal_id.id, "early")
         self.assertEqual(result.status.status, GoalStatus.RECALLED)
         self.assertEqual((result.result.result, result.result.interrupted), ("unknown", True))
         listener.unregister()
+
+    def test_a_cancel_request_that_comes_after_its_goal_has_left_the_list(self) -> None:
+        goal = self.goal("<assumptions")
+        self.assertEqual(goal.result()[0], "REJECTED")
+
+        def is_gone() -> bool:
+            self.goal("<assumptions").result()
+            return goal.id not in self._statuses()
+
+        wait_for(is_gone)
+        goal.cancel()
+        cancels = rospy.Publisher("solver/cancel", GoalID, queue_size=2)
+        wait_for(cancels.get_num_connections)
+        cancels.publish(GoalID(id=goal.id))
+        cancels.publish(GoalID(id="later"))
+        self.assertNotIn(goal.id, self._wait_for_status("later"))
+        self.assertEqual(goal.result()[0], "REJECTED")
+
+    def _statuses(self) -> List[str]:
+        """Returns the ids of the goals in the status list."""
+        message = rospy.wait_for_message("solver/status", GoalStatusArray, TIMEOUT)
+        return [status.goal_id.id for status in message.status_list]
+
+    def _wait_for_status(self, identifier: str) -> List[str]:
+        """Waits until a goal is in the status list, and returns the ids in it."""
+        end = time.monotonic() + TIMEOUT
+        while True:
+            identifiers = self._statuses()
+            if identifier in identifiers:
+                return identifiers
+            self.assertLess(time.monotonic(), end, identifiers)
 
     def test_many_rejected_goals_during_a_search(self) -> None:
         """The status list is short, but the goal that is open stays in it."""

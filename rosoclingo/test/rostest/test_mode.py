@@ -39,6 +39,7 @@ class Goal:
 
     def __init__(self, client: LowLatencyActionClient, request: str) -> None:
         self.lines: List[str] = []
+        self._said = threading.Condition()  # guards the lines
         self._known = threading.Event()
         self._active = threading.Event()
         self._done = threading.Event()
@@ -54,7 +55,16 @@ class Goal:
             self._done.set()
 
     def _on_feedback(self, _: ClientGoalHandle, message: ROSoClingoFeedback) -> None:
-        self.lines.append(message.status)
+        with self._said:
+            self.lines.append(message.status)
+            self._said.notify_all()
+
+    def wait_for(self, kind: str) -> None:
+        """Waits for feedback of a kind, which actionlib drops when the goal has ended."""
+        with self._said:
+            assert self._said.wait_for(
+                lambda: any(line.startswith(kind) for line in self.lines), TIMEOUT
+            ), (kind, self.lines)
 
     def wait_until_active(self) -> None:
         assert self._active.wait(TIMEOUT), "the goal was not accepted"
@@ -190,16 +200,23 @@ class TestDynamic(ModeTestCase):
         self.assertEqual(self.goal("visit(1)").end(), "SUCCEEDED")
 
     def test_a_goal(self) -> None:
+        self.robot.answer = lambda actuator, action: None if action == "go(4)" else "success"
         goal = self.goal("visit(4)")
+        for line in ("accepted", "plan ", "step "):
+            goal.wait_for(line)
+        self.robot.wait_for(lambda: len(self.robot.actions) == 3)
+        self.robot.send("robot", "success")
         self.assertEqual(goal.end(), "SUCCEEDED")
         self.assertEqual(self.robot.actions, [("robot", f"go({x})") for x in (2, 3, 4)])
-        for line in ("accepted", "plan ", "step "):
-            self.assertTrue(any(said.startswith(line) for said in goal.lines), goal.lines)
 
     def test_more_goals_than_slots(self) -> None:
+        self.robot.answer = lambda actuator, action: None
         goals = [self.goal(f"visit({x})") for x in (3, 6, 2, 5, 1)]
+        goals[4].wait_for("queued")
+        self.robot.wait_for(lambda: self.robot.actions)
+        self.robot.answer = succeed
+        self.robot.send("robot", "success")
         self.assertEqual([goal.end() for goal in goals], ["SUCCEEDED"] * 5)
-        self.assertTrue(any(line.startswith("queued") for line in goals[4].lines))
 
     def test_information(self) -> None:
         rospy.wait_for_service("rosoclingo/get_goal_information", TIMEOUT)
