@@ -42,6 +42,7 @@ class Goal:
         self._said = threading.Condition()  # guards the lines
         self._known = threading.Event()
         self._active = threading.Event()
+        self._canceling = threading.Event()
         self._done = threading.Event()
         goal = ROSoClingoGoal(request, [f"about {request}", "more"])
         self.handle = client.send_goal(goal, self._on_transition, self._on_feedback)
@@ -51,6 +52,8 @@ class Goal:
         state = handle.get_comm_state()
         if state == CommState.ACTIVE:
             self._active.set()
+        elif state in (CommState.PREEMPTING, CommState.RECALLING):
+            self._canceling.set()
         elif state == CommState.DONE:
             self._done.set()
 
@@ -73,6 +76,9 @@ class Goal:
         # actionlib's client takes a goal for lost that it cancels before the server has it.
         assert self._known.wait(TIMEOUT), "the goal did not arrive"
         self.handle.cancel()
+
+    def wait_until_canceling(self) -> None:
+        assert self._canceling.wait(TIMEOUT), "the cancel request did not arrive"
 
     def end(self) -> str:
         """Waits for the end and returns the terminal status; the result says the same."""
@@ -243,8 +249,11 @@ class TestDynamic(ModeTestCase):
         self.robot.send("robot", "success")
         goals[0].wait_until_active()
         self.robot.wait_for(lambda: len(self.robot.actions) == 2)
-        goals[0].cancel()
-        goals[1].cancel()
+        for goal in goals[:2]:
+            goal.cancel()
+            goal.wait_until_canceling()  # an answer takes another connection
+        # The server says so just before the loop can know.
+        self.robot.answer = lambda actuator, action: "success" if action == "go(4)" else None
         self.robot.send("robot", "success")
         self.assertEqual([goal.end() for goal in goals[:2]], ["PREEMPTED", "PREEMPTED"])
         goals[0].cancel()  # after its end
