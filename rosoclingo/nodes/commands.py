@@ -13,17 +13,13 @@ from __future__ import annotations
 
 from clingo import Symbol, SymbolType
 
-from rosclingo.commands import Add, AssignExternal, Ground, Part, ReleaseExternal, Restart, Truth
+from rosclingo.commands import AssignExternal, Truth
 from rosoclingo import diagnosis
 from rosoclingo.atoms import event
 from rosoclingo.errors import ControllerError
 from rosoclingo.search import Search
-from rosoclingo.solver import EMPTY_PARTS
 from rosoclingo.state import State
 
-# Declares an external for each slot, because that is how a solver node shows its atoms.
-_SLOT = "rosoclingo_slot"
-_SLOTS = f"#defined rslot/1. #external {_SLOT}(ID) : rslot(ID)."
 _TRUTHS = frozenset(truth.value for truth in Truth)
 
 
@@ -37,24 +33,23 @@ class ROSCommands:
 
     def initialize(self) -> None:
         """Grounds base, state(0) and query(0) on a fresh planner, and reads the slots."""
-        self.planner.run(Restart(), Add(_SLOT, (), _SLOTS), *EMPTY_PARTS)
-        parts = [Part("base"), Part("state", ("0",)), Part("query", ("0",)), Part(_SLOT)]
-        self.planner.run(Ground(tuple(parts)))
-        slots = [atom for atom in self.planner.externals() if atom.startswith(f"{_SLOT}(")]
-        self.planner.run(*(ReleaseExternal(atom) for atom in slots))
-        self.state.begin(atom[len(_SLOT) + 1 : -1] for atom in slots)
+        self.state.begin(self.planner.begin(self.state.saved()))
         self._search = Search(self.state)
 
     def ground(self, step: Symbol) -> None:
-        """Grounds the state, transition and query of a step, unless they are grounded already."""
-        number = _step(step)
-        if number in self.state.grounded:
+        """Grounds the state, transition and query of a step, unless they are grounded already.
+
+        If the planner has said which horizon it needs, all steps up to there that are missing.
+        """
+        last = _step(step)
+        first = last if self.planner.needed is None else 1
+        steps = [number for number in range(first, last + 1) if number not in self.state.grounded]
+        if not steps:
             return
         self.state.tell_progress()
-        arguments = (str(step),)
-        parts = [Part(part, arguments) for part in ("state", "transition", "query")]
-        self.planner.run(Ground(tuple(parts)))
-        self.state.set_grounded(number)
+        self.planner.ground_steps(steps)
+        for number in steps:
+            self.state.set_grounded(number)
 
     def assign_external(self, external: Symbol, value: Symbol) -> None:
         """Sets an external of the planner to true, false or free."""
@@ -128,6 +123,7 @@ class ROSCommands:
 
     def idle(self) -> None:
         """Waits for a message, a goal or a cancel request."""
+        self.planner.run()  # tells what is still to be told, while nobody waits
         self.state.release_now()
         self.state.wait()
 

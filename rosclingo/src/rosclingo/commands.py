@@ -39,9 +39,19 @@ class Part:
 
 @dataclass(frozen=True)
 class Ground:
-    """Grounds program parts together."""
+    """Grounds program parts together.
+
+    Attributes:
+        parts: The parts.
+        asking: Whether the parts are grounded that the program asks for, too: for each external
+            ``ground(P)`` that it declares, the part P, until it asks for nothing new. Then each
+            part is grounded once, whether it is given or asked for.
+        reserved: Names of parts that the program must not ask for; ``base`` is always one.
+    """
 
     parts: Tuple[Part, ...]
+    asking: bool = False
+    reserved: Tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -77,6 +87,11 @@ class GetExternals:
 
 
 @dataclass(frozen=True)
+class GetPrograms:
+    """Asks for the program parts that there are; answered by :class:`Programs`."""
+
+
+@dataclass(frozen=True)
 class GetStats:
     """Asks for the solver's statistics; answered by :class:`Stats`."""
 
@@ -94,6 +109,7 @@ Command = Union[
     ReleaseExternal,
     CleanupDomains,
     GetExternals,
+    GetPrograms,
     GetStats,
     Restart,
 ]
@@ -107,13 +123,20 @@ class Externals:
 
 
 @dataclass(frozen=True)
+class Programs:
+    """Answer to :class:`GetPrograms`: sorted pairs of name and number of parameters."""
+
+    parts: Tuple[Tuple[str, int], ...]
+
+
+@dataclass(frozen=True)
 class Stats:
     """Answer to :class:`GetStats`: clingo's statistics, as its documentation names them."""
 
     values: Mapping[str, Any]
 
 
-Answer = Union[Externals, Stats]
+Answer = Union[Externals, Programs, Stats]
 
 
 @dataclass(frozen=True)

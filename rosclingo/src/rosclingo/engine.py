@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import itertools
 import logging
 import os
 from dataclasses import dataclass
@@ -24,9 +25,12 @@ from rosclingo.commands import (
     Externals,
     Failure,
     GetExternals,
+    GetPrograms,
     GetStats,
     Ground,
     Load,
+    Part,
+    Programs,
     ReleaseExternal,
     Reply,
     Restart,
@@ -49,6 +53,7 @@ from rosclingo.xml_codec import command_name
 
 _LOG = logging.getLogger("rosout")
 _POLL_SECONDS = 0.01  # how often a running search looks whether it is to stop
+_MOST_ROUNDS = 10_000  # of grounding what the program asks for
 _CLINGO_VALUES = {Truth.TRUE: True, Truth.FALSE: False, Truth.FREE: None}
 
 
@@ -91,6 +96,9 @@ class Outcome:
     symbols: Tuple[str, ...] = ()
 
 
+_Part = Tuple[str, Tuple[clingo.Symbol, ...]]
+
+
 def _ignore(_: Any) -> None:
     """The callback of those who do not want to be called."""
 
@@ -130,6 +138,7 @@ class Engine:
             AssignExternal: self._assign_external,
             CleanupDomains: self._cleanup,
             GetExternals: self._get_externals,
+            GetPrograms: self._get_programs,
             GetStats: self._get_stats,
             Ground: self._ground,
             Load: self._load,
@@ -235,6 +244,8 @@ class Engine:
         self._parts: Set[Tuple[str, int]] = {("base", 0)} | program.parts
         self._definitions: List[ast.AST] = list(program.definitions)
         self._external_signatures: Set[Tuple[str, int, bool]] = set()
+        self._once: Set[_Part] = set()  # parts that were grounded by what asks
+        self._asks = 0  # how many ground(P) were seen
 
     def _add(self, command: Add) -> None:
         self._take(
@@ -251,16 +262,53 @@ class Engine:
         self._definitions += program.definitions
 
     def _ground(self, command: Ground) -> None:
+        parts = [self._part(part) for part in command.parts]
+        if not command.asking:
+            self._control.ground(parts)
+            return
+        for _ in range(_MOST_ROUNDS):
+            new = [part for part in dict.fromkeys(parts) if part not in self._once]
+            if not new:
+                return
+            self._once.update(new)
+            self._control.ground(new)
+            parts = self._asked_for({"base", *command.reserved})
+        name, arguments = parts[0]
+        raise SolverError(
+            f"the program asked for parts {_MOST_ROUNDS} times, last for "
+            f"{shorten(str(clingo.Function(name, arguments)))}: does it ever stop asking?"
+        )
+
+    def _part(self, part: Part) -> _Part:
+        self._check_part(part.name, len(part.parameters), "")
+        return part.name, tuple(parse_term(value) for value in part.parameters)
+
+    def _asked_for(self, reserved: Set[str]) -> List[_Part]:
+        """Returns the parts that the program asks for by externals that were not seen before."""
         parts = []
-        for part in command.parts:
-            if (part.name, len(part.parameters)) not in self._parts:
-                known = ", ".join(f"{name}/{arity}" for name, arity in sorted(self._parts))
-                raise UnknownProgramError(
-                    f"there is no program {shorten(part.name)}/{len(part.parameters)} (name and "
-                    f"number of parameters); there are {shorten(known, 1000)}"
-                )
-            parts.append((part.name, [parse_term(value) for value in part.parameters]))
-        self._control.ground(parts)
+        # clingo keeps atoms in the order in which they came.
+        atoms = self._control.symbolic_atoms.by_signature("ground", 1)
+        for atom in itertools.islice(atoms, self._asks, None):
+            self._asks += 1
+            if not atom.is_external:
+                continue
+            part = atom.symbol.arguments[0]
+            by = f"; the program asks for it by {shorten(str(atom.symbol))}"
+            if part.type is not clingo.SymbolType.Function or not part.name:
+                raise UnknownProgramError(f"{shorten(str(part))} names no program part{by}")
+            if part.name in reserved:
+                raise UnknownProgramError(f"the program {part.name} cannot be asked for{by}")
+            self._check_part(part.name, len(part.arguments), by)
+            parts.append((part.name, tuple(part.arguments)))
+        return parts
+
+    def _check_part(self, name: str, count: int, by: str) -> None:
+        if (name, count) not in self._parts:
+            known = ", ".join(f"{name}/{arity}" for name, arity in sorted(self._parts))
+            raise UnknownProgramError(
+                f"there is no program {shorten(name)}/{count} (name and number of parameters); "
+                f"there are {shorten(known, 1000)}{by}"
+            )
 
     def _assign_external(self, command: AssignExternal) -> None:
         symbol = self._external(command.name)
@@ -281,6 +329,7 @@ class Engine:
         return symbol
 
     def _cleanup(self, _: CleanupDomains) -> None:
+        self._asks = 0  # some of them may go
         self._control.cleanup()
 
     def _get_externals(self, _: GetExternals) -> Externals:
@@ -300,6 +349,9 @@ class Engine:
             }
         values = ((str(atom.symbol), self._externals.value(atom.literal)) for atom in found)
         return Externals(tuple(sorted(values, key=lambda pair: pair[0])))
+
+    def _get_programs(self, _: GetPrograms) -> Programs:
+        return Programs(tuple(sorted(self._parts)))
 
     def _get_stats(self, _: GetStats) -> Stats:
         return Stats(self._control.statistics)

@@ -141,9 +141,11 @@ def check(program: Program, known: Iterable[ast.AST], options: Sequence[str]) ->
 
     Raises:
         OptionsError: clingo refuses an option.
-        ProgramError: A variable is unsafe, a theory atom is not defined, or the like; the message
-            quotes line and column.
+        ProgramError: A variable is unsafe, a theory atom is not defined, a parameter is named like
+            a constant, or the like; the message quotes line and column.
     """
+    known = [*known]
+    _check_parameters(program, known, options)
     messages = Messages()
     scratch = new_control(options, messages)
     Program(statements=[*known]).add_to(scratch)
@@ -153,6 +155,31 @@ def check(program: Program, known: Iterable[ast.AST], options: Sequence[str]) ->
         scratch.ground([("_rosclingo_check", [])])
     except RuntimeError as err:
         raise ProgramError(messages.text() or str(err)) from err
+
+
+def _check_parameters(program: Program, known: Sequence[ast.AST], options: Sequence[str]) -> None:
+    """Checks that clingo replaces no parameter of a part by a constant, which it does silently."""
+    constants = {
+        value.partition("=")[0].strip()
+        for option, value in zip(options, options[1:])
+        if option == "-c"
+    }
+    constants |= {
+        statement.name
+        for statement in (*known, *program.definitions)
+        if statement.ast_type is ast.ASTType.Definition
+    }
+    for statement in program.statements:
+        if statement.ast_type is not ast.ASTType.Program:
+            continue
+        for parameter in statement.parameters:
+            if parameter.name in constants:
+                place = parameter.location.begin
+                raise ProgramError(
+                    f"{place.filename}:{place.line}:{place.column}: the parameter {parameter.name} "
+                    f"of the program {statement.name} has the name of a constant, by which clingo "
+                    "would replace it; rename one of them"
+                )
 
 
 def _parse(

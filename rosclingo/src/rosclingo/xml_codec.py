@@ -22,10 +22,12 @@ from rosclingo.commands import (
     Externals,
     Failure,
     GetExternals,
+    GetPrograms,
     GetStats,
     Ground,
     Load,
     Part,
+    Programs,
     ReleaseExternal,
     Reply,
     Restart,
@@ -136,6 +138,8 @@ def decode_reply(text: Union[str, bytes]) -> Reply:
             failure = Failure(attributes["command"], index, _line(element.text))
         elif element.name == "externals":
             answers.append(_decode_externals(element))
+        elif element.name == "programs":
+            answers.append(_decode_programs(element))
         elif element.name == "stats":
             answers.append(_decode_stats(element))
         else:
@@ -164,6 +168,13 @@ def encode_reply(reply: Reply) -> str:
                 for name, value in answer.values
             )
             lines.append("</externals>")
+        elif isinstance(answer, Programs):
+            lines.append("<programs>")
+            lines += (
+                f'<program name={_attribute(_carried(name))} parameters="{count}"/>'
+                for name, count in answer.parts
+            )
+            lines.append("</programs>")
         else:
             lines += ["<stats>", _text(json.dumps(answer.values)), "</stats>"]
     lines.append("</return>")
@@ -185,7 +196,7 @@ def _decode_add(element: Element) -> Add:
 
 
 def _decode_ground(element: Element) -> Ground:
-    _expect(element, "ground")
+    _expect(element, "ground", optional=("asking", "reserved"))
     if not element.children:
         raise element.error('<ground> needs a <program name="..."> for each part to ground')
     parts = []
@@ -197,7 +208,11 @@ def _decode_ground(element: Element) -> Ground:
             parameter.expect_no_children()
             parameters.append(parameter.attributes["value"])
         parts.append(Part(program.attributes["name"], tuple(parameters)))
-    return Ground(tuple(parts))
+    asking = element.attributes.get("asking", "false").strip().lower()
+    if asking not in ("true", "false"):
+        raise element.error(f"asking of <ground> is true or false, not {asking[:50]!r}")
+    reserved = tuple(element.attributes.get("reserved", "").split())
+    return Ground(tuple(parts), asking == "true", reserved)
 
 
 def _decode_load(element: Element) -> Load:
@@ -230,6 +245,7 @@ def _plain(command: Command) -> Callable[[Element], Command]:
 _PLAIN: Dict[str, Command] = {
     "cleanup_domains": CleanupDomains(),
     "get_externals": GetExternals(),
+    "get_programs": GetPrograms(),
     "get_stats": GetStats(),
     "restart": Restart(),
 }
@@ -264,7 +280,10 @@ def _encode_command(command: Command) -> str:
         program = f"<program>{_text(command.program)}</program>"
         return f"<add name={_attribute(command.name)}>{definitions}{program}</add>"
     if isinstance(command, Ground):
-        return f"<ground>{''.join(_encode_part(part) for part in command.parts)}</ground>"
+        asking = ' asking="true"' if command.asking else ""
+        if command.reserved:
+            asking += f" reserved={_attribute(' '.join(command.reserved))}"
+        return f"<ground{asking}>{''.join(_encode_part(part) for part in command.parts)}</ground>"
     if isinstance(command, Load):
         return f"<load file={_attribute(command.file)}/>"
     if isinstance(command, AssignExternal):
@@ -290,6 +309,19 @@ def _decode_externals(element: Element) -> Externals:
     return Externals(tuple(values))
 
 
+def _decode_programs(element: Element) -> Programs:
+    _expect(element, "programs")
+    parts = []
+    for program in element.children:
+        _expect(program, "program", "name", "parameters")
+        program.expect_no_children()
+        count = program.attributes["parameters"]
+        if not count.isascii() or not count.isdecimal():
+            raise program.error(f"parameters of <program> is a number, not {count[:50]!r}")
+        parts.append((program.attributes["name"], int(count)))
+    return Programs(tuple(parts))
+
+
 def _decode_stats(element: Element) -> Stats:
     _expect(element, "stats", text=True)
     try:
@@ -311,16 +343,23 @@ def _truth(element: Element) -> Truth:
     return value
 
 
-def _expect(element: Element, name: str, *attributes: str, text: bool = False) -> None:
+def _expect(
+    element: Element,
+    name: str,
+    *attributes: str,
+    text: bool = False,
+    optional: Sequence[str] = (),
+) -> None:
     """Checks an element's name, that it has these attributes and no others, and its text."""
     if element.name != name:
         raise element.error(f"expected <{name}>, found <{shorten(element.name)}>")
     missing = [key for key in attributes if key not in element.attributes]
     if missing:
         raise element.error(f"<{name}> lacks the attribute {missing[0]}")
-    unknown = [key for key in element.attributes if key not in attributes]
+    allowed = (*attributes, *optional)
+    unknown = [key for key in element.attributes if key not in allowed]
     if unknown:
-        known = f"; it has {', '.join(attributes)}" if attributes else "; it has none"
+        known = f"; it has {', '.join(allowed)}" if allowed else "; it has none"
         raise element.error(f"<{name}> has no attribute {shorten(unknown[0])}{known}")
     if text:
         element.expect_no_children()

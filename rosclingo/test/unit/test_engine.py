@@ -16,10 +16,12 @@ from rosclingo.commands import (
     CleanupDomains,
     Externals,
     GetExternals,
+    GetPrograms,
     GetStats,
     Ground,
     Load,
     Part,
+    Programs,
     ReleaseExternal,
     Reply,
     Restart,
@@ -100,6 +102,91 @@ def test_a_part_grows(engine: Engine) -> None:
     engine.apply(Add("p", (), "b."))
     engine.apply(Ground((Part("p"),)))
     assert sorted(engine.solve().symbols) == ["a", "b"]
+
+
+# Distances from 0 on a line of 5 places, one round for each.
+DISTANCES = """
+#program base.
+way(V,V+1) :- V = 0..3.
+#program from(v).
+at(v,v,0).
+#external ground(round(v,1)).
+#program round(v,n).
+at(v,W,n) :- at(v,V,n-1), way(V,W).
+#external ground(round(v,n+1)) : at(v,_,n).
+#show at/3.
+"""
+
+
+def asking(name: str, *parameters: str, reserved: Sequence[str] = ()) -> Ground:
+    return Ground((Part(name, parameters),), asking=True, reserved=tuple(reserved))
+
+
+def test_what_the_program_asks_for_is_grounded_once(tmp_path: Path) -> None:
+    file = tmp_path / "distances.lp"
+    file.write_text(DISTANCES)
+    engine = Engine(Options(files=(str(file),)))
+    engine.apply(Ground((Part("base"),)))
+    engine.apply(asking("from", "1"))
+    expected = [f"at(1,{place},{place - 1})" for place in range(1, 5)]
+    assert sorted(engine.solve().symbols) == expected
+    engine.apply(asking("from", "1"))  # a second time it would redefine its atoms
+    engine.apply(asking("from", "3"))
+    assert sorted(engine.solve().symbols) == [*expected, "at(3,3,0)", "at(3,4,1)"]
+    engine.apply(Restart())
+    engine.apply(Ground((Part("base"),)))
+    engine.apply(asking("from", "4"))
+    assert engine.solve().symbols == ("at(4,4,0)",)
+
+
+def test_what_is_not_asked_for_is_not_grounded(engine: Engine) -> None:
+    engine.apply(Add("more", (), "b."))
+    add(engine, "a. #external ground(more).")
+    assert engine.solve().symbols == ("a",)
+
+
+@pytest.mark.parametrize(
+    ("asked", "reason"),
+    [
+        ("more(1)", r"no program more/1 .* asks for it by ground\(more\(1\)\)"),
+        ("base", r"the program base cannot be asked for; .* by ground\(base\)"),
+        ("mine(3)", r"the program mine cannot be asked for; .* by ground\(mine\(3\)\)"),
+        ("3", r"3 names no program part; .* by ground\(3\)"),
+        ('"x"', r"names no program part"),
+        ("(1,2)", r"names no program part"),
+    ],
+)
+def test_what_cannot_be_asked_for(asked: str, reason: str, engine: Engine) -> None:
+    engine.apply(Add("mine", ("t",), ""))
+    engine.apply(Add("begin", (), f"#external ground({asked})."))
+    with pytest.raises(UnknownProgramError, match=reason):
+        engine.apply(asking("begin", reserved=["mine"]))
+
+
+def test_a_program_that_asks_without_end(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rosclingo.engine._MOST_ROUNDS", 100)
+    engine.apply(Add("count", ("n",), "#external ground(count(n+1))."))
+    with pytest.raises(SolverError, match=r"100 times, last for count\(100\)"):
+        engine.apply(asking("count", "0"))
+
+
+def test_the_program_parts(engine: Engine) -> None:
+    engine.apply(Add("step", ("t", "u"), ""))
+    assert engine.apply(GetPrograms()) == Programs((("base", 0), ("step", 2)))
+
+
+@pytest.mark.parametrize(
+    ("text", "options"),
+    [("#program p(x). q(x).", ("-c", "x=4")), ("#const x=4. #program p(x). q(x).", ())],
+)
+def test_a_parameter_with_the_name_of_a_constant(
+    text: str, options: Tuple[str, ...], tmp_path: Path
+) -> None:
+    """clingo would put the constant in its place, and say nothing."""
+    file = tmp_path / "p.lp"
+    file.write_text(text)
+    with pytest.raises(ProgramError, match=r"p\.lp:1:\d+: the parameter x of the program p has"):
+        Engine(Options(files=(str(file),), clingo=options))
 
 
 @pytest.mark.parametrize("part", [Part("q"), Part("p"), Part("p", ("1", "2")), Part("", ("1",))])

@@ -20,10 +20,12 @@ from rosclingo.commands import (
     Externals,
     Failure,
     GetExternals,
+    GetPrograms,
     GetStats,
     Ground,
     Load,
     Part,
+    Programs,
     ReleaseExternal,
     Reply,
     Restart,
@@ -249,14 +251,15 @@ TEXT = st.text(
 TEXTS = st.lists(TEXT, max_size=3).map(tuple)
 TRUTH = st.sampled_from(Truth)
 PARTS = st.lists(st.builds(Part, TEXT, TEXTS), min_size=1, max_size=3).map(tuple)
+NAMES = st.lists(st.from_regex("[a-z_]+", fullmatch=True), max_size=3).map(tuple)
 COMMANDS: st.SearchStrategy[List[Command]] = st.lists(
     st.one_of(
         st.builds(Add, TEXT, TEXTS, TEXT),
-        st.builds(Ground, PARTS),
+        st.builds(Ground, PARTS, st.booleans(), NAMES),
         st.builds(Load, TEXT),
         st.builds(AssignExternal, TEXT, TRUTH),
         st.builds(ReleaseExternal, TEXT),
-        st.sampled_from([CleanupDomains(), GetExternals(), GetStats(), Restart()]),
+        st.sampled_from([CleanupDomains(), GetExternals(), GetPrograms(), GetStats(), Restart()]),
     ),
     max_size=5,
 )
@@ -268,6 +271,7 @@ JSON = st.recursive(
 )
 ANSWERS = st.lists(
     st.builds(Externals, st.lists(st.tuples(TEXT, TRUTH), max_size=3).map(tuple))
+    | st.builds(Programs, st.lists(st.tuples(TEXT, st.integers(0, 9)), max_size=3).map(tuple))
     | st.builds(Stats, st.dictionaries(st.text(), JSON, max_size=3)),
     max_size=3,
 ).map(tuple)

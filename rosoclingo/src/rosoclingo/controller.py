@@ -28,12 +28,16 @@ class Info:
         pending_actions: Whether an actuator of the current step has not answered.
         new_messages: Whether there is something for ``assign_messages`` to do.
         request_reset: Whether a goal has ended since the last reset.
+        horizon: The horizon that the plan needs, if that is beyond the one that was asked for.
+        ahead: How many steps after the current one that is.
     """
 
     result: Optional[Result] = None
     pending_actions: bool = False
     new_messages: bool = False
     request_reset: bool = False
+    horizon: Optional[int] = None
+    ahead: Optional[int] = None
 
     def events(self) -> List[str]:
         """Returns the atoms that are true."""
@@ -41,6 +45,10 @@ class Info:
         true = [name for name in names if getattr(self, name)]
         if self.result is not None:
             true.append(f"result({self.result.value})")
+        if self.horizon is not None:
+            true.append(f"horizon({self.horizon})")
+        if self.ahead is not None:
+            true.append(f"ahead({self.ahead})")
         return [event("info", name, 0) for name in true]
 
 

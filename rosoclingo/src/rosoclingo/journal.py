@@ -13,6 +13,9 @@ KINDS = (
 FOR_A_REPLAY = "for the replay"
 """Text of an event of the kind ``waiting``: it waits for what had come by then when recorded."""
 
+BEST_SO_FAR = "the best so far"
+"""Text of an event of the kind ``plan``: the search had no more time (``~search_seconds``)."""
+
 
 @dataclass(frozen=True)
 class Event:

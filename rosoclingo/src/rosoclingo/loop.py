@@ -36,6 +36,7 @@ class Loop:
         *,
         action_timeout: float = 0.0,
         abort_unreachable: bool = False,
+        search_seconds: float = 0.0,
     ) -> None:
         """Prepares a loop that asks nobody yet.
 
@@ -48,10 +49,12 @@ class Loop:
             action_timeout: From when on an action without an answer counts as failed, in seconds
                 since it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
+            search_seconds: When an optimising search ends that has found a plan, in seconds since
+                it began; 0 for when it is through.
         """
         self._parts = (controller, planner)
         self.state = State(
-            Planner(planner),
+            Planner(planner, search_seconds),
             inbox,
             outside,
             self._check,
@@ -108,7 +111,15 @@ class Loop:
             state.rest()
         state.take_mail()
         mail = state.mail
-        info = Info(state.result, mail.pending_actions, mail.tell(), state.goals.some_ended)
+        needed = state.needed_horizon
+        info = Info(
+            state.result,
+            mail.pending_actions,
+            mail.tell(),
+            state.goals.some_ended,
+            needed,
+            None if needed is None else needed - state.step,
+        )
         command = self._controller.decide(info)
         state.result = None
         mail.begin_command()

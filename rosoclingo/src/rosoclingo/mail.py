@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple, Union
 
 from rosclingo.errors import TermError, shorten
 from rosoclingo.atoms import canonical, event
+from rosoclingo.demand import Pair, ToldVocabulary
 from rosoclingo.goals import Goal, Goals
 from rosoclingo.inbox import Cancel, Inbox, Item, Message
 from rosoclingo.journal import FOR_A_REPLAY
 from rosoclingo.vocabulary import Vocabulary
+
+Ask = Callable[[Sequence[Pair]], object]
+"""Has it learned whether the planner knows events."""
 
 _RESERVED_IDS = ("commit", "save")
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
@@ -53,7 +57,7 @@ class Mail:
         self.new_goals = False
         self._warn = warn
         self._note = note
-        self._vocabulary = Vocabulary()
+        self._vocabulary: Union[Vocabulary, ToldVocabulary] = Vocabulary()
         self._grounded = 0  # steps; none before the planner is initialised
         self._held: List[Item] = []  # nobody can say yet whether the planner knows it
         self._arrivals = 0  # how much news has come
@@ -88,13 +92,14 @@ class Mail:
 
     # What comes in.
 
-    def begin(self, *, keep: bool = False) -> None:
+    def begin(self, vocabulary: Union[Vocabulary, ToldVocabulary], *, keep: bool = False) -> None:
         """The planner is initialised, and knows nothing yet.
 
         Args:
+            vocabulary: Which events its encoding knows.
             keep: Whether what has come and was not told yet is still to be told.
         """
-        self._vocabulary = Vocabulary()
+        self._vocabulary = vocabulary
         self._grounded = 1
         if not keep:
             self.messages.clear()
@@ -137,11 +142,12 @@ class Mail:
     def _waits(self) -> None:
         self._note("waiting", "", FOR_A_REPLAY)
 
-    def take(self, ask: Callable[[], object] = lambda: None) -> None:
+    def take(self, ask: Ask = lambda pairs: None) -> None:
         """Takes what has come, and drops what is wrong.
 
         Args:
-            ask: Has the planner's externals learned; without it, what is unknown is held back.
+            ask: Has it learned whether the planner knows some pairs of id and content; without it,
+                what is unknown is held back.
         """
         new = self.inbox.take()
         if not (new or self._held):
@@ -165,7 +171,7 @@ class Mail:
         self._log_dropped(dropped)
         self.goals.tell_positions()
 
-    def _take(self, item: Item, ask: Callable[[], object], dropped: List[str]) -> bool:
+    def _take(self, item: Item, ask: Ask, dropped: List[str]) -> bool:
         """Takes one thing, and returns whether it is news for the controller."""
         if isinstance(item, Cancel):
             if self.goals.cancel(item.goal):
@@ -179,7 +185,7 @@ class Mail:
             return self.dynamic and self._take_message(item, ask, dropped)
         return self._take_goal(item, ask)
 
-    def _take_goal(self, goal: Goal, ask: Callable[[], object]) -> bool:
+    def _take_goal(self, goal: Goal, ask: Ask) -> bool:
         if self.rejection:
             self.goals.end(goal, "rejected", self.rejection)
             return False
@@ -188,9 +194,10 @@ class Mail:
             self.goals.end(goal, "rejected", reason)
             return False
         slots = self.goals.slots
-        if self._hold(goal, [(slot, goal.request) for slot in slots], ask):
+        pairs = [(slot, goal.request) for slot in slots]
+        if self._hold(goal, pairs, ask):
             return True
-        if slots and not self._knows([(slot, goal.request) for slot in slots]):
+        if slots and not self._vocabulary.knows(pairs, self._grounded):
             step = self._grounded - 1
             self.goals.end(goal, "rejected", self.explain(slots[0], goal.request, step))
             return False
@@ -200,9 +207,7 @@ class Mail:
         self.new_goals |= news
         return news
 
-    def _take_message(
-        self, message: Message, ask: Callable[[], object], dropped: List[str]
-    ) -> bool:
+    def _take_message(self, message: Message, ask: Ask, dropped: List[str]) -> bool:
         if not self._grounded:  # the slots' ids are not known
             self._held.append(message)
             return True
@@ -217,7 +222,7 @@ class Mail:
             reason = "the id is a goal's slot, and goals are changed by the action only"
         elif self._hold(message, [(source, value)], ask):
             return True
-        elif not self._knows([(source, value)]):
+        elif not self._vocabulary.knows([(source, value)], self._grounded):
             if source in self._acting and source not in self._answers:
                 self._take_undeclared_answer(source, value)
                 return True
@@ -243,17 +248,17 @@ class Mail:
                 f"#external {shorten(f'event({source},{value},t)')}; this is said once"
             )
 
-    def _hold(self, item: Item, pairs: List[Tuple[str, str]], ask: Callable[[], object]) -> bool:
+    def _hold(self, item: Item, pairs: List[Pair], ask: Ask) -> bool:
         """Keeps an item for later if nobody can say whether the planner knows one of the pairs."""
-        if not self._knows(pairs) and not self._vocabulary.is_complete(self._grounded):
-            ask()
-            if not self._vocabulary.is_complete(self._grounded):
+        vocabulary = self._vocabulary
+        if not (
+            vocabulary.knows(pairs, self._grounded) or vocabulary.is_sure(pairs, self._grounded)
+        ):
+            ask(pairs)
+            if not vocabulary.is_sure(pairs, self._grounded):
                 self._held.append(item)
                 return True
         return False
-
-    def _knows(self, pairs: List[Tuple[str, str]]) -> bool:
-        return self._grounded <= 1 or any(self._vocabulary.has(*pair) for pair in pairs)
 
     # What the commands do.
 

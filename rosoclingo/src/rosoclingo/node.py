@@ -44,7 +44,7 @@ from rosoclingo.state import Outside
 
 _USAGE = """\
 usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
-              [_abort_unreachable:=true] [ROS remappings]
+              [_abort_unreachable:=true] [_search_seconds:=SECONDS] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
 _JOURNAL_LENGTH = 2_000  # events that late subscribers get
@@ -162,6 +162,7 @@ class Node:
         """
         timeout = _seconds("~action_timeout")
         abort_unreachable = _flag("~abort_unreachable")
+        search_seconds = _seconds("~search_seconds")
         self.failure: Optional[str] = None
         self._inbox = inbox
         outside = RosOutside(description)
@@ -173,6 +174,7 @@ class Node:
             outside,
             action_timeout=timeout,
             abort_unreachable=abort_unreachable,
+            search_seconds=search_seconds,
         )
         self._ready = ready
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)

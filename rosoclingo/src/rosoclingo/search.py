@@ -32,12 +32,14 @@ class Search:
         state = self._state
         state.release_now()
         state.begin_planning()
-        outcome = state.planner.solve(state.interrupted)
+        outcome = state.planner.search(state.step, state.horizon, state.interrupted)
         state.result = outcome.result
         if outcome.result is Result.SAT:
             self._look(outcome)
             self._failures = 0
-            state.found(Plan(outcome.symbols))
+            state.found(Plan(outcome.symbols), is_best=not outcome.interrupted)
+        elif outcome.result is Result.UNSAT and state.planner.needed is not None:
+            self._failures = 0  # there is a plan, for a horizon farther away
         elif outcome.result is Result.UNSAT:
             self._failures += 1
             if self._is_in_doubt() and diagnosis.mend_contradiction(state):

@@ -8,6 +8,7 @@ there is no last step, because no program has to be grounded for all of them.
 
 from __future__ import annotations
 
+import math
 from typing import Any, Callable, Generator, Optional, Sequence, Set, Tuple, Type
 
 import clingo
@@ -89,7 +90,7 @@ class ClingoControl:
                 info = yield f"commit_actions({self._step})"
                 continue
             if self._step == self._horizon:
-                yield from self._extend()
+                yield from self._extend(None)
             yield f"release_step({self._step})"
             self._step += 1
             info = yield f"commit_actions({self._step})"
@@ -102,19 +103,20 @@ class ClingoControl:
                 info = yield f"assign_messages({self._step})"
             elif info.result is not Result.UNSAT:
                 info = yield "solve"
-            elif self._horizon == self._last:
+            elif self._horizon == self._last or (info.horizon or 0) > (self._last or math.inf):
                 yield "exit"
                 # Going on means that the reason is gone, and the horizon may be nearer again.
                 yield f"assign_external(query({self._horizon}),false)"
                 self._horizon = self._step
                 info = yield f"assign_external(query({self._horizon}),true)"
             else:
-                info = yield from self._extend()
+                info = yield from self._extend(info.horizon)
         return info
 
-    def _extend(self) -> _Commands:
+    def _extend(self, needed: Optional[int]) -> _Commands:
+        """Asks for the goal one step later, or at the horizon that the plan needs."""
         yield f"assign_external(query({self._horizon}),false)"
-        self._horizon += 1
+        self._horizon = max(self._horizon + 1, needed or 0)
         yield f"ground({self._horizon})"
         return (yield f"assign_external(query({self._horizon}),true)")
 

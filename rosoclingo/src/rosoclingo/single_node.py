@@ -18,7 +18,7 @@ from rosoclingo.single import ClingoControl, commands_for, last_step
 
 _USAGE = """\
 usage: run-1.0.py --file FILE... [clingo options] [_action_timeout:=SECONDS]
-                  [_abort_unreachable:=true] [ROS remappings]
+                  [_abort_unreachable:=true] [_search_seconds:=SECONDS] [ROS remappings]
 
 Plans and executes in one process, as the paper has it; a controller and a planner are not needed.
 

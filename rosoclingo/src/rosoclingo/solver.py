@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
-from typing import Callable, Dict, List, Optional, Protocol, Sequence, Tuple
+import dataclasses
+import time
+from typing import Callable, Dict, Iterable, List, Optional, Protocol, Sequence, Tuple
 
 from rosclingo.commands import (
     Add,
@@ -14,10 +16,18 @@ from rosclingo.commands import (
     Command,
     Externals,
     GetExternals,
+    GetPrograms,
+    Ground,
+    Part,
+    Programs,
+    ReleaseExternal,
     Reply,
+    Restart,
     Truth,
 )
 from rosclingo.engine import Improvement, Outcome, Result
+from rosclingo.terms import parse_term
+from rosoclingo.demand import Demand, Pair, needed_horizon
 from rosoclingo.errors import PlannerError
 
 HAS = "rosoclingo_has"
@@ -36,6 +46,10 @@ EMPTY_PARTS = (
     Add("query", ("t",), _SHOWS),
 )
 """What lets an encoding leave out a part that it does not need, and tells what it hides."""
+
+# Declares an external for each slot, because that is how a solver node shows its atoms.
+_SLOT = "rosoclingo_slot"
+_SLOTS = f"#defined rslot/1. #external {_SLOT}(ID) : rslot(ID)."
 
 _BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
 _MANY = 20  # so many assignments after one that failed, it is quicker to ask for all externals
@@ -83,24 +97,93 @@ class Forwarding:
         self._solver.check()
 
 
+@dataclasses.dataclass(frozen=True)
+class _Kept:
+    """A plan that stands until something is told, for horizons from one on."""
+
+    outcome: Outcome
+    horizon: int
+
+
 class Planner:
     """The planner's solver, with what the commands need of it.
 
     Attributes:
-        events_are_facts: Whether an event that was made true stays so.
+        demand: What its encoding is told by grounding, and asks for.
+        search_seconds: After how many seconds an optimising search ends that has found a plan; 0
+            for when it is through.
     """
 
-    def __init__(self, solver: Solver) -> None:
+    def __init__(self, solver: Solver, search_seconds: float = 0.0) -> None:
         self._solver = solver
+        self.demand = Demand()
+        self.search_seconds = search_seconds
+        self._kept: Optional[_Kept] = None
         # A dialect's translation may be in between.
-        self.events_are_facts = bool(getattr(solver, "events_are_facts", False))
+        self._is_translated = bool(getattr(solver, "events_are_facts", False))
+
+    @property
+    def events_are_facts(self) -> bool:
+        """Whether an event that was made true stays so."""
+        return self._is_translated or self.demand.tells
+
+    @property
+    def needed(self) -> Optional[int]:
+        """The first horizon of the plan that was found, if its encoding says so."""
+        return None if self._kept is None else self._kept.horizon
+
+    def begin(self, saved: Sequence[str] = ()) -> List[str]:
+        """Grounds base, state(0) and query(0) on a fresh solver.
+
+        Args:
+            saved: The events ``event(save,F,0)`` that an encoding which is told its events knows
+                from the beginning.
+
+        Returns:
+            The ids that the encoding has for goals.
+
+        Raises:
+            PlannerError: A command failed, or the encoding lacks a part.
+        """
+        self.demand.begin(())
+        self._kept = None
+        self.run(Restart(), Add(_SLOT, (), _SLOTS), *EMPTY_PARTS)
+        self.demand.begin(() if self._is_translated else self._programs())
+        base, first = [Part("base")], [Part("state", ("0",)), Part("query", ("0",))]
+        if self.demand:
+            self.run(self.demand.ground([*base, Part(_SLOT)]))
+            self.demand.tell(saved)
+            self.run(self.demand.ground(first))
+        else:
+            self.run(Ground((*base, *first, Part(_SLOT))))
+        slots = [atom for atom in self.externals() if atom.startswith(f"{_SLOT}(")]
+        self.run(*(ReleaseExternal(atom) for atom in slots))
+        return [atom[len(_SLOT) + 1 : -1] for atom in slots]
+
+    def _programs(self) -> Sequence[Tuple[str, int]]:
+        """Returns the program parts; none if the solver is one that cannot tell."""
+        reply = self._solver.run([GetPrograms()])
+        return next((a.parts for a in reply.answers if isinstance(a, Programs)), ())
+
+    def ground_steps(self, steps: Iterable[int]) -> None:
+        """Grounds state, transition and query of steps after step 0."""
+        commands: List[Command] = []
+        for step in steps:
+            arguments = (str(step),)
+            parts = [Part(name, arguments) for name in ("state", "transition", "query")]
+            commands.append(self.demand.ground(parts) if self.demand else Ground(tuple(parts)))
+        self.run(*commands)
 
     def run(self, *commands: Command) -> Reply:
-        """Runs commands.
+        """Runs commands, after what is still to be told.
 
         Raises:
             PlannerError: A command failed.
         """
+        commands = (*self.demand.take_pending(), *commands)
+        if not commands:
+            return Reply()
+        self._note(commands)
         reply = self._solver.run(commands)
         if reply.failure is not None:
             failure = reply.failure
@@ -110,11 +193,67 @@ class Planner:
             )
         return reply
 
-    def solve(self, stopped: Callable[[], bool]) -> Outcome:
-        """Searches for a plan until told to stop, which may be so from the beginning."""
+    def _note(self, commands: Sequence[Command]) -> None:
+        """Takes note of what may change the plan."""
+        for command in commands:
+            is_truth = isinstance(command, (AssignExternal, ReleaseExternal))
+            if is_truth and not command.name.startswith("query("):  # type: ignore[union-attr]
+                self._forget_plan()
+
+    def _forget_plan(self) -> None:
+        self._kept = None
+        self.demand.note_news()
+
+    def search(self, step: int, horizon: int, stopped: Callable[[], bool]) -> Outcome:
+        """Searches for a plan until told to stop, which may be so from the beginning.
+
+        A plan whose encoding says from which horizon on it is one stands until something is told.
+
+        Args:
+            step: The current step.
+            horizon: The step at which all has to be done.
+            stopped: Whether the search has to end.
+
+        Raises:
+            PlannerError: The encoding asks for what there is not.
+        """
         if stopped():
             return Outcome(Result.UNKNOWN, interrupted=True)
-        return self._solver.solve((), stopped)
+        if self._kept is None:
+            self.run(*self.demand.prepare(step))
+            outcome = self._solve(stopped)
+            while self.demand and outcome.result is Result.SAT:
+                parts = self.demand.asked_for(outcome.symbols)
+                if not parts:
+                    break
+                self.run(self.demand.ground(parts))
+                outcome = self._solve(stopped)
+            needed = needed_horizon(outcome.symbols) if self.demand else None
+            if needed is None or outcome.result is not Result.SAT:
+                return outcome
+            self._kept = _Kept(outcome, needed)
+        if horizon < self._kept.horizon:
+            return Outcome(Result.UNSAT)
+        return self._kept.outcome
+
+    def _solve(self, stopped: Callable[[], bool]) -> Outcome:
+        """Searches until told to stop, or, with a model, for as long as is allowed."""
+        if not self.search_seconds:
+            return self._solver.solve((), stopped)
+        found: List[Improvement] = []
+        end = time.monotonic() + self.search_seconds
+        is_stopped = False
+
+        def has_to_end() -> bool:
+            nonlocal is_stopped
+            is_stopped = is_stopped or stopped()
+            return is_stopped or (bool(found) and time.monotonic() > end)
+
+        outcome = self._solver.solve((), has_to_end, found.append)
+        if outcome.interrupted and found and not is_stopped:
+            symbols = outcome.symbols or found[-1].symbols
+            return Outcome(Result.SAT, interrupted=True, symbols=symbols)
+        return outcome
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
         """Returns whether there is any, be it the best one or not; None if told to stop before."""
@@ -132,6 +271,41 @@ class Planner:
         assert isinstance(answer, Externals)
         return dict(answer.values)
 
+    def declare(self, pairs: Sequence[Pair]) -> None:
+        """Asks an encoding that is told its events whether it knows them."""
+        rest = self.demand.questions(pairs)
+        while rest:
+            failure = self._solver.run(self.demand.ask(rest)).failure
+            if failure is not None and failure.index < 1:
+                raise PlannerError(f"the planner refused a request: {failure.message}")
+            known = len(rest) if failure is None else failure.index - 1
+            for pair in rest[:known]:
+                self.demand.learn(pair, True)
+            for pair in rest[known : known + 1]:
+                self.demand.learn(pair, False)
+            rest = rest[known + 1 :]
+
+    def tell(self, atoms: Sequence[str]) -> List[Tuple[str, str]]:
+        """Makes events true: by their externals, or in the way in which the encoding is told them.
+
+        Returns:
+            The atoms that the encoding does not know, each with the reason.
+        """
+        if not self.demand.tells:
+            return self.assign(atoms, Truth.TRUE)
+        pairs = {atom: _pair(atom) for atom in atoms}
+        own = ("commit", "save")
+        self.declare([pair for pair in pairs.values() if pair[0] not in own])
+        missing = [
+            atom
+            for atom, pair in pairs.items()
+            if pair[0] not in own and not self.demand.declared[pair]
+        ]
+        self.demand.tell([atom for atom in atoms if atom not in missing])
+        if len(missing) < len(atoms):
+            self._forget_plan()
+        return [(atom, f"there is no external event({','.join(pairs[atom])})") for atom in missing]
+
     def assign(self, atoms: Sequence[str], value: Truth) -> List[Tuple[str, str]]:
         """Assigns a value to those atoms that are externals.
 
@@ -142,7 +316,10 @@ class Planner:
         rest = list(atoms)
         while rest:
             batch = _batch(rest)
-            reply = self._solver.run([AssignExternal(atom, value) for atom in batch])
+            commands = [AssignExternal(atom, value) for atom in batch]
+            self.run()  # what is still to be told
+            self._note(commands)
+            reply = self._solver.run(commands)
             done = len(batch)
             if reply.failure is not None:
                 index, message = reply.failure.index, reply.failure.message
@@ -158,6 +335,12 @@ class Planner:
                 missing += [(atom, f"there is no external {atom}") for atom in unknown]
                 rest = [atom for atom in rest if atom in declared]
         return missing
+
+
+def _pair(atom: str) -> Pair:
+    """Returns the source and the content of an event."""
+    source, content, _ = map(str, parse_term(atom).arguments)
+    return source, content
 
 
 def _batch(atoms: Sequence[str]) -> List[str]:

@@ -9,12 +9,14 @@ from rosclingo.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.engine import Result
 from rosoclingo.atom_text import last_argument
 from rosoclingo.atoms import Action, Plan, event
+from rosoclingo.demand import Pair, ToldVocabulary
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import STATUSES, Goals
 from rosoclingo.inbox import Inbox, Message
-from rosoclingo.journal import Event
+from rosoclingo.journal import BEST_SO_FAR, Event
 from rosoclingo.mail import Mail
 from rosoclingo.solver import Planner
+from rosoclingo.vocabulary import Vocabulary
 
 _SAVE = "event(save,"
 _LOOK_SECONDS = 1.0  # how often it is seen, while waiting, whether the solvers are there
@@ -125,7 +127,9 @@ class State:
         """
         again, self._again = self._again, None
         self.goals.set_slots(slots, keep=again is not None)
-        self.mail.begin(keep=again is not None)
+        demand = self.planner.demand
+        vocabulary = ToldVocabulary(demand.declared) if demand.tells else Vocabulary()
+        self.mail.begin(vocabulary, keep=again is not None)
         if self.mail.dynamic and not self.goals.slots:
             self.mail.rejection = "the planner's encoding has no slots for goals, rslot(ID)"
             self.goals.end_waiting("rejected", self.mail.rejection)
@@ -143,6 +147,16 @@ class State:
         self._free_slots()
         if again:
             self.make_true(again)
+
+    @property
+    def needed_horizon(self) -> Optional[int]:
+        """The horizon that the plan needs, if that is beyond the one that is asked for."""
+        needed = self.planner.needed
+        return needed if needed is not None and needed > self.horizon else None
+
+    def saved(self) -> List[str]:
+        """Returns the events ``event(save,F,0)`` that the planner is to begin with."""
+        return [atom for atom in self._again or () if atom.startswith(_SAVE)]
 
     def warn_once(self, kind: str, text: str) -> None:
         """Logs a warning, but only the first of its kind."""
@@ -189,7 +203,13 @@ class State:
 
     def take_mail(self) -> None:
         """Takes what has come; the planner may be asked whether it knows it."""
-        self.mail.take(self.externals)
+        self.mail.take(self._ask)
+
+    def _ask(self, pairs: Sequence[Pair]) -> None:
+        if self.planner.demand.tells:
+            self.planner.declare(pairs)
+        else:
+            self.externals()
 
     def interrupted(self) -> bool:
         """Whether a search has to end because of what has come; says now and then that it runs."""
@@ -336,7 +356,7 @@ class State:
         Returns:
             The atoms that are no externals, each with the reason.
         """
-        missing = self.planner.assign(atoms, Truth.TRUE)
+        missing = self.planner.tell(atoms)
         unknown = {atom for atom, _ in missing}
         told = [atom for atom in atoms if atom not in unknown]
         self._made_true.update(told)
@@ -355,7 +375,9 @@ class State:
 
     def can_begin_again(self) -> bool:
         """Whether the planner can begin again with what it knew before the current step."""
-        is_saved = any(atom.startswith(_SAVE) for atom in self.externals())
+        is_saved = self.planner.demand.tells or any(
+            atom.startswith(_SAVE) for atom in self.externals()
+        )
         return self.mail.dynamic and self.planned >= 0 and is_saved and bool(self.known())
 
     def known(self) -> List[str]:
@@ -390,14 +412,23 @@ class State:
         gone = range(self.step, step)
         self.step = step
         if self._declares_passed is None:
-            self._declares_passed = any(
-                atom.startswith("event(info,passed,") for atom in self.externals()
-            )
+            self._declares_passed = self._declares("info", "passed")
         return [event("info", "passed", past) for past in gone if self._declares_passed]
 
+    def _declares(self, source: str, content: str) -> bool:
+        if self.planner.demand.tells:
+            self.planner.declare([(source, content)])
+            return self.planner.demand.declared[source, content]
+        prefix = f"event({source},{content},"
+        return any(atom.startswith(prefix) for atom in self.externals())
+
     def release_later(self, step: int) -> None:
-        """Notes a step whose unused externals are to be released."""
-        self._to_release.append(step)
+        """Notes a step whose unused externals are to be released.
+
+        An encoding that is told its events has none for each step, but that of its query.
+        """
+        if not self.planner.demand.tells:
+            self._to_release.append(step)
 
     def release_now(self) -> None:
         """Releases the unused externals of the steps that were noted.
@@ -446,13 +477,19 @@ class State:
         if begin is not None and time.monotonic() - begin > _SILENT_SECONDS:
             self.goals.tell(f"planning, horizon {self.horizon}")
 
-    def found(self, plan: Plan) -> None:
-        """Takes a new plan."""
+    def found(self, plan: Plan, is_best: bool = True) -> None:
+        """Takes a new plan.
+
+        Args:
+            plan: The plan.
+            is_best: Whether the search was through, and did not end because of its time.
+        """
         self.plan, self.shows_plan = plan, True
         self.told.clear()
         self.planned, self.tries, self.after_message = self.horizon, 0, False
         self._planning_since = None
-        self.note("plan", details=[str(action) for action in self.ahead()])
+        text = "" if is_best else BEST_SO_FAR
+        self.note("plan", text=text, details=[str(action) for action in self.ahead()])
         self.goals.tell(f"plan {self.horizon} step{'' if self.horizon == 1 else 's'}")
 
     def ahead(self) -> List[Action]:
@@ -482,15 +519,21 @@ class State:
     def reset(self, step: int) -> None:
         """Makes the fluents of a step the initial ones, and forgets what happened."""
         self._to_release.clear()  # those steps come again
-        externals = self.externals()
-        saves = {atom for atom in externals if atom.startswith(_SAVE) and last_argument(atom) == 0}
-        true = saves & {event("save", fluent, 0) for fluent in self.plan.fluents(step)}
+        true = {event("save", fluent, 0) for fluent in self.plan.fluents(step)}
+        if self.planner.demand.tells:
+            self._restart(sorted(true))
+            declares = True
+        else:
+            externals = self.externals()
+            saves = {a for a in externals if a.startswith(_SAVE) and last_argument(a) == 0}
+            declares = bool(saves)
+            true &= saves
+            false = sorted(self._made_true.intersection(externals) - true)
+            commands = [AssignExternal(atom, Truth.FALSE) for atom in false]
+            commands += [AssignExternal(atom, Truth.TRUE) for atom in sorted(true)]
+            self.planner.run(*commands)
         if not true:
-            self._warn_of_forgetting(step, bool(saves))
-        false = sorted(self._made_true.intersection(externals) - true)
-        commands = [AssignExternal(atom, Truth.FALSE) for atom in false]
-        commands += [AssignExternal(atom, Truth.TRUE) for atom in sorted(true)]
-        self.planner.run(*commands)
+            self._warn_of_forgetting(step, declares)
         self._made_true = true
         self.told.clear()
         self._published.clear()
@@ -499,6 +542,12 @@ class State:
         self.goals.some_ended = False
         self.step = 0
         self.shows_plan = False
+
+    def _restart(self, saved: Sequence[str]) -> None:
+        """Has the planner begin again with what is saved: facts cannot be taken back."""
+        self.planner.begin(saved)
+        self.planner.ground_steps(sorted(self.grounded - {0}))
+        self.planner.assign(sorted(self._kept), Truth.TRUE)
 
     def _warn_of_forgetting(self, step: int, declares: bool) -> None:
         if not declares:

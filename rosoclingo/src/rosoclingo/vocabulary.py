@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Iterable, List, Set
+from typing import Iterable, List, Sequence, Set, Tuple
 
 from clingo import SymbolType
 
@@ -33,6 +33,14 @@ class Vocabulary:
             if atom.startswith("event("):
                 self._pairs.add(atom[len("event(") : atom.rindex(",")])
         self._grounded = grounded
+
+    def knows(self, pairs: Sequence[Tuple[str, str]], grounded: int) -> bool:
+        """Whether there is one of these events; none is missed before a step after step 0."""
+        return grounded <= 1 or any(self.has(*pair) for pair in pairs)
+
+    def is_sure(self, pairs: Sequence[Tuple[str, str]], grounded: int) -> bool:
+        """Whether it has seen all steps, if so many are grounded."""
+        return self._grounded == grounded
 
     def has(self, source: str, content: str) -> bool:
         """Whether there is such an event in a step that was grounded when it last learned."""
@@ -66,7 +74,3 @@ class Vocabulary:
 
     def _of(self, prefix: str) -> List[str]:
         return sorted(pair for pair in self._pairs if pair.startswith(prefix)) if prefix else []
-
-    def is_complete(self, grounded: int) -> bool:
-        """Whether it has seen all steps, if so many are grounded."""
-        return self._grounded == grounded

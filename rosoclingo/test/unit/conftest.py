@@ -184,11 +184,12 @@ def system() -> Iterator[Callable[..., System]]:
         action_timeout: float = 0.0,
         inbox: Optional[Inbox] = None,
         abort_unreachable: bool = False,
+        planner: Optional[Solver] = None,
     ) -> System:
         file = mode if mode.endswith(".lp") else str(PACKAGE / "modes" / f"{mode}.lp")
         made = System(
             Controller(Engine(_options([file, *options]))),
-            Engine(_options(encoding)),
+            planner or Engine(_options(encoding)),
             commands,
             action_timeout=action_timeout,
             inbox=inbox,

@@ -1,0 +1,191 @@
+"""Grounding on demand: what an encoding that opts in is told by grounding, and what it asks for.
+
+An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`` for told events,
+``search(k,t)`` for what is grounded before a search. Then it may ask for parts: by externals
+``ground(P)``, and by terms ``ground(P)`` in its answer sets.
+"""
+
+from __future__ import annotations
+
+from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
+
+from rosclingo.commands import AssignExternal, Command, Ground, Part, Truth
+from rosclingo.errors import shorten
+from rosclingo.terms import parse_term
+from rosoclingo.errors import PlannerError
+
+Pair = Tuple[str, str]
+"""Source and content of an event."""
+
+_EVENT, _TOLD, _SEARCH = ("event", 2), ("event", 3), ("search", 2)
+_RESERVED = ("event", "search", "state", "transition", "query")
+_ASKS = "ground("
+_HORIZON = "horizon("
+_MOST_UNKNOWN = 10_000  # pairs that the encoding does not know, and of which that is remembered
+_MOST_ROUNDS = 10_000  # answer sets in a row that ask for something
+
+
+class Demand:
+    """What is known of one planner's encoding. One thread makes the calls.
+
+    Attributes:
+        tells: Whether the encoding is told its events by grounding.
+        declared: Whether it knows a pair, for each that it was asked about.
+    """
+
+    def __init__(self) -> None:
+        self.tells = False
+        self._searches = False
+        self.declared: Dict[Pair, bool] = {}
+        self._unknown: Dict[Pair, None] = {}  # in the order in which they were asked about
+        self._pending: List[Part] = []  # told, and not grounded yet
+        self._grounded: Set[str] = set()  # what answer sets have asked for
+        self._count = 0  # searches
+        self._has_news = True  # since the last search
+
+    def __bool__(self) -> bool:
+        """Whether the encoding has opted in."""
+        return self.tells or self._searches
+
+    def begin(self, parts: Sequence[Tuple[str, int]]) -> None:
+        """Takes note that the planner begins again, and of the parts that its encoding has.
+
+        Raises:
+            PlannerError: One of the two parts for told events is missing.
+        """
+        has_event, has_told = _EVENT in parts, _TOLD in parts
+        if has_event != has_told:
+            has, lacks = ("s,c", "s,c,t") if has_event else ("s,c,t", "s,c")
+            raise PlannerError(
+                f"the planner's encoding has the part event({has}) and lacks event({lacks}): an "
+                "encoding that is told its events by grounding has both"
+            )
+        self.tells, self._searches = has_told, _SEARCH in parts
+        self._pending.clear()
+        self._grounded.clear()
+        self._count = 0
+        self._has_news = True
+
+    def ground(self, parts: Sequence[Part]) -> Ground:
+        """Returns the command that grounds parts, and all that they ask for."""
+        return Ground(tuple(parts), asking=True, reserved=_RESERVED)
+
+    # What it is told.
+
+    def note_news(self) -> None:
+        """Takes note that something was told."""
+        self._has_news = True
+
+    def tell(self, atoms: Sequence[str]) -> None:
+        """Takes events, which are told before the next command is run."""
+        for atom in atoms:
+            arguments = tuple(map(str, parse_term(atom).arguments))
+            self._pending.append(Part("event", arguments))
+            self._has_news = True
+
+    def take_pending(self) -> List[Command]:
+        """Removes what is to be told, and returns the command that does so, if there is any."""
+        pending, self._pending = self._pending, []
+        return [self.ground(pending)] if pending else []
+
+    def questions(self, pairs: Sequence[Pair]) -> List[Pair]:
+        """Returns the pairs of which it is not known whether the encoding knows them."""
+        return [pair for pair in dict.fromkeys(pairs) if pair not in self.declared]
+
+    def ask(self, pairs: Sequence[Pair]) -> List[Command]:
+        """Returns the commands that fail at a pair which the encoding does not know.
+
+        The first one grounds; the others are one for each pair.
+        """
+        return [
+            Ground(tuple(Part("event", pair) for pair in pairs)),
+            *(AssignExternal(f"event({source},{value})", Truth.FALSE) for source, value in pairs),
+        ]
+
+    def learn(self, pair: Pair, known: bool) -> None:
+        """Takes note of whether the encoding knows a pair."""
+        self.declared[pair] = known
+        if not known:
+            self._unknown[pair] = None
+            if len(self._unknown) > _MOST_UNKNOWN:
+                oldest = next(iter(self._unknown))
+                del self._unknown[oldest], self.declared[oldest]
+
+    # What it asks for.
+
+    def prepare(self, step: int) -> List[Command]:
+        """Returns the command that is to be run before a search, if there is any.
+
+        Args:
+            step: The current step.
+        """
+        if not (self._searches and self._has_news):
+            return []
+        self._count += 1
+        self._has_news = False
+        return [self.ground([Part("search", (str(self._count), str(step)))])]
+
+    def asked_for(self, symbols: Sequence[str]) -> List[Part]:
+        """Returns the parts that an answer set asks for and that are not grounded yet.
+
+        Raises:
+            PlannerError: It asks for what is no part or must not be asked for.
+        """
+        parts = []
+        for text in symbols:
+            if not text.startswith(_ASKS) or text in self._grounded:
+                continue
+            symbol = parse_term(text)
+            if not symbol.match("ground", 1):
+                continue
+            part = symbol.arguments[0]
+            name = part.name if part.type.name == "Function" else ""
+            if not name or name == "base" or name in _RESERVED:
+                raise PlannerError(
+                    f"the planner's answer set asks for {shorten(str(part))} by {shorten(text)}, "
+                    "which cannot be asked for"
+                )
+            self._grounded.add(text)
+            if len(self._grounded) > _MOST_ROUNDS * 100:
+                raise PlannerError(f"the planner's answer sets ask without end, last {text}")
+            parts.append(Part(name, tuple(map(str, part.arguments))))
+        return parts
+
+
+def needed_horizon(symbols: Sequence[str]) -> Optional[int]:
+    """Returns the N of ``horizon(N)`` in an answer set, which is a plan for horizons from N on."""
+    needed = None
+    for text in symbols:
+        if text.startswith(_HORIZON):
+            symbol = parse_term(text)
+            if symbol.match("horizon", 1) and symbol.arguments[0].type.name == "Number":
+                needed = max(symbol.arguments[0].number, needed or 0)
+    return needed
+
+
+class ToldVocabulary:
+    """The events that an encoding knows which is told them, as far as it was asked."""
+
+    def __init__(self, declared: Mapping[Pair, bool]) -> None:
+        self._declared = declared
+
+    def knows(self, pairs: Sequence[Pair], grounded: int) -> bool:
+        """Whether the encoding knows one of the pairs."""
+        return any(self._declared.get(pair, False) for pair in pairs)
+
+    def is_sure(self, pairs: Sequence[Pair], grounded: int) -> bool:
+        """Whether it was asked about all of the pairs."""
+        return all(pair in self._declared for pair in pairs)
+
+    def learn(self, externals: object, grounded: int) -> None:
+        """Learns nothing: the encoding is asked about each pair."""
+
+    def explain(self, source: str, content: str) -> str:
+        """Says why there is no such event."""
+        known = [
+            other
+            for (name, other), is_known in self._declared.items()
+            if is_known and name == source and "(" in other
+        ]
+        example = f"; one that it knows is {shorten(known[0])}" if known else ""
+        return f"there is no request like {shorten(content)}{example}"

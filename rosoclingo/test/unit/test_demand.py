@@ -1,0 +1,185 @@
+"""Encodings that are told what happens by grounding, and that ask for what they need."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, Callable, List, Sequence
+
+import pytest
+from conftest import PACKAGE, System
+
+from rosclingo.commands import AssignExternal, Command, GetExternals, Ground, Reply
+from rosclingo.engine import Engine, Outcome
+from rosclingo.options import Options
+from rosoclingo import demand
+from rosoclingo.solver import Forwarding
+
+TOLD = str(Path(__file__).with_name("told_line.lp"))
+MODES = ("recording", "reset", "dyn_reset")
+
+
+class Counting(Forwarding):
+    """A solver that remembers what it was asked."""
+
+    def __init__(self, engine: Engine) -> None:
+        super().__init__(engine)
+        self.commands: List[Command] = []
+        self.searches = 0
+
+    def run(self, commands: Sequence[Command]) -> Reply:
+        self.commands += commands
+        return super().run(commands)
+
+    def solve(self, *args: Any, **kwds: Any) -> Outcome:
+        self.searches += 1
+        return super().solve(*args, **kwds)
+
+
+def told(system: Callable[..., System], mode: str, *options: str, **kwds: Any) -> System:
+    """Makes a system that plans with an encoding that is told what happens."""
+    return system(f"dynamic.incremental.{mode}", *options, encoding=(TOLD,), **kwds)
+
+
+@pytest.mark.parametrize("mode", [*MODES, "single"])
+def test_goals_one_after_the_other(
+    mode: str, system: Callable[..., System], single: Callable[..., System]
+) -> None:
+    run = single(TOLD) if mode == "single" else told(system, mode, "-c", "steps=40")
+    run.start()
+    for place in (4, 2, 6, 6, 1):
+        assert run.goal(f"visit({place})").wait() == "succeeded"
+    moves = [2, 3, 4, 3, 2, 3, 4, 5, 6, 5, 4, 3, 2, 1]
+    assert run.world.actions == [f"go({place})" for place in moves]
+    assert not run.world.warnings
+
+
+@pytest.mark.parametrize("mode", [*MODES, "single"])
+def test_what_happens_on_the_way(
+    mode: str, system: Callable[..., System], single: Callable[..., System]
+) -> None:
+    """A failure, a second goal, a closed cell that is opened again, and a cancelled goal."""
+    run = single(TOLD) if mode == "single" else told(system, mode, "-c", "steps=40")
+    answers = iter(["success", "failure"])
+    run.world.answer = lambda actuator, action: next(answers, None)
+    run.start()
+    first = run.goal("visit(3)")
+    run.world.wait_for(lambda world: len(world.actions) == 3)
+    run.send("info", "close(3)")
+    run.send("robot", "failure")
+    second = run.goal("visit(1)")
+    run.world.wait_for(lambda world: len(world.actions) == 4)
+    assert run.world.actions == ["go(2)", "go(3)", "go(3)", "go(1)"]
+    run.world.answer = lambda actuator, action: "success"
+    run.send("robot", "success")
+    assert second.wait() == "succeeded"
+    third = run.goal("visit(5)")
+    third.wait_until_accepted()
+    run.cancel(third)
+    assert third.wait() == "canceled"
+    run.send("info", "open(3)")
+    assert first.wait() == "succeeded"
+    assert run.world.actions[4:] == ["go(2)", "go(3)"]
+
+
+def test_unknown_requests_and_messages_leave_no_trace(system: Callable[..., System]) -> None:
+    run = told(system, "recording").start()
+    assert run.goal("visit(2)").wait() == "succeeded"
+    for request in ("visit(7)", "fly(2)", "visit(1,2)"):
+        goal = run.goal(request)
+        assert goal.wait() == "rejected"
+        assert f"there is no request like {request}; one that it knows is visit(2)" in goal.reason
+        assert f"no external event(1,{request}," in goal.reason
+    run.send("info", "close(7)")
+    run.send("robot", "dance")
+    run.world.wait_for(lambda world: len(world.warnings) == 2)
+    assert all("declares no such event" in warning for warning in run.world.warnings)
+    assert run.world.actions == ["go(2)"]
+    assert run.loop.state.step == 1
+
+
+def test_how_many_unknown_pairs_are_remembered(
+    system: Callable[..., System], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(demand, "_MOST_UNKNOWN", 10)
+    run = told(system, "recording").start()
+    for number in range(30):
+        assert run.goal(f"fly({number})").wait() == "rejected"
+    known = run.loop.state.planner.demand.declared
+    assert sum(not is_known for is_known in known.values()) == 10
+    assert run.goal("fly(0)").wait() == "rejected"
+    assert run.goal("visit(2)").wait() == "succeeded"
+
+
+def test_the_horizon_is_reached_at_once(system: Callable[..., System]) -> None:
+    """What the plan needs is grounded in one request, and searched for once."""
+    solver = Counting(Engine(Options((TOLD,), ("-c", "cells=30"))))
+    run = told(system, "recording", "-c", "steps=40", planner=solver)
+    run.world.answer = lambda actuator, action: None
+    run.start()
+    run.world.wait_for(lambda world: world.horizon == 0 and bool(solver.searches))
+    run.goal("visit(30)")
+    run.world.wait_for(lambda world: world.actions == ["go(2)"])
+    assert run.loop.state.horizon == 29
+    assert len(run.loop.state.ahead()) == 29
+    assert solver.searches <= 4  # without a goal, and with it; each asks once
+    steps = [command for command in solver.commands if isinstance(command, Ground)]
+    assert sum("transition" in [p.name for p in step.parts] for step in steps) == 29
+
+
+def test_a_plan_that_is_too_long(system: Callable[..., System]) -> None:
+    run = told(system, "recording", "-c", "steps=3").start()
+    goal = run.goal("visit(6)")
+    assert "within the horizon of 3 steps" in str(run.wait())
+    assert goal.wait() == "aborted"
+
+
+def test_an_answer_as_planned_asks_for_nothing(system: Callable[..., System]) -> None:
+    solver = Counting(Engine(Options((TOLD,))))
+    run = told(system, "recording", planner=solver)
+    run.world.answer = lambda actuator, action: None
+    run.start()
+    goal = run.goal("visit(3)")
+    run.world.wait_for(lambda world: world.actions == ["go(2)"])
+    solver.commands.clear()
+    run.send("robot", "success")
+    run.world.wait_for(lambda world: len(world.actions) == 2)
+    parts = [part.name for c in solver.commands if isinstance(c, Ground) for part in c.parts]
+    assert parts.count("search") == 1
+    assert not any(isinstance(command, GetExternals) for command in solver.commands)
+    run.send("robot", "success")
+    assert goal.wait() == "succeeded"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("#program event(s,c).", r"has the part event\(s,c\) and lacks event\(s,c,t\)"),
+        ("#program event(s,c,t).", r"has the part event\(s,c,t\) and lacks event\(s,c\)"),
+        (
+            "#program search(k,t). #external ground(query(7)).",
+            r"the program query cannot be asked for; .* ground\(query\(7\)\)",
+        ),
+        ("#program search(k,t). #show ground(base).", r"asks for base by ground\(base\)"),
+        ("#program search(k,t). #show ground(state(3)).", r"asks for state\(3\) by"),
+        ("#program search(k,t). #show ground(none(3)).", "no program none/1"),
+    ],
+)
+def test_an_encoding_that_does_not_fit(
+    text: str, reason: str, system: Callable[..., System], tmp_path: Path
+) -> None:
+    file = tmp_path / "own.lp"
+    file.write_text(f"rslot(1). #program query(t). #external query(t). {text}")
+    run = system("dynamic.incremental.recording", encoding=(str(file),)).start()
+    assert re.search(reason, str(run.wait()))
+
+
+def test_others_are_driven_as_before(system: Callable[..., System], tmp_path: Path) -> None:
+    """An encoding that has not opted in may use the names for something else."""
+    file = tmp_path / "own.lp"
+    file.write_text("#external ground(3). #show ground(4). #show horizon(9).")
+    solver = Counting(Engine(Options((str(PACKAGE / "example/line.lp"), str(file)))))
+    run = system("dynamic.incremental.recording", planner=solver).start()
+    assert run.goal("visit(3)").wait() == "succeeded"
+    assert not any(isinstance(c, Ground) and c.asking for c in solver.commands)
+    assert any(isinstance(c, AssignExternal) and "visit" in c.name for c in solver.commands)
