@@ -13,9 +13,10 @@ from rosclingo.commands import AssignExternal, Command, GetExternals, Ground, Re
 from rosclingo.engine import Engine, Outcome
 from rosclingo.options import Options
 from rosoclingo import demand
+from rosoclingo.journal import BEST_SO_FAR, Event
 from rosoclingo.solver import Forwarding
 
-TOLD = str(Path(__file__).with_name("told_line.lp"))
+TOLD = str(PACKAGE / "example/line_demand.lp")
 MODES = ("recording", "reset", "dyn_reset")
 
 
@@ -183,3 +184,38 @@ def test_others_are_driven_as_before(system: Callable[..., System], tmp_path: Pa
     assert run.goal("visit(3)").wait() == "succeeded"
     assert not any(isinstance(c, Ground) and c.asking for c in solver.commands)
     assert any(isinstance(c, AssignExternal) and "visit" in c.name for c in solver.commands)
+
+
+HARD = """
+rslot(1).
+#program event(s,c).
+#external event(s,c) : work = c.
+#program event(s,c,t).
+told(s,c,t).
+#program query(t).
+#external query(t).
+#program search(k,t).
+% Cliques in a random graph, as large as possible: the best one is not proven within a minute.
+edge(I,J) :- I = 1..300, J = 1..300, I < J, (I*I*31 + J*J*17 + I*J*7) \\ 10 < 7.
+{ in(1..300) } :- told(_,work,t).
+:- in(I), in(J), I < J, not edge(I,J).
+#maximize { 1,I : in(I) }.
+#show do(robot,count(N),t+1) : N = #count { I : in(I) }, N > 0.
+#show status(S,succeeded,t+1) : told(S,work,t).
+#show horizon(t+1) : told(_,work,t).
+#show.
+"""
+
+
+def test_a_search_that_has_found_a_plan_ends_after_a_while(
+    system: Callable[..., System], tmp_path: Path
+) -> None:
+    file = tmp_path / "hard.lp"
+    file.write_text(HARD)
+    run = system("dynamic.incremental.recording", encoding=(str(file),))
+    run.loop.state.planner.search_seconds = 0.2
+    plans: List[Event] = []
+    run.world.note = lambda event: plans.append(event) if event.kind == "plan" else None  # type: ignore[method-assign]
+    run.start()
+    assert run.goal("work").wait() == "succeeded"
+    assert [plan.text for plan in plans if plan.details] == [BEST_SO_FAR]

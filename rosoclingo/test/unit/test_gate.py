@@ -32,6 +32,7 @@ GOALS = 10
 REQUESTS = ["visit(1)", "visit(3)", "visit(6)", "visit(2)", "visit(99)"]
 LAST = "close(8)"  # a message without effect, which is sent when all is through
 LINE = str(PACKAGE / "example" / "line.lp")
+DEMAND = str(PACKAGE / "example" / "line_demand.lp")
 PAPER = str(PACKAGE / "example" / "line_paper.lp")
 
 
@@ -200,7 +201,7 @@ def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
 
 @pytest.mark.parametrize(
     ("mode", "seed"),
-    [("recording", 0), ("dyn_reset", 1), ("reset", 2), ("single", 3), ("paper", 4)],
+    [("recording", 0), ("dyn_reset", 1), ("reset", 2), ("single", 3), ("paper", 4), ("demand", 5)],
 )
 def test_a_replay_is_the_same(
     system: Callable[..., System], single: Callable[..., System], mode: str, seed: int
@@ -208,6 +209,9 @@ def test_a_replay_is_the_same(
     def make(inbox: Inbox) -> System:
         if mode in ("single", "paper"):
             return single(LINE if mode == "single" else PAPER, inbox=inbox)
+        if mode == "demand":
+            dyn_reset = "dynamic.incremental.dyn_reset"
+            return system(dyn_reset, "-c", "steps=80", encoding=(DEMAND,), inbox=inbox)
         return system(f"dynamic.incremental.{mode}", "-c", "steps=80", inbox=inbox)
 
     recorded = record(slow(make(Inbox()), seed), seed)

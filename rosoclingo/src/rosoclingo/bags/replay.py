@@ -22,7 +22,7 @@ from rosoclingo.bags.model import Recording
 from rosoclingo.bags.player import Replayed, play
 from rosoclingo.bags.replayable import check
 from rosoclingo.bags.startup import Changes, starts
-from rosoclingo.journal import Event
+from rosoclingo.journal import BEST_SO_FAR, Event
 
 _PROGRESS_SECONDS = 2.0
 
@@ -99,7 +99,8 @@ def _judge(recording: Recording, replayed: Replayed, level: Level) -> Comparison
 
 
 def _is_cut_off(event: Event) -> bool:
-    return event.kind == "command" and event.id == Result.UNKNOWN.value
+    is_command = event.kind == "command" and event.id == Result.UNKNOWN.value
+    return is_command or (event.kind == "plan" and event.text == BEST_SO_FAR)
 
 
 def _progress() -> Callable[[int, int], None]:
