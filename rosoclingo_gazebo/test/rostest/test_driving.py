@@ -117,6 +117,9 @@ class TestDriving(unittest.TestCase):
 
     def check(self, scenario: int) -> None:
         expected = [word if "(" in word else f"go({word})" for word in ACTIONS[scenario].split()]
+        # Actions, answers and results take connections of their own.
+        self.wait_for(lambda: len(self.recorder.texts("answer")) >= len(expected), self.actions)
+        self.wait_for(lambda: len(self.actions()) >= len(expected), self.actions)
         self.assertEqual(self.actions(), expected)
         answers = ["success"] * len(expected)
         if scenario == 3:
