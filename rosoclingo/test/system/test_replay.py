@@ -372,7 +372,8 @@ def test_a_line_in_a_rostest(terminals: Terminals, recorder: Recorder, tmp_path:
 
 def test_a_bag_of_an_old_system(terminals: Terminals, recorder: Recorder) -> None:
     """It has no journal, and does not say what was started."""
-    bag = recorder.record(["visit(3)", "visit(5) visit(1)"], [line()], failures=[2])
+    # Whichever goal the loop hears of first, the way is the same: the bag does not say when it did.
+    bag = recorder.record(["visit(3)", "visit(5) visit(4)"], [line()], failures=[2])
     new_topics = ("/journal", "/about")
     old = copy(bag, "old.bag", lambda topic, data: None if topic.endswith(new_topics) else data)
     ended = replay(terminals, old)

@@ -39,7 +39,8 @@ class Prompt:
         self.reason: Optional[str] = None
         self._prompt = prompt
         self._reading = False
-        self._output = threading.Lock()  # one line at a time
+        self._has_ended = False
+        self._output = threading.Lock()  # one line at a time; guards the one above
         if self.interactive:
             import readline  # noqa: PLC0415 (it may write to the terminal when imported)
 
@@ -56,12 +57,23 @@ class Prompt:
             yield line.strip()
 
     def say(self, text: str) -> None:
-        """Prints a line, above of what is being typed."""
+        """Prints a line, above of what is being typed; nothing after the last line."""
         with self._output:
-            if self.interactive and self._reading:
-                print(f"\r\033[K{text}\n{self._prompt}{self._typed()}", end="", flush=True)
-            else:
-                print(text, flush=True)
+            self._print(text)
+
+    def say_last(self, text: str) -> None:
+        """Prints the last line: what other threads say afterwards is not printed."""
+        with self._output:
+            self._print(text)
+            self._has_ended = True
+
+    def _print(self, text: str) -> None:
+        if self._has_ended:
+            return
+        if self.interactive and self._reading:
+            print(f"\r\033[K{text}\n{self._prompt}{self._typed()}", end="", flush=True)
+        else:
+            print(text, flush=True)
 
     def stop(self, reason: str) -> None:
         """Ends reading and waiting; the first reason is kept."""
