@@ -74,7 +74,7 @@ class Draw:
             if kind == "canceled":
                 fluents.append(f"canceled({slot})")
             self.saved += [f"event(save,{fluent},0)" for fluent in fluents]
-        if kind == "returned" and idle or kind in ("new", "waiting") and pick.random() < 0.15:
+        if (kind == "returned" and idle) or (kind in ("new", "waiting") and pick.random() < 0.15):
             self.told.append(f"event({slot},cancel,0)")
 
 
@@ -111,7 +111,8 @@ def _replay(plan: Plan, draw: Draw) -> None:
             assert frozenset((places[robot], argument)) in draw.free, (action, places)
             places[robot] = argument
         elif name == "pickup":
-            assert robot not in loads and argument not in loads.values(), (action, loads)
+            assert argument not in loads.values(), (action, loads)
+            assert robot not in loads, (action, loads)
             assert places[robot] == ends[argument][0], (action, places)
             loads[robot] = argument
         else:
