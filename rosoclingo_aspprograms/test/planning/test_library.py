@@ -71,7 +71,7 @@ def test_a_status_is_taken_back_when_its_action_fails(tmp_path: Path) -> None:
     assert Plan(outcome.symbols).statuses(2) == [("2", "accepted")]
 
 
-@pytest.mark.parametrize("count", [3, 4, 5])
+@pytest.mark.parametrize("count", [3, 4, 5, 7])
 def test_a_full_tank_serves_three_plants(count: int, tmp_path: Path) -> None:
     planner = Plants(tmp_path)
     plan = planner.plan(0, [f"{number},water({number})" for number in range(1, count + 1)])
