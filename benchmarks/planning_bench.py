@@ -3,7 +3,7 @@
 All of it runs in this process, one after the other, so that the ratios hold on any machine:
 
 - planning as the incremental modes do it, with a horizon that grows until there is a plan, against
-  the same encoding grounded at once to the horizon of the shortest plan;
+  an encoding that searches for every move, grounded at once to the horizon of the shortest plan;
 - planning again after each step of the office's three scenarios, against planning the same state in
   a fresh solver.
 
@@ -34,10 +34,12 @@ from rosoclingo.goals import Goal
 from rosoclingo.inbox import Inbox, Message
 from rosoclingo.loop import Loop
 from rosoclingo.single import ClingoControl
+from rosoclingo.solver import Planner
 from rosoclingo.state import Outside
 
 ROOT = Path(__file__).resolve().parents[1]
 MAILBOT = ROOT / "rosoclingo_aspprograms" / "mailbot"
+BY_STEPS = ROOT / "rosoclingo_aspprograms" / "test" / "planning" / "mailbot_by_steps.lp"
 MODE = ROOT / "rosoclingo" / "modes" / "dynamic.incremental.recording.lp"
 sys.path.insert(0, str(ROOT / "rosoclingo" / "nodes"))
 
@@ -55,23 +57,25 @@ class Planning:
     """A planner, told at once what is to be done, with a horizon that grows."""
 
     def __init__(self, instance: str, *options: str) -> None:
-        files = (str(MAILBOT / "instances" / instance), str(MAILBOT / "mailbot.lp"))
-        self._engine = Engine(Options(files, options))
+        file = str(MAILBOT / "instances" / instance)
+        self._planner = Planner(Engine(Options((file, str(MAILBOT / "mailbot.lp")), options)))
+        self._engine = Engine(Options((file, str(BY_STEPS)), options))
         self.horizon = 0
 
     def incremental(self, events: Sequence[str]) -> Plan:
         """Plans for events of step 0, as the incremental modes do."""
-        self._ground([Part("base"), *_step(0)])
-        self._assign(events, Truth.TRUE)
+        planner = self._planner
+        planner.begin([atom for atom in events if atom.startswith("event(save,")])
+        assert not planner.tell([atom for atom in events if not atom.startswith("event(save,")])
         while True:
             query = [f"query({self.horizon})"]
-            self._assign(query, Truth.TRUE)
-            outcome = self._engine.solve()
+            planner.assign(query, Truth.TRUE)
+            outcome = planner.search(0, self.horizon, lambda: False)
             if outcome.result is Result.SAT:
                 return Plan(outcome.symbols)
-            self._assign(query, Truth.FALSE)
-            self.horizon += 1
-            self._ground(_step(self.horizon))
+            planner.assign(query, Truth.FALSE)
+            first, self.horizon = self.horizon + 1, planner.needed or self.horizon + 1
+            planner.ground_steps(range(first, self.horizon + 1))
 
     def one_shot(self, events: Sequence[str], horizon: int) -> Plan:
         """Plans for events of step 0, with a horizon that is known to suffice."""

@@ -14,6 +14,7 @@ import clingo
 from rosclingo.errors import TermError, XmlError
 from rosclingo.terms import parse_term, quote
 from rosclingo.xml_codec import check_text
+from rosoclingo.atom_text import last_argument
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,12 @@ class Plan:
                 if arguments is not None:
                     fluents.append(str(arguments[0]))
         return fluents
+
+    def last_fluents(self, step: int) -> List[str]:
+        """Returns the fluents of the last step up to one, of which the plan shows any."""
+        steps = [last_argument(text) for text in self._symbols if text.startswith("holds(")]
+        past = [shown for shown in steps if shown is not None and shown <= step]
+        return self.fluents(max(past)) if past else []
 
 
 def event(source: str, content: str, step: int) -> str:

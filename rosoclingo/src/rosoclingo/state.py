@@ -384,7 +384,17 @@ class State:
         """Returns what held before the current step, as the events of a beginning."""
         if self.step == 0:
             return sorted(atom for atom in self._made_true if atom.startswith(_SAVE))
-        return [event("save", fluent, 0) for fluent in self.plan.fluents(self.step - 1)]
+        return [event("save", fluent, 0) for fluent in self._fluents(self.step - 1)]
+
+    def _fluents(self, step: int) -> List[str]:
+        """Returns what the plan says that holds in a step.
+
+        An encoding that is told its events shows that only for the step of the search. After it
+        there may be steps without actions, which change nothing.
+        """
+        if self.planner.demand.tells:
+            return self.plan.last_fluents(step)
+        return self.plan.fluents(step)
 
     def begin_again(self) -> None:
         """Begins the mode again, and the planner with what it knew before the current step.
@@ -519,7 +529,7 @@ class State:
     def reset(self, step: int) -> None:
         """Makes the fluents of a step the initial ones, and forgets what happened."""
         self._to_release.clear()  # those steps come again
-        true = {event("save", fluent, 0) for fluent in self.plan.fluents(step)}
+        true = {event("save", fluent, 0) for fluent in self._fluents(step)}
         if self.planner.demand.tells:
             self._restart(sorted(true))
             declares = True
@@ -552,7 +562,7 @@ class State:
     def _warn_of_forgetting(self, step: int, declares: bool) -> None:
         if not declares:
             lacks = "its encoding declares no #external event(save,F,0)"
-        elif not self.plan.fluents(step):
+        elif not self._fluents(step):
             lacks = f"its answer set shows no holds(F,{step})"
         else:
             lacks = "its encoding declares #external event(save,F,0) for other fluents than hold"
