@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import queue
 import re
 from pathlib import Path
 from typing import Any, Callable, List, Sequence
 
 import pytest
-from conftest import PACKAGE, System
+from conftest import PACKAGE, TIMEOUT, System
 
 from rosclingo.commands import AssignExternal, Command, GetExternals, Ground, Reply
 from rosclingo.engine import Engine, Outcome
@@ -147,6 +148,26 @@ def test_an_answer_as_planned_asks_for_nothing(system: Callable[..., System]) ->
     parts = [part.name for c in solver.commands if isinstance(c, Ground) for part in c.parts]
     assert parts.count("search") == 1
     assert not any(isinstance(command, GetExternals) for command in solver.commands)
+    run.send("robot", "success")
+    assert goal.wait() == "succeeded"
+
+
+def test_a_failure_after_a_search_that_expected_success(system: Callable[..., System]) -> None:
+    run = told(system, "recording")
+    commands: queue.Queue[str] = queue.Queue()
+    run.world.note = lambda event: commands.put(f"{event.id} {event.text}")  # type: ignore[method-assign]
+    run.world.answer = lambda actuator, action: None
+    run.start()
+    goal = run.goal("visit(2)")
+    run.world.wait_for(lambda world: world.actions == ["go(2)"])
+    while not commands.empty():
+        commands.get()
+    run.send("info", "open(5)")
+    while commands.get(timeout=TIMEOUT) != "sat solve":
+        pass
+    run.send("robot", "failure")
+    run.world.wait_for(lambda world: world.actions == ["go(2)", "go(2)"])
+    assert goal.words == ["accepted"]
     run.send("robot", "success")
     assert goal.wait() == "succeeded"
 
