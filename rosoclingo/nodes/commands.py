@@ -56,7 +56,9 @@ class ROSCommands:
         if str(value) not in _TRUTHS:
             raise ControllerError(f"assign_external({external},{value}): {value} is not a value")
         truth = Truth(str(value))
-        if truth is Truth.FALSE:
+        if external.match("query", 1):
+            self.planner.set_query(str(external), truth)
+        elif truth is Truth.FALSE:
             self.planner.assign([str(external)], truth)  # what does not exist is false already
         else:
             self.planner.run(AssignExternal(str(external), truth))

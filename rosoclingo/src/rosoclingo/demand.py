@@ -39,6 +39,7 @@ class Demand:
         self.declared: Dict[Pair, bool] = {}
         self._unknown: Dict[Pair, None] = {}  # in the order in which they were asked about
         self._pending: List[Part] = []  # told, and not grounded yet
+        self._queries: Dict[str, Truth] = {}  # likewise: which horizon is asked for
         self._grounded: Set[str] = set()  # what answer sets have asked for
         self._count = 0  # searches
         self._has_news = True  # since the last search
@@ -62,6 +63,7 @@ class Demand:
             )
         self.tells, self._searches = has_told, _SEARCH in parts
         self._pending.clear()
+        self._queries.clear()
         self._grounded.clear()
         self._count = 0
         self._has_news = True
@@ -83,10 +85,18 @@ class Demand:
             self._pending.append(Part("event", arguments))
             self._has_news = True
 
+    def set_query(self, query: str, value: Truth) -> None:
+        """Takes the value of an external ``query(T)``, which is told likewise."""
+        self._queries[query] = value
+
     def take_pending(self) -> List[Command]:
-        """Removes what is to be told, and returns the command that does so, if there is any."""
+        """Removes what is to be told, and returns the commands that do so."""
         pending, self._pending = self._pending, []
-        return [self.ground(pending)] if pending else []
+        queries, self._queries = self._queries, {}
+        commands: List[Command] = [AssignExternal(*query) for query in queries.items()]
+        if pending:
+            commands.append(self.ground(pending))
+        return commands
 
     def questions(self, pairs: Sequence[Pair]) -> List[Pair]:
         """Returns the pairs of which it is not known whether the encoding knows them."""

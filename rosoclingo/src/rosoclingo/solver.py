@@ -185,6 +185,9 @@ class Planner:
             return Reply()
         self._note(commands)
         reply = self._solver.run(commands)
+        while reply.failure is not None and _is_false_query(commands, reply.failure.index):
+            commands = commands[reply.failure.index + 1 :]  # what does not exist is false already
+            reply = self._solver.run(commands) if commands else Reply()
         if reply.failure is not None:
             failure = reply.failure
             raise PlannerError(
@@ -259,6 +262,7 @@ class Planner:
         """Returns whether there is any, be it the best one or not; None if told to stop before."""
         if stopped():
             return None
+        self.run()  # what is still to be told
         found: List[Improvement] = []
         outcome = self._solver.solve((), lambda: bool(found) or stopped(), found.append)
         if found or outcome.result is Result.SAT:
@@ -270,6 +274,21 @@ class Planner:
         (answer,) = self.run(GetExternals()).answers
         assert isinstance(answer, Externals)
         return dict(answer.values)
+
+    def set_query(self, query: str, value: Truth) -> None:
+        """Sets an external ``query(T)``: whether all has to be done at a horizon.
+
+        An encoding that has opted in learns it together with what it is told.
+
+        Raises:
+            PlannerError: There is no such external.
+        """
+        if self.demand:
+            self.demand.set_query(query, value)
+        elif value is Truth.FALSE:
+            self.assign([query], value)  # what does not exist is false already
+        else:
+            self.run(AssignExternal(query, value))
 
     def declare(self, pairs: Sequence[Pair]) -> None:
         """Asks an encoding that is told its events whether it knows them."""
@@ -335,6 +354,15 @@ class Planner:
                 missing += [(atom, f"there is no external {atom}") for atom in unknown]
                 rest = [atom for atom in rest if atom in declared]
         return missing
+
+
+def _is_false_query(commands: Sequence[Command], index: int) -> bool:
+    command = commands[index] if index >= 0 else None
+    return (
+        isinstance(command, AssignExternal)
+        and command.value is Truth.FALSE
+        and command.name.startswith("query(")
+    )
 
 
 def _pair(atom: str) -> Pair:

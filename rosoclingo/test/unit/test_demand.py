@@ -124,6 +124,8 @@ def test_the_horizon_is_reached_at_once(system: Callable[..., System]) -> None:
     assert run.loop.state.horizon == 29
     assert len(run.loop.state.ahead()) == 29
     assert solver.searches == 2  # the first asks
+    queries = [c.name for c in solver.commands if isinstance(c, AssignExternal)]
+    assert [name for name in queries if name.startswith("query")] == ["query(0)", "query(0)"]
     steps = [command for command in solver.commands if isinstance(command, Ground)]
     assert sum("transition" in [p.name for p in step.parts] for step in steps) == 29
 

@@ -7,7 +7,7 @@ from typing import List, Optional, Tuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from office import PACKAGE, WAYPOINTS
 from rooms import RADIUS, WALLS, box_of, gap, room
@@ -49,6 +49,7 @@ def check(path: Optional[np.ndarray], start: Pose, goal: Pose) -> np.ndarray:
 
 @settings(max_examples=60, deadline=None)
 @given(PLACES, PLACES)
+@example((0.0, 0.09375), (0.0625, 0.0))  # in the same cell
 def test_paths_keep_their_distance_from_walls(
     begin: Tuple[float, float], end: Tuple[float, float]
 ) -> None:

@@ -77,6 +77,8 @@ class Planner:
         if not math.isfinite(costs[end]):
             return None
         cells = np.array(search.traceback(end))
+        if begin == end and start.distance(goal) > 0:  # a path has a beginning, too
+            cells = np.repeat(cells, 2, axis=0)
         path = self._smooth(self.grid.points(cells[:, 0], cells[:, 1]), distances)
         # The cells of start and goal are where these are, but for less than a cell.
         if begin == self._cell(start):
