@@ -51,7 +51,7 @@ COMPARED = {
 }
 
 ASP = ROOT / "rosoclingo_aspprograms" / "mailbot"
-OFFICE, MAILBOT = ASP / "instances" / "graph_wg.lp", ASP / "mailbot.lp"
+OFFICE, PAPER = ASP / "instances" / "graph_wg.lp", ASP / "mailbot_paper.lp"
 TOWER = ROOT / "rosclingo" / "example"
 LINE = ROOT / "rosoclingo" / "example" / "line.lp"
 BAGS = ROOT / "test" / "bags"
@@ -268,7 +268,7 @@ def test_rosoclingo(page: Page) -> None:
 
 @of("rosoclingo/README.md", "One node: run-1.0.py")
 def test_one_node(page: Page) -> None:
-    page.has(instance_lp=OFFICE, encoding_lp=MAILBOT)
+    page.has(instance_lp=OFFICE, encoding_lp=PAPER)
     for word in ("run-1.0.py", "single.launch"):
         page.type(word)
         page.hears("/rosoclingo/about")

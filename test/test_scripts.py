@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 @pytest.mark.parametrize(
     ("command", "pieces"),
     [
-        (("setup", "--tests"), ["usage: scripts/setup [--test]"]),
+        (("setup", "--tests"), ["usage: scripts/setup [--test | --bench]"]),
         (("in-chroot", "trixie"), ["usage: scripts/in-chroot SUITE COMMAND..."]),
         (("in-chroot", "sarge", "true"), ["'sarge'", "bookworm, trixie, focal"]),
     ],
