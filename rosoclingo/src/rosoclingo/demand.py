@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
+from clingo import SymbolType
+
 from rosclingo.commands import AssignExternal, Command, Ground, Part, Truth
 from rosclingo.errors import shorten
 from rosclingo.terms import parse_term
@@ -22,7 +24,6 @@ _RESERVED = ("event", "search", "state", "transition", "query")
 _ASKS = "ground("
 _HORIZON = "horizon("
 _MOST_UNKNOWN = 10_000  # pairs that the encoding does not know, and of which that is remembered
-_MOST_ROUNDS = 10_000  # answer sets in a row that ask for something
 
 
 class Demand:
@@ -149,15 +150,13 @@ class Demand:
             if not symbol.match("ground", 1):
                 continue
             part = symbol.arguments[0]
-            name = part.name if part.type.name == "Function" else ""
+            name = part.name if part.type is SymbolType.Function else ""
             if not name or name == "base" or name in _RESERVED:
                 raise PlannerError(
                     f"the planner's answer set asks for {shorten(str(part))} by {shorten(text)}, "
                     "which cannot be asked for"
                 )
             self._grounded.add(text)
-            if len(self._grounded) > _MOST_ROUNDS * 100:
-                raise PlannerError(f"the planner's answer sets ask without end, last {text}")
             parts.append(Part(name, tuple(map(str, part.arguments))))
         return parts
 
@@ -168,7 +167,7 @@ def needed_horizon(symbols: Sequence[str]) -> Optional[int]:
     for text in symbols:
         if text.startswith(_HORIZON):
             symbol = parse_term(text)
-            if symbol.match("horizon", 1) and symbol.arguments[0].type.name == "Number":
+            if symbol.match("horizon", 1) and symbol.arguments[0].type is SymbolType.Number:
                 needed = max(symbol.arguments[0].number, needed or 0)
     return needed
 

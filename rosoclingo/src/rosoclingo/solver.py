@@ -26,6 +26,7 @@ from rosclingo.commands import (
     Truth,
 )
 from rosclingo.engine import Improvement, Outcome, Result
+from rosclingo.errors import shorten
 from rosclingo.terms import parse_term
 from rosoclingo.demand import Demand, Pair, needed_horizon
 from rosoclingo.errors import PlannerError
@@ -52,6 +53,7 @@ _SLOT = "rosoclingo_slot"
 _SLOTS = f"#defined rslot/1. #external {_SLOT}(ID) : rslot(ID)."
 
 _BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
+_MOST_ROUNDS = 10_000  # answer sets in a row that ask for something
 _MANY = 20  # so many assignments after one that failed, it is quicker to ask for all externals
 
 
@@ -224,13 +226,7 @@ class Planner:
             return Outcome(Result.UNKNOWN, interrupted=True)
         if self._kept is None:
             self.run(*self.demand.prepare(step))
-            outcome = self._solve(stopped)
-            while self.demand and outcome.result is Result.SAT:
-                parts = self.demand.asked_for(outcome.symbols)
-                if not parts:
-                    break
-                self.run(self.demand.ground(parts))
-                outcome = self._solve(stopped)
+            outcome = self._solve_and_ground(stopped)
             needed = needed_horizon(outcome.symbols) if self.demand else None
             if needed is None or outcome.result is not Result.SAT:
                 return outcome
@@ -238,6 +234,21 @@ class Planner:
         if horizon < self._kept.horizon:
             return Outcome(Result.UNSAT)
         return self._kept.outcome
+
+    def _solve_and_ground(self, stopped: Callable[[], bool]) -> Outcome:
+        """Searches until an answer set asks for nothing new."""
+        for _ in range(_MOST_ROUNDS):
+            outcome = self._solve(stopped)
+            if not (self.demand and outcome.result is Result.SAT):
+                return outcome
+            parts = self.demand.asked_for(outcome.symbols)
+            if not parts:
+                return outcome
+            self.run(self.demand.ground(parts))
+        raise PlannerError(
+            f"{_MOST_ROUNDS} answer sets in a row of the planner have asked for something, the "
+            f"last for {shorten(str(parts[0]))}: does it ever stop asking?"
+        )
 
     def _solve(self, stopped: Callable[[], bool]) -> Outcome:
         """Searches until told to stop, or, with a model, for as long as is allowed."""

@@ -197,6 +197,19 @@ def test_an_encoding_that_does_not_fit(
     assert re.search(reason, str(run.wait()))
 
 
+def test_answer_sets_that_ask_without_end(
+    system: Callable[..., System], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rosoclingo.solver._MOST_ROUNDS", 20)
+    file = tmp_path / "own.lp"
+    file.write_text(
+        "#program query(t). #external query(t). #program search(k,t). #show ground(more(0))."
+        "#program more(n). #show ground(more(n+1))."
+    )
+    run = system("dynamic.incremental.recording", encoding=(str(file),)).start()
+    assert "20 answer sets in a row" in str(run.wait())
+
+
 def test_others_are_driven_as_before(system: Callable[..., System], tmp_path: Path) -> None:
     """An encoding that has not opted in may use the names for something else."""
     file = tmp_path / "own.lp"
