@@ -39,7 +39,7 @@ from rosoclingo.vocabulary import ANY_EVENT
 _ANY_ATOM = f"event({ANY_EVENT},"
 _PASSED = "event(info,passed,"
 _PARTS_1_0 = frozenset({("set_event", 3), ("commit", 3), ("finalize", 1)})
-_SLOT = "rosoclingo_slot("  # of the external that the command initialize declares for each slot
+_SLOT = "rosoclingo_slot("  # of the external that the planner declares for each slot when it begins
 
 
 class Dialect2(Forwarding):
