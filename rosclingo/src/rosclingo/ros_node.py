@@ -8,7 +8,12 @@ import threading
 from types import FrameType
 from typing import Callable, Optional
 
+import rosgraph
 import rospy
+from rospy.impl.paramserver import get_param_server_cache
+
+# Whether the log messages of all nodes go without the list of the node's topics.
+_ROSOUT_PARAMETER = "/rosout_disable_topics_generation"
 
 
 def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
@@ -17,6 +22,10 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     rospy shuts down inside of the signal handler, which is in the main thread: if that thread is
     just talking to the master, it waits for a lock of its own, for ever. Here a thread shuts down.
     A second signal ends the process at once, and so does the first while there is no master yet.
+
+    It also lets the master forget the node when that ends, and log without a call of the master.
+    rospy subscribes to a parameter at each message, and never unsubscribes: when a node of the same
+    name starts later, the master shuts down whatever node has got the old one's port meanwhile.
 
     Args:
         name: Name of the node, which a remapping of ``__name`` replaces.
@@ -30,6 +39,9 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     for number in signals:
         signal.signal(number, signal.SIG_DFL)
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
+    cache = get_param_server_cache()  # what has a value there is not subscribed to
+    cache.set(_ROSOUT_PARAMETER, rospy.get_param(_ROSOUT_PARAMETER, False))
+    rosgraph.Master(rospy.get_name()).unsubscribeParam(rospy.get_node_uri(), _ROSOUT_PARAMETER)
     for number in signals:
         signal.signal(number, _shut_down)
 

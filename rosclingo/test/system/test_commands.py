@@ -10,6 +10,7 @@ import os
 import subprocess
 from pathlib import Path
 from typing import List
+from xmlrpc.client import ServerProxy
 
 import pytest
 from terminals import TIMEOUT, Terminal, Terminals, package, terminals, wait_for
@@ -206,6 +207,28 @@ def test_a_hook_that_is_added_during_a_shutdown_is_called(terminals: Terminals) 
     node = terminals.run("python", "-c", HOOKED)
     assert node.wait() == 0
     assert "called" in node.output
+
+
+LOGGING = """
+import os, signal
+import rospy
+from rosclingo.ros_node import init_node
+
+init_node("logging")
+rospy.loginfo("begins")
+rospy.on_shutdown(lambda: rospy.loginfo("ends"))
+os.kill(os.getpid(), signal.SIGINT)
+rospy.spin()
+"""
+
+
+def test_the_master_forgets_a_node_that_has_ended(terminals: Terminals) -> None:
+    """It would shut down whoever gets the node's port, when the next one of its name starts."""
+    node = terminals.run("python", "-c", LOGGING)
+    assert node.wait() == 0
+    master = ServerProxy(terminals.environment["ROS_MASTER_URI"])
+    assert master.lookupNode("/test", "/logging") == [-1, "unknown node [/logging]", ""]
+    assert "Traceback" not in node.output
 
 
 def seconds_computed(node: Terminal) -> float:
