@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosclingo.errors import TermError
-from rosclingo.terms import parse_term, quote
+from rosclingo.terms import is_plain, parse_term, quote, split_term
 
 
 @pytest.mark.parametrize(
@@ -195,6 +195,57 @@ def test_what_clingo_writes_is_read_back(term: clingo.Symbol) -> None:
 def test_any_text_is_a_term_or_refused(text: str) -> None:
     with contextlib.suppress(TermError):
         assert isinstance(parse_term(re.sub(r"[/\\]", "", text)), clingo.Symbol)
+
+
+@given(st.text("fa1_'(,)not ", max_size=12))
+def test_a_plain_term_is_one_that_clingo_prints_so(text: str) -> None:
+    if is_plain(text):
+        assert str(parse_term(text)) == text
+
+
+@pytest.mark.parametrize(
+    "text", ["f", "0", "17", "_f'", "bring(o9,x17)", "f(g(1,a),h(_b'(2)),nota)", "not_(1)"]
+)
+def test_plain(text: str) -> None:
+    assert is_plain(text)
+    assert str(parse_term(text)) == text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "not",
+        "f(not)",
+        "X",
+        "f(X)",
+        "01",
+        "1a",
+        "f()",
+        "f(1)g(2)",
+        "f(1)(2)",
+        "f(1,)",
+        "(1,2)",
+        "-1",
+        "f(1+1)",
+        "f( 1)",
+        '"a"',
+        "\u00e4",
+        "9" * 10,
+        "a\n",
+        "f(" * 11 + "1" + ")" * 11,
+        "f(" + "a," * 500 + "a)",
+    ],  # fmt: skip
+)
+def test_not_plain(text: str) -> None:
+    assert not is_plain(text)
+
+
+@given(GROUND)
+def test_split(term: clingo.Symbol) -> None:
+    is_function = term.type is clingo.SymbolType.Function
+    name, arguments = (term.name, term.arguments) if is_function else ("", [])
+    assert split_term(str(term)) == (name, [str(argument) for argument in arguments])
 
 
 def test_quote() -> None:

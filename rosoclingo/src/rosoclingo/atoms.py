@@ -12,7 +12,7 @@ from typing import Dict, List, Optional, Sequence, Tuple
 import clingo
 
 from rosclingo.errors import TermError, XmlError
-from rosclingo.terms import parse_term, quote
+from rosclingo.terms import is_plain, parse_term, quote
 from rosclingo.xml_codec import check_text
 from rosoclingo.atom_text import last_argument
 
@@ -106,7 +106,7 @@ def canonical(text: str) -> str:
             carry.
     """
     try:
-        return str(parse_term(check_text(text)))
+        return text if is_plain(text) else str(parse_term(check_text(text)))
     except XmlError as err:
         raise TermError(f"{quote(text)} cannot be sent to a solver: {err}") from err
 

@@ -7,14 +7,15 @@ An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`
 
 from __future__ import annotations
 
-from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
+from typing import Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from clingo import SymbolType
 
 from rosclingo.commands import AssignExternal, Command, Ground, Part, Truth
 from rosclingo.errors import shorten
-from rosclingo.terms import parse_term
+from rosclingo.terms import parse_term, split_term
 from rosoclingo.errors import PlannerError
+from rosoclingo.vocabulary import explain, no_request_like
 
 Pair = Tuple[str, str]
 """Source and content of an event."""
@@ -32,12 +33,14 @@ class Demand:
     Attributes:
         tells: Whether the encoding is told its events by grounding.
         declared: Whether it knows a pair, for each that it was asked about.
+        examples: Requests that it has declared as examples.
     """
 
     def __init__(self) -> None:
         self.tells = False
         self._searches = False
         self.declared: Dict[Pair, bool] = {}
+        self.examples: List[str] = []
         self._unknown: Dict[Pair, None] = {}  # in the order in which they were asked about
         self._pending: List[Part] = []  # told, and not grounded yet
         self._queries: Dict[str, Truth] = {}  # likewise: which horizon is asked for
@@ -72,6 +75,12 @@ class Demand:
     def ground(self, parts: Sequence[Part]) -> Ground:
         """Returns the command that grounds parts, and all that they ask for."""
         return Ground(tuple(parts), asking=True, reserved=_RESERVED)
+
+    def learn_examples(self, externals: Iterable[str]) -> None:
+        """Looks for examples of requests among the externals of a fresh solver."""
+        if self.tells:
+            atoms = (parse_term(atom) for atom in externals if atom.startswith("event("))
+            self.examples = [str(a.arguments[1]) for a in atoms if a.match(*_EVENT)]
 
     # What it is told.
 
@@ -173,28 +182,46 @@ def needed_horizon(symbols: Sequence[str]) -> Optional[int]:
 
 
 class ToldVocabulary:
-    """The events that an encoding knows which is told them, as far as it was asked."""
+    """The events that an encoding knows which is told them, as far as it was asked.
 
-    def __init__(self, declared: Mapping[Pair, bool]) -> None:
-        self._declared = declared
+    Its examples spare it questions: a request is unknown which has an argument that no example of
+    its form has at this place.
+    """
+
+    def __init__(self, demand: Demand) -> None:
+        self._demand = demand
+        self._arguments: Dict[Tuple[str, int], List[Set[str]]] = {}  # of the examples of each form
+        for example in demand.examples:
+            name, arguments = split_term(example)
+            places = self._arguments.setdefault((name, len(arguments)), [set() for _ in arguments])
+            for known, argument in zip(places, arguments):
+                known.add(argument)
 
     def knows(self, pairs: Sequence[Pair], grounded: int) -> bool:
         """Whether the encoding knows one of the pairs."""
-        return any(self._declared.get(pair, False) for pair in pairs)
+        return any(self._demand.declared.get(pair, False) for pair in pairs)
 
     def is_sure(self, pairs: Sequence[Pair], grounded: int) -> bool:
-        """Whether it was asked about all of the pairs."""
-        return all(pair in self._declared for pair in pairs)
+        """Whether it was asked about all of the pairs, or need not be."""
+        return all(pair in self._demand.declared or self._is_foreign(pair) for pair in pairs)
+
+    def _is_foreign(self, pair: Pair) -> bool:
+        """Whether the examples exclude a request."""
+        source, content = pair
+        if not (self._arguments and source.isdigit()):
+            return False
+        name, arguments = split_term(content)
+        places = self._arguments.get((name, len(arguments)))
+        return places is None or any(
+            argument not in known for known, argument in zip(places, arguments)
+        )
 
     def learn(self, externals: object, grounded: int) -> None:
         """Learns nothing: the encoding is asked about each pair."""
 
     def explain(self, source: str, content: str) -> str:
         """Says why there is no such event."""
-        known = [
-            other
-            for (name, other), is_known in self._declared.items()
-            if is_known and name == source and "(" in other
-        ]
-        example = f"; one that it knows is {shorten(known[0])}" if known else ""
-        return f"there is no request like {shorten(content)}{example}"
+        if self._demand.examples:
+            return explain(content, sorted(self._demand.examples))
+        declared = self._demand.declared.items()
+        return no_request_like(content, [c for (s, c), known in declared if known and s == source])

@@ -158,7 +158,9 @@ class Planner:
             self.run(self.demand.ground(first))
         else:
             self.run(Ground((*base, *first, Part(_SLOT))))
-        slots = [atom for atom in self.externals() if atom.startswith(f"{_SLOT}(")]
+        externals = self.externals()
+        self.demand.learn_examples(externals)
+        slots = [atom for atom in externals if atom.startswith(f"{_SLOT}(")]
         self.run(*(ReleaseExternal(atom) for atom in slots))
         return [atom[len(_SLOT) + 1 : -1] for atom in slots]
 

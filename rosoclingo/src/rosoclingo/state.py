@@ -20,7 +20,7 @@ from rosoclingo.vocabulary import Vocabulary
 
 _SAVE = "event(save,"
 _LOOK_SECONDS = 1.0  # how often it is seen, while waiting, whether the solvers are there
-_SILENT_SECONDS = 2.0  # how long the goals hear nothing while a plan is searched for
+_SILENT_SECONDS = 1.0  # how long the goals hear nothing while a plan is searched for
 _REMINDER_SECONDS = 30.0  # how often it is said that an actuator does not answer
 
 
@@ -128,7 +128,7 @@ class State:
         again, self._again = self._again, None
         self.goals.set_slots(slots, keep=again is not None)
         demand = self.planner.demand
-        vocabulary = ToldVocabulary(demand.declared) if demand.tells else Vocabulary()
+        vocabulary = ToldVocabulary(demand) if demand.tells else Vocabulary()
         self.mail.begin(vocabulary, keep=again is not None)
         if self.mail.dynamic and not self.goals.slots:
             self.mail.rejection = "the planner's encoding has no slots for goals, rslot(ID)"

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Iterable, List, Sequence, Set, Tuple
 
-from clingo import SymbolType
-
 from rosclingo.errors import shorten
-from rosclingo.terms import parse_term
+from rosclingo.terms import split_term
 
 ANY_EVENT = "_,_"
 """Stands for the source and content of any event, of a source that declares none of its own."""
@@ -50,27 +48,40 @@ class Vocabulary:
 
     def explain(self, source: str, content: str) -> str:
         """Says why there is no such event, by comparing it with those that there are."""
-        symbol = parse_term(content)
-        prefix = f"{source},{symbol.name}(" if symbol.type is SymbolType.Function else ""
-        arity = len(symbol.arguments) if prefix else 0
-        alike = [
-            other
-            for other in (parse_term(p[len(source) + 1 :]) for p in self._of(prefix) if arity)
-            if other.match(symbol.name, arity)
-        ]
-        if not alike:
-            known = next((p[len(source) + 1 :] for p in self._of(f"{source},") if "(" in p), "")
-            example = f"; one that it knows is {shorten(known)}" if known else ""
-            return f"there is no request like {shorten(content)}{example}"
-        for number, argument in enumerate(symbol.arguments):
-            if all(other.arguments[number] != argument for other in alike):
-                place = _ORDINALS[number] if number < len(_ORDINALS) else f"{number + 1}th"
-                return (
-                    f"{shorten(str(argument))} is unknown as the {place} argument of "
-                    f"{symbol.name}; a request that it knows is {shorten(str(alike[0]))}"
-                )
-        together = shorten(" and ".join(map(str, symbol.arguments)))
-        return f"{together} do not go together in {symbol.name}"
+        return explain(content, [pair[len(source) + 1 :] for pair in self._of(f"{source},")])
 
     def _of(self, prefix: str) -> List[str]:
         return sorted(pair for pair in self._pairs if pair.startswith(prefix)) if prefix else []
+
+
+def explain(request: str, known: Sequence[str]) -> str:
+    """Says why a request is unknown, by comparing it with known ones.
+
+    Args:
+        request: The request, as clingo prints it.
+        known: The known ones likewise, and what else is known.
+    """
+    name, arguments = split_term(request)
+    alike = [
+        (other, split_term(other)[1])
+        for other in known
+        if name and arguments and other.startswith(f"{name}(")
+    ]
+    alike = [(other, others) for other, others in alike if len(others) == len(arguments)]
+    if not alike:
+        return no_request_like(request, known)
+    for number, argument in enumerate(arguments):
+        if all(others[number] != argument for _, others in alike):
+            place = _ORDINALS[number] if number < len(_ORDINALS) else f"{number + 1}th"
+            return (
+                f"{shorten(argument)} is unknown as the {place} argument of {name}; a request that "
+                f"it knows is {shorten(alike[0][0])}"
+            )
+    return f"{shorten(' and '.join(arguments))} do not go together in {name}"
+
+
+def no_request_like(request: str, known: Sequence[str]) -> str:
+    """Says that a request is unknown, and which one is not."""
+    example = next((other for other in known if "(" in other), "")
+    example = f"; one that it knows is {shorten(example)}" if example else ""
+    return f"there is no request like {shorten(request)}{example}"

@@ -85,13 +85,19 @@ def test_what_happens_on_the_way(
 
 
 def test_unknown_requests_and_messages_leave_no_trace(system: Callable[..., System]) -> None:
-    run = told(system, "recording").start()
+    solver = Counting(Engine(Options((TOLD,))))
+    run = told(system, "recording", planner=solver).start()
     assert run.goal("visit(2)").wait() == "succeeded"
-    for request in ("visit(7)", "fly(2)", "visit(1,2)"):
+    solver.commands.clear()
+    for request, why in (
+        ("visit(7)", "7 is unknown as the first argument of visit; a request that it knows is "),
+        ("fly(2)", "there is no request like fly(2); one that it knows is "),
+        ("visit(1,2)", "there is no request like visit(1,2); one that it knows is "),
+    ):
         goal = run.goal(request)
         assert goal.wait() == "rejected"
-        assert f"there is no request like {request}; one that it knows is visit(2)" in goal.reason
-        assert f"no external event(1,{request}," in goal.reason
+        assert f"{why}visit(1) (there is no external event(1,{request}," in goal.reason
+    assert not solver.commands  # what the examples exclude is not even asked for
     run.send("info", "close(7)")
     run.send("robot", "dance")
     run.world.wait_for(lambda world: len(world.warnings) == 2)
@@ -100,11 +106,43 @@ def test_unknown_requests_and_messages_leave_no_trace(system: Callable[..., Syst
     assert run.loop.state.step == 1
 
 
+def without_examples(folder: Path) -> str:
+    """Writes the encoding without its examples of requests."""
+    file = folder / "line.lp"
+    lines = Path(TOLD).read_text().splitlines(keepends=True)
+    file.write_text("".join(line for line in lines if "#external event(1," not in line))
+    return str(file)
+
+
+def test_an_encoding_without_examples(system: Callable[..., System], tmp_path: Path) -> None:
+    encoding = without_examples(tmp_path)
+    run = system("dynamic.incremental.recording", encoding=(encoding,)).start()
+    goal = run.goal("visit(7)")
+    assert goal.wait() == "rejected"
+    assert "there is no request like visit(7) (there is no" in goal.reason
+    assert run.goal("visit(2)").wait() == "succeeded"
+    goal = run.goal("visit(8)")
+    assert goal.wait() == "rejected"
+    assert "there is no request like visit(8); one that it knows is visit(2)" in goal.reason
+
+
+def test_examples_exclude_no_messages(system: Callable[..., System]) -> None:
+    run = told(system, "recording").start()
+    run.send("info", "close(3)")
+    goal = run.goal("visit(3)")
+    goal.wait_until_accepted()
+    assert not run.world.warnings
+    assert not run.world.actions
+    run.send("info", "open(3)")
+    assert goal.wait() == "succeeded"
+
+
 def test_how_many_unknown_pairs_are_remembered(
-    system: Callable[..., System], monkeypatch: pytest.MonkeyPatch
+    system: Callable[..., System], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(demand, "_MOST_UNKNOWN", 10)
-    run = told(system, "recording").start()
+    encoding = without_examples(tmp_path)
+    run = system("dynamic.incremental.recording", encoding=(encoding,)).start()
     for number in range(30):
         assert run.goal(f"fly({number})").wait() == "rejected"
     known = run.loop.state.planner.demand.declared

@@ -289,9 +289,9 @@ def test_the_same_request_twice(mode: str) -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("bring(o9,o99)", "there is no request like bring(o9,o99)"),
-        ("bring(o9,o9)", "there is no request like bring(o9,o9)"),
-        ("fly(o1)", "there is no request like fly(o1)"),
+        ("bring(o9,o99)", "o99 is unknown as the second argument of bring"),
+        ("bring(o9,o9)", "o9 and o9 do not go together in bring"),
+        ("fly(o1)", "there is no request like fly(o1); one that it knows is bring(o1,o10)"),
         ("bring(o9)", "there is no request like bring(o9)"),
     ],
 )
