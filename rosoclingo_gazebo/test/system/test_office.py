@@ -115,8 +115,9 @@ def test_the_simulator_dies(terminals: Terminals, tmp_path: Path) -> None:
     started = interfaces(terminals)
     mailbot, typist = client(terminals, tmp_path)
     process = pid(terminals, "/simulator")
+    drive = terminals.start("rostopic", "echo", "-n", "1", "/move_base/feedback")
     typist.type("o9 o14 box\n")
-    started.wait_for("mailbot: go(c6)")
+    drive.wait()  # the interface may have begun before it has found move_base
     os.kill(process, signal.SIGKILL)
     started.wait_for("mailbot: go(c6): failure after")
     assert "/move_base went away during the drive" in started.output
