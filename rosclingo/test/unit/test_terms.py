@@ -235,7 +235,7 @@ def test_plain(text: str) -> None:
         "a\n",
         "f(" * 11 + "1" + ")" * 11,
         "f(" + "a," * 500 + "a)",
-    ],  # fmt: skip
+    ],
 )
 def test_not_plain(text: str) -> None:
     assert not is_plain(text)
