@@ -199,6 +199,7 @@ def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
     return list(run.entries)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("mode", "seed"),
     [("recording", 0), ("dyn_reset", 1), ("reset", 2), ("single", 3), ("paper", 4), ("demand", 5)],

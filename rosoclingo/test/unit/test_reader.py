@@ -161,6 +161,7 @@ def _read(file: Path, content: bytes) -> None:
         assert isinstance(read_recording(file), Recording)
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(place=st.floats(0, 1, exclude_max=True))
 def test_any_truncation(sample: Tuple[Path, bytes], place: float) -> None:
@@ -169,6 +170,7 @@ def test_any_truncation(sample: Tuple[Path, bytes], place: float) -> None:
     _read(file, content[: begin + int(place * (len(content) - begin))])
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(length=st.integers(0, 4200))
 def test_any_truncation_of_the_beginning(sample: Tuple[Path, bytes], length: int) -> None:
@@ -176,6 +178,7 @@ def test_any_truncation_of_the_beginning(sample: Tuple[Path, bytes], length: int
     _read(file, content[:length])
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(place=st.floats(0, 1, exclude_max=True), value=st.integers(0, 255))
 def test_any_wrong_byte(sample: Tuple[Path, bytes], place: float, value: int) -> None:

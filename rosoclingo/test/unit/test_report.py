@@ -136,6 +136,7 @@ def test_the_page_needs_nothing_else_and_runs_its_own_script_alone() -> None:
         assert word not in page.texts["module"]
 
 
+@pytest.mark.long
 def test_a_page_of_10000_steps_is_below_5_mib() -> None:
     recording = long_journal(10_000).recording()
     statistics = compute(recording)
