@@ -12,12 +12,11 @@ reads the log can tell when the planner was at work. The log is written when the
 from __future__ import annotations
 
 import atexit
-import importlib.util
 import json
 import sys
 import time
 from pathlib import Path
-from typing import Any, Callable, List, Optional, Sequence, Tuple, cast
+from typing import Callable, List, Optional, Sequence, Tuple
 from unittest import mock
 
 import rospy
@@ -27,11 +26,10 @@ from rosclingo.commands import Answer, Assumption, Command, Ground
 from rosclingo.engine import Engine, Improvement, Outcome
 from rosclingo.options import parse_options
 from rosclingo.ros_node import init_node
+from rosoclingo.commands import ROSCommands
 from rosoclingo.controller import Controller
 from rosoclingo.inbox import Inbox
 from rosoclingo.node import Node
-
-COMMANDS = Path(__file__).resolve().parent.parent / "rosoclingo" / "nodes" / "commands.py"
 
 _busy: List[Tuple[float, float]] = []
 
@@ -62,16 +60,6 @@ class TimedEngine(Engine):
             _busy.append((begin, time.monotonic()))
 
 
-def load_commands() -> Callable[..., Any]:
-    """Returns the class ``ROSCommands``, whose file is no module of a package."""
-    spec = importlib.util.spec_from_file_location("commands", COMMANDS)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return cast("Callable[..., Any]", module.ROSCommands)
-
-
 def main() -> None:
     """Runs the node until it is shut down."""
     program, log, *options = rospy.myargv(sys.argv)
@@ -83,7 +71,7 @@ def main() -> None:
     planner = TimedEngine(parse_options(options[:plus]))
     controller = Engine(parse_options(options[plus + 1 :]))
     init_node("rosoclingo")
-    node = Node(Controller(controller), planner, load_commands(), Inbox())
+    node = Node(Controller(controller), planner, ROSCommands, Inbox())
     node.start()
     node.spin()
     if node.failure is not None:

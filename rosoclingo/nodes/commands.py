@@ -1,143 +1,18 @@
-"""The commands that a controller's mode may give: the extension point of the manual.
+"""The commands that a controller's mode may give: the file to edit, as in the manual.
 
 A mode's answer set holds ``do(controller,Command,1)``. The method with the command's name is called
-with the command's arguments, which are clingo symbols. So a method that is added here, or in a
-subclass that is given to ``rosoclingo.node.main``, is a new command:
+with the command's arguments, which are clingo symbols. So a method that is added here is a new
+command, such as ``do(controller,say("hello"),1)``:
 
-    class MyCommands(ROSCommands):
+    class ROSCommands(Standard):
         def say(self, text):
             self.state.outside.info(str(text))
 """
 
 from __future__ import annotations
 
-from clingo import Symbol, SymbolType
-
-from rosclingo.commands import AssignExternal, Truth
-from rosoclingo import diagnosis
-from rosoclingo.atoms import event
-from rosoclingo.errors import ControllerError
-from rosoclingo.search import Search
-from rosoclingo.state import State
-
-_TRUTHS = frozenset(truth.value for truth in Truth)
+from rosoclingo.commands import ROSCommands as Standard
 
 
-class ROSCommands:
-    """One method for each command of section "ROSoClingo" of the manual and PROTOCOL section 3."""
-
-    def __init__(self, state: State) -> None:
-        self.state = state
-        self.planner = state.planner
-        self._search = Search(state)
-
-    def initialize(self) -> None:
-        """Grounds base, state(0) and query(0) on a fresh planner, and reads the slots."""
-        self.state.begin(self.planner.begin(self.state.saved()))
-        self._search = Search(self.state)
-
-    def ground(self, step: Symbol) -> None:
-        """Grounds the state, transition and query of a step, unless they are grounded already.
-
-        If the planner has said which horizon it needs, all steps up to there that are missing.
-        """
-        last = _step(step)
-        first = last if self.planner.needed is None else 1
-        steps = [number for number in range(first, last + 1) if number not in self.state.grounded]
-        if not steps:
-            return
-        self.state.tell_progress()
-        self.planner.ground_steps(steps)
-        for number in steps:
-            self.state.set_grounded(number)
-
-    def assign_external(self, external: Symbol, value: Symbol) -> None:
-        """Sets an external of the planner to true, false or free."""
-        if str(value) not in _TRUTHS:
-            raise ControllerError(f"assign_external({external},{value}): {value} is not a value")
-        truth = Truth(str(value))
-        if external.match("query", 1):
-            self.planner.set_query(str(external), truth)
-        elif truth is Truth.FALSE:
-            self.planner.assign([str(external)], truth)  # what does not exist is false already
-        else:
-            self.planner.run(AssignExternal(str(external), truth))
-        if external.match("query", 1) and truth is Truth.TRUE:
-            self.state.horizon = _step(external.arguments[0])
-        self.state.note_assigned(str(external), truth is Truth.TRUE)
-
-    def assign_externals(self, external: Symbol, value: Symbol) -> None:
-        """Does what assign_external does; the manual spells it so."""
-        self.assign_external(external, value)
-
-    def release_external(self, external: Symbol) -> None:
-        """Makes an external of the planner false for good."""
-        self.state.release(str(external))
-
-    def solve(self) -> None:
-        """Searches for a plan; a message, goal or cancel request ends the search."""
-        self._search.run()
-
-    def assign_messages(self, step: Symbol) -> None:
-        """Makes the event of each message, goal and cancel request that has come true."""
-        self.state.assign_messages(_step(step))
-
-    def status_update(self, step: Symbol) -> None:
-        """Sets the goals' statuses as the plan has them in a step."""
-        state, number = self.state, _step(step)
-        state.make_true(state.move_to(number))
-        for slot, word in state.plan.statuses(number):
-            state.set_status(slot, word)
-
-    def commit_actions(self, step: Symbol) -> None:
-        """Publishes the actions of a step that are not published yet."""
-        state, number = self.state, _step(step)
-        passed = state.move_to(number)
-        new = [a for a in state.plan.actions(number) if not state.is_published(a)]
-        # The robot first: what the planner is told now, it needs only for its next search.
-        for action in new:
-            state.commit(action)
-        commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in new]
-        for atom, _ in state.make_true(passed + commits):
-            if atom in commits:
-                state.warn_once(
-                    "commit",
-                    f"the planner's encoding does not declare #external {atom}: it does not know "
-                    "which actions were published, so that a later plan may have another past than "
-                    "the one that was executed",
-                )
-        if new:
-            state.goals.tell(f"step {step} of {state.horizon}")
-
-    def release_step(self, step: Symbol) -> None:
-        """Releases the externals of a step that were not made true."""
-        self.state.release_later(_step(step))
-
-    def reset(self, step: Symbol) -> None:
-        """Makes the fluents of a step the initial ones, and forgets what happened until then."""
-        self.state.reset(_step(step))
-
-    def publish(self) -> None:
-        """Publishes the whole plan as one message; the loop is through then."""
-        plan = ", ".join(str(action) for action in self.state.plan.actions_from(0))
-        self.state.outside.publish("solver", f"[{plan}]")
-        self.state.finish("the plan is published, and the mode is through: it takes no goals")
-
-    def idle(self) -> None:
-        """Waits for a message, a goal or a cancel request."""
-        self.planner.run()  # tells what is still to be told, while nobody waits
-        self.state.release_now()
-        self.state.wait()
-
-    def exit(self) -> None:
-        """Ends the node, with the reason: there is no plan within the maximal horizon.
-
-        The loop goes on if the reason can be removed, see :mod:`rosoclingo.diagnosis`.
-        """
-        diagnosis.end(self.state)
-
-
-def _step(symbol: Symbol) -> int:
-    if symbol.type is not SymbolType.Number:
-        raise ControllerError(f"a step is a number, and {symbol} is none")
-    return symbol.number
+class ROSCommands(Standard):
+    """The standard commands."""

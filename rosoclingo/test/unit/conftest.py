@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 from pathlib import Path
 from typing import Any, Callable, Iterator, List, Optional, Sequence, Tuple
@@ -13,6 +12,7 @@ from rosclingo.engine import Engine
 from rosclingo.errors import RosclingoError
 from rosclingo.options import Options, parse_options
 from rosoclingo.atoms import Action
+from rosoclingo.commands import ROSCommands
 from rosoclingo.controller import Controller, Decider
 from rosoclingo.dialects import detect, says_status
 from rosoclingo.goals import Goal
@@ -23,10 +23,6 @@ from rosoclingo.solver import Solver
 from rosoclingo.state import Outside
 
 PACKAGE = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(PACKAGE / "nodes"))
-
-from commands import ROSCommands  # noqa: E402 (the path has to be set first)
-
 TIMEOUT = 30.0  # seconds; no more than a bound for what never comes
 
 

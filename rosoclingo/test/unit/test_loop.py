@@ -8,10 +8,10 @@ from typing import Any, Callable, List
 
 import pytest
 from clingo import Number
-from commands import ROSCommands
 from conftest import PACKAGE, System
 
 from rosclingo.commands import Truth
+from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ControllerError, PlannerError
 from rosoclingo.inbox import Message
 

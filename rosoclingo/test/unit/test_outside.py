@@ -9,7 +9,6 @@ from typing import Any, Callable, List
 
 import pytest
 from clingo import Number
-from commands import ROSCommands
 from conftest import PACKAGE, System
 from test_loop import LINE, SCRIPT, script
 
@@ -19,6 +18,7 @@ from rosclingo.errors import ServiceError, TermError
 from rosclingo.options import Options
 from rosclingo.worker import Worker
 from rosoclingo.atoms import canonical
+from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import PlannerError
 from rosoclingo.inbox import Message
 from rosoclingo.solver import Planner

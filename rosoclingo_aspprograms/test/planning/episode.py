@@ -5,13 +5,13 @@ Nothing runs at the same time, so that a seed determines all that happens.
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import rosoclingo
 from rosclingo.engine import Engine, Result
 from rosclingo.options import Options
+from rosoclingo.commands import ROSCommands
 from rosoclingo.controller import Controller
 from rosoclingo.dialects import detect, says_status
 from rosoclingo.errors import LoopError, ShutdownError
@@ -20,15 +20,10 @@ from rosoclingo.inbox import Cancel, Inbox, Message
 from rosoclingo.loop import Loop
 from rosoclingo.single import ClingoControl, commands_for
 from rosoclingo.state import Outside
+from rosoclingo_aspprograms.validator import Map, Validator
 
 PACKAGE = Path(__file__).resolve().parents[2]
 ROSOCLINGO = Path(rosoclingo.__file__).resolve().parents[2]
-sys.path.insert(0, str(ROSOCLINGO / "nodes"))
-
-from commands import ROSCommands  # noqa: E402 (the path has to be set first)
-
-from rosoclingo_aspprograms.validator import Map, Validator  # noqa: E402
-
 STATIC = ["static.fixed.recording", "static.incremental.recording"]
 FIXED = "dynamic.fixed.recording"
 RECORDING = "dynamic.incremental.recording"
