@@ -22,6 +22,7 @@ class Terminal:
     """A running command and what it has printed."""
 
     def __init__(self, command: List[str], environment: Dict[str, str], log: Path) -> None:
+        self.command = " ".join(command)
         self._log = log
         with log.open("wb") as output:
             # In a session of its own, so that a Ctrl-C of the tester does not reach it first.
@@ -108,9 +109,11 @@ class Terminals:
         return {name for part in state for named, nodes in part for name in [named, *nodes]}
 
     def close(self) -> None:
-        """Ends what still runs, the last first."""
+        """Ends what still runs, the last first; prints all output, for pytest to show."""
         for terminal in reversed(self._open):
             terminal.close()
+        for terminal in self._open:
+            print(f"--- {terminal.command}\n{terminal.output}")
 
 
 @pytest.fixture

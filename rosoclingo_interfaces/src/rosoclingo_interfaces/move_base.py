@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from pathlib import Path
-from typing import NoReturn, Optional, Union
+from typing import Callable, Dict, NoReturn, Optional, Tuple, Union
 
 import rospy
 
@@ -43,6 +43,10 @@ class MoveBase(ActionInterface):
             topic("in"), ROSoClingoIn, tcp_nodelay=True, queue_size=_QUEUE_SIZE
         )
         self._base = Base()
+        # Ways that only the server's absence has closed: whether the answer is sent, and whether
+        # the server is still gone.
+        self._blamed: Dict[Tuple[str, str], Tuple[threading.Event, Callable[[], bool]]] = {}
+        self._lock = threading.Lock()  # guards the blamed ways
 
     def go(self, waypoint: Union[int, str]) -> bool:
         """Drives to a waypoint."""
@@ -89,19 +93,28 @@ class MoveBase(ActionInterface):
 
         A planner takes the failure of a drive for a way that is blocked.
         """
-        last, gone = self._last, self._base.absence()
-        if last is None or last == name:
+        if self._last is None or self._last == name:
             return
+        with self._lock:
+            self._blamed[self._last, name] = (execution.ended, self._base.absence())
+            if len(self._blamed) == 1:
+                threading.Thread(target=self._announce, name="blamed ways", daemon=True).start()
 
-        def announce() -> None:
-            execution.ended.wait()  # The answer comes first.
-            pause = threading.Event()
-            while gone():
-                pause.wait(_POLL_SECONDS)
-            rospy.loginfo("%s is there again: %s to %s is not blocked", self._base.name, last, name)
+    def _announce(self) -> None:
+        """Announces all blamed ways at once, so that nobody plans as if only some were free."""
+        pause = threading.Event()
+        while not pause.wait(_POLL_SECONDS):
+            with self._lock:
+                blamed = self._blamed.values()
+                # The answers come first.
+                if all(ended.is_set() and not gone() for ended, gone in blamed):
+                    ways = list(self._blamed)
+                    self._blamed.clear()
+                    break
+        for last, name in ways:
             self._in.publish(SOURCE, f"unblocked({last},{name})")
-
-        threading.Thread(target=announce, name=f"{last} to {name}", daemon=True).start()
+        for last, name in ways:
+            rospy.loginfo("%s is there again: %s to %s is not blocked", self._base.name, last, name)
 
 
 def _point(waypoint: Waypoint) -> Point:
