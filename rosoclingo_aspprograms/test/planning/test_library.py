@@ -12,7 +12,7 @@ from rosclingo.options import Options
 from rosoclingo.atoms import Plan
 from rosoclingo.solver import Planner
 
-PLANTS = str(Path(__file__).with_name("plants.lp"))
+PLANTS = str(Path(__file__).resolve().parents[2] / "plants" / "plants.lp")
 LINE = "tap(0). connection(X,X+1) :- X = 0..9. plant(1..10)."
 
 
