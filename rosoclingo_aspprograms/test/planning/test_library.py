@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Dict, List, Sequence, Tuple
 
 import pytest
+from episode import FIXED, INCREMENTAL, Episode
 
 from rosclingo.engine import Engine, Result
 from rosclingo.options import Options
 from rosoclingo.atoms import Plan
 from rosoclingo.solver import Planner
+from rosoclingo_aspprograms.validator import Map
 
 FOLDER = Path(__file__).resolve().parents[2] / "plants"
 PLANTS = str(FOLDER / "plants.lp")
@@ -234,3 +236,20 @@ def test_a_plan_for_ten_plants_is_proven_best(tmp_path: Path) -> None:
 @pytest.mark.parametrize("full", [3, 5])
 def test_there_is_a_plan_for_fifty_plants(full: int, tmp_path: Path) -> None:
     Garden(1, 50, full, tmp_path, seconds=0.01).plan()
+
+
+@pytest.mark.parametrize("mode", [FIXED, *INCREMENTAL])
+def test_plants_are_watered_in_all_modes(mode: str) -> None:
+    encoding = [str(FOLDER / "instances" / "garden.lp"), PLANTS]
+    # The validator knows mailbots only; it is not asked for what it says of plants.
+    episode = Episode(mode, Map.grid(2, 2), encoding, options=["-c", "full=2"])
+    goals = [episode.request(f"water(({x},{y}))") for x, y in [(2, 3), (3, 3), (1, 4), (2, 2)]]
+    unknown = episode.request("water((99,1))")
+    assert episode.run() is None
+    assert [goal.words for goal in goals] == [["accepted", "succeeded"]] * len(goals)
+    assert unknown.words == ["rejected"]
+    assert episode.warnings == []
+    tank = 2
+    for action in episode.actions:
+        tank = 2 if action == "fill" else tank - action.startswith("water")
+        assert tank >= 0
