@@ -128,7 +128,8 @@ def _is_there(word: str, root: Path) -> bool:
     if path.startswith(f"{root}/"):
         return Path(path).exists() or Path(f"{path}.lp").exists()
     first, slash, _ = path.partition("/")
-    if not (first and slash and (root / first).is_dir()) or first.startswith("."):
+    is_type = re.fullmatch(r"\w+/[A-Z]\w+", path)  # of a message
+    if is_type or not (first and slash and (root / first).is_dir()) or first.startswith("."):
         return True
     return any(root.glob(path))
 

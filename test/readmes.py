@@ -16,9 +16,9 @@ READMES = sorted(str(file.relative_to(ROOT)) for file in FILES)
 _NOT_OURS = {"build", "devel", "install", "demo"}  # what building and running leave behind
 
 PROGRAMS = (
-    "cd", "echo", "export", "git", "mkdir", "pip", "printf", "python", "python3", "rosbag",
-    "roscore", "roslaunch", "rosnode", "rosparam", "rosrun", "rosservice", "rostest", "rostopic",
-    "source", "sudo", "catkin_make",
+    "catkin_create_pkg", "catkin_make", "cd", "chmod", "echo", "export", "git", "mkdir", "pip",
+    "printf", "python", "python3", "rosbag", "roscore", "roslaunch", "rosnode", "rosparam",
+    "rosrun", "rosservice", "rostest", "rostopic", "source", "sudo", "touch",
 )  # fmt: skip
 _COMMAND = re.compile(
     rf"(?:[A-Z_]+=\w+ )*(?:{'|'.join(PROGRAMS)}|[\w./]*/?scripts/[\w-]+|test/bags/\w+"

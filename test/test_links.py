@@ -32,6 +32,7 @@ def root(tmp_path: Path) -> Path:
 GOOD = [
     "[a](docs/page.md#runpy-what-it-does), [b](#here), [c](https://x.org/y)",
     "![a picture\nof it](docs/page.md#twice-1)",
+    "    rostopic pub -1 /a rosoclingo_x/SomeType '{a: b}'",
     "    rosrun rosoclingo_x run.py _a:=b\n    roslaunch rosoclingo_x a.launch",
     "with `M=$(rospack find rosoclingo_x)/map`\n\n    rosrun other run.py $M/a.lp $M/a mine/b.lp",
     "    scripts/test units\n    python3 -m rosoclingo_x.part file",
