@@ -1,4 +1,4 @@
-"""What the READMEs print: commands, and what else stands in blocks, by section and in order."""
+"""What READMEs and CONTRIBUTING.md print, by section and in order: commands and other blocks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Iterator, List, Tuple
 
 ROOT = Path(__file__).resolve().parents[1]
-FILES = [*ROOT.glob("README.md"), *ROOT.glob("*/README.md"), ROOT / "test/bags/README.md"]
+FILES = [
+    *ROOT.glob("*.md"), *ROOT.glob("*/README.md"), ROOT / "test/bags/README.md",
+]  # fmt: skip
 READMES = sorted(str(file.relative_to(ROOT)) for file in FILES)
 
 _NOT_OURS = {"build", "devel", "install", "demo"}  # what building and running leave behind
