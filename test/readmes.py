@@ -1,7 +1,8 @@
-"""What the READMEs print: commands, and what else stands in blocks, by section and in order."""
+"""What READMEs and CONTRIBUTING.md print, by section and in order: commands and other blocks."""
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 from dataclasses import dataclass
@@ -9,18 +10,24 @@ from pathlib import Path
 from typing import Iterator, List, Tuple
 
 ROOT = Path(__file__).resolve().parents[1]
-FILES = [*ROOT.glob("README.md"), *ROOT.glob("*/README.md"), ROOT / "test/bags/README.md"]
+FILES = [
+    *ROOT.glob("*.md"), *ROOT.glob("*/README.md"), ROOT / "test/bags/README.md",
+]  # fmt: skip
 READMES = sorted(str(file.relative_to(ROOT)) for file in FILES)
 
+_NOT_OURS = {"build", "devel", "install", "demo"}  # what building and running leave behind
+
 PROGRAMS = (
-    "cd", "echo", "export", "git", "mkdir", "pip", "printf", "python", "python3", "rosbag",
-    "roscore", "roslaunch", "rosnode", "rosparam", "rosrun", "rosservice", "rostest", "rostopic",
-    "source", "sudo", "catkin_make",
+    "catkin_create_pkg", "catkin_make", "cd", "chmod", "echo", "export", "git", "mkdir", "pip",
+    "printf", "python", "python3", "rosbag", "roscore", "roslaunch", "rosnode", "rosparam",
+    "rosrun", "rosservice", "rostest", "rostopic", "source", "sudo", "touch",
 )  # fmt: skip
 _COMMAND = re.compile(
-    rf"(?:[A-Z_]+=\w+ )*(?:{'|'.join(PROGRAMS)}|[\w./]*/?scripts/[\w-]+|test/bags/\w+)(?:\s|$)"
+    rf"(?:[A-Z_]+=\w+ )*(?:{'|'.join(PROGRAMS)}|[\w./]*/?scripts/[\w-]+|test/bags/\w+"
+    r"|\.venv/bin/\w+)(?:\s|$)"
 )
 _VARIABLE = re.compile(r"[A-Z]+=\$")
+_BLOCK = re.compile(r"((?:^\0\w+\n)?(?:^    .*\n(?:\n+(?=    ))?)+)", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -41,6 +48,21 @@ def sections(readme: str) -> Iterator[Tuple[str, List[Piece]]]:
     parts = re.split(r"^#+ (.+)$", _with_fences((ROOT / readme).read_text()), flags=re.MULTILINE)
     for heading, text in zip(parts[1::2], parts[2::2]):
         yield heading.strip(), list(_pieces(text))
+
+
+def documents(root: Path = ROOT) -> List[str]:
+    """Returns all Markdown files below a folder, but for what building leaves there."""
+    found = []
+    for folder, folders, files in os.walk(root):
+        left_out = _NOT_OURS if Path(folder) == root else ()
+        folders[:] = [name for name in folders if name[0] != "." and name not in left_out]
+        found += [os.path.relpath(os.path.join(folder, name), root) for name in files]
+    return sorted(name for name in found if name.endswith(".md"))
+
+
+def prose(readme: str) -> str:
+    """Returns a text without its blocks."""
+    return "".join(_BLOCK.split(_with_fences((ROOT / readme).read_text()))[::2])
 
 
 def section(readme: str, heading: str) -> List[Piece]:
@@ -75,9 +97,7 @@ def _with_fences(text: str) -> str:
 
 
 def _pieces(text: str) -> Iterator[Piece]:
-    for part in re.split(
-        r"((?:^\0\w+\n)?(?:^    .*\n(?:\n+(?=    ))?)+)", text, flags=re.MULTILINE
-    ):
+    for part in _BLOCK.split(text):
         if part.startswith(("\0", "    ")):
             language = part[1 : part.index("\n")] if part.startswith("\0") else ""
             block = re.sub("^    ", "", part.partition("\n")[2] if language else part, flags=re.M)

@@ -1,4 +1,4 @@
-"""Types every command that a README prints, literally and in the order of the text.
+"""Types every command that READMEs and CONTRIBUTING.md print, literally and in their order.
 
 A test takes one section: it has to type all that stands there, but for what ``NOT_TYPED`` names,
 and each command has to do what the text says. Needs a sourced workspace.
@@ -6,9 +6,12 @@ and each command has to do what the text says. Needs a sourced workspace.
 
 from __future__ import annotations
 
+import ast
 import os
+import re
 import shutil
 import sys
+import textwrap
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Iterator, List
@@ -41,6 +44,13 @@ NOT_TYPED = {
     "rosrun rosoclingo_gazebo demo.py": "takes half a minute; test_demo.py types it",
     "python benchmarks/simulator_bench.py": "measures for minutes; scripts/bench types it",
     "test/bags/record": "makes the regression bags anew",
+    ".venv/bin/": "checks and tests",
+    "python -m pytest": "likewise",
+    "rostest rosclingo control.rostest": "likewise",
+    "export PYTHONPATH=": "for these",
+    "roslaunch rosoclingo rosoclingo.launch mode:=./my_mode.lp": "needs another commands.py",
+    "roslaunch rosoclingo_examples blocks_world.launch record:=my_run.bag": "needs another node.py",
+    "rosbag info my_run.bag": "likewise",
 }
 
 # Where a section's output is compared with what is really printed.
@@ -81,10 +91,14 @@ class Page:
         assert piece.kind == kind, piece
         return piece.text
 
-    def type(self, word: str, lines: str = "") -> Terminal:
-        """Types the next command, in which a word is, and lines that it reads."""
+    def set_variables(self) -> None:
+        """Types what comes next as long as it sets variables."""
         while self.left and self.left[0].kind == "variable":
             self._profile += self.left.pop(0).text + "\n"
+
+    def type(self, word: str, lines: str = "") -> Terminal:
+        """Types the next command, in which a word is, and lines that it reads."""
+        self.set_variables()
         command = self.block("command")
         assert word in command, f"{command!r} is next"
         shell = ("bash", "-c", f'cd "{self.folder}"\n{self._profile}{command}')
@@ -552,3 +566,71 @@ def test_mailbot_interfaces(page: Page) -> None:
         page.sees(node)
         page.sees("/pickup_deliver")
         page.interrupt()
+
+
+def changed(file: Path, difference: str) -> str:
+    """Returns a file's text after the changes that a block of the language diff shows."""
+    text = file.read_text()
+    for old, new in re.findall(r"((?:^-.*\n)+)((?:^\+.*\n)+)", difference, re.MULTILINE):
+        before, after = (re.sub(r"^[-+]", "", lines, flags=re.MULTILINE) for lines in (old, new))
+        assert text.count(before) == 1, before
+        text = text.replace(before, after)
+    return text
+
+
+@of("CONTRIBUTING.md", "Add a command")
+def test_the_method_of_a_command(page: Page) -> None:
+    """It is the one that the next section has, which is typed."""
+    pieces = section("CONTRIBUTING.md", "In a package of your own")
+    (script,) = [piece.text for piece in pieces if piece.kind == "python"]
+    assert page.block("python").strip() in script
+    page.block("diff")
+    page.set_variables()
+
+
+@of("CONTRIBUTING.md", "In a package of your own")
+def test_a_command_in_a_package_of_ones_own(page: Page) -> None:
+    pieces = section("CONTRIBUTING.md", "Add a command")
+    difference = next(piece.text for piece in pieces if piece.kind == "diff")
+    mode = ROOT / "rosoclingo/modes/static.incremental.recording.lp"
+    (page.folder / "my_mode.lp").write_text(changed(mode, difference))
+    for word in ("catkin_create_pkg", "mkdir", "touch", "chmod"):
+        page.run(word)
+    page.set_variables()
+    (page.folder / "my_package/nodes/my_run.py").write_text(page.block("python"))
+    page.type("roscore")
+    for _ in range(2):
+        page.type("run.py")
+    page.type("my_run.py").wait_for("the plan has 14 actions")
+
+
+@of("CONTRIBUTING.md", "Add an action of a robot")
+def test_an_action_of_a_robot(page: Page) -> None:
+    (page.folder / "my_task.lp").write_text(page.block("prolog"))
+    (page.folder / "my_robot.py").write_text(page.block("python"))
+    page.type("single.launch")
+    robot = page.type("my_robot.py")
+    result = page.type("rostopic echo")
+    page.hears("/rosoclingo/about")
+    heard = ("rostopic", "info", "/rosoclingo/result")
+    wait_for(lambda: "* /rostopic" in page.terminals.run(*heard).output)
+    page.run("rostopic pub")
+    result.wait_for('result: "succeeded"')
+    assert "hello ann" in robot.output
+
+
+@of("CONTRIBUTING.md", "Add a recorded topic")
+def test_a_recorded_topic(page: Page) -> None:
+    node = (ROOT / "rosoclingo/src/rosoclingo/node.py").read_text()
+    for used in ("publisher(", "String", "def show_plan(self, step", "class RosOutside"):
+        assert used in node
+    for _ in range(2):
+        ast.parse(textwrap.dedent(page.block("python")))
+
+
+@of("CONTRIBUTING.md", "Add a regression bag")
+def test_a_regression_bag(page: Page) -> None:
+    recording = (BAGS / "recording.py").read_text()
+    added = ast.parse(textwrap.dedent(page.block("python")))
+    for name in {node.id for node in ast.walk(added) if isinstance(node, ast.Name)}:
+        assert re.search(rf"\b{name}\b", recording), name

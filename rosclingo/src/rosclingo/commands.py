@@ -2,7 +2,7 @@
 
 All of them are immutable, compare by value and may be shared between threads. Atoms, terms and
 programs stand in them as text, as they do on the wire; :class:`rosclingo.engine.Engine` parses
-them. Section "ROSClingo" of the manual says what each command means.
+them. See docs/protocol.md, section "Control service", for what each command means.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ class GoalJob(Job):
         )
 
     def finished(self, outcome: Outcome) -> None:
-        """Ends the goal as PROTOCOL section 2, Solving, says."""
+        """Ends the goal as docs/protocol.md, section "Solving", says."""
         result = ROSClingoResult(outcome.result.value, outcome.interrupted, outcome.symbols)
         if not outcome.interrupted or self.reason is None:
             self._goal.set_succeeded(result)
@@ -77,7 +77,9 @@ class GoalJob(Job):
 
 
 class Node:
-    """Connects the names of PROTOCOL section 1 with a worker.
+    """Connects a solver node's names with a worker.
+
+    See docs/protocol.md, section "Names in the ROS graph".
 
     Callbacks of rospy's threads put requests to the worker and return; only ``~control`` waits
     for its reply. Make it after the node is initialised.

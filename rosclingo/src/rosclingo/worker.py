@@ -1,8 +1,7 @@
 """One thread that owns the solver, and the rules by which requests end each other.
 
-Requests run in order of arrival. A control request ends every solve call that is open, and so
-does a newer solve call (section "ROSClingo" of the manual: "calling the ROSClingo service while a
-goal is issued results in ROSClingo aborting the request").
+Requests run in order of arrival. A control request ends every solve call that is open, as the
+manual has it, and so does a newer solve call (docs/protocol.md, section "Solving").
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from rosclingo.options import parse_options
 
 EXAMPLES = Path(__file__).parents[2] / "example"
 
-# Section "ROSClingo" of the manual, both examples.
+# The examples of the manual's part ROSClingo: docs/protocol.md, section "Sources".
 PLAN = {
     *("do(arm,pickup(4),1)", "do(arm,putdown(b),2)", "do(arm,pickup(3),3)", "do(arm,putdown(4),4)"),
     *("do(arm,pickup(2),5)", "do(arm,putdown(3),6)", "do(arm,pickup(1),7)", "do(arm,putdown(c),8)"),

@@ -1,4 +1,4 @@
-"""Atoms of planner and controller to values and back (section "ROSoClingo" of the manual).
+"""Atoms of planner and controller to values and back (docs/protocol.md, section "Encodings").
 
 Atoms stand as text outside of this module, as they do on the wire. clingo prints a term always in
 the same way, so equal texts mean equal terms.

@@ -20,7 +20,7 @@ _TRUTHS = frozenset(truth.value for truth in Truth)
 
 
 class ROSCommands:
-    """One method for each command of section "ROSoClingo" of the manual and PROTOCOL section 3."""
+    """One method for each command: docs/protocol.md, section "Commands"."""
 
     def __init__(self, state: State) -> None:
         self.state = state

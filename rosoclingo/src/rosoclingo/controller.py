@@ -21,7 +21,7 @@ _END = ",1)"
 
 @dataclass(frozen=True)
 class Info:
-    """What the controller learns before it decides (table in PROTOCOL section 3).
+    """What the controller learns before it decides (docs/protocol.md, section "Infos").
 
     Attributes:
         result: The result of the last command, if that was ``solve``.

@@ -1,4 +1,6 @@
-"""The three dialects of encodings that the one-node system knows (PROTOCOL section 4).
+"""The three dialects of encodings that the one-node system knows.
+
+See docs/protocol.md, section "Dialects", for what each declares.
 
 The loop speaks the dialect of ROSoClingo 2.0. For the other two, a class here stands between the
 loop and the solver and translates, so that neither knows of the other.

@@ -131,7 +131,9 @@ class RosOutside(Outside):
 
 
 class Node:
-    """Connects the names of PROTOCOL section 1 with a loop.
+    """Connects the planning node's names with a loop.
+
+    See docs/protocol.md, section "Names in the ROS graph".
 
     rospy's threads only fill the inbox; the loop runs in a thread of its own. Make it after the
     node is initialised.

@@ -26,7 +26,7 @@ _Commands = Generator[str, Info, Info]
 
 
 class ClingoControl:
-    """Decides as Algorithm 1 of the paper (section 2.1) does.
+    """Decides as Algorithm 1 of the paper does (docs/protocol.md, section "Sources").
 
     Attributes:
         dynamic: Whether it takes messages and goals, which it does.

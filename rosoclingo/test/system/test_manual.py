@@ -5,6 +5,7 @@ Needs a sourced workspace, in devel or install space.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -46,15 +47,25 @@ def plan(terminals: Terminals) -> list[str]:
 
 
 def test_md5_sums(terminals: Terminals) -> None:
-    """Old clients and bags fit only if these do (PROTOCOL section 1)."""
+    """Old clients and bags fit only if these do."""
     sums = {
         "rosoclingo/ROSoClingoIn": "0b40d0b5a778942032d78099d7e20200",
         "rosoclingo/ROSoClingoAction": "45dd188ea7110dbea9de6b017db2debc",
-        # Of the fields that PROTOCOL lists, in their order.
         "rosoclingo/ROSoClingoOut": "9a51ce6280ae95d37f544ff777ac99c9",
     }
     for name, md5 in sums.items():
         assert terminals.run("rosmsg", "md5", name).output.strip() == md5
+
+
+def test_md5_sums_of_the_protocol(terminals: Terminals) -> None:
+    """Those in docs/protocol.md, section "Messages, services and actions"."""
+    text = (Path(__file__).resolve().parents[3] / "docs/protocol.md").read_text()
+    rows = re.findall(r"^\| `(\w+/\w+)`(?:, an? (\w+))? \| `(\w{32})` \|", text, re.MULTILINE)
+    assert len(rows) == 9
+    for name, kind, md5 in rows:
+        tool = "rossrv" if kind == "service" else "rosmsg"
+        defined = f"{name}Action" if kind == "action" else name
+        assert terminals.run(tool, "md5", defined).output.strip() == md5, name
 
 
 @pytest.mark.install_space
