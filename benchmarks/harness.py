@@ -279,7 +279,7 @@ class Row:
 
     Attributes:
         name: What was measured.
-        base: In process; None if that has no meaning here.
+        base: Without ROS: in process, or another tool; None if that has no meaning here.
         ros: Through ROS; None if ROS has no part in it. One of ``base`` and ``ros`` is there.
         compared: What ``value`` is, such as ``median - median``; "" if nothing is compared.
         value: The difference or ratio.
@@ -324,7 +324,7 @@ class Report:
         self.rows.append(row)
         compared = "" if row.value is None else f"{row.compared} = {_number(row.value, row.unit)}"
         limit = "" if row.limit is None else f"limit {_number(row.limit, row.unit)}"
-        where = "through ROS" if row.ros else "in process"
+        where = "through ROS" if row.ros else "without ROS"
         median = _figures(row.ros or row.base)[1]
         parts = (f"{row.name}: {median} {where}", compared, limit, row.verdict)
         print(*filter(None, parts), sep="; ", flush=True)
@@ -337,7 +337,7 @@ class Report:
     def table(self) -> str:
         """Returns the machine and the rows as text."""
         lines: List[Tuple[str, ...]] = [
-            ("", "", "in process", "", "through ROS", "", "", "", "", ""),
+            ("", "", "without ROS", "", "through ROS", "", "", "", "", ""),
             ("measurement", "samples", *("median", "p99") * 2, "compared", "value", "limit", ""),
         ]
         for row in self.rows:

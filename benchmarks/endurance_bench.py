@@ -1,0 +1,233 @@
+#!/usr/bin/env python3
+"""What a long run costs, in process: with resets, without them, and with unknown requests.
+
+One goal comes after the other, each action succeeds at once, and each run has a process of its own.
+
+Run by scripts/bench. Exit status 1 says that a limit is missed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import time
+from typing import Callable, List, NamedTuple, Sequence, Tuple
+
+from harness import Report, Row, Samples, resident_mebibytes
+from mailbot import MODES, ROOT, Grid, bring
+from rosclingo.engine import Engine
+from rosclingo.options import Options
+from rosoclingo.controller import Controller
+from rosoclingo.errors import ShutdownError
+from rosoclingo.goals import Goal
+from rosoclingo.inbox import Inbox, Message
+from rosoclingo.loop import Loop
+from rosoclingo.single import ClingoControl
+from rosoclingo.state import Outside
+
+sys.path.insert(0, str(ROOT / "rosoclingo" / "nodes"))
+
+from commands import ROSCommands
+
+DYN_RESET, RECORDING, SINGLE = "dynamic.incremental.dyn_reset", "dynamic.incremental.recording", ""
+STEPS = 10_000  # with resets
+UNKNOWN = 100_000  # requests
+BLOCKS = 20  # parts of a run
+SLOWER, LARGER = 1.2, 4.0  # times as long a step, and MiB more, since the first fifth of a run
+FORGET = "--forget-on-step=15"
+_RUN = "run"  # told to the processes of runs
+_FLOOD = "flood"  # in the place of a mode: requests that nobody knows, a hundred at a time
+
+
+class Task(NamedTuple):
+    """What is planned.
+
+    Attributes:
+        name: The encoding's name.
+        files: It, and its map.
+        options: Options for clingo.
+        robot: The actuator.
+        request: Returns the request with a number, from 1 on.
+        growing: The steps of a run that remembers everything.
+    """
+
+    name: str
+    files: Tuple[str, ...]
+    options: Tuple[str, ...]
+    robot: str
+    request: Callable[[int], str]
+    growing: int
+
+
+def _visit(number: int) -> str:
+    return f"visit({(6, 1)[number % 2]})"  # from one end of the line to the other
+
+
+GRID = Grid(4, 1)
+
+
+def _bring(number: int) -> str:
+    return bring(GRID.draw(number)[0])
+
+
+LINE = str(ROOT / "rosoclingo" / "example" / "line.lp")
+TASKS = {
+    task.name: task
+    for task in (
+        Task("line.lp", (LINE,), (), "robot", _visit, 300),
+        Task("mailbot.lp", GRID.files, GRID.options, "mailbot", _bring, 1_000),
+    )
+}
+
+
+class LongRun(Inbox, Outside):
+    """A planner, and a world that acts whenever the loop waits.
+
+    Attributes:
+        times: The CPU time of a step in each part of the run, in ms, whatever else runs.
+        memory: Of this process after each part, in MiB.
+    """
+
+    def __init__(self, task: Task, mode: str, steps: int, options: Tuple[str, ...]) -> None:
+        """Prepares a run.
+
+        Args:
+            task: What is planned.
+            mode: The mode; "" for planning as run-1.0.py does.
+            steps: When the run ends.
+            options: Further options of clingo's.
+        """
+        super().__init__()
+        self.times: List[float] = []
+        self.memory: List[float] = []
+        self._task = task
+        self._steps = steps
+        self._done = 0
+        self._goals = 0
+        self._acts = False
+        self._begin = 0.0
+        last = 60 if mode == DYN_RESET else 3 * steps // 2 + 60
+        file = Options((str(MODES / f"{mode}.lp"),), ("-c", f"steps={last}"))
+        controller = Controller(Engine(file)) if mode else ClingoControl(0)
+        planner = Engine(Options(task.files, (*task.options, *options)))
+        self._loop = Loop(controller, planner, ROSCommands, self, self)
+
+    def run(self) -> None:
+        """Runs until enough steps are done."""
+        self._begin = time.process_time()
+        self._loop.prepare()
+        with contextlib.suppress(ShutdownError):
+            while True:
+                self._loop.step()
+
+    def publish(self, actuator: str, action: str) -> None:
+        """Takes an action."""
+        self._acts = True
+
+    def wait(self, timeout: float) -> bool:
+        """Lets the robot act, or asks for something new."""
+        if self._acts:
+            self._acts = False
+            self._count()
+            self.put(Message(self._task.robot, "success"))
+        else:
+            self._goals += 1
+            self.put(Goal(self._task.request(self._goals)))
+        return True
+
+    def _count(self) -> None:
+        self._done += 1
+        size = self._steps // BLOCKS
+        if self._done % size == 0:
+            now = time.process_time()
+            self.times.append((now - self._begin) * 1e3 / size)
+            self.memory.append(resident_mebibytes(os.getpid()))
+            self._begin = time.process_time()
+        if self._done == self._steps:
+            self.close()
+
+
+class Flood(LongRun):
+    """Requests that the planner does not know, each another one, in the place of steps."""
+
+    def wait(self, timeout: float) -> bool:
+        """Asks for a hundred things."""
+        for _ in range(100):
+            self._count()
+            self.put(Goal(f"bring(9,x{self._done})"))
+        return True
+
+
+def run_apart(
+    name: str, mode: str, steps: int, options: Sequence[str] = ()
+) -> Tuple[List[float], List[float]]:
+    """Runs in a process of its own, and returns times per step and memory for each part."""
+    command = [sys.executable, __file__, _RUN, name, mode, str(steps), *options]
+    ended = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    times, memory = json.loads(ended.stdout)
+    return times, memory
+
+
+def _run_here(name: str, mode: str, steps: str, *options: str) -> None:
+    kind, mode = (Flood, DYN_RESET) if mode == _FLOOD else (LongRun, mode)
+    run = kind(TASKS[name], mode, int(steps), options)
+    run.run()
+    json.dump((run.times, run.memory), sys.stdout)
+
+
+def measure_resets(report: Report, name: str) -> None:
+    """Adds the rows of a run with resets, which is to stay as it is."""
+    times, memory = run_apart(name, DYN_RESET, STEPS)
+    fifth = BLOCKS // 5
+    steps = Samples("ms", tuple(times))
+    early, late = Samples("ms", tuple(times[:fifth])), Samples("ms", tuple(times[-fifth:]))
+    what = f"{STEPS:,} steps, {name}, dyn_reset"
+    ratio = late.median / early.median
+    report.add(Row(f"{what}, time per step", steps, None, "last / first 20 %", ratio, "x", SLOWER))
+    sizes = Samples("MiB", tuple(memory))
+    grown = memory[-1] - memory[fifth - 1]
+    report.add(Row(f"{what}, memory", sizes, None, "last - at 20 %", grown, "MiB", LARGER))
+
+
+def measure_growth(report: Report, name: str, mode: str, *options: str) -> None:
+    """Adds the rows of a run that remembers everything: what 1,000 steps add."""
+    count = TASKS[name].growing
+    times, memory = run_apart(name, mode, count, options)
+    thousands = count * (BLOCKS - 1) / BLOCKS / 1000  # of steps between two parts' ends
+    what = " ".join((f"{count:,} steps, {name}, {'recording' if mode else 'run-1.0.py'}", *options))
+    for quantity, unit, values in (("time per step", "ms", times), ("memory", "MiB", memory)):
+        grown = (values[-1] - values[0]) / thousands
+        samples = Samples(unit, tuple(values))
+        report.add(Row(f"{what}, {quantity}", samples, None, "each 1,000 steps", grown, unit))
+
+
+def measure_unknown(report: Report) -> None:
+    """Adds the row of requests that the planner does not know, which are to leave nothing."""
+    _, memory = run_apart("mailbot.lp", _FLOOD, UNKNOWN)
+    sizes = Samples("MiB", tuple(memory))
+    grown = memory[-1] - memory[BLOCKS // 5 - 1]
+    name = f"{UNKNOWN:,} unknown requests, memory"
+    report.add(Row(name, sizes, None, "last - at 20 %", grown, "MiB", LARGER))
+
+
+def main() -> int:
+    """Measures, prints the table, and returns the exit status: 1 says that a limit is missed."""
+    if sys.argv[1:2] == [_RUN]:
+        _run_here(*sys.argv[2:])
+        return 0
+    report = Report("endurance")
+    measure_unknown(report)
+    for name in TASKS:
+        measure_resets(report, name)
+    for name in TASKS:
+        for mode in (RECORDING, SINGLE):
+            measure_growth(report, name, mode)
+            measure_growth(report, name, mode, FORGET)
+    return report.finish()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
