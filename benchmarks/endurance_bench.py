@@ -20,6 +20,7 @@ from harness import Report, Row, Samples, resident_mebibytes
 from mailbot import MODES, ROOT, Grid, bring
 from rosclingo.engine import Engine
 from rosclingo.options import Options
+from rosoclingo.commands import ROSCommands
 from rosoclingo.controller import Controller
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import Goal
@@ -27,10 +28,6 @@ from rosoclingo.inbox import Inbox, Message
 from rosoclingo.loop import Loop
 from rosoclingo.single import ClingoControl
 from rosoclingo.state import Outside
-
-sys.path.insert(0, str(ROOT / "rosoclingo" / "nodes"))
-
-from commands import ROSCommands
 
 DYN_RESET, RECORDING, SINGLE = "dynamic.incremental.dyn_reset", "dynamic.incremental.recording", ""
 STEPS = 10_000  # with resets

@@ -29,6 +29,7 @@ from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 # Messages for a slow client. actionlib's 50 are too few when many goals end at once: a client whose
 # result is dropped waits for ever.
 _QUEUE_SIZE = 10_000
+_STATUSES = 100  # likewise, but each one tells of all goals
 
 # Which ended goals the status list keeps: so many, and all that ended so many seconds ago. A client
 # takes a goal for lost if the goal leaves the list before the client has its result.
@@ -67,7 +68,8 @@ class LowLatencyActionServer(actionlib.ActionServer):
     def initialize(self) -> None:
         """Opens the topics, in place of actionlib's own method; called when the server starts."""
         name = rospy.remap_name(self.ns)
-        self.status_pub = publisher(f"{name}/status", GoalStatusArray, latch=True)
+        statuses = f"{name}/status"
+        self.status_pub = publisher(statuses, GoalStatusArray, latch=True, queue_size=_STATUSES)
         self.result_pub = publisher(f"{name}/result", self.ActionResult)
         self.feedback_pub = publisher(f"{name}/feedback", self.ActionFeedback)
         self.goal_sub = subscriber(f"{name}/goal", self.ActionGoal, self.internal_goal_callback)
@@ -191,9 +193,11 @@ class _Publisher(rospy.Publisher):
                 raise
 
 
-def publisher(topic: str, kind: Any, latch: bool = False) -> rospy.Publisher:
+def publisher(
+    topic: str, kind: Any, latch: bool = False, queue_size: int = _QUEUE_SIZE
+) -> rospy.Publisher:
     """Opens a topic to publish messages of a kind, with TCP_NODELAY and a long queue."""
-    return _Publisher(topic, kind, tcp_nodelay=True, latch=latch, queue_size=_QUEUE_SIZE)
+    return _Publisher(topic, kind, tcp_nodelay=True, latch=latch, queue_size=queue_size)
 
 
 def subscriber(
