@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import random
+import threading
 import time
 from pathlib import Path
 from typing import Callable, List, NamedTuple, Sequence, Tuple, TypeVar
@@ -19,6 +20,7 @@ from rosclingo.options import Options
 from rosoclingo.atoms import Plan, event
 from rosoclingo.msg import (
     ROSoClingoAction,
+    ROSoClingoEvent,
     ROSoClingoGoal,
     ROSoClingoIn,
     ROSoClingoOut,
@@ -109,10 +111,17 @@ class Run:
     """A rosoclingo node as its client and its robots see it. Times are those of perf_counter."""
 
     def __init__(self, name: str) -> None:
-        """Waits until the node is there."""
+        """Waits until the node is there, and waits for something to do."""
         self._actions: queue.Queue[Tuple[float, ROSoClingoOut]] = queue.Queue()
         self._plans: queue.Queue[Tuple[float, ROSoClingoPlan]] = queue.Queue()
+        idle = threading.Event()
+
+        def note(event: ROSoClingoEvent) -> None:
+            if event.kind == "waiting":
+                idle.set()
+
         self._in = publisher(f"{name}/in", ROSoClingoIn)
+        journal = subscriber(f"{name}/journal", ROSoClingoEvent, note)
         self._topics = [
             subscriber(
                 f"{name}/out",
@@ -128,6 +137,9 @@ class Run:
         self._client = LowLatencyActionClient(name, ROSoClingoAction)
         self._sent: List[ClientGoalHandle] = []  # actionlib forgets goals that nobody holds
         wait_for_node(self._client, self._in, *self._topics)
+        if not idle.wait(_TIMEOUT_SECONDS):
+            raise HarnessError(f"{name} is not ready")
+        journal.unregister()
 
     def send(self, request: Request) -> ClientGoalHandle:
         """Sends a goal."""

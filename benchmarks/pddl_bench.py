@@ -102,7 +102,7 @@ def plot(medians: Dict[Grid, Dict[str, float]]) -> Path:
     mpl.use("Agg")
     from matplotlib import pyplot as plt  # noqa: PLC0415 (the backend has to be set first)
 
-    figure, axes = plt.subplots(figsize=(7, 4.5))
+    figure, axes = plt.subplots(figsize=(9, 4.5))
     offices = sorted({grid.size**2 for grid in medians})
     styles = {1: ("^", ":"), 3: ("o", "-"), 10: ("s", "--")}
     for color, name in enumerate((OTHER, THREE, ONE, IN_PROCESS)):
@@ -117,7 +117,7 @@ def plot(medians: Dict[Grid, Dict[str, float]]) -> Path:
     axes.set_xticks([], minor=True)
     axes.set_title(f"Shortest plan of the mailbot, median of {DRAWS} random draws")
     axes.grid(True, which="both", alpha=0.3)
-    axes.legend(fontsize="x-small", ncol=2)
+    axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
     figure.tight_layout()
     RESULTS.mkdir(exist_ok=True)
     file = RESULTS / "pddl.png"
