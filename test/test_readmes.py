@@ -352,6 +352,19 @@ def test_aspprograms(page: Page) -> None:
     page.hears("/rosoclingo/about")
 
 
+@of("rosoclingo_aspprograms/README.md", "An encoding of your own")
+def test_plants(page: Page) -> None:
+    page.type("roscore")
+    page.type("run-1.0.py")
+    page.hears("/rosoclingo/about")
+    heard = page.type("rostopic echo")
+    wait_for(lambda: any(name.startswith("/rostopic_") for name in page.terminals.names()))
+    page.run("/rosoclingo/goal")
+    heard.wait_for("go(")
+    page.run("/rosoclingo/in")
+    wait_for(lambda: heard.output.count("go(") == 2)
+
+
 @of("rosoclingo_aspprograms/README.md", "Requests, actions, messages")
 def test_goal_information(page: Page) -> None:
     page.terminals.start("roslaunch", "rosoclingo_examples", "mailbot_office.launch")
