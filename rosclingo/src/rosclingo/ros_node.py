@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import sys
 import threading
@@ -39,11 +40,13 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     for number in signals:
         signal.signal(number, signal.SIG_DFL)
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
-    cache = get_param_server_cache()  # what has a value there is not subscribed to
-    cache.set(_ROSOUT_PARAMETER, rospy.get_param(_ROSOUT_PARAMETER, False))
-    rosgraph.Master(rospy.get_name()).unsubscribeParam(rospy.get_node_uri(), _ROSOUT_PARAMETER)
     for number in signals:
         signal.signal(number, _shut_down)
+    with contextlib.suppress(OSError):  # a master that has just gone, of which rospy tells
+        # What has a value in the cache is not subscribed to.
+        topics_are_left_out = rospy.get_param(_ROSOUT_PARAMETER, False)
+        get_param_server_cache().set(_ROSOUT_PARAMETER, topics_are_left_out)
+        rosgraph.Master(rospy.get_name()).unsubscribeParam(rospy.get_node_uri(), _ROSOUT_PARAMETER)
 
 
 def on_shutdown(hook: Callable[[], object]) -> None:
