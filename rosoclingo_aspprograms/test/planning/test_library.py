@@ -54,6 +54,24 @@ class Plants(Planner):
         return [action.name for action in Plan(outcome.symbols).actions_from(step + 1)]
 
 
+def test_the_skeleton_in_the_readme(tmp_path: Path) -> None:
+    readme = (FOLDER.parent / "README.md").read_text()
+    begin = readme.index("    #program base.\n    rslot(1..3).")
+    file = tmp_path / "visits.lp"
+    skeleton = readme[begin : readme.index("\n\n", begin)]
+    file.write_text(f"place(1..6). start(1). connection(1..6,1..6). {skeleton}")
+    library = str(FOLDER.parent / "lib" / "agenda.lp")
+    messages: List[str] = []
+    planner = Planner(Engine(Options((str(file), library)), log=messages.append))
+    planner.begin()
+    assert planner.tell(["event(1,visit(4),0)", "event(2,visit(2),0)"]) == []
+    plan = Plan(planner.search(0, 10, lambda: False).symbols)
+    assert messages == []
+    assert plan.statuses(0) == [("1", "accepted"), ("2", "accepted")]
+    names = [action.name for action in plan.actions_from(1)]
+    assert sorted(names) == ["go(2)", "go(4)", "see(1)", "see(2)"]
+
+
 def test_all_plants_are_watered_in_the_best_order(tmp_path: Path) -> None:
     planner = Plants(tmp_path)
     plan = planner.plan(0, ["1,water(3)", "2,water(1)"])
