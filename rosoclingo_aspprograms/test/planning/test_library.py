@@ -56,9 +56,8 @@ class Plants(Planner):
 
 def test_the_skeleton_in_the_readme(tmp_path: Path) -> None:
     readme = (FOLDER.parent / "README.md").read_text()
-    begin = readme.index("    #program base.\n    rslot(1..3).")
+    skeleton = readme.partition("```prolog\n")[2].partition("```")[0]
     file = tmp_path / "visits.lp"
-    skeleton = readme[begin : readme.index("\n\n", begin)]
     file.write_text(f"place(1..6). start(1). connection(1..6,1..6). {skeleton}")
     library = str(FOLDER.parent / "lib" / "agenda.lp")
     messages: List[str] = []
