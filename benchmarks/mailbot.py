@@ -34,7 +34,7 @@ ENCODING = FOLDER / "mailbot.lp"
 ROBOTS = Path(__file__).with_name("encodings") / "robots.lp"
 MODES = ROOT / "rosoclingo" / "modes"
 MODE = MODES / "dynamic.incremental.dyn_reset.lp"
-_STEPS = 500  # the last step that may be planned for
+_STEPS = 500  # more than the longest plan has
 _TIMEOUT_SECONDS = 30.0
 
 Request = Tuple[int, int]
@@ -184,7 +184,14 @@ def _next(came: queue.Queue[_Came], what: str) -> _Came:
 class Nodes:
     """A rosoclingo that is started anew for each run, and the solvers, which stay."""
 
-    def __init__(self, system: RosSystem, grid: Grid, *parameters: str, together: bool) -> None:
+    def __init__(
+        self,
+        system: RosSystem,
+        grid: Grid,
+        *parameters: str,
+        together: bool,
+        steps: int = _STEPS,
+    ) -> None:
         """Starts what stays: two solvers, or nothing.
 
         Args:
@@ -192,6 +199,7 @@ class Nodes:
             grid: What is planned.
             parameters: Of rosoclingo, such as ``_search_seconds:=1``.
             together: Whether one node does all.
+            steps: The last step that may be planned for, which the mode's time depends on.
         """
         self._system = system
         self._together = together
@@ -201,7 +209,7 @@ class Nodes:
         self._parameters = parameters
         self._solvers: List[str] = []
         if not together:
-            mode = ["-f", str(MODE), "-c", f"steps={_STEPS}"]
+            mode = ["-f", str(MODE), "-c", f"steps={steps}"]
             for role, arguments in (("controller", mode), ("planner", self._planner)):
                 name = f"{self._name}_{role}"
                 system.rosrun("rosclingo", "run.py", *arguments, name=name)

@@ -39,7 +39,8 @@ from commands import ROSCommands
 
 GRID = Grid(10, 4)  # a slot for the new request, too
 REQUESTS = 3
-DRAWS = 10
+STEPS = 150  # more than twice the longest plan
+DRAWS = 5
 ANSWER, FAILURE, BLOCKED, NEW, CANCEL = (
     "answer as planned", "failed move", "blocked way", "new request", "cancel",
 )  # fmt: skip
@@ -163,7 +164,7 @@ def _ways(actions: Sequence[str]) -> Iterator[Tuple[str, str]]:
 
 def measure_grid(system: RosSystem, report: Report, *, together: bool) -> None:
     """Adds the rows of the deliveries on the grid."""
-    nodes = Nodes(system, GRID, together=together)
+    nodes = Nodes(system, GRID, together=together, steps=STEPS)
     times: Dict[str, List[float]] = {what: [] for what in LIMITS}
     for seed in range(DRAWS):
         run = nodes.start()

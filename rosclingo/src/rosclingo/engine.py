@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-import itertools
 import logging
 import os
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ import clingo
 from clingo import ast
 from clingo.backend import Observer
 from clingo.solving import Model, SolveHandle
+from clingo.symbolic_atoms import SymbolicAtom
 
 from rosclingo import programs, scripts
 from rosclingo.commands import (
@@ -37,7 +37,7 @@ from rosclingo.commands import (
     Stats,
     Truth,
 )
-from rosclingo.controls import Messages, new_control
+from rosclingo.controls import Messages, atoms_after, new_control
 from rosclingo.errors import (
     LONGEST_MESSAGE,
     RosclingoError,
@@ -245,7 +245,7 @@ class Engine:
         self._definitions: List[ast.AST] = list(program.definitions)
         self._external_signatures: Set[Tuple[str, int, bool]] = set()
         self._once: Set[_Part] = set()  # parts that were grounded by what asks
-        self._asks = 0  # how many ground(P) were seen
+        self._ask: Optional[SymbolicAtom] = None  # the last ground(P) that was seen
 
     def _add(self, command: Add) -> None:
         self._take(
@@ -286,10 +286,8 @@ class Engine:
     def _asked_for(self, reserved: Set[str]) -> List[_Part]:
         """Returns the parts that the program asks for by externals that were not seen before."""
         parts = []
-        # clingo keeps atoms in the order in which they came.
-        atoms = self._control.symbolic_atoms.by_signature("ground", 1)
-        for atom in itertools.islice(atoms, self._asks, None):
-            self._asks += 1
+        for atom in atoms_after(self._ask, self._control.symbolic_atoms, "ground", 1):
+            self._ask = atom
             if not atom.is_external:
                 continue
             part = atom.symbol.arguments[0]
@@ -329,7 +327,7 @@ class Engine:
         return symbol
 
     def _cleanup(self, _: CleanupDomains) -> None:
-        self._asks = 0  # some of them may go
+        self._ask = None  # it may go
         self._control.cleanup()
 
     def _get_externals(self, _: GetExternals) -> Externals:
