@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import deque
+from collections import OrderedDict, deque
 from typing import Any, Callable, Deque, Dict, Optional, Tuple
 
 import actionlib
@@ -63,7 +63,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         super().__init__(name, spec, goal_cb, cancel_cb, auto_start=False)
         self._recalled = recalled
         self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
-        self._ended_ids: Dict[str, None] = {}  # likewise
+        self._ended_ids: OrderedDict[str, None] = OrderedDict()  # likewise
 
     def initialize(self) -> None:
         """Opens the topics, in place of actionlib's own method; called when the server starts."""
@@ -96,7 +96,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
             self._ended.append((now, status))
             self._ended_ids[status.goal_id.id] = None
             if len(self._ended_ids) > _REMEMBERED_GOALS:
-                del self._ended_ids[next(iter(self._ended_ids))]
+                self._ended_ids.popitem(last=False)
             while len(self._ended) > _ENDED_GOALS and now - self._ended[0][0] > _ENDED_SECONDS:
                 _, oldest = self._ended.popleft()
                 self.status_list[:] = [

@@ -7,7 +7,8 @@ An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`
 
 from __future__ import annotations
 
-from typing import Dict, Iterable, List, Optional, Sequence, Set, Tuple
+from collections import deque
+from typing import Deque, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from clingo import SymbolType
 
@@ -41,7 +42,7 @@ class Demand:
         self._searches = False
         self.declared: Dict[Pair, bool] = {}
         self.examples: List[str] = []
-        self._unknown: Dict[Pair, None] = {}  # in the order in which they were asked about
+        self._unknown: Deque[Pair] = deque()  # in the order in which they were asked about
         self._pending: List[Part] = []  # told, and not grounded yet
         self._queries: Dict[str, Truth] = {}  # likewise: which horizon is asked for
         self._grounded: Set[str] = set()  # what answer sets have asked for
@@ -126,10 +127,9 @@ class Demand:
         """Takes note of whether the encoding knows a pair."""
         self.declared[pair] = known
         if not known:
-            self._unknown[pair] = None
+            self._unknown.append(pair)
             if len(self._unknown) > _MOST_UNKNOWN:
-                oldest = next(iter(self._unknown))
-                del self._unknown[oldest], self.declared[oldest]
+                del self.declared[self._unknown.popleft()]
 
     # What it asks for.
 

@@ -163,7 +163,8 @@ def test_the_horizon_is_reached_at_once(system: Callable[..., System]) -> None:
     assert len(run.loop.state.ahead()) == 29
     assert solver.searches == 2  # the first asks
     queries = [c.name for c in solver.commands if isinstance(c, AssignExternal)]
-    assert [name for name in queries if name.startswith("query")] == ["query(0)", "query(0)"]
+    queries = [name for name in queries if name.startswith("query")]
+    assert queries in (["query(0)"] * 2, ["query(0)"] * 2 + ["query(29)"])  # told when it idles
     steps = [command for command in solver.commands if isinstance(command, Ground)]
     assert sum("transition" in [p.name for p in step.parts] for step in steps) == 29
 
