@@ -29,6 +29,7 @@ _NAME = re.compile(
     r"`((?!my_)[a-z0-9_.][\w./-]*\.(?:action|launch|lp|md|msg|pgm|py|rostest|rviz|srv|world|xml|yaml))`"
 )
 _FOLDERS = {"rosrun": "nodes", "roslaunch": "launch", "rostest": "test"}
+_ROOT = "{root}"  # in a command; a topic may begin like the repository's real path
 
 
 def broken(root: Path = ROOT) -> List[str]:
@@ -93,7 +94,7 @@ def anchors(file: Path) -> List[str]:
 
 
 def _of_command(piece: Piece, variables: Dict[str, str], root: Path) -> Iterator[str]:
-    text = _FIND.sub(lambda found: _folder(found[1], root), piece.text)
+    text = _FIND.sub(lambda found: _folder(found[1]), piece.text)
     for name, value in variables.items():
         text = re.sub(rf"\${name}\b", value, text)
     if piece.kind == "variable":
@@ -110,8 +111,8 @@ def _of_command(piece: Piece, variables: Dict[str, str], root: Path) -> Iterator
             yield f"`{piece.text}`: there is no {word}"
 
 
-def _folder(package: str, root: Path) -> str:
-    return str(root / package) if _OURS.fullmatch(package) else f"/{package}"
+def _folder(package: str) -> str:
+    return f"{_ROOT}/{package}" if _OURS.fullmatch(package) else f"/{package}"
 
 
 def _paths(xml: str) -> List[str]:
@@ -125,8 +126,9 @@ def _is_there(word: str, root: Path) -> bool:
     """
     script = re.fullmatch(r"(?:.*/)?(scripts/[\w-]+)", word)
     path = (script[1] if script else word).partition("::")[0]
-    if path.startswith(f"{root}/"):
-        return Path(path).exists() or Path(f"{path}.lp").exists()
+    if path.startswith(f"{_ROOT}/"):
+        file = path.replace(_ROOT, str(root), 1)
+        return Path(file).exists() or Path(f"{file}.lp").exists()
     first, slash, _ = path.partition("/")
     is_type = re.fullmatch(r"\w+/[A-Z]\w+", path)  # of a message
     if is_type or not (first and slash and (root / first).is_dir()) or first.startswith("."):

@@ -47,6 +47,11 @@ def test_what_is_there(root: Path, text: str) -> None:
     assert broken(root) == []
 
 
+def test_a_topic_that_begins_like_the_repository(root: Path) -> None:
+    (root / "README.md").write_text(f"    rostopic echo {root}/result\n")
+    assert broken(root) == []
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
