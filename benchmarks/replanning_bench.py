@@ -20,10 +20,11 @@ from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 from actionlib import ClientGoalHandle
 
 from harness import Report, RosSystem, Row, Samples, measure
-from mailbot import ENCODING, FOLDER, MODES, ROOT, Grid, Nodes, Run, deliveries
+from mailbot import ENCODING, FOLDER, MODES, Grid, Nodes, Run, deliveries
 from rosclingo.commands import Assumption, Command, Reply
 from rosclingo.engine import Engine, Improvement, Outcome
 from rosclingo.options import Options
+from rosoclingo.commands import ROSCommands
 from rosoclingo.controller import Controller
 from rosoclingo.errors import ShutdownError
 from rosoclingo.goals import Goal
@@ -32,10 +33,6 @@ from rosoclingo.loop import Loop
 from rosoclingo.single import ClingoControl
 from rosoclingo.solver import Forwarding
 from rosoclingo.state import Outside
-
-sys.path.insert(0, str(ROOT / "rosoclingo" / "nodes"))
-
-from commands import ROSCommands
 
 GRID = Grid(10, 4)  # a slot for the new request, too
 REQUESTS = 3
