@@ -67,6 +67,24 @@ def test_the_story(early: bool, capsys: pytest.CaptureFixture[str]) -> None:
     assert "go(c4)      failure" in capsys.readouterr().out
 
 
+def test_success_is_heard_before_the_last_answer() -> None:
+    told = Told()
+    for number, action in enumerate(ROUTE[:-1]):
+        told.act(number, action)
+    told.story.acts(ROUTE[-1])
+    told.story.hears("[1] bring(o7,o11) book: succeeded")
+    told.story.answers("success")
+    assert told.story.wrong() == []
+
+
+def test_success_without_a_delivery_is_wrong() -> None:
+    told = Told()
+    for number, action in enumerate(ROUTE[:-1]):
+        told.act(number, action)
+    told.story.hears("[1] bring(o7,o11) book: succeeded")
+    assert any("its package is on a robot" in text for text in told.story.wrong())
+
+
 def test_what_is_wrong() -> None:
     told = Told()
     for number, action in enumerate([*ROUTE[:2], "go(c6)"]):

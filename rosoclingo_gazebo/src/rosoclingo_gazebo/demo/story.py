@@ -47,6 +47,8 @@ class Story:
         # Guards all below; ask is called under it.
         self._lock = threading.RLock()
         self._validator = Validator(graph)
+        self._done: Set[str] = set()  # actions that succeeded
+        self._early: List[str] = []  # requests that were said to succeed before their last action
         self._c6 = c6
         self._ask = ask
         self._asked = 0
@@ -99,8 +101,11 @@ class Story:
         with self._lock:
             if plan:
                 self._horizon = int(plan.group(1))
-            if word in ("accepted", "succeeded", "canceled", "rejected", "aborted"):
-                self._validator.status(_ORDERS[int(number[1:]) - 1], word, number[1:])
+            slot = number[1:]
+            if word == "succeeded" and f"deliver({slot})" not in self._done:
+                self._early.append(slot)  # the robot's answer takes another connection
+            elif word in ("accepted", "succeeded", "canceled", "rejected", "aborted"):
+                self._validator.status(_ORDERS[int(slot) - 1], word, slot)
             if not re.match(r"(plan|step|queued) ?", word) and line not in self._shown:
                 self._shown.add(line)
                 print(line, flush=True)
@@ -108,6 +113,8 @@ class Story:
     def wrong(self) -> List[str]:
         """Returns what went wrong, when nothing is expected to happen any more."""
         with self._lock:
+            for slot in self._early:
+                self._validator.status(_ORDERS[int(slot) - 1], "succeeded", slot)
             wrong = self._validator.finish()
             if self._failures != ["go(c4)"]:
                 wrong.append(f"one go(c4) was to fail, not {', '.join(self._failures) or 'none'}")
@@ -136,6 +143,11 @@ class Story:
 
     def _end(self, action: str, answer: str) -> None:
         self._validator.message(ROBOT, answer)
+        if answer == SUCCESS:
+            self._done.add(action)
+        for slot in [slot for slot in self._early if f"deliver({slot})" in self._done]:
+            self._early.remove(slot)
+            self._validator.status(_ORDERS[int(slot) - 1], "succeeded", slot)
         x, y = self.trace.path[-1]
         steps = f"{len(self._actions)} of {max(self._horizon, len(self._actions))}"
         seconds = self.trace.seconds - self._begin
