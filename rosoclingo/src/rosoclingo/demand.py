@@ -188,8 +188,9 @@ class ToldVocabulary:
     its form has at this place.
     """
 
-    def __init__(self, demand: Demand) -> None:
+    def __init__(self, demand: Demand, slots: Iterable[str]) -> None:
         self._demand = demand
+        self._slots = frozenset(slots)  # requests come from them, and from nobody else
         self._arguments: Dict[Tuple[str, int], List[Set[str]]] = {}  # of the examples of each form
         for example in demand.examples:
             name, arguments = split_term(example)
@@ -208,7 +209,7 @@ class ToldVocabulary:
     def _is_foreign(self, pair: Pair) -> bool:
         """Whether the examples exclude a request."""
         source, content = pair
-        if not (self._arguments and source.isdigit()):
+        if not self._arguments or source not in self._slots:
             return False
         name, arguments = split_term(content)
         places = self._arguments.get((name, len(arguments)))

@@ -128,7 +128,8 @@ class State:
         again, self._again = self._again, None
         self.goals.set_slots(slots, keep=again is not None)
         demand = self.planner.demand
-        vocabulary = ToldVocabulary(demand) if demand.tells else Vocabulary()
+        told = ToldVocabulary(demand, self.goals.slots)
+        vocabulary = told if demand.tells else Vocabulary()
         self.mail.begin(vocabulary, keep=again is not None)
         if self.mail.dynamic and not self.goals.slots:
             self.mail.rejection = "the planner's encoding has no slots for goals, rslot(ID)"

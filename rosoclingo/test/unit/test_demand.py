@@ -137,6 +137,14 @@ def test_examples_exclude_no_messages(system: Callable[..., System]) -> None:
     assert goal.wait() == "succeeded"
 
 
+def test_examples_exclude_nothing_of_an_actuator_that_is_called_by_a_number() -> None:
+    known = demand.Demand()
+    known.examples = ["visit(1)"]
+    vocabulary = demand.ToldVocabulary(known, ["1", "2"])
+    assert vocabulary.is_sure([("2", "fly(2)")], 1)
+    assert not vocabulary.is_sure([("7", "success")], 1)
+
+
 def test_how_many_unknown_pairs_are_remembered(
     system: Callable[..., System], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
