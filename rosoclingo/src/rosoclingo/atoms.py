@@ -98,6 +98,11 @@ def event(source: str, content: str, step: int) -> str:
     return f"event({source},{content},{step})"
 
 
+def query(step: int) -> str:
+    """Returns the external by which a plan is asked for in which all is done by a step."""
+    return f"query({step})"
+
+
 def canonical(text: str) -> str:
     """Returns a ground term as clingo prints it.
 

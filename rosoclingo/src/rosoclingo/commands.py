@@ -7,11 +7,13 @@ with the command's arguments, which are clingo symbols. So a method of a subclas
 
 from __future__ import annotations
 
+from typing import List
+
 from clingo import Symbol, SymbolType
 
 from rosclingo.commands import AssignExternal, Truth
 from rosoclingo import diagnosis
-from rosoclingo.atoms import event
+from rosoclingo.atoms import event, query
 from rosoclingo.errors import ControllerError
 from rosoclingo.search import Search
 from rosoclingo.state import State
@@ -37,15 +39,31 @@ class ROSCommands:
 
         If the planner has said which horizon it needs, all steps up to there that are missing.
         """
-        last = _step(step)
-        first = last if self.planner.needed is None else 1
-        steps = [number for number in range(first, last + 1) if number not in self.state.grounded]
-        if not steps:
-            return
+        steps = self._missing_steps(_step(step))
+        if steps:
+            self.planner.ground_steps(steps)
+            self.state.set_grounded(steps)
+
+    def _missing_steps(self, last: int) -> List[int]:
+        """Returns the steps that are to be grounded for a horizon."""
         self.state.tell_progress()
-        self.planner.ground_steps(steps)
-        for number in steps:
-            self.state.set_grounded(number)
+        first = last if self.planner.needed is None else 1
+        return [step for step in range(first, last + 1) if step not in self.state.grounded]
+
+    def query(self, step: Symbol) -> None:
+        """Asks for a plan with another horizon, whose steps are grounded before if need be.
+
+        It does what three commands of the manual do, in one request to the planner.
+        """
+        horizon = _step(step)
+        steps = self._missing_steps(horizon)
+        before = None if self.state.horizon == horizon else self.state.horizon
+        self.planner.query(horizon, before, steps)
+        self.state.set_grounded(steps)
+        if before is not None:
+            self.state.note_assigned(query(before), False)
+        self.state.note_assigned(query(horizon), True)
+        self.state.horizon = horizon
 
     def assign_external(self, external: Symbol, value: Symbol) -> None:
         """Sets an external of the planner to true, false or free."""

@@ -28,6 +28,7 @@ from rosclingo.commands import (
 from rosclingo.engine import Improvement, Outcome, Result
 from rosclingo.errors import shorten
 from rosclingo.terms import parse_term
+from rosoclingo.atoms import query
 from rosoclingo.demand import Demand, Pair, needed_horizon
 from rosoclingo.errors import PlannerError
 
@@ -171,12 +172,27 @@ class Planner:
 
     def ground_steps(self, steps: Iterable[int]) -> None:
         """Grounds state, transition and query of steps after step 0."""
-        commands: List[Command] = []
-        for step in steps:
-            arguments = (str(step),)
-            parts = [Part(name, arguments) for name in ("state", "transition", "query")]
-            commands.append(self.demand.ground(parts) if self.demand else Ground(tuple(parts)))
-        self.run(*commands)
+        self.run(*map(self._grounding, steps))
+
+    def _grounding(self, step: int) -> Ground:
+        arguments = (str(step),)
+        parts = [Part(name, arguments) for name in ("state", "transition", "query")]
+        return self.demand.ground(parts) if self.demand else Ground(tuple(parts))
+
+    def query(self, horizon: int, before: Optional[int], steps: Sequence[int]) -> None:
+        """Asks for plans with a horizon.
+
+        Args:
+            horizon: The step at which all has to be done.
+            before: The horizon that was asked for before, if that was another one.
+            steps: What is to be grounded for it.
+
+        Raises:
+            PlannerError: A command failed.
+        """
+        old = [] if before is None else [AssignExternal(query(before), Truth.FALSE)]
+        grounding = map(self._grounding, steps)
+        self.run(*old, *grounding, AssignExternal(query(horizon), Truth.TRUE))
 
     def run(self, *commands: Command) -> Reply:
         """Runs commands, after what is still to be told.

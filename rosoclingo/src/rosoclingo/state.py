@@ -183,9 +183,9 @@ class State:
         result = "" if self.result is None else self.result.value
         self.note("command", result, command, seconds=seconds)
 
-    def set_grounded(self, step: int) -> None:
-        """Takes note that a step is grounded."""
-        self.grounded.add(step)
+    def set_grounded(self, steps: Iterable[int]) -> None:
+        """Takes note that steps are grounded."""
+        self.grounded.update(steps)
         self.mail.set_grounded(len(self.grounded))
 
     def externals(self) -> Dict[str, Truth]:
