@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Dict, List, Optional, Protocol, Sequence, Set, Tuple
 
@@ -65,11 +66,22 @@ class Decider(Protocol):
     def decide(self, info: Info) -> clingo.Symbol:
         """Returns the next command, such as ``ground(3)``."""
 
+    def look_ahead(self, info: Info) -> None:
+        """May decide in the background what is next, if it learns this then."""
+
     def describe(self, info: Info) -> str:
         """Describes what the last decision was made from."""
 
     def check(self) -> None:
         """Raises an error if it cannot be asked any more."""
+
+
+@dataclass(frozen=True)
+class _Decision:
+    """A command, and the events by which the controller is reminded of what it saves."""
+
+    command: clingo.Symbol
+    saved: Tuple[str, ...]
 
 
 class Controller:
@@ -79,8 +91,10 @@ class Controller:
         self._solver = solver
         self._declared: Set[str] = set()
         self._true: Set[str] = set()
-        self._saved: List[str] = []
+        self._saved: Tuple[str, ...] = ()
         self._save_events: Dict[str, str] = {}
+        self._background = ThreadPoolExecutor(1, "look ahead")
+        self._ahead: Optional[Tuple[Info, Future[_Decision]]] = None
 
     def prepare(self) -> None:
         """Grounds the mode, on a fresh solver, and sees what it declares.
@@ -88,6 +102,7 @@ class Controller:
         Raises:
             ControllerError: That fails.
         """
+        self._take_ahead()
         reply = self._solver.run([Restart(), Ground((Part("base"),)), GetExternals()])
         if reply.failure is not None:
             raise ControllerError(f"the controller's mode cannot be used: {reply.failure.message}")
@@ -97,7 +112,7 @@ class Controller:
         # A mode may declare that it is true from the start; it is rosoclingo's to say so.
         self._true = {atom for atom, value in answer.values if value is not Truth.FALSE}
         self._true &= self._declared
-        self._saved = []
+        self._saved = ()
 
     @property
     def dynamic(self) -> bool:
@@ -107,10 +122,33 @@ class Controller:
     def decide(self, info: Info) -> clingo.Symbol:
         """Returns the next command, such as ``ground(3)``.
 
-        Only the externals that change are set, so that this takes no longer with more steps.
-
         Raises:
             ControllerError: There is no command, more than one, or no answer set.
+        """
+        ahead = self._take_ahead()
+        is_known = ahead is not None and ahead[0] == info
+        decision = ahead[1].result() if ahead and is_known else self._decide(info)
+        self._saved = decision.saved
+        return decision.command
+
+    def look_ahead(self, info: Info) -> None:
+        """Decides in the background what is next, if the controller learns this then.
+
+        The mode's answer depends on nothing else, so nothing is lost if it learns something else.
+        """
+        self._ahead = info, self._background.submit(self._decide, info)
+
+    def _take_ahead(self) -> Optional[Tuple[Info, Future[_Decision]]]:
+        """Waits for the decision in the background, since one thread may use the solver."""
+        ahead, self._ahead = self._ahead, None
+        if ahead is not None:
+            ahead[1].exception()
+        return ahead
+
+    def _decide(self, info: Info) -> _Decision:
+        """Decides from what was saved last.
+
+        Only the externals that change are set, so that this takes no longer with more steps.
         """
         true = self._declared.intersection(info.events()).union(self._saved)
         changes = [AssignExternal(atom, Truth.FALSE) for atom in sorted(self._true - true)]
@@ -135,8 +173,8 @@ class Controller:
                 f"the controller {said}, where one command is needed; "
                 + self._situation(info, outcome.symbols)
             )
-        self._saved = [event for event in map(self._save_event, fluents) if event]
-        return parse_term(commands[0])
+        saved = tuple(event for event in map(self._save_event, fluents) if event)
+        return _Decision(parse_term(commands[0]), saved)
 
     def check(self) -> None:
         """Raises an error if the solver is not there any more."""

@@ -5,11 +5,13 @@ Nothing here needs ROS: the solvers, the world outside and the commands are argu
 
 from __future__ import annotations
 
+import dataclasses
 import time
-from typing import Any, Callable, Tuple
+from typing import Any, Callable, Dict, Tuple
 
 import clingo
 
+from rosclingo.engine import Result
 from rosclingo.errors import RosclingoError, ServiceError
 from rosoclingo import diagnosis
 from rosoclingo.controller import Decider, Info
@@ -121,6 +123,7 @@ class Loop:
             None if needed is None else needed - state.step,
         )
         command = self._controller.decide(info)
+        self._controller.look_ahead(self._guess(command, info))  # while the planner works
         state.result = None
         mail.begin_command()
         begin = time.perf_counter()
@@ -130,6 +133,22 @@ class Loop:
         if shown != self._shown:
             self._shown = shown
             self._outside.show_plan(state.step, state.horizon, state.ahead())
+
+    def _guess(self, command: clingo.Symbol, info: Info) -> Info:
+        """Returns what the controller probably learns after a command."""
+        probable: Dict[str, Any] = {"result": None, "horizon": None, "ahead": None}
+        name = command.name if command.type is clingo.SymbolType.Function else ""
+        if name == "solve":
+            needed = self.state.planner.needed
+            stands = needed is not None and needed <= self.state.horizon
+            probable.update(result=Result.SAT if stands else Result.UNSAT, new_messages=False)
+        elif name == "assign_messages":
+            probable.update(new_messages=False)
+        elif name == "commit_actions":
+            probable.update(pending_actions=True)
+        elif name == "idle":
+            probable.update(new_messages=True, pending_actions=False)
+        return dataclasses.replace(info, **probable)
 
     def _check(self) -> None:
         for part in self._parts:

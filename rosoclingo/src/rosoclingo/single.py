@@ -58,6 +58,9 @@ class ClingoControl:
         self._begun = True
         return parse_term(command)
 
+    def look_ahead(self, info: Info) -> None:
+        """Does nothing: a decision takes no time."""
+
     def describe(self, info: Info) -> str:
         """Describes what the last decision was made from."""
         return f"step: {self._step}; horizon: {self._horizon}; infos: {info.events()}"

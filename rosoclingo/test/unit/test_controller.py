@@ -1,0 +1,59 @@
+"""What the controller decides, be it ahead or not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from conftest import PACKAGE
+
+from rosclingo.engine import Engine, Result
+from rosclingo.options import Options
+from rosoclingo.controller import Controller, Info
+from rosoclingo.errors import ControllerError
+
+MODE = str(PACKAGE / "modes" / "dynamic.incremental.recording.lp")
+UNSAT, SAT = Info(Result.UNSAT), Info(Result.SAT)
+
+
+def make(file: str = MODE) -> Controller:
+    controller = Controller(Engine(Options((file,))))
+    controller.prepare()
+    return controller
+
+
+def test_a_right_guess_is_taken_and_a_wrong_one_changes_nothing() -> None:
+    wary, bold = make(), make()
+    run = [Info(), Info(), Info(), UNSAT, Info(), UNSAT, Info(), SAT, Info(pending_actions=True)]
+    guesses = [Info(), Info(), UNSAT, Info(), SAT, UNSAT, UNSAT, SAT, SAT, UNSAT]
+    said = []
+    for info, guess in zip(run, guesses):
+        said.append(str(bold.decide(info)))
+        assert said[-1] == str(wary.decide(info))
+        bold.look_ahead(guess)
+    assert said == [
+        "initialize", "query(0)", "solve", "query(1)", "solve", "query(2)", "solve",
+        "commit_actions(0)", "idle",
+    ]  # fmt: skip
+
+
+def test_a_fresh_start_forgets_what_was_decided_ahead() -> None:
+    controller = make()
+    controller.decide(Info())
+    controller.look_ahead(Info())
+    controller.prepare()
+    assert str(controller.decide(Info())) == "initialize"
+
+
+def test_an_error_ahead_counts_if_it_comes_true(tmp_path: Path) -> None:
+    file = tmp_path / "mode.lp"
+    file.write_text(
+        "#external event(info,(new_messages;result(sat;unsat)),0)."
+        "do(controller,idle,1) :- not event(info,result(sat),0)."
+    )
+    controller = make(str(file))
+    controller.look_ahead(SAT)
+    assert str(controller.decide(Info())) == "idle"
+    controller.look_ahead(SAT)
+    with pytest.raises(ControllerError, match="has 0 commands"):
+        controller.decide(SAT)
