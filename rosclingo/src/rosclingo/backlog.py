@@ -6,9 +6,7 @@ import threading
 from collections import deque
 from typing import Any, Callable, Deque
 
-import rospy
-
-_QUEUE_SIZE = 10_000  # for a slow subscriber
+from rosclingo.low_latency import publisher
 
 
 class BacklogPublisher:
@@ -30,9 +28,7 @@ class BacklogPublisher:
         # what goes to all. rospy's own lock is taken under it, and never the other way round.
         self._lock = threading.Lock()
         self._backlog: Deque[Any] = deque(maxlen=length)
-        self._publisher = rospy.Publisher(
-            name, message, _Listener(self._on_subscriber), tcp_nodelay=True, queue_size=_QUEUE_SIZE
-        )
+        self._publisher = publisher(name, message, on_subscriber=self._on_subscriber)
 
     def publish(self, message: Any, keep: bool = True) -> None:
         """Publishes a message, which must not be changed any more; does not wait.
@@ -44,19 +40,10 @@ class BacklogPublisher:
         with self._lock:
             if keep:
                 self._backlog.append(message)
-            if self._publisher.get_num_connections() and not rospy.core.is_shutdown_requested():
+            if self._publisher.get_num_connections():
                 self._publisher.publish(message)
 
     def _on_subscriber(self, send: Callable[[Any], None]) -> None:
         with self._lock:
             for message in self._backlog:
                 send(message)
-
-
-class _Listener(rospy.SubscribeListener):
-    def __init__(self, connected: Callable[[Callable[[Any], None]], None]) -> None:
-        super().__init__()
-        self._connected = connected
-
-    def peer_subscribe(self, _name: str, _all: Any, send: Callable[[Any], None]) -> None:
-        self._connected(send)

@@ -9,6 +9,9 @@ The status list: actionlib sends the statuses of all goals of the last five seco
 one of them changes. With hundreds of short goals a second, that takes most of the time. And it
 repeats them by the clock of ROS, so that nothing comes while a simulator's stands still.
 
+Results that are lost: rospy counts a subscription as connected before the connection is made, so a
+client may send a goal, and the server end it, before the result has a way to the client.
+
 And it is told here that cancel requests may come late: actionlib's server takes one for a goal that
 has left the list as one for a goal that is still to come, and its client forgets that a goal has
 ended when it sends one.
@@ -38,6 +41,10 @@ _ENDED_SECONDS = 0.2
 
 _REMEMBERED_GOALS = 10_000  # ended goals for which a cancel request may still come
 
+# Results kept for a client whose connection is being made: so many, and for so long.
+_KEPT_RESULTS = 100
+_KEPT_SECONDS = 60.0
+
 
 class LowLatencyActionServer(actionlib.ActionServer):
     """actionlib's server, with TCP_NODELAY on all of its topics and a short status list."""
@@ -64,13 +71,17 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._recalled = recalled
         self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
         self._ended_ids: OrderedDict[str, None] = OrderedDict()  # likewise
+        # Results that their client was not connected for: when, for which node, and the message.
+        self._kept: Deque[Tuple[float, str, Any]] = deque(maxlen=_KEPT_RESULTS)
 
     def initialize(self) -> None:
         """Opens the topics, in place of actionlib's own method; called when the server starts."""
         name = rospy.remap_name(self.ns)
         statuses = f"{name}/status"
         self.status_pub = publisher(statuses, GoalStatusArray, latch=True, queue_size=_STATUSES)
-        self.result_pub = publisher(f"{name}/result", self.ActionResult)
+        self.result_pub = publisher(
+            f"{name}/result", self.ActionResult, on_subscriber=self._send_kept_results
+        )
         self.feedback_pub = publisher(f"{name}/feedback", self.ActionFeedback)
         self.goal_sub = subscriber(f"{name}/goal", self.ActionGoal, self.internal_goal_callback)
         self.cancel_sub = subscriber(f"{name}/cancel", GoalID, self.internal_cancel_callback)
@@ -102,7 +113,30 @@ class LowLatencyActionServer(actionlib.ActionServer):
                 self.status_list[:] = [
                     goal for goal in self.status_list if goal.status is not oldest
                 ]
+            self._keep_result(now, status, result)
             super().publish_result(status, result)
+
+    def _keep_result(self, now: float, status: GoalStatus, result: Any) -> None:
+        """Keeps a result, if the node that sent the goal is not connected for it yet."""
+        goals = [each.goal for each in self.status_list if each.status is status and each.goal]
+        for goal in goals:
+            client = goal._connection_header["callerid"]
+            if not self.result_pub.impl.has_connection(client):
+                message = self.ActionResult(status=status, result=result)
+                message.header.stamp = rospy.Time.now()
+                self._kept.append((now, client, message))
+
+    def _send_kept_results(self, send: Callable[[Any], None]) -> None:
+        """Sends a new subscriber the results that it should have got before."""
+        with self.lock:
+            oldest = time.monotonic() - _KEPT_SECONDS
+            kept = list(self._kept)
+            self._kept.clear()
+            for when, client, message in kept:
+                if self.result_pub.impl.has_connection(client):
+                    send(message)
+                elif when > oldest:
+                    self._kept.append((when, client, message))
 
     def internal_cancel_callback(self, goal_id: GoalID) -> None:
         """Takes a cancel request; one for a goal that has ended and left the list does nothing."""
@@ -193,11 +227,35 @@ class _Publisher(rospy.Publisher):
                 raise
 
 
+class _Listener(rospy.SubscribeListener):
+    def __init__(self, connected: Callable[[Callable[[Any], None]], None]) -> None:
+        super().__init__()
+        self._connected = connected
+
+    def peer_subscribe(self, _name: str, _all: Any, send: Callable[[Any], None]) -> None:
+        self._connected(send)
+
+
 def publisher(
-    topic: str, kind: Any, latch: bool = False, queue_size: int = _QUEUE_SIZE
+    topic: str,
+    kind: Any,
+    latch: bool = False,
+    queue_size: int = _QUEUE_SIZE,
+    on_subscriber: Optional[Callable[[Callable[[Any], None]], None]] = None,
 ) -> rospy.Publisher:
-    """Opens a topic to publish messages of a kind, with TCP_NODELAY and a long queue."""
-    return _Publisher(topic, kind, tcp_nodelay=True, latch=latch, queue_size=queue_size)
+    """Opens a topic to publish messages of a kind, with TCP_NODELAY and a long queue.
+
+    Args:
+        topic: Name of the topic.
+        kind: Type of the messages.
+        latch: Whether a late subscriber gets the last message.
+        queue_size: How many messages wait for a slow subscriber.
+        on_subscriber: Called for each new subscriber, in a thread of rospy's, with a function that
+            sends it a message. rospy does not guard what goes to one subscriber from what goes to
+            all: whoever gives this has to guard the topic.
+    """
+    listener = None if on_subscriber is None else _Listener(on_subscriber)
+    return _Publisher(topic, kind, listener, tcp_nodelay=True, latch=latch, queue_size=queue_size)
 
 
 def subscriber(

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import queue
+import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 from typing import List
 
 import rospy
@@ -127,6 +129,13 @@ class TestSolve(SolverTestCase):
         cancels.publish(GoalID(id="later"))
         self.assertNotIn(goal.id, self._wait_for_status("later"))
         self.assertEqual(goal.result()[0], "REJECTED")
+
+    def test_a_goal_that_ends_before_its_client_listens_to_results(self) -> None:
+        script = Path(__file__).resolve().with_name("late_client.py")
+        client = subprocess.run(
+            [sys.executable, str(script)], stdout=subprocess.PIPE, text=True, timeout=2 * TIMEOUT
+        )
+        self.assertEqual(client.stdout.split(), ["before", "after"])
 
     def _statuses(self) -> List[str]:
         """Returns the ids of the goals in the status list."""
