@@ -133,7 +133,11 @@ class TestSolve(SolverTestCase):
     def test_a_goal_that_ends_before_its_client_listens_to_results(self) -> None:
         script = Path(__file__).resolve().with_name("late_client.py")
         client = subprocess.run(
-            [sys.executable, str(script)], stdout=subprocess.PIPE, text=True, timeout=2 * TIMEOUT
+            [sys.executable, str(script)],
+            check=True,
+            stdout=subprocess.PIPE,
+            text=True,
+            timeout=2 * TIMEOUT,
         )
         self.assertEqual(client.stdout.split(), ["before", "after"])
 
