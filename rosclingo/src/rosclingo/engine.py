@@ -11,7 +11,6 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Tuple
 import clingo
 from clingo import ast
 from clingo.backend import Observer
-from clingo.solving import Model, SolveHandle
 from clingo.symbolic_atoms import SymbolicAtom
 
 from rosclingo import programs, scripts
@@ -49,10 +48,10 @@ from rosclingo.errors import (
 from rosclingo.options import Options
 from rosclingo.programs import Policy, Program
 from rosclingo.terms import parse_term
+from rosclingo.watch import Watch
 from rosclingo.xml_codec import command_name
 
 _LOG = logging.getLogger("rosout")
-_POLL_SECONDS = 0.01  # how often a running search looks whether it is to stop
 _MOST_ROUNDS = 10_000  # of grounding what the program asks for
 _CLINGO_VALUES = {Truth.TRUE: True, Truth.FALSE: False, Truth.FREE: None}
 
@@ -97,6 +96,11 @@ class Outcome:
 
 
 _Part = Tuple[str, Tuple[clingo.Symbol, ...]]
+
+
+def _never() -> bool:
+    """The question of those who do not want a search to end."""
+    return False
 
 
 def _ignore(_: Any) -> None:
@@ -206,8 +210,8 @@ class Engine:
 
         Args:
             assumptions: What to assume. An atom that the grounding does not have is false.
-            stopped: Asked every 10 ms; the search ends when it says True. Without it the search is
-                quicker to begin, and cannot be ended.
+            stopped: Asked every 10 ms, in another thread, while this one searches; the search ends
+                when it says True. Without it the search cannot be ended.
             improved: Called with each better model while optimising.
 
         Raises:
@@ -216,12 +220,40 @@ class Engine:
         """
         literals = [(parse_term(a.name), a.value) for a in assumptions]
         try:
-            with self._control.solve(literals, yield_=True, async_=stopped is not None) as handle:
-                return _search(handle, stopped, improved)
+            with Watch(stopped or _never, self._control.interrupt) as watch:
+                outcome = self._search(literals, watch, improved)
+                if outcome.interrupted and not watch.stopped:
+                    # The search before was over when it was interrupted, and left that to this one.
+                    outcome = self._search(literals, watch, improved)
+                return outcome
         except (RuntimeError, MemoryError) as err:
             raise SolverError(f"clingo failed while solving: {err}") from err
         finally:
             self._log_messages()
+
+    def _search(
+        self,
+        assumptions: Sequence[Tuple[clingo.Symbol, bool]],
+        watch: Watch,
+        improved: Callable[[Improvement], None],
+    ) -> Outcome:
+        best: Optional[List[int]] = None
+        symbols: Sequence[clingo.Symbol] = ()
+        with self._control.solve(assumptions, yield_=True) as handle:
+            for model in handle:
+                symbols = model.symbols(shown=True)
+                cost = model.cost
+                if cost and (best is None or cost < best):
+                    best = cost
+                    improved(Improvement(model.number, tuple(cost), _texts(symbols)))
+                if watch.look():
+                    break
+            if watch.stopped:
+                handle.cancel()
+                return Outcome(Result.UNKNOWN, True, _texts(symbols))
+            result = handle.get()
+        answer = {True: Result.SAT, False: Result.UNSAT, None: Result.UNKNOWN}[result.satisfiable]
+        return Outcome(answer, result.interrupted, _texts(symbols))
 
     def _restart(self, _: Optional[Restart] = None) -> None:
         # Everything that can fail comes first, so that a failure leaves the old solver in place.
@@ -388,35 +420,6 @@ class _ExternalValues(Observer):
 
 
 _TRUTHS = {clingo.TruthValue.True_: Truth.TRUE, clingo.TruthValue.Free: Truth.FREE}
-
-
-def _search(
-    handle: SolveHandle,
-    stopped: Optional[Callable[[], bool]],
-    improved: Callable[[Improvement], None],
-) -> Outcome:
-    best: Optional[List[int]] = None
-    symbols: Sequence[clingo.Symbol] = ()
-    stopping = False
-    while True:
-        handle.resume()
-        while stopped is not None and not (handle.wait(_POLL_SECONDS) or stopping):
-            stopping = stopped()
-        model: Optional[Model] = None if stopping else handle.model()
-        if model is None:
-            break
-        symbols = model.symbols(shown=True)
-        cost = model.cost
-        if cost and (best is None or cost < best):
-            best = cost
-            improved(Improvement(model.number, tuple(cost), _texts(symbols)))
-        stopping = stopped is not None and stopped()
-    if stopping:
-        handle.cancel()
-        return Outcome(Result.UNKNOWN, True, _texts(symbols))
-    result = handle.get()
-    answer = {True: Result.SAT, False: Result.UNSAT, None: Result.UNKNOWN}[result.satisfiable]
-    return Outcome(answer, result.interrupted, _texts(symbols))
 
 
 def _texts(symbols: Sequence[clingo.Symbol]) -> Tuple[str, ...]:

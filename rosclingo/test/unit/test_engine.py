@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Sequence, Tuple
 
@@ -628,6 +629,35 @@ def test_a_long_search_is_stopped(
     for _ in range(50):
         assert engine.solve([Assumption("free", True)]) == sat("free")
         assert engine.solve([Assumption("free", True), Assumption("on", True)]) == UNSAT
+
+
+def test_searches_at_once_are_stopped_each_for_itself(
+    within: Callable[[float, Callable[[], Outcome]], Outcome],
+) -> None:
+    first_is_over, outcomes = threading.Event(), {}
+
+    def search(name: str, stopped: Callable[[], bool]) -> None:
+        engine = Engine(Options())
+        add(engine, PIGEONS)
+        outcomes[name] = engine.solve(stopped=stopped)
+
+    def run() -> Outcome:
+        second = threading.Thread(target=search, args=("second", first_is_over.is_set))
+        second.start()
+        search("first", StopAfter(3))
+        assert "second" not in outcomes
+        first_is_over.set()
+        second.join()
+        return outcomes["second"]
+
+    assert within(20, run) == outcomes["first"] == Outcome(Result.UNKNOWN, interrupted=True)
+
+
+def test_an_interrupt_that_comes_too_late_does_not_end_the_next_search(engine: Engine) -> None:
+    add(engine, "a.")
+    for _ in range(3):
+        engine._control.interrupt()
+        assert engine.solve() == sat("a")
 
 
 def test_an_interrupted_optimisation_keeps_the_best_model(

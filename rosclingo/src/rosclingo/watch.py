@@ -1,0 +1,104 @@
+"""Watches searches, and ends those that are to stop.
+
+clingo can search in a thread of its own, so that its caller may look around in between. For searches
+of milliseconds that thread costs more than all of ROS: it often begins on another core, whose caches
+know nothing of the problem. So a search runs in the thread of its caller, and one thread for all of
+the process's searches looks around.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from types import TracebackType
+from typing import Callable, List, Optional, Type
+
+POLL_SECONDS = 0.01
+"""How often a search looks whether it is to stop."""
+
+
+class Watch:
+    """A search that is watched, as a context.
+
+    Attributes:
+        stopped: Whether the search was told to stop.
+    """
+
+    def __init__(self, has_to_stop: Callable[[], bool], interrupt: Callable[[], None]) -> None:
+        """Begins nothing yet.
+
+        Args:
+            has_to_stop: Asked now and then, by one thread at a time, and not again when it has
+                said True.
+            interrupt: Called when that says True, while the context is open: ends the search.
+        """
+        self.stopped = False
+        self._has_to_stop = has_to_stop
+        self._interrupt = interrupt
+        self._lock = threading.Lock()  # held while it is asked
+        self._over = False
+        self._error: Optional[Exception] = None
+
+    def __enter__(self) -> Watch:
+        _WATCHER.add(self)
+        return self
+
+    def __exit__(
+        self,
+        kind: Optional[Type[BaseException]],
+        error: Optional[BaseException],
+        traceback: Optional[TracebackType],
+    ) -> None:
+        """Ends the watch; raises what has_to_stop raised."""
+        _WATCHER.remove(self)
+        with self._lock:
+            self._over = True
+        if self._error is not None:
+            raise self._error
+
+    def look(self) -> bool:
+        """Returns whether the search is to stop. Thread-safe."""
+        with self._lock:
+            if not (self._over or self.stopped):
+                try:
+                    self.stopped = self._has_to_stop()
+                except Exception as err:  # the caller's, in whose thread it is raised
+                    self._error = err
+                    self.stopped = True
+                if self.stopped:
+                    self._interrupt()
+            return self.stopped
+
+
+class _Watcher:
+    """The thread that looks after all searches; it begins with the first."""
+
+    def __init__(self) -> None:
+        self._watches: List[Watch] = []
+        self._changed = threading.Condition()  # guards the list
+        self._begun = False
+
+    def add(self, watch: Watch) -> None:
+        with self._changed:
+            self._watches.append(watch)
+            self._changed.notify()
+            if not self._begun:
+                self._begun = True
+                threading.Thread(target=self._run, name="watch", daemon=True).start()
+
+    def remove(self, watch: Watch) -> None:
+        with self._changed:
+            self._watches.remove(watch)
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._watches)
+            time.sleep(POLL_SECONDS)
+            with self._changed:
+                watches = list(self._watches)
+            for watch in watches:
+                watch.look()
+
+
+_WATCHER = _Watcher()
