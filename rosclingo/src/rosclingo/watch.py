@@ -1,9 +1,9 @@
 """Watches searches, and ends those that are to stop.
 
-clingo can search in a thread of its own, so that its caller may look around in between. For searches
-of milliseconds that thread costs more than all of ROS: it often begins on another core, whose caches
-know nothing of the problem. So a search runs in the thread of its caller, and one thread for all of
-the process's searches looks around.
+clingo can search in a thread of its own, so that its caller may look around in between. For short
+searches that thread costs more than all of ROS: it often begins on another core, whose caches know
+nothing of the problem. So a search runs in the thread of its caller, and one thread for all of the
+process's searches looks around.
 """
 
 from __future__ import annotations
