@@ -57,7 +57,7 @@ INSTANCES = (
     ),
     Instance("ricochet robots", (ENCODINGS / "ricochet.lp",)),
 )
-DRAWS = 3
+DRAWS = 7
 
 
 def plan_with_clingo(instance: Instance) -> Tuple[float, Effort]:

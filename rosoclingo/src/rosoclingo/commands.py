@@ -7,7 +7,7 @@ with the command's arguments, which are clingo symbols. So a method of a subclas
 
 from __future__ import annotations
 
-from typing import List
+from typing import List, Optional
 
 from clingo import Symbol, SymbolType
 
@@ -88,8 +88,14 @@ class ROSCommands:
         """Makes an external of the planner false for good."""
         self.state.release(str(external))
 
-    def solve(self) -> None:
-        """Searches for a plan; a message, goal or cancel request ends the search."""
+    def solve(self, step: Optional[Symbol] = None) -> None:
+        """Searches for a plan; a message, goal or cancel request ends the search.
+
+        Args:
+            step: The horizon to ask for before, as :meth:`query` does; None for the one there is.
+        """
+        if step is not None:
+            self.query(step)
         self._search.run()
 
     def assign_messages(self, step: Symbol) -> None:

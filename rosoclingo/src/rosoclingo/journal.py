@@ -39,3 +39,8 @@ class Event:
     seconds: float = 0.0
     step: int = 0
     horizon: int = 0
+
+    @property
+    def is_search(self) -> bool:
+        """Whether it is a command that searches for a plan, be it for another horizon or not."""
+        return self.kind == "command" and self.text.partition("(")[0] == "solve"

@@ -140,7 +140,9 @@ class Loop:
         name = command.name if command.type is clingo.SymbolType.Function else ""
         if name == "solve":
             needed = self.state.planner.needed
-            stands = needed is not None and needed <= self.state.horizon
+            asked = [a.number for a in command.arguments if a.type is clingo.SymbolType.Number]
+            horizon = asked[0] if asked else self.state.horizon
+            stands = needed is not None and needed <= horizon
             probable.update(result=Result.SAT if stands else Result.UNSAT, new_messages=False)
         elif name == "assign_messages":
             probable.update(new_messages=False)

@@ -314,6 +314,6 @@ def _patience(
     entries: Sequence[Entry], planned: Sequence[Input], rate: Optional[float], timeout: float
 ) -> float:
     """Returns after how many seconds without an event a replay is given up."""
-    searches = [entry.event.seconds for entry in entries if entry.event.text == "solve"]
+    searches = [entry.event.seconds for entry in entries if entry.event.is_search]
     gaps = [one.gap / rate for one in planned] if rate else []
     return max(timeout, 2 * max(searches, default=0.0)) + max(gaps, default=0.0)

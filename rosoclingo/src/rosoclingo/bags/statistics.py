@@ -204,7 +204,7 @@ class _Reading:
 
     def _on_command(self, seconds: float, event: Event) -> None:
         step = self.steps[-1]
-        if event.text == "solve":
+        if event.is_search:
             self.searches.append(
                 Search(seconds, event.seconds, event.id, event.step, event.horizon)
             )
