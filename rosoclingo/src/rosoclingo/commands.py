@@ -7,7 +7,7 @@ with the command's arguments, which are clingo symbols. So a method of a subclas
 
 from __future__ import annotations
 
-from typing import List, Optional
+from typing import List
 
 from clingo import Symbol, SymbolType
 
@@ -88,15 +88,14 @@ class ROSCommands:
         """Makes an external of the planner false for good."""
         self.state.release(str(external))
 
-    def solve(self, step: Optional[Symbol] = None) -> None:
-        """Searches for a plan; a message, goal or cancel request ends the search.
-
-        Args:
-            step: The horizon to ask for before, as :meth:`query` does; None for the one there is.
-        """
-        if step is not None:
-            self.query(step)
+    def solve(self) -> None:
+        """Searches for a plan; a message, goal or cancel request ends the search."""
         self._search.run()
+
+    def plan(self, step: Symbol) -> None:
+        """Searches for a plan with another horizon: does what query and solve do."""
+        self.query(step)
+        self.solve()
 
     def assign_messages(self, step: Symbol) -> None:
         """Makes the event of each message, goal and cancel request that has come true."""

@@ -43,4 +43,4 @@ class Event:
     @property
     def is_search(self) -> bool:
         """Whether it is a command that searches for a plan, be it for another horizon or not."""
-        return self.kind == "command" and self.text.partition("(")[0] == "solve"
+        return self.kind == "command" and self.text.partition("(")[0] in ("solve", "plan")

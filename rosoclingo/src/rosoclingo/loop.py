@@ -138,7 +138,7 @@ class Loop:
         """Returns what the controller probably learns after a command."""
         probable: Dict[str, Any] = {"result": None, "horizon": None, "ahead": None}
         name = command.name if command.type is clingo.SymbolType.Function else ""
-        if name == "solve":
+        if name in ("solve", "plan"):
             needed = self.state.planner.needed
             asked = [a.number for a in command.arguments if a.type is clingo.SymbolType.Number]
             horizon = asked[0] if asked else self.state.horizon

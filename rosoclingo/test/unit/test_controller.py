@@ -32,7 +32,7 @@ def test_a_right_guess_is_taken_and_a_wrong_one_changes_nothing() -> None:
         assert said[-1] == str(wary.decide(info))
         bold.look_ahead(guess)
     assert said == [
-        "initialize", "query(0)", "solve", "solve(1)", "solve(2)", "commit_actions(0)", "idle",
+        "initialize", "query(0)", "solve", "plan(1)", "plan(2)", "commit_actions(0)", "idle",
     ]  # fmt: skip
 
 

@@ -204,7 +204,7 @@ def test_no_command_two_commands_unknown_command(system: Make, tmp_path: Path) -
         "do(controller,dance(3),1).": r"no command dance\(3\); there are .*commit_actions",
         "do(controller,state,1).": "no command state",
         "do(controller,7,1).": "no command 7",
-        "do(controller,solve(3,4),1).": r"wrong arguments in the command solve\(3,4\)",
+        "do(controller,solve(3),1).": r"wrong arguments in the command solve\(3\)",
         "do(controller,__init__,1).": "no command __init__",
     }
     for program, message in cases.items():
