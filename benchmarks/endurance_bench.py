@@ -18,16 +18,16 @@ from typing import Callable, List, NamedTuple, Sequence, Tuple
 
 from harness import Report, Row, Samples, resident_mebibytes
 from mailbot import MODES, ROOT, Grid, bring
-from rosclingo.engine import Engine
-from rosclingo.options import Options
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
 from rosoclingo.commands import ROSCommands
-from rosoclingo.controller import Controller
 from rosoclingo.errors import ShutdownError
-from rosoclingo.goals import Goal
-from rosoclingo.inbox import Inbox, Message
-from rosoclingo.loop import Loop
-from rosoclingo.single import ClingoControl
-from rosoclingo.state import Outside
+from rosoclingo.loop.controller import Controller
+from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.state import Environment
+from rosoclingo.single.algorithm1 import Algorithm1
 
 DYN_RESET, RECORDING, SINGLE = "dynamic.incremental.dyn_reset", "dynamic.incremental.recording", ""
 STEPS = 10_000  # with resets
@@ -80,7 +80,7 @@ TASKS = {
 }
 
 
-class LongRun(Inbox, Outside):
+class LongRun(Inbox, Environment):
     """A planner, and a world that acts whenever the loop waits.
 
     Attributes:
@@ -108,7 +108,7 @@ class LongRun(Inbox, Outside):
         self._begin = 0.0
         last = 60 if mode == DYN_RESET else 3 * steps // 2 + 60
         file = Options((str(MODES / f"{mode}.lp"),), ("-c", f"steps={last}"))
-        controller = Controller(Engine(file)) if mode else ClingoControl(0)
+        controller = Controller(Engine(file)) if mode else Algorithm1(0)
         planner = Engine(Options(task.files, (*task.options, *options)))
         self._loop = Loop(controller, planner, ROSCommands, self, self)
 

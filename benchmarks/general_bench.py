@@ -21,16 +21,16 @@ import clingo
 import rospy
 
 from harness import HarnessError, Report, RosSystem, Row, Samples, measure, milliseconds
-from rosclingo.client import Client
-from rosclingo.commands import GetStats, Stats
+from rosclingo.ros.client import Client
+from rosclingo.wire.commands import GetStats, Stats
+from rosoclingo.loop.solver import EMPTY_PARTS
 from rosoclingo.msg import ROSoClingoEvent, ROSoClingoOut
-from rosoclingo.solver import EMPTY_PARTS
 
 ROOT = Path(__file__).resolve().parents[1]
 ENCODINGS = Path(__file__).with_name("encodings")
 MODE = ROOT / "rosoclingo" / "modes" / "static.incremental.recording.lp"
 STEPS = 150  # the longest plan to look for
-FIRST_DOUBT = 8  # searches without a plan, see rosoclingo.search
+FIRST_DOUBT = 8  # searches without a plan, see rosoclingo.loop.search
 LIMIT = 10.0  # percent of clingo's time that the loop may add
 _TIMEOUT_SECONDS = 120.0
 

@@ -23,7 +23,7 @@ import clingo
 import rosgraph
 import rospy
 
-from rosclingo.ports import free_port
+from rosclingo.ros.ports import free_port
 
 RESULTS = Path(__file__).resolve().parent / "results"
 

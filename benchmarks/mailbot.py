@@ -13,11 +13,12 @@ import rospy
 from actionlib import ClientGoalHandle
 
 from harness import HarnessError, RosSystem, wait_for_node
-from rosclingo.commands import Truth
-from rosclingo.engine import Engine, Result
-from rosclingo.low_latency import LowLatencyActionClient, publisher, subscriber
-from rosclingo.options import Options
-from rosoclingo.atoms import Plan, event
+from rosclingo.ros.low_latency import LowLatencyActionClient, publisher, subscriber
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Result, Truth
+from rosoclingo.loop.atoms import Plan, event
+from rosoclingo.loop.solver import Planner
 from rosoclingo.msg import (
     ROSoClingoAction,
     ROSoClingoEvent,
@@ -26,7 +27,6 @@ from rosoclingo.msg import (
     ROSoClingoOut,
     ROSoClingoPlan,
 )
-from rosoclingo.solver import Planner
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "rosoclingo_aspprograms" / "mailbot"

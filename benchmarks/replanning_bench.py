@@ -21,18 +21,18 @@ from actionlib import ClientGoalHandle
 
 from harness import Report, RosSystem, Row, Samples, measure
 from mailbot import ENCODING, FOLDER, MODES, Grid, Nodes, Run, deliveries
-from rosclingo.commands import Assumption, Command, Reply
-from rosclingo.engine import Engine, Improvement, Outcome
-from rosclingo.options import Options
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Assumption, Command, Improvement, Outcome, Reply
 from rosoclingo.commands import ROSCommands
-from rosoclingo.controller import Controller
 from rosoclingo.errors import ShutdownError
-from rosoclingo.goals import Goal
-from rosoclingo.inbox import Inbox, Message
-from rosoclingo.loop import Loop
-from rosoclingo.single import ClingoControl
-from rosoclingo.solver import Forwarding
-from rosoclingo.state import Outside
+from rosoclingo.loop.controller import Controller
+from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.solver import Forwarding
+from rosoclingo.loop.state import Environment
+from rosoclingo.single.algorithm1 import Algorithm1
 
 GRID = Grid(10, 4)  # a slot for the new request, too
 REQUESTS = 3
@@ -208,7 +208,7 @@ class Watched(Forwarding):
         self.seconds += time.perf_counter() - begin
 
 
-class Scenario(Inbox, Outside):
+class Scenario(Inbox, Environment):
     """The office, with a robot that acts whenever the loop waits.
 
     Attributes:
@@ -241,7 +241,7 @@ class Scenario(Inbox, Outside):
         files = (str(FOLDER / "instances" / "graph_wg.lp"), str(ENCODING))
         self._planner = Watched(Engine(Options(files)))
         options = Options((str(MODES / f"{mode}.lp"),), ("-c", "steps=60"))
-        controller = Controller(Engine(options)) if mode else ClingoControl(0)
+        controller = Controller(Engine(options)) if mode else Algorithm1(0)
         self._loop = Loop(controller, self._planner, ROSCommands, self, self)
         for value in before:
             self.put(Message("info", value))

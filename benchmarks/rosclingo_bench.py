@@ -27,13 +27,22 @@ from harness import (
     resident_mebibytes,
     side_by_side,
 )
-from rosclingo.client import Client
-from rosclingo.commands import AssignExternal, Assumption, Command, Ground, Part, Truth
-from rosclingo.engine import Engine, Outcome, Result
 from rosclingo.errors import RosclingoError
-from rosclingo.options import Options
+from rosclingo.ros.client import Client
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
 from rosclingo.srv import ROSClingoControl
-from rosclingo.xml_codec import encode_commands
+from rosclingo.wire.commands import (
+    AssignExternal,
+    Assumption,
+    Command,
+    Ground,
+    Outcome,
+    Part,
+    Result,
+    Truth,
+)
+from rosclingo.wire.xml_codec import encode_commands
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "rosclingo" / "example"
 ATOMS = 100_000

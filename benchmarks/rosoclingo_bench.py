@@ -32,11 +32,12 @@ from harness import (
     resident_mebibytes,
     wait_for_node,
 )
-from rosclingo.engine import Engine, Result
-from rosclingo.low_latency import LowLatencyActionClient
 from rosclingo.msg import ROSClingoActionResult
-from rosclingo.options import Options
-from rosoclingo.controller import Controller, Info
+from rosclingo.ros.low_latency import LowLatencyActionClient
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Result
+from rosoclingo.loop.controller import Controller, Info
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
 PACKAGE = Path(__file__).resolve().parent.parent / "rosoclingo"

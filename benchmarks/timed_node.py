@@ -21,15 +21,15 @@ from unittest import mock
 
 import rospy
 
-from rosclingo import node as solver_node
-from rosclingo.commands import Answer, Assumption, Command, Ground
-from rosclingo.engine import Engine, Improvement, Outcome
-from rosclingo.options import parse_options
-from rosclingo.ros_node import init_node
+from rosclingo.ros import node as solver_node
+from rosclingo.ros.init import init_node
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import parse_options
+from rosclingo.wire.commands import Answer, Assumption, Command, Ground, Improvement, Outcome
 from rosoclingo.commands import ROSCommands
-from rosoclingo.controller import Controller
-from rosoclingo.inbox import Inbox
-from rosoclingo.node import Node
+from rosoclingo.loop.controller import Controller
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.ros.node import Node
 
 _busy: List[Tuple[float, float]] = []
 

@@ -80,7 +80,7 @@ source_ros() {
 
 # Prints a TCP port that is free now, for a ROS master apart from any that runs.
 free_port() {
-  PYTHONPATH=rosclingo/src .venv/bin/python -c 'from rosclingo.ports import free_port; print(free_port())'
+  PYTHONPATH=rosclingo/src .venv/bin/python -c 'from rosclingo.ros.ports import free_port; print(free_port())'
 }
 
 # Runs a command, and shows what it printed only if it fails.

@@ -12,7 +12,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
-from rosclingo.ports import free_port
+from rosclingo.ros.ports import free_port
 
 TIMEOUT = 60.0  # seconds; no more than a bound for what never comes
 POLL = 0.05  # seconds

@@ -23,7 +23,7 @@ from screen import screen
 from terminals import Terminal, Terminals, wait_for
 from typist import pipe
 
-from rosoclingo_interfaces.waypoints import read_waypoints
+from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 
 __all__ = ["screen"]
 
@@ -635,8 +635,8 @@ def test_an_action_of_a_robot(page: Page) -> None:
 
 @of("CONTRIBUTING.md", "Add a recorded topic")
 def test_a_recorded_topic(page: Page) -> None:
-    node = (ROOT / "rosoclingo/src/rosoclingo/node.py").read_text()
-    for used in ("publisher(", "String", "def show_plan(self, step", "class RosOutside"):
+    node = (ROOT / "rosoclingo/src/rosoclingo/ros/node.py").read_text()
+    for used in ("publisher(", "String", "def show_plan(self, step", "class RosEnvironment"):
         assert used in node
     for _ in range(2):
         ast.parse(textwrap.dedent(page.block("python")))

@@ -12,12 +12,11 @@ It goes on for ever if there is no plan of any length; Ctrl-C ends it.
 
 import sys
 
-from rosclingo.client import Client
-from rosclingo.commands import AssignExternal, Ground, Part, Restart, Truth
-from rosclingo.engine import Outcome, Result
 from rosclingo.errors import RosclingoError
-from rosclingo.ros_node import init_node
-from rosclingo.terms import parse_term
+from rosclingo.ros.client import Client
+from rosclingo.ros.init import init_node
+from rosclingo.solver.terms import parse_term
+from rosclingo.wire.commands import AssignExternal, Ground, Outcome, Part, Restart, Result, Truth
 
 
 def plan(solver: Client) -> Outcome:

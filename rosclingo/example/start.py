@@ -10,11 +10,11 @@ In three terminals, with the workspace sourced and E=$(rospack find rosclingo)/e
 
 import sys
 
-from rosclingo.client import Client
-from rosclingo.commands import Ground, Part, Restart
 from rosclingo.errors import RosclingoError
-from rosclingo.ros_node import init_node
-from rosclingo.terms import parse_term
+from rosclingo.ros.client import Client
+from rosclingo.ros.init import init_node
+from rosclingo.solver.terms import parse_term
+from rosclingo.wire.commands import Ground, Part, Restart
 
 
 def main() -> None:

@@ -4,6 +4,6 @@ import signal
 # Until the node can handle it, Ctrl-C ends the process without a word.
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-from rosclingo.node import main
+from rosclingo.ros.node import main
 
 main()

@@ -6,7 +6,7 @@ command, such as ``do(controller,say("hello"),1)``:
 
     class ROSCommands(Standard):
         def say(self, text):
-            self.state.outside.info(str(text))
+            self.state.environment.info(str(text))
 """
 
 from __future__ import annotations

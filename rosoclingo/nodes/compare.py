@@ -4,6 +4,6 @@ import signal
 # Until Python can handle it, Ctrl-C ends the process without a word.
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-from rosoclingo.bags.compare import main
+from rosoclingo.bags.compare.command import main
 
 main()

@@ -4,6 +4,6 @@ import signal
 # Until the node can handle it, Ctrl-C ends the process without a word.
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-from rosoclingo.bags.replay import main
+from rosoclingo.bags.replay.command import main
 
 main()

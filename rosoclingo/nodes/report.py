@@ -4,6 +4,6 @@ import signal
 # Until Python can handle it, Ctrl-C ends the process without a word.
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-from rosoclingo.bags.report import main
+from rosoclingo.bags.report.command import main
 
 main()

@@ -9,6 +9,6 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from commands import ROSCommands
 
-from rosoclingo.single_node import main
+from rosoclingo.ros.single_node import main
 
 main(ROSCommands)

@@ -9,6 +9,6 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from commands import ROSCommands
 
-from rosoclingo.node import main
+from rosoclingo.ros.node import main
 
 main(ROSCommands)

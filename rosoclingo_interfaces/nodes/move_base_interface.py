@@ -4,6 +4,6 @@ import signal
 # Until the node can handle it, Ctrl-C ends the process without a word.
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-from rosoclingo_interfaces.move_base import main
+from rosoclingo_interfaces.navigation.move_base import main
 
 main()

@@ -12,7 +12,7 @@ from typing import Any, Callable, Dict, List
 
 from actionlib_msgs.msg import GoalID
 
-from rosclingo.low_latency import publisher, subscriber
+from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
     ROSoClingoEvent,

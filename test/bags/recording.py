@@ -13,7 +13,7 @@ from typing import Callable, Dict, List, NamedTuple
 import rospy
 from driver import TIMEOUT, Driver
 
-from rosclingo.ports import free_port
+from rosclingo.ros.ports import free_port
 
 HERE = Path(__file__).resolve().parent
 ROUTES = {

@@ -1,5 +1,5 @@
 """clingo behind a ROS service and an action.
 
-Only :mod:`rosclingo.node` and :mod:`rosclingo.client` need ROS; everything else runs, and is
-tested, without it.
+Folders, from the bottom up: :mod:`.wire`, :mod:`.solver` and :mod:`.ros`. Only the last needs ROS;
+everything else runs, and is tested, without it.
 """

@@ -11,11 +11,11 @@ import rospy
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
-from rosclingo.commands import Reply
-from rosclingo.low_latency import LowLatencyActionClient
 from rosclingo.msg import ROSClingoAction, ROSClingoGoal, ROSClingoResult
+from rosclingo.ros.low_latency import LowLatencyActionClient
 from rosclingo.srv import ROSClingoControl
-from rosclingo.xml_codec import decode_reply
+from rosclingo.wire.commands import Reply
+from rosclingo.wire.xml_codec import decode_reply
 
 TIMEOUT = 30.0  # seconds; no more than a bound for what never comes
 

@@ -14,7 +14,7 @@ import rospy
 import rostest
 from std_msgs.msg import String
 
-from rosclingo.backlog import BacklogPublisher
+from rosclingo.ros.history_publisher import HistoryPublisher
 from solver_test_case import wait_for
 
 ROUNDS = 3
@@ -62,7 +62,7 @@ class Topic:
 
     def __init__(self, name: str, length: int) -> None:
         self.name = rospy.resolve_name(name)
-        self._publisher = BacklogPublisher(name, String, length)
+        self._publisher = HistoryPublisher(name, String, length)
 
     def publish(self, first: int, last: int, keep: bool = True) -> None:
         for number in range(first, last + 1):

@@ -8,7 +8,7 @@ import sys
 import rospy
 import rostest
 
-from rosclingo.commands import Externals, Stats, Truth
+from rosclingo.wire.commands import Externals, Stats, Truth
 from solver_test_case import SolverTestCase
 
 STEP = "#external query(t). { a(t) }. :- query(t), not a(t). #show a/1."

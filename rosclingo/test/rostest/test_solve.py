@@ -14,16 +14,15 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-from rosclingo.client import Client
-from rosclingo.commands import Reply
-from rosclingo.engine import Outcome, Result
 from rosclingo.msg import (
     ROSClingoActionFeedback,
     ROSClingoActionGoal,
     ROSClingoActionResult,
     ROSClingoFeedback,
 )
-from rosclingo.xml_codec import decode_reply
+from rosclingo.ros.client import Client
+from rosclingo.wire.commands import Outcome, Reply, Result
+from rosclingo.wire.xml_codec import decode_reply
 from solver_test_case import TIMEOUT, Goal, SolverTestCase, wait_for
 
 OPTIMISE = "1 { a(1..12) } 5. #minimize { X,X : a(X) }. #maximize { 1@2,X : a(X) }. #show a/1."

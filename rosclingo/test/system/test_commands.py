@@ -186,7 +186,7 @@ def test_interrupt_of_a_client_that_waits_for_the_grounding(
 HOOKED = """
 import os, signal, threading
 import rospy
-from rosclingo.ros_node import init_node, on_shutdown
+from rosclingo.ros.init import init_node, on_shutdown
 
 entered, goes_on = threading.Event(), threading.Event()
 
@@ -212,7 +212,7 @@ def test_a_hook_that_is_added_during_a_shutdown_is_called(terminals: Terminals) 
 LOGGING = """
 import os, signal
 import rospy
-from rosclingo.ros_node import init_node
+from rosclingo.ros.init import init_node
 
 init_node("logging")
 rospy.loginfo("begins")

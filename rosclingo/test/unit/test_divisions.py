@@ -8,9 +8,9 @@ from typing import Callable, List
 import clingo
 import pytest
 
-from rosclingo.commands import Add, Ground, Part
-from rosclingo.engine import Engine
-from rosclingo.options import Options
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Add, Ground, Part
 
 PROGRAMS = [
     "a(X,Y,X/Y,X\\Y) :- X = -9..9, Y = -4..4.",
@@ -55,9 +55,9 @@ def test_a_client_gives_a_trusted_file_what_it_cannot_divide(
     file = tmp_path / "trusted.lp"
     file.write_text("r(X/Y,X\\Y) :- q(X,Y).")
     code = (
-        "from rosclingo.commands import Add, Ground, Part\n"
-        "from rosclingo.engine import Engine\n"
-        "from rosclingo.options import Options\n"
+        "from rosclingo.wire.commands import Add, Ground, Part\n"
+        "from rosclingo.solver.engine import Engine\n"
+        "from rosclingo.solver.options import Options\n"
         f"engine = Engine(Options(files=({str(file)!r},)))\n"
         "engine.apply(Add('p', (), 'q(-2147483647-1,-1). q(7,-2).'))\n"
         "engine.apply(Ground((Part('p'), Part('base'))))\n"

@@ -10,26 +10,6 @@ from typing import Any, Callable, Dict, List, Sequence, Tuple
 import pytest
 from clingo import ast
 
-from rosclingo.commands import (
-    Add,
-    AssignExternal,
-    Assumption,
-    CleanupDomains,
-    Externals,
-    GetExternals,
-    GetPrograms,
-    GetStats,
-    Ground,
-    Load,
-    Part,
-    Programs,
-    ReleaseExternal,
-    Reply,
-    Restart,
-    Stats,
-    Truth,
-)
-from rosclingo.engine import Engine, Improvement, Outcome, Result, default_policy
 from rosclingo.errors import (
     OptionsError,
     ProgramError,
@@ -39,9 +19,32 @@ from rosclingo.errors import (
     UnknownExternalError,
     UnknownProgramError,
 )
-from rosclingo.options import Options
-from rosclingo.programs import Policy
-from rosclingo.xml_codec import decode_reply, encode_reply
+from rosclingo.solver.engine import Engine, default_policy
+from rosclingo.solver.options import Options
+from rosclingo.solver.programs import Policy
+from rosclingo.wire.commands import (
+    Add,
+    AssignExternal,
+    Assumption,
+    CleanupDomains,
+    Externals,
+    GetExternals,
+    GetPrograms,
+    GetStats,
+    Ground,
+    Improvement,
+    Load,
+    Outcome,
+    Part,
+    Programs,
+    ReleaseExternal,
+    Reply,
+    Restart,
+    Result,
+    Stats,
+    Truth,
+)
+from rosclingo.wire.xml_codec import decode_reply, encode_reply
 
 # 12 pigeons in 11 holes: clingo searches for minutes.
 PIGEONS = "1 { at(P,H) : H=1..11 } 1 :- P=1..12. :- at(P,H), at(Q,H), P < Q. #show at/2."
@@ -165,7 +168,7 @@ def test_what_cannot_be_asked_for(asked: str, reason: str, engine: Engine) -> No
 
 
 def test_a_program_that_asks_without_end(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rosclingo.engine._MOST_ROUNDS", 100)
+    monkeypatch.setattr("rosclingo.solver.engine._MOST_ROUNDS", 100)
     engine.apply(Add("count", ("n",), "#external ground(count(n+1))."))
     with pytest.raises(SolverError, match=r"100 times, last for count\(100\)"):
         engine.apply(asking("count", "0"))

@@ -7,9 +7,9 @@ from typing import Tuple
 
 import pytest
 
-from rosclingo.commands import Add, AssignExternal, Ground, Part, Truth
-from rosclingo.engine import Engine, Outcome, Result
-from rosclingo.options import parse_options
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import parse_options
+from rosclingo.wire.commands import Add, AssignExternal, Ground, Outcome, Part, Result, Truth
 
 EXAMPLES = Path(__file__).parents[2] / "example"
 

@@ -12,9 +12,9 @@ from clingo import ast
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosclingo.controls import Messages  # it makes clingo's logger bear any character
 from rosclingo.errors import ProgramError
-from rosclingo.lexical import MAX_NESTING, blank_comments, depth, includes, script, too_deep
+from rosclingo.solver.controls import Messages  # it makes clingo's logger bear any character
+from rosclingo.solver.lexical import MAX_NESTING, blank_comments, depth, includes, script, too_deep
 
 # --- includes --------------------------------------------------------------------------------
 
@@ -307,9 +307,9 @@ def test_clingo_bears_what_is_not_refused(text: str, run_python: Callable[[str],
     # MAX_NESTING must stay below what overflows the main thread's stack, in which files are loaded.
     assert MAX_NESTING - 200 < depth(text) <= MAX_NESTING
     code = (
-        "from rosclingo.commands import Add, Ground, Part\n"
-        "from rosclingo.engine import Engine\n"
-        "from rosclingo.options import Options\n"
+        "from rosclingo.wire.commands import Add, Ground, Part\n"
+        "from rosclingo.solver.engine import Engine\n"
+        "from rosclingo.solver.options import Options\n"
         "engine = Engine(Options())\n"
         f"engine.apply(Add('p', (), {text!r})); engine.apply(Ground((Part('p'),)))\n"
         "print(engine.solve().result.value)"

@@ -7,10 +7,10 @@ from typing import List, Tuple
 
 import pytest
 
-from rosclingo.commands import Ground, Part
-from rosclingo.engine import Engine
 from rosclingo.errors import OptionsError
-from rosclingo.options import USAGE, Options, parse_options
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import USAGE, Options, parse_options
+from rosclingo.wire.commands import Ground, Part
 
 
 @pytest.fixture(autouse=True)

@@ -6,7 +6,7 @@ import socket
 
 import pytest
 
-from rosclingo import ports
+from rosclingo.ros import ports
 
 
 def test_a_free_port_is_none_that_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:

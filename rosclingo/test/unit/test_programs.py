@@ -9,10 +9,6 @@ from typing import Callable, List, Tuple
 
 import pytest
 
-from rosclingo import programs
-from rosclingo.commands import Add, Ground, Load, Part, Restart
-from rosclingo.controls import Messages
-from rosclingo.engine import Engine, Result
 from rosclingo.errors import (
     ForbiddenError,
     OptionsError,
@@ -20,8 +16,12 @@ from rosclingo.errors import (
     RosclingoError,
     SolverError,
 )
-from rosclingo.options import Options
-from rosclingo.programs import Policy
+from rosclingo.solver import programs
+from rosclingo.solver.controls import Messages
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.solver.programs import Policy
+from rosclingo.wire.commands import Add, Ground, Load, Part, Restart, Result
 
 
 @pytest.fixture
@@ -421,10 +421,10 @@ def test_a_program_does_not_end_the_process(text: str, run_python: Callable[...,
     # In the worker, whose thread has a larger stack, as in the node.
     code = (
         "import sys\n"
-        "from rosclingo.commands import Add, Ground, Part, Restart\n"
-        "from rosclingo.engine import Engine\n"
-        "from rosclingo.options import Options\n"
-        "from rosclingo.worker import Worker\n"
+        "from rosclingo.wire.commands import Add, Ground, Part, Restart\n"
+        "from rosclingo.solver.engine import Engine\n"
+        "from rosclingo.solver.options import Options\n"
+        "from rosclingo.solver.worker import Worker\n"
         "worker = Worker(Engine(Options()))\n"
         "worker.control([Add('p', (), eval(sys.stdin.read())), Ground((Part('p'),))])\n"
         "print(worker.control([Restart(), Ground((Part('base'),))]).success)"
@@ -438,9 +438,9 @@ def test_open_strings_take_no_longer_than_closed_ones(
 ) -> None:
     # Hours if what is behind each quote is read to the text's end, here or in clingo.
     code = (
-        "from rosclingo.commands import Add\n"
-        "from rosclingo.engine import Engine\n"
-        "from rosclingo.options import Options\n"
+        "from rosclingo.wire.commands import Add\n"
+        "from rosclingo.solver.engine import Engine\n"
+        "from rosclingo.solver.options import Options\n"
         f"program = {begin!r} + '\"' + '\\\\\"' * 1_000_000\n"
         "print(Engine(Options()).run([Add('p', (), program)]).failure.message)"
     )

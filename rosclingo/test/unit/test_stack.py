@@ -7,17 +7,17 @@ from typing import Callable, List
 
 import pytest
 
-from rosclingo import stack
+from rosclingo.solver import stack
 
 
 def test_a_term_that_nests_deeply_does_not_end_the_process(
     run_python: Callable[[str], str],
 ) -> None:
     code = (
-        "from rosclingo.commands import Add, Ground, Part\n"
-        "from rosclingo.engine import Engine\n"
-        "from rosclingo.options import Options\n"
-        "from rosclingo.worker import Worker\n"
+        "from rosclingo.wire.commands import Add, Ground, Part\n"
+        "from rosclingo.solver.engine import Engine\n"
+        "from rosclingo.solver.options import Options\n"
+        "from rosclingo.solver.worker import Worker\n"
         "worker = Worker(Engine(Options()))\n"
         "text = 'n(0,z). n(I+1,f(T)) :- n(I,T), I < 700000. #show. #show T : n(700000,T).'\n"
         "print(worker.control([Add('p', (), text), Ground((Part('p'),))]).success)"

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosclingo.errors import TermError
-from rosclingo.terms import is_plain, parse_term, quote, split_term
+from rosclingo.solver.terms import is_plain, parse_term, quote, split_term
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_arithmetic_does_not_end_the_process(text: str, run_python: Callable[[st
     # The processor has no answer to these divisions and stops the process (SIGFPE).
     code = (
         "from rosclingo.errors import TermError\n"
-        "from rosclingo.terms import parse_term\n"
+        "from rosclingo.solver.terms import parse_term\n"
         f"try: print(parse_term({text!r}))\n"
         "except TermError: print('refused')"
     )
@@ -154,7 +154,7 @@ def test_open_strings_take_no_longer_than_closed_ones(run_python: Callable[[str]
     # Hours, and no other thread runs, if what is behind each quote is read to the text's end.
     code = (
         "from rosclingo.errors import TermError\n"
-        "from rosclingo.terms import parse_term\n"
+        "from rosclingo.solver.terms import parse_term\n"
         "try: parse_term('\"' + '\\\\\"' * 1_000_000)\n"
         "except TermError as err: print(err)"
     )

@@ -7,7 +7,10 @@ from typing import Callable, Iterator, List, Optional, Sequence
 
 import pytest
 
-from rosclingo.commands import (
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.solver.worker import Job, Stop, Worker
+from rosclingo.wire.commands import (
     Add,
     AssignExternal,
     Assumption,
@@ -17,16 +20,16 @@ from rosclingo.commands import (
     GetExternals,
     GetStats,
     Ground,
+    Improvement,
     Load,
+    Outcome,
     Part,
     Reply,
     Restart,
+    Result,
     Stats,
     Truth,
 )
-from rosclingo.engine import Engine, Improvement, Outcome, Result
-from rosclingo.options import Options
-from rosclingo.worker import Job, Stop, Worker
 
 TIMEOUT = 20.0  # seconds; no more than a bound for what never comes
 

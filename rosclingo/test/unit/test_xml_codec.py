@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosclingo import xml_codec
-from rosclingo.commands import (
+from rosclingo.errors import XmlError
+from rosclingo.wire import xml_codec
+from rosclingo.wire.commands import (
     Add,
     AssignExternal,
     Assumption,
@@ -32,8 +33,7 @@ from rosclingo.commands import (
     Stats,
     Truth,
 )
-from rosclingo.errors import XmlError
-from rosclingo.xml_codec import (
+from rosclingo.wire.xml_codec import (
     command_name,
     decode_assumptions,
     decode_commands,
@@ -42,7 +42,7 @@ from rosclingo.xml_codec import (
     encode_commands,
     encode_reply,
 )
-from rosclingo.xml_tree import MAX_ELEMENTS, parse
+from rosclingo.wire.xml_tree import MAX_ELEMENTS, parse
 
 FIXTURES = Path(__file__).parents[1] / "xml"
 

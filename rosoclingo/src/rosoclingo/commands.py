@@ -2,7 +2,7 @@
 
 A mode's answer set holds ``do(controller,Command,1)``. The method with the command's name is called
 with the command's arguments, which are clingo symbols. So a method of a subclass that is given to
-``rosoclingo.node.main`` is a new command; ``nodes/commands.py`` is the place for it.
+``rosoclingo.ros.node.main`` is a new command; ``nodes/commands.py`` is the place for it.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from typing import List
 
 from clingo import Symbol, SymbolType
 
-from rosclingo.commands import AssignExternal, Truth
-from rosoclingo import diagnosis
-from rosoclingo.atoms import event, query
+from rosclingo.wire.commands import AssignExternal, Truth
 from rosoclingo.errors import ControllerError
-from rosoclingo.search import Search
-from rosoclingo.state import State
+from rosoclingo.loop import diagnosis
+from rosoclingo.loop.atoms import event, query
+from rosoclingo.loop.search import Search
+from rosoclingo.loop.state import State
 
 _TRUTHS = frozenset(truth.value for truth in Truth)
 
@@ -139,7 +139,7 @@ class ROSCommands:
     def publish(self) -> None:
         """Publishes the whole plan as one message; the loop is through then."""
         plan = ", ".join(str(action) for action in self.state.plan.actions_from(0))
-        self.state.outside.publish("solver", f"[{plan}]")
+        self.state.environment.publish("solver", f"[{plan}]")
         self.state.finish("the plan is published, and the mode is through: it takes no goals")
 
     def idle(self) -> None:
@@ -151,7 +151,7 @@ class ROSCommands:
     def exit(self) -> None:
         """Ends the node, with the reason: there is no plan within the maximal horizon.
 
-        The loop goes on if the reason can be removed, see :mod:`rosoclingo.diagnosis`.
+        The loop goes on if the reason can be removed, see :mod:`rosoclingo.loop.diagnosis`.
         """
         diagnosis.end(self.state)
 

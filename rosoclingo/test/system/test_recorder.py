@@ -11,7 +11,7 @@ from pathlib import Path
 from terminals import Terminals, terminals, wait_for
 
 from rosoclingo.bags.errors import BagError
-from rosoclingo.bags.reader import read_recording
+from rosoclingo.bags.read.reader import read_recording
 
 __all__ = ["terminals"]
 

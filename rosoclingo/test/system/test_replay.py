@@ -18,7 +18,7 @@ from rosbags.rosbag1 import Reader, Writer
 from terminals import Terminal, Terminals, package, terminals, wait_for
 
 from rosoclingo.bags.errors import BagError
-from rosoclingo.bags.reader import read_recording
+from rosoclingo.bags.read.reader import read_recording
 
 __all__ = ["terminals"]
 
@@ -30,7 +30,7 @@ EVENT = struct.Struct("<III")  # how it begins: the time and the number
 DRIVER = """
 import random, sys, threading, time, rospy
 from actionlib import CommState
-from rosclingo.low_latency import LowLatencyActionClient
+from rosclingo.ros.low_latency import LowLatencyActionClient
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
 rospy.init_node("driver")

@@ -10,9 +10,9 @@ from typing import Any, Dict, List, Sequence, Tuple
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from rosoclingo.bags.record.writer import BagWriter, Source
 from rosoclingo.bags.topics import LOOP_TYPES, SOLVER_TYPES
 from rosoclingo.bags.wire import rosbags_type
-from rosoclingo.bags.writer import BagWriter, Source
 
 ROOT = Path(__file__).resolve().parents[3]
 BEGIN = 1_700_000_000 * 10**9  # ns

@@ -8,19 +8,19 @@ from typing import Any, Callable, Iterator, List, Optional, Sequence, Tuple
 
 import pytest
 
-from rosclingo.engine import Engine
 from rosclingo.errors import RosclingoError
-from rosclingo.options import Options, parse_options
-from rosoclingo.atoms import Action
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options, parse_options
 from rosoclingo.commands import ROSCommands
-from rosoclingo.controller import Controller, Decider
-from rosoclingo.dialects import detect, says_status
-from rosoclingo.goals import Goal
-from rosoclingo.inbox import Inbox, Message
-from rosoclingo.loop import Loop
-from rosoclingo.single import ClingoControl, commands_for, last_step
-from rosoclingo.solver import Solver
-from rosoclingo.state import Outside
+from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.controller import Controller, Decider
+from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.state import Environment
+from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
+from rosoclingo.single.dialects import detect, says_status
 
 PACKAGE = Path(__file__).resolve().parents[2]
 TIMEOUT = 30.0  # seconds; no more than a bound for what never comes
@@ -58,7 +58,7 @@ class RecordedGoal(Goal):
         assert self._accepted.wait(TIMEOUT), f"{self.request} was not accepted"
 
 
-class World(Outside):
+class World(Environment):
     """The robot: it answers each action as ``answer`` says, or not at all."""
 
     def __init__(self, inbox: Inbox) -> None:
@@ -210,7 +210,7 @@ def single() -> Iterator[Callable[..., System]]:
         options = parse_options([p for a in arguments for p in (("-f", a) if ".lp" in a else (a,))])
         dialect = detect(options)
         made = System(
-            ClingoControl(dialect.first_step, last_step(options.clingo)),
+            Algorithm1(dialect.first_step, last_step(options.clingo)),
             dialect(Engine(options)),
             commands_for(dialect, ROSCommands, says_status(options)),
             inbox=inbox,

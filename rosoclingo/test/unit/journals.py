@@ -6,9 +6,9 @@ import random
 from typing import List, Sequence
 
 from rosoclingo.bags.model import Entry, Recording
-from rosoclingo.bags.runs import Statistics
-from rosoclingo.bags.statistics import compute
-from rosoclingo.journal import Event
+from rosoclingo.bags.report.run import Statistics
+from rosoclingo.bags.report.statistics import compute
+from rosoclingo.loop.journal import Event
 
 
 class Journal:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Iterable, List, Sequence, Tuple
 
 from rosoclingo.bags.model import Entry
-from rosoclingo.journal import Event
+from rosoclingo.loop.journal import Event
 
 Made = Tuple[str, str, str, int]
 """Kind, id, text and step."""

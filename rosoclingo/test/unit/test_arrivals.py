@@ -10,7 +10,7 @@ from bag_maker import BEGIN, data, source, stamp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosoclingo.bags.arrivals import Journal, Received
+from rosoclingo.bags.record.arrivals import Journal, Received
 from rosoclingo.bags.topics import LOOP_TYPES
 
 KIND = LOOP_TYPES["journal"]

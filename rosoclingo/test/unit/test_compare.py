@@ -9,12 +9,11 @@ from xml.etree import ElementTree
 import pytest
 from replay_maker import ASK, END, RUN, Made, drive, entries, events, status
 
-from rosoclingo.bags.comparison import Comparison, Level, compare
-from rosoclingo.bags.junit import Suite, write_error, write_results
+from rosoclingo.bags.compare.comparison import Comparison, Level, Stall, compare
+from rosoclingo.bags.compare.junit import Suite, write_error, write_results
+from rosoclingo.bags.compare.text_report import describe, speed, summary
 from rosoclingo.bags.model import Entry
-from rosoclingo.bags.schedule import Stall
-from rosoclingo.bags.show import describe, speed, summary
-from rosoclingo.journal import Event
+from rosoclingo.loop.journal import Event
 
 OTHER_WAY = ASK + status("accepted", 1) + drive(1, 3) + status("succeeded", 2) + END
 LONGER = ASK + status("accepted", 1) + drive(2, 2, 3) + status("succeeded", 3) + END

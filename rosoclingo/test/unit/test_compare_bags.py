@@ -10,9 +10,9 @@ import pytest
 from bag_maker import Maker, run_without
 from replay_maker import ASK, END, RUN, Made, drive, status
 
-from rosoclingo.bags import comparable
-from rosoclingo.bags.compare import main
-from rosoclingo.bags.reader import read_recording
+from rosoclingo.bags.compare import comparable
+from rosoclingo.bags.compare.command import main
+from rosoclingo.bags.read.reader import read_recording
 
 FAILS = ASK + status("accepted", 1) + drive(2) + status("aborted", 2) + END
 

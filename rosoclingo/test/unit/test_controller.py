@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 from conftest import PACKAGE
 
-from rosclingo.engine import Engine, Result
-from rosclingo.options import Options
-from rosoclingo.controller import Controller, Info
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Result
 from rosoclingo.errors import ControllerError
+from rosoclingo.loop.controller import Controller, Info
 
 MODE = str(PACKAGE / "modes" / "dynamic.incremental.recording.lp")
 UNSAT, SAT = Info(Result.UNSAT), Info(Result.SAT)

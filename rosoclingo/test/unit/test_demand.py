@@ -10,12 +10,12 @@ from typing import Any, Callable, List, Sequence
 import pytest
 from conftest import PACKAGE, TIMEOUT, System
 
-from rosclingo.commands import AssignExternal, Command, GetExternals, Ground, Reply
-from rosclingo.engine import Engine, Outcome
-from rosclingo.options import Options
-from rosoclingo import demand
-from rosoclingo.journal import BEST_SO_FAR, Event
-from rosoclingo.solver import Forwarding
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import AssignExternal, Command, GetExternals, Ground, Outcome, Reply
+from rosoclingo.loop import demand
+from rosoclingo.loop.journal import BEST_SO_FAR, Event
+from rosoclingo.loop.solver import Forwarding
 
 TOLD = str(PACKAGE / "example/line_demand.lp")
 MODES = ("recording", "reset", "dyn_reset")
@@ -247,7 +247,7 @@ def test_an_encoding_that_does_not_fit(
 def test_answer_sets_that_ask_without_end(
     system: Callable[..., System], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rosoclingo.solver._MOST_ROUNDS", 20)
+    monkeypatch.setattr("rosoclingo.loop.solver._MOST_ROUNDS", 20)
     file = tmp_path / "own.lp"
     file.write_text(
         "#program query(t). #external query(t). #program search(k,t). #show ground(more(0))."

@@ -14,10 +14,10 @@ import lz4.frame
 import pytest
 from bag_maker import ROOT, data, run, source, texts
 
-from rosoclingo.bags import expand
 from rosoclingo.bags.errors import BagError, BagSizeError, DamagedBagError
 from rosoclingo.bags.model import Recording
-from rosoclingo.bags.reader import read_recording
+from rosoclingo.bags.read import decompress
+from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.topics import LOOP_TYPES
 
 MIB = 2**20
@@ -32,8 +32,8 @@ COMPRESS: Dict[str, Callable[[bytes], bytes]] = {
 
 @pytest.fixture
 def low_limits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(expand, "_LEAST", MOST * MIB)
-    monkeypatch.setattr(expand, "_RATIO", 1)
+    monkeypatch.setattr(decompress, "_LEAST", MOST * MIB)
+    monkeypatch.setattr(decompress, "_RATIO", 1)
 
 
 def read(file: Path) -> Recording:
@@ -82,7 +82,7 @@ def test_a_chunk_that_expands_to_too_much(tmp_path: Path, compression: str, said
 
 
 def test_a_chunk_that_is_too_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(expand, "_LONGEST_CHUNK", MOST * MIB)
+    monkeypatch.setattr(decompress, "_LONGEST_CHUNK", MOST * MIB)
     file = _add(tmp_path, _chunk("lz4", lz4.frame.compress(bytes(24 * MIB)), 1000))
     with pytest.raises(
         BagSizeError, match=rf"the chunk at byte \d+ expands to more than {MOST} MiB"
@@ -101,8 +101,8 @@ def test_an_index_that_names_messages_again_and_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = run().write(tmp_path / "a.bag")
-    monkeypatch.setattr(expand, "_LEAST", 1000)
-    monkeypatch.setattr(expand, "_RATIO", 0)  # as if there were more messages than there are
+    monkeypatch.setattr(decompress, "_LEAST", 1000)
+    monkeypatch.setattr(decompress, "_RATIO", 0)  # as if there were more messages than there are
     with pytest.raises(BagSizeError, match=r"message \d+ and those before it expand to more than"):
         read(file)
 

@@ -6,12 +6,12 @@ from typing import Callable, List, Optional, Sequence
 
 import pytest
 
-from rosclingo.commands import Add, Assumption, Ground, Part
-from rosclingo.engine import Engine, Improvement, Outcome, Result
-from rosclingo.options import Options
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Add, Assumption, Ground, Improvement, Outcome, Part, Result
 from rosoclingo.errors import LoopError
-from rosoclingo.insistent import Insistent
-from rosoclingo.solver import Forwarding
+from rosoclingo.loop.insistent import Insistent
+from rosoclingo.loop.solver import Forwarding
 
 
 class Disturbed(Forwarding):

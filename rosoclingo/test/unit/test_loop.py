@@ -10,10 +10,10 @@ import pytest
 from clingo import Number
 from conftest import PACKAGE, System
 
-from rosclingo.commands import Truth
+from rosclingo.wire.commands import Truth
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ControllerError, PlannerError
-from rosoclingo.inbox import Message
+from rosoclingo.loop.inbox import Message
 
 Make = Callable[..., System]
 LINE = str(PACKAGE / "example/line.lp")
@@ -289,7 +289,7 @@ def test_a_mode_in_the_published_style(system: Make, tmp_path: Path) -> None:
 def test_a_command_of_a_user(system: Make, tmp_path: Path) -> None:
     class MyCommands(ROSCommands):
         def say(self, what: Any, step: Any) -> None:
-            self.state.outside.publish("speaker", f"{what} at {step.number}")
+            self.state.environment.publish("speaker", f"{what} at {step.number}")
 
     made = system(script(tmp_path, "initialize", "say(hello,3)"), commands=MyCommands).start()
     made.world.wait_for(lambda world: bool(world.published))

@@ -7,9 +7,9 @@ from typing import Any, Callable, List
 
 import pytest
 
-from rosclingo.commands import Ground, Part
-from rosclingo.engine import Engine
-from rosclingo.options import Options
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Ground, Part
 from rosoclingo.errors import LoopError
 
 PACKAGE = Path(__file__).resolve().parents[2]

@@ -12,16 +12,16 @@ from clingo import Number
 from conftest import PACKAGE, System
 from test_loop import LINE, SCRIPT, script
 
-from rosclingo.commands import Reply, Truth
-from rosclingo.engine import Engine
 from rosclingo.errors import ServiceError, TermError
-from rosclingo.options import Options
-from rosclingo.worker import Worker
-from rosoclingo.atoms import canonical
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.solver.worker import Worker
+from rosclingo.wire.commands import Reply, Truth
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import PlannerError
-from rosoclingo.inbox import Message
-from rosoclingo.solver import Planner
+from rosoclingo.loop.atoms import canonical
+from rosoclingo.loop.inbox import Message
+from rosoclingo.loop.solver import Planner
 
 Make = Callable[..., System]
 INCREMENTAL = [f"dynamic.incremental.{kind}" for kind in ("recording", "reset", "dyn_reset")]

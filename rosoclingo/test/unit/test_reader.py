@@ -22,10 +22,10 @@ from rosoclingo.bags.errors import (
     SeveralSystemsError,
 )
 from rosoclingo.bags.model import Recording
-from rosoclingo.bags.reader import read_recording
+from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS
 from rosoclingo.bags.wire import rosbags_type
-from rosoclingo.bags.writer import COMPRESSIONS, BagWriter
 
 NUMBERS = [str(number) for number in range(1, 21)]
 

@@ -13,10 +13,10 @@ from bag_maker import Maker, run_without, source
 from journals import Journal, long_journal
 
 from rosoclingo.bags.model import Program, Recording
-from rosoclingo.bags.page import data, render
-from rosoclingo.bags.picture import draw
-from rosoclingo.bags.report import main
-from rosoclingo.bags.statistics import compute
+from rosoclingo.bags.report.command import main
+from rosoclingo.bags.report.page import data, render
+from rosoclingo.bags.report.picture import draw
+from rosoclingo.bags.report.statistics import compute
 
 HOSTILE = "</script><img src=x onerror=alert(1)><!--<script>&lt;\u2028'\"@SCRIPT@"
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -227,7 +227,7 @@ def test_a_picture_that_cannot_be_drawn(
     modules: Tuple[str, ...],
     reason: str,
 ) -> None:
-    monkeypatch.delitem(sys.modules, "rosoclingo.bags.picture", raising=False)
+    monkeypatch.delitem(sys.modules, "rosoclingo.bags.report.picture", raising=False)
     for module in modules:
         monkeypatch.setitem(sys.modules, module, None)  # importing it fails
     with pytest.raises(SystemExit) as end:

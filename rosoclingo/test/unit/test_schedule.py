@@ -8,11 +8,11 @@ from typing import List, Optional, Sequence, Tuple
 import pytest
 from replay_maker import ASK, END, RUN, Made, drive, entries, events, status
 
-from rosoclingo.bags.inputs import Point, inputs
+from rosoclingo.bags.compare.outputs import is_open, outputs, tidy
 from rosoclingo.bags.model import Entry
-from rosoclingo.bags.outputs import is_open, outputs, tidy
-from rosoclingo.bags.schedule import Schedule, commands
-from rosoclingo.journal import FOR_A_REPLAY, Event
+from rosoclingo.bags.replay.inputs import Point, inputs
+from rosoclingo.bags.replay.schedule import Schedule, commands
+from rosoclingo.loop.journal import FOR_A_REPLAY, Event
 
 
 class Replay:

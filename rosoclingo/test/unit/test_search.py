@@ -8,8 +8,8 @@ from typing import Callable
 import pytest
 from conftest import PACKAGE, System
 
-from rosoclingo import state
 from rosoclingo.errors import PlannerError
+from rosoclingo.loop import state
 
 Make = Callable[..., System]
 LINE = (PACKAGE / "example/line.lp").read_text()

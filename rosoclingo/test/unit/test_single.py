@@ -11,10 +11,10 @@ import pytest
 from conftest import PACKAGE, System
 
 from rosclingo.errors import OptionsError, ProgramError
-from rosclingo.options import Options
-from rosoclingo.dialects import detect
+from rosclingo.solver.options import Options
 from rosoclingo.errors import LoopError
-from rosoclingo.single import last_step
+from rosoclingo.single.algorithm1 import last_step
+from rosoclingo.single.dialects import detect
 
 Make = Callable[..., System]
 LINE = {

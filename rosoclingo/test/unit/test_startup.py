@@ -9,10 +9,10 @@ from typing import Dict, List, Mapping, Sequence
 import pytest
 
 from rosoclingo.bags.model import Entry, Program, Recording
-from rosoclingo.bags.replayable import check
-from rosoclingo.bags.startup import Changes, starts
-from rosoclingo.bags.unpack import ReplayError, from_disk, unpack
-from rosoclingo.journal import Event
+from rosoclingo.bags.replay.replayable import check
+from rosoclingo.bags.replay.startup import Changes, starts
+from rosoclingo.bags.replay.unpack import ReplayError, from_disk, unpack
+from rosoclingo.loop.journal import Event
 
 FILES = {"/home/me/ws/task.lp": '#include "parts/map.lp".', "/home/me/ws/parts/map.lp": "a."}
 

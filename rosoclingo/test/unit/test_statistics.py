@@ -5,7 +5,7 @@ from typing import List, Tuple
 import pytest
 from journals import Journal, long_journal
 
-from rosoclingo.bags.runs import Statistics
+from rosoclingo.bags.report.run import Statistics
 
 
 def kinds(run: Statistics) -> List[List[Tuple[str, str]]]:

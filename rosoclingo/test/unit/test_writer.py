@@ -14,9 +14,9 @@ from bag_maker import BEGIN, Maker, run, source
 from rosbags.rosbag1 import Reader
 
 from rosoclingo.bags.errors import BagWriteError
-from rosoclingo.bags.reader import read_recording
+from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.bags.record.writer import BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, loop_topics, solver_topics
-from rosoclingo.bags.writer import BagWriter
 
 
 def test_does_not_overwrite(tmp_path: Path) -> None:
@@ -63,7 +63,7 @@ def test_killed_after_a_flush(tmp_path: Path) -> None:
         "import os, sys; sys.path.insert(0, sys.argv[2])\n"
         "from pathlib import Path\n"
         "from bag_maker import BEGIN, run\n"
-        "from rosoclingo.bags.writer import BagWriter\n"
+        "from rosoclingo.bags.record.writer import BagWriter\n"
         "writer = BagWriter(Path(sys.argv[1]))\n"
         "for sender, seconds, content in run().messages:\n"
         "    writer.write(sender, BEGIN + round(seconds * 10**9), content)\n"

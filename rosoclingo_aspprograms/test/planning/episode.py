@@ -9,17 +9,18 @@ from pathlib import Path
 from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import rosoclingo
-from rosclingo.engine import Engine, Result
-from rosclingo.options import Options
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Result
 from rosoclingo.commands import ROSCommands
-from rosoclingo.controller import Controller
-from rosoclingo.dialects import detect, says_status
 from rosoclingo.errors import LoopError, ShutdownError
-from rosoclingo.goals import Goal
-from rosoclingo.inbox import Cancel, Inbox, Message
-from rosoclingo.loop import Loop
-from rosoclingo.single import ClingoControl, commands_for
-from rosoclingo.state import Outside
+from rosoclingo.loop.controller import Controller
+from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.inbox import Cancel, Inbox, Message
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.state import Environment
+from rosoclingo.single.algorithm1 import Algorithm1, commands_for
+from rosoclingo.single.dialects import detect, says_status
 from rosoclingo_aspprograms.validator import Map, Validator
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -58,7 +59,7 @@ class Request(Goal):
         self._validator.status(self, word, self.slot)
 
 
-class Episode(Inbox, Outside):
+class Episode(Inbox, Environment):
     """A planner, a mode, and the world around them.
 
     Attributes:
@@ -93,7 +94,7 @@ class Episode(Inbox, Outside):
 
         if mode == SINGLE:
             dialect = detect(planner_options)
-            single = ClingoControl(dialect.first_step)
+            single = Algorithm1(dialect.first_step)
             commands = commands_for(dialect, Commands, says_status(planner_options))
             self.loop = Loop(single, dialect(self.planner), commands, self, self)
         else:

@@ -10,10 +10,11 @@ from typing import Dict, List, Sequence, Tuple
 import pytest
 from episode import FIXED, INCREMENTAL, Episode
 
-from rosclingo.engine import Engine, Result
-from rosclingo.options import Options
-from rosoclingo.atoms import Plan
-from rosoclingo.solver import Planner
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Result
+from rosoclingo.loop.atoms import Plan
+from rosoclingo.loop.solver import Planner
 from rosoclingo_aspprograms.validator import Map
 
 FOLDER = Path(__file__).resolve().parents[2] / "plants"

@@ -18,10 +18,10 @@ from episode import (
     Episode,
 )
 
-from rosclingo.commands import Ground, Part
-from rosclingo.engine import Engine, Result
-from rosclingo.options import Options
-from rosoclingo.solver import Planner
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Ground, Part, Result
+from rosoclingo.loop.solver import Planner
 from rosoclingo_aspprograms.validator import Map
 
 DYNAMIC = [FIXED, *INCREMENTAL]

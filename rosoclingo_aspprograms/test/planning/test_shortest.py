@@ -9,11 +9,11 @@ from typing import Dict, List, Tuple
 import pytest
 from episode import BENCH, MAILBOT
 
-from rosclingo.commands import Truth
-from rosclingo.engine import Engine, Result
-from rosclingo.options import Options
-from rosoclingo.atoms import Plan
-from rosoclingo.solver import Planner
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Result, Truth
+from rosoclingo.loop.atoms import Plan
+from rosoclingo.loop.solver import Planner
 from rosoclingo_aspprograms.validator import Map
 
 BY_STEPS = str(Path(__file__).with_name("mailbot_by_steps.lp"))

@@ -9,10 +9,11 @@ from typing import Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tupl
 
 import pytest
 
-from rosclingo.engine import Engine, Result
-from rosclingo.options import Options
-from rosoclingo.atoms import Plan
-from rosoclingo.solver import Planner
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Result
+from rosoclingo.loop.atoms import Plan
+from rosoclingo.loop.solver import Planner
 
 LIBRARY = Path(__file__).resolve().parents[2] / "lib"
 SEEDS = range(60)

@@ -10,7 +10,7 @@ import rospy
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
-from rosclingo.low_latency import LowLatencyActionClient
+from rosclingo.ros.low_latency import LowLatencyActionClient
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoGoal
 from rosoclingo_examples.orders import ENDS, Bring, Order, Orders
 

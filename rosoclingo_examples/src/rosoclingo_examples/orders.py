@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Dict, List, Optional, Tuple, Union
 
 from rosclingo.errors import TermError
-from rosclingo.terms import parse_term, quote
+from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.errors import LineError
 
 ENDS = {

@@ -7,7 +7,7 @@ from typing import NoReturn
 
 import rospy
 
-from rosclingo.ros_node import init_node, on_shutdown
+from rosclingo.ros.init import init_node, on_shutdown
 from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Cancel, Orders, parse_line
 from rosoclingo_interfaces.errors import LineError

@@ -11,7 +11,7 @@ import rospy
 import rostest
 from actionlib import ServerGoalHandle
 
-from rosclingo.low_latency import LowLatencyActionServer
+from rosclingo.ros.low_latency import LowLatencyActionServer
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoResult
 from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Bring, Orders

@@ -15,7 +15,7 @@ from typist import Typist, pipe
 
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
-from rosoclingo.bags.reader import read_recording
+from rosoclingo.bags.read.reader import read_recording
 
 __all__ = ["terminals"]
 

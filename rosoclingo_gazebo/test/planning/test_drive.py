@@ -17,7 +17,7 @@ from rosoclingo_gazebo.simulator.occupancy import OccupancyMap, read_map
 from rosoclingo_gazebo.simulator.physics import Pose
 from rosoclingo_gazebo.simulator.planner import Planner
 from rosoclingo_gazebo.simulator.simulation import Simulation
-from rosoclingo_interfaces.waypoints import Waypoints, read_waypoints
+from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
 
 PACKAGE = Path(__file__).resolve().parents[2]
 INSTANCE = PACKAGE.parent / "rosoclingo_aspprograms" / "mailbot" / "instances" / "graph_wg.lp"

@@ -13,7 +13,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
-from rosclingo.low_latency import subscriber
+from rosclingo.ros.low_latency import subscriber
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
 
 TIMEOUT = 150.0  # seconds of wall time; no more than a bound for what never comes

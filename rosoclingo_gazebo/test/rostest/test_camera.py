@@ -13,7 +13,7 @@ from sensor_msgs.msg import CameraInfo, Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from recorder import wait_for
-from rosclingo.low_latency import subscriber
+from rosclingo.ros.low_latency import subscriber
 
 WIDTH, HEIGHT, PERIOD = 80, 60, 0.25  # as in the launch file: pixels, and seconds
 STEP = 0.05  # s, of the simulation

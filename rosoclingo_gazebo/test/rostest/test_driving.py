@@ -17,7 +17,7 @@ from actionlib_msgs.msg import GoalStatus
 
 from floor import Floor
 from recorder import Recorder, wait_for
-from rosclingo.low_latency import LowLatencyActionClient, publisher
+from rosclingo.ros.low_latency import LowLatencyActionClient, publisher
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn
 from rosoclingo_gazebo.srv import Obstacle
 

@@ -15,7 +15,7 @@ from rooms import RADIUS, WALLS, box_of, gap, room
 from rosoclingo_gazebo.simulator.occupancy import read_map
 from rosoclingo_gazebo.simulator.physics import Pose
 from rosoclingo_gazebo.simulator.planner import CLEARANCE, Planner, lengths
-from rosoclingo_interfaces.waypoints import read_waypoints
+from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 
 PLANNER = Planner(room())
 SOLID = [box_of(wall) for wall in WALLS]

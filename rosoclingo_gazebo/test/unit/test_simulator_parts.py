@@ -18,7 +18,7 @@ from rosoclingo_gazebo.simulator.obstacles import Obstacles
 from rosoclingo_gazebo.simulator.pacer import Pacer
 from rosoclingo_gazebo.simulator.physics import Box, Pose
 from rosoclingo_gazebo.simulator.settings import DEFAULT_POSE, parse_pose
-from rosoclingo_interfaces.waypoints import Waypoint, Waypoints
+from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
 
 FLOOR = room()
 SOLID = [box_of(wall) for wall in WALLS]

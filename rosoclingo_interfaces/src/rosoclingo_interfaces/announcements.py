@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rosclingo.terms import parse_term, quote
+from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.errors import LineError
 
 SOURCE = "info"

@@ -8,8 +8,8 @@ from typing import Callable, List
 import rosgraph
 import rospy
 
-from rosclingo.ros_node import on_shutdown
-from rosoclingo_interfaces.pulse import Pulse
+from rosclingo.ros.init import on_shutdown
+from rosoclingo_interfaces.watchdog import Watchdog
 
 SILENCE_SECONDS = 5.0
 """A clock that says the same for so long, in wall time, stands still."""
@@ -46,7 +46,7 @@ def reason() -> str:
 
 
 def _watch(waits: Callable[[], bool]) -> None:
-    pulse = Pulse(rospy.get_rostime)
+    pulse = Watchdog(rospy.get_rostime)
     end = threading.Event()
     on_shutdown(end.set)
     warn_at = SILENCE_SECONDS

@@ -8,7 +8,7 @@ import time
 from typing import Callable, Dict, FrozenSet, Optional
 
 from rosclingo.errors import RosclingoError, TermError
-from rosclingo.terms import parse_term
+from rosclingo.solver.terms import parse_term
 from rosoclingo_interfaces.errors import CanceledError
 from rosoclingo_interfaces.execution import Execution, set_current
 from rosoclingo_interfaces.interface import FAILURE, ActionInterface, answer_text

@@ -8,7 +8,7 @@ from typing import Any, Optional, Sequence, Union
 import clingo
 
 from rosclingo.errors import TermError
-from rosclingo.terms import parse_term, quote
+from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.errors import ActionError
 from rosoclingo_interfaces.execution import Execution, current
 

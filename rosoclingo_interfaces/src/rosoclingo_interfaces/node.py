@@ -11,7 +11,7 @@ from typing import Callable, NoReturn
 import rospy
 
 from rosclingo.errors import RosclingoError
-from rosclingo.ros_node import init_node, on_shutdown
+from rosclingo.ros.init import init_node, on_shutdown
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
 from rosoclingo_interfaces import clock, parameters
 from rosoclingo_interfaces.executor import Executor

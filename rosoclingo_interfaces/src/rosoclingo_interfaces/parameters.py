@@ -9,7 +9,7 @@ from typing import Any, List, Optional, Pattern, Sequence
 import rospy
 
 from rosclingo.errors import TermError
-from rosclingo.terms import parse_term
+from rosclingo.solver.terms import parse_term
 from rosoclingo_interfaces.errors import ParameterError
 
 NOTHING = r"(?!)"

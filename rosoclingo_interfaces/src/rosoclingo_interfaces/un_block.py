@@ -10,7 +10,7 @@ from typing import NoReturn
 import rospy
 
 from rosclingo.errors import TermError
-from rosclingo.ros_node import init_node, on_shutdown
+from rosclingo.ros.init import init_node, on_shutdown
 from rosoclingo.msg import ROSoClingoIn
 from rosoclingo_interfaces.announcements import SOURCE, parse_line
 from rosoclingo_interfaces.errors import LineError

@@ -7,8 +7,8 @@ from typing import List, Optional
 import pytest
 
 from rosoclingo_interfaces.errors import DriveError
-from rosoclingo_interfaces.stray import Point, Way
-from rosoclingo_interfaces.watch import TimeLimit, Watch
+from rosoclingo_interfaces.navigation.cross_track import Point, Way
+from rosoclingo_interfaces.navigation.watch import TimeLimit, Watch
 
 LIMIT = TimeLimit(base=30.0, speed=0.2)
 

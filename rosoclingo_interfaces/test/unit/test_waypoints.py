@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosoclingo_interfaces.errors import WaypointError
-from rosoclingo_interfaces.waypoints import Waypoint, Waypoints, read_waypoints
+from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints, read_waypoints
 
 GOOD = "frame: map\nwaypoints:\n"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Mapping, Tuple
 
-from rosoclingo.journal import Event
+from rosoclingo.loop.journal import Event
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Program:
-    """What a node was started with; see :func:`rosclingo.about.about`.
+    """What a node was started with; see :func:`rosclingo.ros.about.about`.
 
     Attributes:
         node: Its resolved name, such as ``/planner``.

@@ -18,8 +18,8 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
 from rosclingo.errors import RosclingoError
-from rosclingo.low_latency import subscriber
-from rosclingo.ros_node import init_node
+from rosclingo.ros.init import init_node
+from rosclingo.ros.low_latency import subscriber
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.client import Client
@@ -28,7 +28,7 @@ from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.story import ROBOT, Story
 from rosoclingo_gazebo.simulator.occupancy import read_map
 from rosoclingo_gazebo.srv import Obstacle
-from rosoclingo_interfaces.waypoints import read_waypoints
+from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 
 _USAGE = f"""\
 usage: demo.py [_output:=FOLDER] [ROS remappings]

@@ -11,7 +11,7 @@ from actionlib_msgs.msg import GoalStatus
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rosclingo.errors import RosclingoError, TermError
-from rosclingo.ros_node import init_node
+from rosclingo.ros.init import init_node
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
     ROSoClingoActionResult,

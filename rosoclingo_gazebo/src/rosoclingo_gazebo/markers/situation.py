@@ -7,7 +7,7 @@ from typing import Dict, FrozenSet, List, Mapping, Optional, Sequence, Set, Tupl
 
 import clingo
 
-from rosclingo.terms import parse_term
+from rosclingo.solver.terms import parse_term
 
 _SUCCESS, _FAILURE = "success", "failure"
 _ABORT = "abort"  # ends a robot's action, and is none itself: the answer is to that action

@@ -15,7 +15,7 @@ from move_base_msgs.msg import (
     MoveBaseResult,
 )
 
-from rosclingo.low_latency import LowLatencyActionServer, publisher, subscriber
+from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
 from rosoclingo_gazebo.simulator import messages
 from rosoclingo_gazebo.simulator.calls import Calls
 from rosoclingo_gazebo.simulator.laser import Scan

@@ -9,7 +9,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse
 
-from rosclingo.low_latency import publisher, subscriber
+from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo_gazebo.simulator import messages
 from rosoclingo_gazebo.simulator.calls import Calls
 from rosoclingo_gazebo.simulator.occupancy import OccupancyMap

@@ -11,7 +11,7 @@ from nav_msgs.msg import Path
 from nav_msgs.srv import GetPlan, GetPlanRequest, GetPlanResponse
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
-from rosclingo.low_latency import publisher
+from rosclingo.ros.low_latency import publisher
 from rosoclingo_gazebo.simulator import messages
 from rosoclingo_gazebo.simulator.action import GoalServer
 from rosoclingo_gazebo.simulator.calls import Calls

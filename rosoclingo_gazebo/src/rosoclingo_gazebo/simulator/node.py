@@ -12,8 +12,8 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 
 from rosclingo.errors import RosclingoError
-from rosclingo.low_latency import subscriber
-from rosclingo.ros_node import init_node
+from rosclingo.ros.init import init_node
+from rosclingo.ros.low_latency import subscriber
 from rosoclingo_gazebo.simulator import messages
 from rosoclingo_gazebo.simulator.calls import Calls
 from rosoclingo_gazebo.simulator.costmap import Costmap
@@ -33,7 +33,7 @@ from rosoclingo_gazebo.simulator.publications import Publications
 from rosoclingo_gazebo.simulator.settings import Settings, read_settings
 from rosoclingo_gazebo.simulator.simulation import STEP_SECONDS, Simulation
 from rosoclingo_gazebo.srv import Obstacle, ObstacleRequest, ObstacleResponse
-from rosoclingo_interfaces.waypoints import read_waypoints
+from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 
 if TYPE_CHECKING:
     from rosoclingo_gazebo.simulator.camera import CameraPublisher

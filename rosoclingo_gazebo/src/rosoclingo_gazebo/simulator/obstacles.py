@@ -9,11 +9,11 @@ from typing import Dict, Tuple
 import numpy as np
 
 from rosclingo.errors import TermError
-from rosclingo.terms import parse_term, quote
+from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_gazebo.simulator.errors import ObstacleError
 from rosoclingo_gazebo.simulator.occupancy import OccupancyMap
 from rosoclingo_gazebo.simulator.physics import ROBOT_RADIUS, Box, Physics
-from rosoclingo_interfaces.waypoints import Waypoint, Waypoints
+from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
 
 _LENGTH_METRES = 0.4  # of a box, along the way
 _GAP_METRES = 0.1  # left on either side, too narrow for the robot

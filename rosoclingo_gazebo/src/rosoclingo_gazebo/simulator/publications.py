@@ -13,7 +13,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from rosclingo.low_latency import publisher
+from rosclingo.ros.low_latency import publisher
 from rosoclingo_gazebo.simulator import messages
 from rosoclingo_gazebo.simulator.laser import Scan
 from rosoclingo_gazebo.simulator.physics import Pose, normal_angle

@@ -12,7 +12,7 @@ import yaml
 from rosoclingo_gazebo.world.checks import check
 from rosoclingo_gazebo.world.description import DEFAULT_FILES, KINDS, Area, Room, Waypoint, World
 from rosoclingo_gazebo.world.errors import WorldError
-from rosoclingo_interfaces import strict_yaml
+from rosoclingo_interfaces.navigation import strict_yaml
 
 _NAME = re.compile(r"_*[a-z]\w*", re.ASCII)  # a constant of clingo
 

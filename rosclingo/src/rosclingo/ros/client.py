@@ -1,0 +1,279 @@
+"""A solver node as seen by a client: the same calls as :class:`rosclingo.solver.engine.Engine`."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import threading
+import time
+from typing import Callable, Optional, Sequence, Tuple
+
+import rospy
+from actionlib_msgs.msg import GoalID, GoalStatus
+from rospy.exceptions import TransportException
+
+from rosclingo.errors import ServiceError, XmlError
+from rosclingo.msg import (
+    ROSClingoActionFeedback,
+    ROSClingoActionGoal,
+    ROSClingoActionResult,
+    ROSClingoGoal,
+)
+from rosclingo.ros.init import on_shutdown
+from rosclingo.ros.low_latency import publisher, subscriber
+from rosclingo.ros.presence import Presence, presence
+from rosclingo.solver.worker import Stop
+from rosclingo.srv import ROSClingoControl
+from rosclingo.wire.commands import Answer, Assumption, Command, Improvement, Outcome, Reply, Result
+from rosclingo.wire.xml_codec import decode_reply, encode_assumptions, encode_commands
+
+_POLL_SECONDS = 0.01  # how often a waiting call looks whether it is to stop
+_LOST = (rospy.ServiceException, rospy.ROSException, TransportException, OSError)
+_PATIENCE_SECONDS = 2.0  # a node that was started at the same time is there by then
+_REMINDER_SECONDS = 5.0  # how often it is said what is waited for
+
+
+class _Search:
+    """A goal on its way."""
+
+    def __init__(self, goal_id: GoalID, improved: Callable[[Improvement], None]) -> None:
+        self.id = goal_id
+        self.improved = improved
+        self.result: Optional[ROSClingoActionResult] = None
+        self.ended = threading.Event()
+
+
+class Client:
+    """Drives a solver node over its service and its action.
+
+    Make it after the node is initialised. One thread at a time may use it; the callbacks run in
+    rospy's threads.
+
+    A search takes two messages, a goal and its result. actionlib's client listens to the statuses
+    in between too, which takes twice as long for a search that is over at once.
+    """
+
+    def __init__(self, name: str = "rosclingo") -> None:
+        """Opens the connections without waiting for the node.
+
+        Args:
+            name: Name of the node, resolved like any other name.
+        """
+        self.name = rospy.resolve_name(name)
+        self._service_name = f"{self.name}/control"
+        self._service: Optional[rospy.ServiceProxy] = None
+        self._service_lock = threading.Lock()  # a connection carries one request at a time
+        self._abandoned = False
+        self._searches = 0
+        self._search: Optional[_Search] = None
+        self._goals = publisher(f"{self.name}/goal", ROSClingoActionGoal)
+        self._cancels = publisher(f"{self.name}/cancel", GoalID)
+        self._results = subscriber(f"{self.name}/result", ROSClingoActionResult, self._on_result)
+        self._feedback = subscriber(
+            f"{self.name}/feedback", ROSClingoActionFeedback, self._on_feedback
+        )
+        on_shutdown(self._abandon)
+
+    def wait(self, timeout: Optional[float] = None) -> None:
+        """Waits until the node is there, and warns every five seconds that it is not, and why.
+
+        Args:
+            timeout: Longest time to wait, in seconds of the wall clock; None for ever.
+
+        Raises:
+            ServiceError: The node did not come, or this process is shutting down.
+        """
+        begin = time.monotonic()
+        reminder = begin + _PATIENCE_SECONDS
+        seen = False
+        while not (self._connected() and self._has_service()):
+            now = time.monotonic()
+            if rospy.is_shutdown():
+                raise ServiceError(f"shut down while waiting for {self.name}")
+            if timeout is not None and now - begin > timeout:
+                raise ServiceError(f"there is no solver {self.name}; {self._how_to_start()}")
+            if now > reminder:
+                known = presence(self.name)
+                seen |= known is not Presence.UNKNOWN
+                # A warning, so that it goes to stderr and a client's output stays as it is.
+                rospy.logwarn("waiting for the solver %s: %s", self.name, self._why(known, seen))
+                reminder = now + _REMINDER_SECONDS
+            time.sleep(_POLL_SECONDS)
+
+    def _why(self, known: Presence, seen: bool) -> str:
+        """Says what is known of the node, which may have been seen before, and what to do."""
+        if known is Presence.RUNNING:
+            return known.value
+        words = known.value
+        if known is Presence.UNKNOWN:
+            ended = "it has ended" if seen else "it was not started, or has ended"
+            words += f": {ended}, and its terminal says why"
+        return f"{words}; {self._how_to_start()}"
+
+    def _how_to_start(self) -> str:
+        namespace, _, name = self.name.rpartition("/")
+        where = f"ROS_NAMESPACE={namespace} " if namespace else ""
+        return f"start one with: {where}rosrun rosclingo run.py __name:={name} -f FILE"
+
+    def control(self, *commands: Command) -> Tuple[Answer, ...]:
+        """Runs commands in order, which ends a solve call that is open.
+
+        Returns:
+            The answers of those commands that have one.
+
+        Raises:
+            ServiceError: A command failed, or the node is not there.
+            XmlError: A command holds a character that XML cannot carry.
+        """
+        reply = self.run(commands)
+        if reply.failure is not None:
+            failure = reply.failure
+            raise ServiceError(
+                f"{self.name} refused command {failure.index} (<{failure.command}>): "
+                f"{failure.message}"
+            )
+        return reply.answers
+
+    def run(self, commands: Sequence[Command]) -> Reply:
+        """Runs commands in order until one fails, which ends a solve call that is open.
+
+        Returns:
+            The answers, and the failure if there was one.
+
+        Raises:
+            ServiceError: The node is not there.
+            XmlError: A command holds a character that XML cannot carry.
+        """
+        text = encode_commands(commands)
+        with self._service_lock:
+            return self._call(text)
+
+    def _call(self, text: str) -> Reply:
+        try:
+            if self._service is None:
+                self._service = rospy.ServiceProxy(
+                    self._service_name, ROSClingoControl, persistent=True
+                )
+            return decode_reply(self._service(text).result)
+        except (*_LOST, XmlError) as err:
+            # A persistent connection is of no use after an error.
+            if self._service is not None:
+                self._service.close()
+                self._service = None
+            if self._abandoned:
+                raise ServiceError(f"shut down while waiting for {self.name}") from err
+            raise ServiceError(
+                f"the connection to {self._service_name} was lost ({err}): its node ended or was "
+                "restarted; the commands may have run or not, so begin with a restart"
+            ) from err
+
+    def _abandon(self) -> None:
+        """Ends what waits for the solver, because the process is shutting down."""
+        self._abandoned = True
+        search = self._search
+        if search is not None:
+            self._cancels.publish(id=search.id.id)
+        transport = getattr(self._service, "transport", None)
+        connection = getattr(transport, "socket", None)
+        if connection is not None:
+            with contextlib.suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
+    ) -> Outcome:
+        """Searches for answer sets.
+
+        Args:
+            assumptions: What to assume.
+            stopped: Asked every 10 ms; the search ends when it says True.
+            improved: Called with each better model while optimising, in a thread of rospy's.
+
+        Raises:
+            ServiceError: The node is not there, went away, or rejected or aborted the goal.
+        """
+        if not self._connected():
+            raise ServiceError(f"there is no solver {self.name}; is its node running?")
+        search = _Search(self._new_id(), improved)
+        goal = ROSClingoActionGoal(
+            goal_id=search.id, goal=ROSClingoGoal(encode_assumptions(assumptions))
+        )
+        self._search = search
+        try:
+            self._goals.publish(goal)
+            canceled = self._wait(search, stopped)
+        finally:
+            self._search = None
+        return self._outcome(search, canceled)
+
+    def check(self) -> None:
+        """Checks that the node is there.
+
+        Raises:
+            ServiceError: It is not.
+        """
+        if not self._connected():
+            raise ServiceError(f"the solver {self.name} went away")
+
+    def _new_id(self) -> GoalID:
+        # By wall time, where actionlib takes a simulator's, which may stand still: a server ignores
+        # an id that another client of the same name has used.
+        self._searches += 1
+        text = f"{rospy.get_name()}-{self._searches}-{time.time():.9f}"
+        return GoalID(rospy.Time.now(), text)
+
+    def _wait(self, search: _Search, stopped: Optional[Callable[[], bool]]) -> bool:
+        """Waits for the result of a search, and returns whether it was told to stop."""
+        canceled = False
+        while not search.ended.wait(_POLL_SECONDS):
+            if not canceled and stopped is not None and stopped():
+                self._cancels.publish(id=search.id.id)
+                canceled = True
+            if self._abandoned:
+                raise ServiceError(f"shut down while {self.name} was solving")
+            if not self._connected():
+                raise ServiceError(f"the solver {self.name} went away while solving")
+        return canceled
+
+    def _on_result(self, message: ROSClingoActionResult) -> None:
+        search = self._search
+        if search is not None and message.status.goal_id.id == search.id.id:
+            search.result = message
+            search.ended.set()
+
+    def _on_feedback(self, message: ROSClingoActionFeedback) -> None:
+        search = self._search
+        if search is not None and message.status.goal_id.id == search.id.id:
+            better = message.feedback
+            search.improved(Improvement(better.number, tuple(better.cost), tuple(better.answerset)))
+
+    def _outcome(self, search: _Search, canceled: bool) -> Outcome:
+        assert search.result is not None
+        status, result = search.result.status, search.result.result
+        # A control request or a goal of somebody else's ends a search too: it is interrupted then.
+        ended = canceled or (result.interrupted and status.text != Stop.SHUTDOWN.value)
+        if status.status != GoalStatus.SUCCEEDED and not ended:
+            word = GoalStatus.to_string(status.status)
+            raise ServiceError(f"{self.name} ended the goal as {word}: {status.text}")
+        try:
+            return Outcome(Result(result.result), result.interrupted, tuple(result.answerset))
+        except ValueError as err:
+            raise ServiceError(
+                f"{self.name} is no solver: its result is {result.result!r}, not sat, unsat or "
+                "unknown"
+            ) from err
+
+    def _connected(self) -> bool:
+        # Others may listen to the goals as well, such as a recorder; only the node publishes.
+        sends = all(t.impl.has_connection(self.name) for t in (self._goals, self._cancels))
+        return sends and all(t.get_num_connections() for t in (self._results, self._feedback))
+
+    def _has_service(self) -> bool:
+        try:
+            rospy.wait_for_service(self._service_name, _POLL_SECONDS)
+        except rospy.ROSException:
+            return False
+        return True

@@ -1,0 +1,252 @@
+"""The ROS node: service ``~control`` and the action at the node's own name."""
+
+from __future__ import annotations
+
+import os
+import queue
+import sys
+import threading
+import time
+from typing import Any, Dict, NoReturn, Optional, Sequence, Tuple
+
+import actionlib
+import rospy
+from actionlib_msgs.msg import GoalStatus
+from std_msgs.msg import String
+
+from rosclingo.errors import LONGEST_MESSAGE, OptionsError, RosclingoError, XmlError, shorten
+from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
+from rosclingo.ros.about import about
+from rosclingo.ros.history_publisher import HistoryPublisher
+from rosclingo.ros.init import init_node, log_clingo, on_shutdown
+from rosclingo.ros.low_latency import LowLatencyActionServer, publisher
+from rosclingo.solver.engine import Engine, default_policy
+from rosclingo.solver.options import USAGE, Options, parse_options
+from rosclingo.solver.programs import Policy
+from rosclingo.solver.terms import parse_term
+from rosclingo.solver.worker import Job, Stop, Worker
+from rosclingo.srv import ROSClingoControl, ROSClingoControlRequest
+from rosclingo.wire.commands import Assumption, Failure, Improvement, Outcome, Reply, Result
+from rosclingo.wire.xml_codec import decode_assumptions, decode_commands, encode_reply
+
+_SECONDS_TO_END = 0.5  # how long a shutdown waits for the solver
+_LOGGED_CHARACTERS = 2**18  # a control request with more is for those that listen now
+_LOG_LENGTH = 20  # control requests that late subscribers get
+_SECONDS_TO_SEND = 0.2  # how long the results of aborted goals have until rospy ends connections
+
+
+class GoalJob(Job):
+    """A solve call that reports to an action goal."""
+
+    def __init__(self, goal: actionlib.ServerGoalHandle, assumptions: Sequence[Assumption]) -> None:
+        super().__init__(assumptions)
+        self._goal = goal
+        self._accepted = False
+
+    def started(self) -> None:
+        """Accepts the goal."""
+        self._accepted = True
+        self._goal.set_accepted()
+
+    def improved(self, improvement: Improvement) -> None:
+        """Sends the model as feedback."""
+        self._goal.publish_feedback(
+            ROSClingoFeedback(improvement.number, improvement.cost, improvement.symbols)
+        )
+
+    def finished(self, outcome: Outcome) -> None:
+        """Ends the goal as docs/protocol.md, section "Solving", says."""
+        result = ROSClingoResult(outcome.result.value, outcome.interrupted, outcome.symbols)
+        if not outcome.interrupted or self.reason is None:
+            self._goal.set_succeeded(result)
+        elif self.reason in (Stop.CANCELED, Stop.REPLACED):
+            self._goal.set_canceled(result, self.reason.value)
+        else:
+            self._abort(result, self.reason.value)
+
+    def failed(self, message: str) -> None:
+        """Aborts the goal."""
+        message = shorten(message, LONGEST_MESSAGE)
+        rospy.logerr("solving failed: %s", message)
+        self._abort(ROSClingoResult(result=Result.UNKNOWN.value), message)
+
+    def _abort(self, result: ROSClingoResult, text: str) -> None:
+        if not self._accepted:  # actionlib aborts accepted goals only
+            self.started()
+        self._goal.set_aborted(result, text)
+
+
+class Node:
+    """Connects a solver node's names with a worker.
+
+    See docs/protocol.md, section "Names in the ROS graph".
+
+    Callbacks of rospy's threads put requests to the worker and return; only ``~control`` waits
+    for its reply. Make it after the node is initialised.
+    """
+
+    def __init__(self, engine: Engine, default: Policy) -> None:
+        self._max_request_bytes = int(_parameter("~max_request_bytes", 16 * 2**20, int))
+        if self._max_request_bytes < 1:
+            raise OptionsError("parameter ~max_request_bytes has to be positive")
+        engine.policy = Policy(
+            allow_scripts=_parameter("~allow_scripts", default.allow_scripts, bool),
+            load_path=_folders(_parameter("~load_path", default.load_path, (list, tuple, str))),
+        )
+        self.worker = Worker(engine)
+        self._jobs: Dict[str, GoalJob] = {}
+        # Goals are read in a thread of their own, in order: one of many megabytes takes seconds.
+        self._goals: queue.Queue[Optional[actionlib.ServerGoalHandle]] = queue.Queue()
+        self._reader = threading.Thread(target=self._read_goals, name="goals", daemon=True)
+        self._reader.start()
+        self._about = publisher("~about", String, latch=True)
+        self._log = HistoryPublisher("~control_log", ROSClingoControlLog, _LOG_LENGTH)
+        # The action last: a client that sees it may use the service at once.
+        self._service = rospy.Service("~control", ROSClingoControl, self._on_control)
+        self._server = LowLatencyActionServer(
+            rospy.get_name(),
+            ROSClingoAction,
+            self._on_goal,
+            self._on_cancel,
+            ROSClingoResult(result=Result.UNKNOWN.value, interrupted=True),
+        )
+        self._server.start()
+        on_shutdown(self._close)
+
+    def describe(self, text: str) -> None:
+        """Publishes what the node was started with, to ``~about``."""
+        self._about.publish(text)
+
+    def _close(self) -> None:
+        # Runs before rospy stops publishing, so that open goals get their results.
+        self.worker.close()
+        self._goals.put(None)
+        self._reader.join(_SECONDS_TO_END)
+        self.worker.join(_SECONDS_TO_END)
+        if self._jobs:
+            time.sleep(_SECONDS_TO_SEND)
+
+    def _on_control(self, request: ROSClingoControlRequest) -> str:
+        begin = time.perf_counter()
+        result = self._control(request)
+        log = ROSClingoControlLog(
+            rospy.Time.from_sec(time.time()), request.commands, result, time.perf_counter() - begin
+        )
+        self._log.publish(log, keep=len(request.commands) + len(result) < _LOGGED_CHARACTERS)
+        return result
+
+    def _control(self, request: ROSClingoControlRequest) -> str:
+        try:
+            self._check_size(request.commands)
+            reply = self.worker.control(decode_commands(request.commands))
+        except XmlError as err:
+            reply = Reply(failure=Failure(err.command or "commands", err.index, str(err)))
+        if reply.failure is not None:
+            rospy.logwarn(
+                "control request refused at <%s>: %s", reply.failure.command, reply.failure.message
+            )
+        return encode_reply(reply)
+
+    def _on_goal(self, goal: actionlib.ServerGoalHandle) -> None:
+        # Runs under actionlib's lock: nothing here may take long.
+        self._goals.put(goal)
+
+    def _read_goals(self) -> None:
+        while True:
+            goal = self._goals.get()
+            if goal is None:
+                return
+            try:
+                self._take_goal(goal)
+            except Exception as err:  # a bug must not leave a goal open
+                if not isinstance(err, RosclingoError):
+                    rospy.logerr("internal error while reading a goal", exc_info=True)
+                message = shorten(str(err) or type(err).__name__, LONGEST_MESSAGE)
+                rospy.logwarn("goal rejected: %s", message)
+                goal.set_rejected(ROSClingoResult(result=Result.UNKNOWN.value), message)
+
+    def _take_goal(self, goal: actionlib.ServerGoalHandle) -> None:
+        text = goal.get_goal().assumptions
+        self._check_size(text)
+        assumptions = decode_assumptions(text)
+        for assumption in assumptions:
+            parse_term(assumption.name)
+        job = GoalJob(goal, assumptions)
+        jobs = {key: old for key, old in self._jobs.items() if not old.ended}
+        jobs[goal.get_goal_id().id] = job
+        self._jobs = jobs
+        if goal.get_goal_status().status == GoalStatus.RECALLING:  # while it was read
+            job.stop(Stop.CANCELED)
+        self.worker.solve(job)
+        if job.stopped():
+            self.worker.cancel(job)  # now that the worker knows it
+
+    def _on_cancel(self, goal: actionlib.ServerGoalHandle) -> None:
+        # Runs under actionlib's lock: nothing here may wait.
+        job = self._jobs.get(goal.get_goal_id().id)
+        if job is not None:
+            self.worker.cancel(job)
+
+    def _check_size(self, text: str) -> None:
+        size = len(text.encode("utf-8", "surrogatepass"))
+        if size > self._max_request_bytes:
+            raise XmlError(
+                f"the request has {size} bytes; ~max_request_bytes allows "
+                f"{self._max_request_bytes}; send it in parts or raise the parameter"
+            )
+
+
+def main(arguments: Sequence[str] = ()) -> NoReturn:
+    """Runs the node until it is shut down, and ends the process.
+
+    Args:
+        arguments: The command line with the program's name; ``sys.argv`` if empty.
+
+    The exit status is 0, or 2 when the command line or a file is wrong.
+    """
+    arguments = rospy.myargv(list(arguments) or sys.argv)[1:]
+    try:
+        options = parse_options(arguments)
+        if options.help:
+            print(USAGE, end="")
+            sys.exit(0)
+        engine = Engine(options, log=log_clingo)
+        init_node("rosclingo")
+        node = Node(engine, default_policy(options))
+        node.describe(about("rosclingo run.py", arguments, engine.files))
+    except RosclingoError as err:
+        print(f"rosclingo: {err}", file=sys.stderr)
+        sys.exit(2)
+    _log_start(options, engine.policy)
+    rospy.spin()
+    if not node.worker.join(_SECONDS_TO_END):
+        # clingo cannot be interrupted while it grounds.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(0)
+    sys.exit(0)
+
+
+def _parameter(name: str, default: Any, kind: Any) -> Any:
+    value = rospy.get_param(name, default)
+    if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
+        raise OptionsError(
+            f"parameter {rospy.resolve_name(name)} cannot be {value!r}; its default is {default!r}"
+        )
+    return value
+
+
+def _folders(value: Any) -> Tuple[str, ...]:
+    """Reads ~load_path: a list of folders, or one text with colons in between."""
+    folders = value.split(":") if isinstance(value, str) else value
+    return tuple(str(folder) for folder in folders if folder)
+
+
+def _log_start(options: Options, policy: Policy) -> None:
+    rospy.loginfo(
+        "%s is ready with %s; clingo options: %s; clients may load from: %s",
+        rospy.get_name(),
+        ", ".join(options.files) or "no encoding",
+        " ".join(options.clingo) or "none",
+        ", ".join(policy.load_path) or "nowhere",
+    )

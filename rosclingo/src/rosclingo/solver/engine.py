@@ -1,0 +1,388 @@
+"""The solver: the only owner of a :class:`clingo.Control`."""
+
+from __future__ import annotations
+
+import logging
+import os
+from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Tuple
+
+import clingo
+from clingo import ast
+from clingo.backend import Observer
+from clingo.symbolic_atoms import SymbolicAtom
+
+from rosclingo.errors import (
+    LONGEST_MESSAGE,
+    RosclingoError,
+    SolverError,
+    UnknownExternalError,
+    UnknownProgramError,
+    shorten,
+)
+from rosclingo.solver import programs, scripts
+from rosclingo.solver.controls import Messages, atoms_after, new_control
+from rosclingo.solver.options import Options
+from rosclingo.solver.programs import Policy, Program
+from rosclingo.solver.terms import parse_term
+from rosclingo.solver.watch import Watch
+from rosclingo.wire.commands import (
+    Add,
+    Answer,
+    AssignExternal,
+    Assumption,
+    CleanupDomains,
+    Command,
+    Externals,
+    Failure,
+    GetExternals,
+    GetPrograms,
+    GetStats,
+    Ground,
+    Improvement,
+    Load,
+    Outcome,
+    Part,
+    Programs,
+    ReleaseExternal,
+    Reply,
+    Restart,
+    Result,
+    Stats,
+    Truth,
+    command_name,
+)
+
+_LOG = logging.getLogger("rosout")
+_MOST_ROUNDS = 10_000  # of grounding what the program asks for
+_CLINGO_VALUES = {Truth.TRUE: True, Truth.FALSE: False, Truth.FREE: None}
+
+
+_Part = Tuple[str, Tuple[clingo.Symbol, ...]]
+
+
+def _never() -> bool:
+    """The question of those who do not want a search to end."""
+    return False
+
+
+def _ignore(_: Any) -> None:
+    """The callback of those who do not want to be called."""
+
+
+class Engine:
+    """Runs commands and solve calls on one solver.
+
+    Not thread-safe: one thread makes the calls. Only ``policy`` may be set from elsewhere.
+
+    Attributes:
+        policy: What programs and files from clients may do.
+    """
+
+    def __init__(
+        self,
+        options: Options,
+        policy: Optional[Policy] = None,
+        log: Callable[[str], None] = _ignore,
+    ) -> None:
+        """Loads the files and grounds nothing.
+
+        Args:
+            options: The command line. Its files are trusted.
+            policy: What clients may do; by default, no scripts, and files from the folders of
+                the command line's files and from the working directory.
+            log: Called with clingo's warnings, in the thread that runs the command.
+
+        Raises:
+            OptionsError: clingo refuses an option.
+            ProgramError: A file does not parse or is not safe.
+        """
+        self.policy = policy if policy is not None else default_policy(options)
+        self._options = options
+        self._log = log
+        self._runners: Dict[type, Callable[[Any], Optional[Answer]]] = {
+            Add: self._add,
+            AssignExternal: self._assign_external,
+            CleanupDomains: self._cleanup,
+            GetExternals: self._get_externals,
+            GetPrograms: self._get_programs,
+            GetStats: self._get_stats,
+            Ground: self._ground,
+            Load: self._load,
+            ReleaseExternal: self._release_external,
+            Restart: self._restart,
+        }
+        self._program = Program()
+        self._restart()
+
+    @property
+    def files(self) -> Dict[str, str]:
+        """What was in the files of the command line, and in those that they include."""
+        return dict(self._program.texts)
+
+    def apply(self, command: Command) -> Optional[Answer]:
+        """Runs a command.
+
+        Returns:
+            The answer of a command that has one.
+
+        Raises:
+            RosclingoError: The command is wrong; the solver is as it was before.
+            SolverError: clingo failed; only :class:`Restart` is sure to work afterwards.
+        """
+        try:
+            with scripts.using(self._scripts):
+                return self._runners[type(command)](command)
+        except (RuntimeError, MemoryError) as err:
+            reason = "\n".join(filter(None, [scripts.reason(str(err)), self._messages.text()]))
+            raise SolverError(f"clingo failed: {reason}; a restart gives a fresh solver") from err
+        finally:
+            self._log_messages()
+
+    def run(self, commands: Sequence[Command]) -> Reply:
+        """Runs commands in order until one fails; what ran before that stays.
+
+        Returns:
+            The answers, and the failure if there was one. Nothing is raised.
+        """
+        answers: List[Answer] = []
+        for index, command in enumerate(commands):
+            try:
+                answer = self.apply(command)
+            except Exception as err:  # a bug must not end the node: the client learns of it
+                name = command_name(command)
+                if not isinstance(err, RosclingoError):
+                    _LOG.exception("internal error in <%s>", name)
+                # clingo's messages may quote all of a long program.
+                message = shorten(str(err) or type(err).__name__, LONGEST_MESSAGE)
+                return Reply(tuple(answers), Failure(name, index, message))
+            if answer is not None:
+                answers.append(answer)
+        return Reply(tuple(answers))
+
+    def check(self) -> None:
+        """Checks nothing: a solver in this process is there. See :meth:`.client.Client.check`."""
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = _ignore,
+    ) -> Outcome:
+        """Searches for answer sets.
+
+        Args:
+            assumptions: What to assume. An atom that the grounding does not have is false.
+            stopped: Asked every 10 ms, in another thread, while this one searches; the search ends
+                when it says True. Without it the search cannot be ended.
+            improved: Called with each better model while optimising.
+
+        Raises:
+            TermError: An assumption is not a ground term.
+            SolverError: clingo failed.
+        """
+        literals = [(parse_term(a.name), a.value) for a in assumptions]
+        try:
+            with Watch(stopped or _never, self._control.interrupt) as watch:
+                outcome = self._search(literals, watch, improved)
+                if outcome.interrupted and not watch.stopped:
+                    # The search before was over when it was interrupted, and left that to this one.
+                    outcome = self._search(literals, watch, improved)
+                return outcome
+        except (RuntimeError, MemoryError) as err:
+            raise SolverError(f"clingo failed while solving: {err}") from err
+        finally:
+            self._log_messages()
+
+    def _search(
+        self,
+        assumptions: Sequence[Tuple[clingo.Symbol, bool]],
+        watch: Watch,
+        improved: Callable[[Improvement], None],
+    ) -> Outcome:
+        best: Optional[List[int]] = None
+        symbols: Sequence[clingo.Symbol] = ()
+        with self._control.solve(assumptions, yield_=True) as handle:
+            for model in handle:
+                symbols = model.symbols(shown=True)
+                cost = model.cost
+                if cost and (best is None or cost < best):
+                    best = cost
+                    improved(Improvement(model.number, tuple(cost), _texts(symbols)))
+                if watch.look():
+                    break
+            if watch.stopped:
+                handle.cancel()
+                return Outcome(Result.UNKNOWN, True, _texts(symbols))
+            result = handle.get()
+        answer = {True: Result.SAT, False: Result.UNSAT, None: Result.UNKNOWN}[result.satisfiable]
+        return Outcome(answer, result.interrupted, _texts(symbols))
+
+    def _restart(self, _: Optional[Restart] = None) -> None:
+        # Everything that can fail comes first, so that a failure leaves the old solver in place.
+        options = self._options
+        program = programs.parse_files(options.files, last=self._program)
+        namespace: scripts.Namespace = {}
+        messages = Messages()
+        with scripts.using(namespace):
+            if program is not self._program:
+                programs.check(program, (), options.clingo)
+            control = new_control(options.clingo, messages)
+            externals = _ExternalValues()
+            control.register_observer(externals)
+            program.add_to(control)
+        self._program = program
+        self._scripts = namespace
+        self._control = control
+        self._messages = messages
+        self._externals = externals
+        self._parts: Set[Tuple[str, int]] = {("base", 0)} | program.parts
+        self._definitions: List[ast.AST] = list(program.definitions)
+        self._external_signatures: Set[Tuple[str, int, bool]] = set()
+        self._once: Set[_Part] = set()  # parts that were grounded by what asks
+        self._ask: Optional[SymbolicAtom] = None  # the last ground(P) that was seen
+
+    def _add(self, command: Add) -> None:
+        self._take(
+            programs.parse_part(command.name, command.parameters, command.program, self.policy)
+        )
+
+    def _load(self, command: Load) -> None:
+        self._take(programs.parse_files([command.file], self.policy))
+
+    def _take(self, program: Program) -> None:
+        programs.check(program, self._definitions, self._options.clingo)
+        program.add_to(self._control)
+        self._parts |= program.parts
+        self._definitions += program.definitions
+
+    def _ground(self, command: Ground) -> None:
+        parts = [self._part(part) for part in command.parts]
+        if not command.asking:
+            self._control.ground(parts)
+            return
+        for _ in range(_MOST_ROUNDS):
+            new = [part for part in dict.fromkeys(parts) if part not in self._once]
+            if not new:
+                return
+            self._once.update(new)
+            self._control.ground(new)
+            parts = self._asked_for({"base", *command.reserved})
+        name, arguments = parts[0]
+        raise SolverError(
+            f"the program asked for parts {_MOST_ROUNDS} times, last for "
+            f"{shorten(str(clingo.Function(name, arguments)))}: does it ever stop asking?"
+        )
+
+    def _part(self, part: Part) -> _Part:
+        self._check_part(part.name, len(part.parameters), "")
+        return part.name, tuple(parse_term(value) for value in part.parameters)
+
+    def _asked_for(self, reserved: Set[str]) -> List[_Part]:
+        """Returns the parts that the program asks for by externals that were not seen before."""
+        parts = []
+        for atom in atoms_after(self._ask, self._control.symbolic_atoms, "ground", 1):
+            self._ask = atom
+            if not atom.is_external:
+                continue
+            part = atom.symbol.arguments[0]
+            by = f"; the program asks for it by {shorten(str(atom.symbol))}"
+            if part.type is not clingo.SymbolType.Function or not part.name:
+                raise UnknownProgramError(f"{shorten(str(part))} names no program part{by}")
+            if part.name in reserved:
+                raise UnknownProgramError(f"the program {part.name} cannot be asked for{by}")
+            self._check_part(part.name, len(part.arguments), by)
+            parts.append((part.name, tuple(part.arguments)))
+        return parts
+
+    def _check_part(self, name: str, count: int, by: str) -> None:
+        if (name, count) not in self._parts:
+            known = ", ".join(f"{name}/{arity}" for name, arity in sorted(self._parts))
+            raise UnknownProgramError(
+                f"there is no program {shorten(name)}/{count} (name and number of parameters); "
+                f"there are {shorten(known, 1000)}{by}"
+            )
+
+    def _assign_external(self, command: AssignExternal) -> None:
+        symbol = self._external(command.name)
+        self._control.assign_external(symbol, _CLINGO_VALUES[command.value])
+
+    def _release_external(self, command: ReleaseExternal) -> None:
+        self._control.release_external(self._external(command.name))
+
+    def _external(self, name: str) -> clingo.Symbol:
+        symbol = parse_term(name)
+        atom = self._control.symbolic_atoms[symbol]
+        if atom is None or not atom.is_external:
+            state = "not in the grounding" if atom is None else "defined by a rule or released"
+            raise UnknownExternalError(
+                f"there is no external {shorten(str(symbol))}: it is {state}; get_externals lists "
+                "those there are"
+            )
+        return symbol
+
+    def _cleanup(self, _: CleanupDomains) -> None:
+        self._ask = None  # it may go
+        self._control.cleanup()
+
+    def _get_externals(self, _: GetExternals) -> Externals:
+        atoms = self._control.symbolic_atoms
+        found = [
+            atom
+            for signature in self._external_signatures
+            for atom in atoms.by_signature(*signature)
+            if atom.is_external
+        ]
+        if len(found) != self._externals.count():
+            # There are new signatures (or atoms that are no longer external): look at all atoms.
+            found = [atom for atom in atoms if atom.is_external]
+            self._external_signatures = {
+                (atom.symbol.name, len(atom.symbol.arguments), atom.symbol.positive)
+                for atom in found
+            }
+        values = ((str(atom.symbol), self._externals.value(atom.literal)) for atom in found)
+        return Externals(tuple(sorted(values, key=lambda pair: pair[0])))
+
+    def _get_programs(self, _: GetPrograms) -> Programs:
+        return Programs(tuple(sorted(self._parts)))
+
+    def _get_stats(self, _: GetStats) -> Stats:
+        return Stats(self._control.statistics)
+
+    def _log_messages(self) -> None:
+        text = self._messages.text()
+        if text:
+            self._log(text)
+
+
+def default_policy(options: Options) -> Policy:
+    """Returns the policy of a node that sets no parameter (see :class:`Engine`)."""
+    folders = [os.path.dirname(os.path.abspath(file)) for file in options.files]
+    return Policy(load_path=tuple(dict.fromkeys([*folders, os.getcwd()])))
+
+
+class _ExternalValues(Observer):
+    """Follows the values of external atoms, which clingo does not tell otherwise."""
+
+    def __init__(self) -> None:
+        self._values: Dict[int, Truth] = {}
+
+    def external(self, atom: int, value: clingo.TruthValue) -> None:
+        if value is clingo.TruthValue.Release:
+            self._values.pop(atom, None)
+        else:
+            self._values[atom] = _TRUTHS.get(value, Truth.FALSE)
+
+    def count(self) -> int:
+        """Returns how many there are, with those that a rule has come to define."""
+        return len(self._values)
+
+    def value(self, literal: int) -> Truth:
+        """Returns the value of the external atom with this literal."""
+        return self._values.get(literal, Truth.FALSE)
+
+
+_TRUTHS = {clingo.TruthValue.True_: Truth.TRUE, clingo.TruthValue.Free: Truth.FREE}
+
+
+def _texts(symbols: Sequence[clingo.Symbol]) -> Tuple[str, ...]:
+    return tuple(str(symbol) for symbol in symbols)

@@ -1,0 +1,300 @@
+"""Logic programs: text to checked statements.
+
+clingo keeps what it has parsed even when it is wrong, and refuses everything from then on. So a
+program is parsed apart from the solver, checked, and handed over only when it is good.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass, field
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
+
+import clingo
+from clingo import ast
+
+from rosclingo.errors import ForbiddenError, ProgramError, SolverError
+from rosclingo.solver import lexical, scripts
+from rosclingo.solver.controls import Messages, new_control
+from rosclingo.solver.divisions import guard
+from rosclingo.solver.terms import quote
+
+_IDENTIFIER = re.compile(r"[_']*[a-z][A-Za-z0-9_']*")
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What a program or file from a client may do; those of the command line are trusted.
+
+    Attributes:
+        allow_scripts: Whether ``#script`` blocks may run.
+        load_path: The folders that files may come from, with all below them.
+    """
+
+    allow_scripts: bool = False
+    load_path: Tuple[str, ...] = ()
+
+    def check_file(self, path: str) -> None:
+        """Raises ForbiddenError if the file, with symbolic links resolved, is outside."""
+        real = os.path.realpath(path)
+        for folder in self.load_path:
+            inside = os.path.realpath(folder)
+            if os.path.commonpath([real, inside]) == inside:
+                return
+        allowed = ", ".join(self.load_path) or "none"
+        raise ForbiddenError(
+            f"{quote(path)} is outside of the folders that files may be loaded from ({allowed}); "
+            "the node's parameter ~load_path sets them"
+        )
+
+
+@dataclass
+class Program:
+    """Parsed statements, and what of them matters beyond their own rules.
+
+    Attributes:
+        scripts: The scripts.
+        statements: All other statements, in order.
+        definitions: Those that other programs are checked with: constants and theories.
+        parts: Name and number of parameters of each program part.
+        texts: What was in each file, by its real path.
+    """
+
+    scripts: List[ast.AST] = field(default_factory=list)
+    statements: List[ast.AST] = field(default_factory=list)
+    definitions: List[ast.AST] = field(default_factory=list)
+    parts: Set[Tuple[str, int]] = field(default_factory=set)
+    texts: Dict[str, str] = field(default_factory=dict)
+
+    def add_to(self, control: clingo.Control, run_scripts: bool = True) -> None:
+        """Adds the statements to a solver, which runs its scripts unless told not to.
+
+        Raises:
+            ProgramError: A script fails; then nothing was added.
+        """
+        try:
+            with ast.ProgramBuilder(control) as builder:
+                for statement in [*(self.scripts if run_scripts else ()), *self.statements]:
+                    builder.add(statement)
+        except RuntimeError as err:
+            raise ProgramError(scripts.reason(str(err).strip())) from err
+
+
+def parse_files(
+    paths: Sequence[str], policy: Optional[Policy] = None, last: Optional[Program] = None
+) -> Program:
+    """Parses files and what they include.
+
+    Args:
+        paths: The files.
+        policy: What they may do; everything if None.
+        last: What the same files gave before; returned if nothing in them has changed.
+
+    Raises:
+        ProgramError: A file does not parse; the message quotes file, line and column.
+        ForbiddenError: The policy does not allow a file, an include or a script.
+    """
+    if not paths:  # clingo would read standard input
+        return Program()
+    sources = _Sources(policy)
+    for path in paths:
+        sources.check_file(path)
+    if last is not None and last.texts == sources.texts:
+        return last
+    return _parse(lambda add, log: ast.parse_files(list(paths), add, logger=log), sources)
+
+
+def parse_part(
+    name: str, parameters: Sequence[str], text: str, policy: Optional[Policy] = None
+) -> Program:
+    """Parses a text as the program part ``name(parameters)``.
+
+    Raises:
+        ProgramError: The name, a parameter or the text is wrong; the message quotes line and
+            column.
+        ForbiddenError: The policy does not allow an include or a script.
+    """
+    for kind, identifier in [("program", name)] + [("parameter", p) for p in parameters]:
+        if not _IDENTIFIER.fullmatch(identifier):
+            raise ProgramError(
+                f"{kind} name {identifier[:50]!r} is not an identifier; it begins with a lower-case"
+                " letter and holds letters, digits and underscores"
+            )
+    sources = _Sources(policy)
+    sources.check_text(text)
+    program = _parse(lambda add, log: ast.parse_string(text, add, logger=log), sources)
+    place = program.statements[0].location  # the "#program base." that clingo begins with
+    identifiers = [ast.Id(place, parameter) for parameter in parameters]
+    program.statements[0] = ast.Program(place, name, identifiers)
+    program.parts.add((name, len(parameters)))
+    return program
+
+
+def check(program: Program, known: Iterable[ast.AST], options: Sequence[str]) -> None:
+    """Checks that clingo accepts a program, without touching the solver that it is meant for.
+
+    Args:
+        program: The program.
+        known: Constants and theories of the programs that the solver has already.
+        options: The solver's command line, for the constants that it sets.
+
+    Raises:
+        OptionsError: clingo refuses an option.
+        ProgramError: A variable is unsafe, a theory atom is not defined, a parameter is named like
+            a constant, or the like; the message quotes line and column.
+    """
+    known = [*known]
+    _check_parameters(program, known, options)
+    messages = Messages()
+    scratch = new_control(options, messages)
+    Program(statements=[*known]).add_to(scratch)
+    program.add_to(scratch, run_scripts=False)
+    try:
+        # Grounding a part that nothing defines checks the rules and instantiates none.
+        scratch.ground([("_rosclingo_check", [])])
+    except RuntimeError as err:
+        raise ProgramError(messages.text() or str(err)) from err
+
+
+def _check_parameters(program: Program, known: Sequence[ast.AST], options: Sequence[str]) -> None:
+    """Checks that clingo replaces no parameter of a part by a constant, which it does silently."""
+    constants = {
+        value.partition("=")[0].strip()
+        for option, value in zip(options, options[1:])
+        if option == "-c"
+    }
+    constants |= {
+        statement.name
+        for statement in (*known, *program.definitions)
+        if statement.ast_type is ast.ASTType.Definition
+    }
+    for statement in program.statements:
+        if statement.ast_type is not ast.ASTType.Program:
+            continue
+        for parameter in statement.parameters:
+            if parameter.name in constants:
+                place = parameter.location.begin
+                raise ProgramError(
+                    f"{place.filename}:{place.line}:{place.column}: the parameter {parameter.name} "
+                    f"of the program {statement.name} has the name of a constant, by which clingo "
+                    "would replace it; rename one of them"
+                )
+
+
+def _parse(
+    parser: Callable[[Callable[[ast.AST], None], Messages], None], sources: _Sources
+) -> Program:
+    messages = Messages()
+    program = Program(parts={("base", 0)}, texts=sources.texts)
+
+    def add(statement: ast.AST) -> None:
+        kind = statement.ast_type
+        if kind is ast.ASTType.Script:
+            program.scripts.append(statement)
+            return
+        if sources.divide:
+            statement = guard(statement)
+        program.statements.append(statement)
+        if kind is ast.ASTType.Program:
+            program.parts.add((statement.name, len(statement.parameters)))
+        elif kind in (ast.ASTType.Definition, ast.ASTType.TheoryDefinition):
+            program.definitions.append(statement)
+
+    try:
+        parser(add, messages)
+    except RecursionError as err:
+        raise ProgramError("the program nests too deeply; split the statement") from err
+    except RuntimeError as err:
+        raise ProgramError(messages.text() or str(err)) from err
+    except UnicodeError as err:
+        raise ProgramError(f"the program is not valid Unicode: {err}") from err
+    except MemoryError as err:
+        raise SolverError("there is not enough memory to parse the program") from err
+    if program.scripts and not sources.scripts:
+        begin = program.scripts[0].location.begin
+        raise _no_scripts(begin.filename, begin.line, begin.column)
+    return program
+
+
+class _Sources:
+    """Checks texts, and the files that they include, before clingo opens any of them.
+
+    What is trusted may nest and hold anything that clingo does not leave out in silence.
+
+    Attributes:
+        texts: What was in each file, by its real path.
+        scripts: Whether there may be scripts.
+        divide: Whether there may be a division in the texts.
+    """
+
+    def __init__(self, policy: Optional[Policy]) -> None:
+        self.texts: Dict[str, str] = {}
+        self.scripts = policy is None or policy.allow_scripts
+        self.divide = False
+        self._policy = policy
+
+    def check_file(self, path: str) -> None:
+        if "\0" in path or not path.isprintable():
+            raise ProgramError(
+                f"the file name {quote(path)} holds characters that no file name has"
+            )
+        if self._policy is not None:
+            self._policy.check_file(path)
+        real = os.path.realpath(path)
+        if real not in self.texts:
+            self.texts[real] = _read(path)
+            self.check_text(self.texts[real], path)
+
+    def check_text(self, text: str, path: str = "") -> None:
+        try:
+            if text.startswith("asp "):  # clingo's parser would silently take it for empty
+                raise ProgramError(
+                    "line 1: this is a ground program (aspif); use what it was made of"
+                )
+            if self._policy is not None:
+                self._check_untrusted(text, path)
+            included = list(lexical.includes(text))
+        except ProgramError as err:
+            raise ProgramError(f"{path or '<string>'}: {err}") from err
+        self.divide = self.divide or "/" in text or "\\" in text
+        folders = {"", os.path.dirname(path)}
+        for file in included:
+            for candidate in sorted(os.path.join(folder, file) for folder in folders):
+                if os.path.exists(candidate):
+                    self.check_file(candidate)
+
+    def _check_untrusted(self, text: str, path: str) -> None:
+        if "\0" in text:
+            raise ProgramError("there is a NUL character; remove it")
+        script = None if self.scripts else lexical.script(text)
+        if script is not None:
+            raise _no_scripts(path or "<string>", *lexical.place(text, script))
+        if lexical.too_deep(text):
+            raise ProgramError(
+                f"it nests deeper than {lexical.MAX_NESTING} levels; split the statement"
+            )
+
+
+def _no_scripts(file: str, line: int, column: int) -> ForbiddenError:
+    return ForbiddenError(
+        f"{file}:{line}:{column}: #script blocks are refused; the node's parameter "
+        "~allow_scripts:=true allows them"
+    )
+
+
+def _read(path: str) -> str:
+    """Reads a file; a device or a pipe could block for ever."""
+    if not os.path.isfile(path):
+        raise ProgramError(
+            f"there is no file {quote(path)}, seen from {os.getcwd()}; check the path"
+        )
+    try:
+        with open(path, encoding="utf-8") as file:
+            return file.read()
+    except UnicodeDecodeError as err:
+        raise ProgramError(
+            f"file {quote(path)} is not UTF-8 at byte {err.start}; convert it to UTF-8"
+        ) from err
+    except OSError as err:
+        raise ProgramError(f"file {quote(path)} cannot be read: {err.strerror}") from err

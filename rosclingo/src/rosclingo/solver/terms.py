@@ -1,0 +1,160 @@
+"""Text to ground terms."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+from typing import List, Optional, Tuple
+
+import clingo
+
+from rosclingo.errors import TermError, shorten
+from rosclingo.solver.lexical import MAX_NESTING, STRING, too_deep
+
+_LARGEST = 2**31 - 1
+_NOTABLE = re.compile(
+    STRING + r"|(?<![\w'])(?P<number>0x[0-9A-Fa-f]+|0o[0-7]+|0b[01]+|[0-9]+)"
+    # A division that cannot go wrong; its divisor is then looked at as any number.
+    r"|[/\\]\s*(?=[1-9][0-9]*(?![0-9]|\s*\*\*))"
+    r"|(?P<division>[/\\])"
+    r'|(?P<stray>["%])'  # a quote that begins no string, or a comment
+)
+
+_FLAT = r"(?:(?!not(?![\w']))_*[a-z][\w']*|0|[1-9][0-9]{0,8})"
+_FLAT_TERM = re.compile(_FLAT, re.ASCII)
+_FLAT_CALL = re.compile(
+    rf"(?<![\w'])(?![0-9]){_FLAT}\({_FLAT}(?:,{_FLAT})*\)(?![\w'(])",
+    re.ASCII,
+)
+
+
+def parse_term(text: str) -> clingo.Symbol:
+    """Parses one ground term, such as ``event(commit,do(arm,pickup(4)),1)``.
+
+    Args:
+        text: The term in clingo's syntax.
+
+    Returns:
+        The term; arithmetic in it is evaluated.
+
+    Raises:
+        TermError: The text is not exactly one ground term, has a number outside of clingo's 32
+            bits, or nests too deeply.
+
+    Thread-safe.
+    """
+    if len(text) > 1000:
+        return _parse(text)
+    return _parse_short(text)
+
+
+def is_plain(text: str) -> bool:
+    """Whether a text is a ground term as clingo prints it, of nothing but names and numbers.
+
+    clingo keeps each term for as long as the process lives, so it does not get to see such terms of
+    strangers. Thread-safe.
+
+    Args:
+        text: The text. One that is longer than 1000 characters, or nests deeper than 10 levels, is
+            not plain.
+    """
+    for _ in range(10 if len(text) <= 1000 else 0):
+        if _FLAT_TERM.fullmatch(text):
+            return True
+        text = _FLAT_CALL.sub("x", text)
+    return False
+
+
+def split_term(text: str) -> Tuple[str, List[str]]:
+    """Returns the name and the arguments of a ground term, as clingo prints it. Thread-safe.
+
+    Returns:
+        No name for what has none, such as a number. No arguments for a constant.
+    """
+    if not is_plain(text):
+        symbol = parse_term(text)
+        if symbol.type is not clingo.SymbolType.Function:
+            return "", []
+        return symbol.name, [str(argument) for argument in symbol.arguments]
+    if text[0].isdigit():
+        return "", []
+    name, _, rest = text.partition("(")
+    arguments, depth = [""] if rest else [], 0
+    for character in rest[:-1]:
+        depth += (character == "(") - (character == ")")
+        if character == "," and not depth:
+            arguments.append("")
+        else:
+            arguments[-1] += character
+    return name, arguments
+
+
+def quote(text: str) -> str:
+    """Returns a text in quotes for a message: one line, control characters escaped, shortened."""
+    if len(text) > 200:
+        return f"{text[:150]!r}... ({len(text)} characters)"
+    return repr(text)
+
+
+def _parse(text: str) -> clingo.Symbol:
+    problem = _problem(text)
+    if problem is not None:
+        raise TermError(f"{quote(text)} is not a ground term: {problem}")
+    try:
+        return clingo.parse_term(text)
+    except UnicodeDecodeError as err:
+        # clingo quotes a single byte of the character that it stumbled over.
+        raise TermError(
+            f"{quote(text)} is not a ground term: only strings in double quotes may hold characters"
+            " other than ASCII"
+        ) from err
+    except RuntimeError as err:
+        raise TermError(f"{quote(text)} is not a ground term: {_reason(str(err))}") from err
+
+
+@lru_cache(maxsize=4096)
+def _parse_short(text: str) -> clingo.Symbol:
+    return _parse(text)
+
+
+def _problem(text: str) -> Optional[str]:
+    if not text.strip():
+        return "it is empty"
+    if "\0" in text:
+        return "it holds a NUL character"
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return "it is not valid Unicode"
+    for match in _NOTABLE.finditer(text):
+        number = match["number"]
+        if number and (len(number) > 40 or _value(number) > _LARGEST):
+            return f"a number in it is larger than {_LARGEST}"
+        if match["division"]:
+            # clingo ends the process when it divides by zero here, or -2147483648 by -1.
+            return "it holds a division by something else than a positive number"
+        if match["stray"]:
+            # Without a look at the rest: clingo looks for a string's end behind every quote.
+            return f"unexpected token: {match['stray']}"
+    if too_deep(text):
+        return f"it nests deeper than {MAX_NESTING} levels"
+    return None
+
+
+def _value(number: str) -> int:
+    return int(number, 0) if number[1:2] in ("x", "o", "b") else int(number)
+
+
+def _reason(message: str) -> str:
+    """Takes the reason out of clingo's message, which begins like ``<string>:1:4: error:``.
+
+    The column is left out: clingo counts it wrongly while it parses a term.
+    """
+    match = re.match(r"<string>:\d+:\d+: error: (.*)", message, re.DOTALL)
+    if not match:
+        return "it holds an operation that is not defined"
+    reason = " ".join(match[1].split())
+    variable = re.fullmatch(r"unexpected token: (_*[A-Z]\w*|[A-Z_])", reason)
+    if variable:
+        return f"{shorten(variable[1])} begins a variable"
+    return reason

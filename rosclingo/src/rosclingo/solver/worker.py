@@ -1,0 +1,211 @@
+"""One thread that owns the solver, and the rules by which requests end each other.
+
+Requests run in order of arrival. A control request ends every solve call that is open, as the
+manual has it, and so does a newer solve call (docs/protocol.md, section "Solving").
+"""
+
+from __future__ import annotations
+
+import enum
+import logging
+import queue
+import threading
+from concurrent.futures import Future
+from typing import List, Optional, Sequence, Tuple, Union
+
+from rosclingo.errors import RosclingoError
+from rosclingo.solver import stack
+from rosclingo.solver.engine import Engine
+from rosclingo.wire.commands import (
+    Assumption,
+    Command,
+    Failure,
+    Improvement,
+    Outcome,
+    Reply,
+    Result,
+)
+
+_LOG = logging.getLogger("rosout")
+
+
+class Stop(enum.Enum):
+    """Why a solve call is to end early; its value is said to the client."""
+
+    CANCELED = "canceled on request"
+    REPLACED = "ended by a newer goal"
+    CONTROL = "ended by a control request"
+    SHUTDOWN = "the node is shutting down"
+
+
+class Job:
+    """A solve call and how its client learns of it; subclasses say the latter.
+
+    The callbacks run in a thread of the worker, :meth:`started` first and one of :meth:`finished`
+    and :meth:`failed` last. A job that was told to stop before its turn never starts.
+
+    Attributes:
+        assumptions: What to assume.
+        begun: Whether it is the job's turn.
+        ended: Whether the worker is through with the job.
+    """
+
+    def __init__(self, assumptions: Sequence[Assumption]) -> None:
+        self.assumptions = tuple(assumptions)
+        self._stop: Optional[Stop] = None
+        self.begun = False
+        self.ended = False
+
+    def stop(self, reason: Stop) -> None:
+        """Asks the call to end. Thread-safe, returns at once; the first reason counts."""
+        if self._stop is None:
+            self._stop = reason
+
+    def stopped(self) -> bool:
+        """Whether the call was asked to end."""
+        return self._stop is not None
+
+    @property
+    def reason(self) -> Optional[Stop]:
+        """Why the call was asked to end."""
+        return self._stop
+
+    def started(self) -> None:
+        """The search begins."""
+
+    def improved(self, improvement: Improvement) -> None:
+        """A better model was found while optimising."""
+
+    def finished(self, outcome: Outcome) -> None:
+        """The search ended; ``outcome.interrupted`` tells whether :attr:`reason` ended it."""
+
+    def failed(self, message: str) -> None:
+        """The search was not possible."""
+
+
+_Control = Tuple[Sequence[Command], "Future[Reply]"]
+
+
+class Worker:
+    """Runs control requests and solve calls on an engine, in a thread of its own.
+
+    All methods are thread-safe. ``_lock`` guards ``_open`` and ``_closing``; it is held for the
+    time of a list operation only, and no callback runs under it.
+    """
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+        self._requests: queue.Queue[Union[_Control, Job, None]] = queue.Queue()
+        self._lock = threading.Lock()
+        self._open: List[Job] = []
+        self._stopped: queue.Queue[Optional[Job]] = queue.Queue()
+        self._closing = False
+        self._thread = threading.Thread(target=self._run, name="solver", daemon=True)
+        stack.start(self._thread)
+        threading.Thread(target=self._end_stopped, name="recall", daemon=True).start()
+
+    def control(self, commands: Sequence[Command]) -> Reply:
+        """Ends open solve calls, runs the commands in order and returns when they are through."""
+        reply: Future[Reply] = Future()
+        with self._lock:
+            if self._closing:
+                return _refused()
+            self._stop_open(Stop.CONTROL)
+            self._requests.put((commands, reply))
+        return reply.result()
+
+    def solve(self, job: Job) -> None:
+        """Ends open solve calls and queues this one; returns at once."""
+        with self._lock:
+            if not self._closing:
+                self._stop_open(Stop.REPLACED)
+                self._open.append(job)
+                self._requests.put(job)
+                return
+        job.stop(Stop.SHUTDOWN)
+        self._run_job(job)  # in the caller's thread, because the worker's may have ended
+
+    def cancel(self, job: Job) -> None:
+        """Ends a solve call; returns at once, and may be called under any lock."""
+        job.stop(Stop.CANCELED)
+        self._stopped.put(job)
+
+    def close(self) -> None:
+        """Ends open solve calls and lets the thread end after what is queued; returns at once."""
+        with self._lock:
+            self._closing = True
+            self._stop_open(Stop.SHUTDOWN)
+            self._requests.put(None)
+            self._stopped.put(None)
+
+    def join(self, timeout: float) -> bool:
+        """Waits for the thread to end.
+
+        Args:
+            timeout: Longest time to wait, in seconds.
+
+        Returns:
+            Whether it has ended; it may not, because clingo cannot be interrupted while grounding.
+        """
+        self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    def _stop_open(self, reason: Stop) -> None:
+        for job in self._open:
+            job.stop(reason)
+            self._stopped.put(job)
+
+    def _end_stopped(self) -> None:
+        """Ends the jobs that were told to stop before they began.
+
+        The solver's thread may be busy for long, because clingo cannot be interrupted while it
+        grounds.
+        """
+        while True:
+            job = self._stopped.get()
+            if job is None:
+                return
+            with self._lock:
+                early = job in self._open and not job.begun
+                if early:
+                    self._open.remove(job)
+            if early:
+                self._run_job(job)
+
+    def _run(self) -> None:
+        while True:
+            request = self._requests.get()
+            if request is None:
+                return
+            if isinstance(request, Job):
+                with self._lock:
+                    if request not in self._open:
+                        continue
+                    request.begun = True
+                self._run_job(request)
+                with self._lock:
+                    self._open.remove(request)
+            else:
+                commands, reply = request
+                reply.set_result(_refused() if self._closing else self._engine.run(commands))
+
+    def _run_job(self, job: Job) -> None:
+        try:
+            if job.stopped():
+                outcome = Outcome(Result.UNKNOWN, interrupted=True)
+            else:
+                job.started()
+                outcome = self._engine.solve(job.assumptions, job.stopped, job.improved)
+            job.finished(outcome)
+        except Exception as err:  # a bug must not end the node: the client learns of it
+            if not isinstance(err, RosclingoError):
+                _LOG.exception("internal error while solving")
+            try:
+                job.failed(str(err) or type(err).__name__)
+            except Exception:
+                _LOG.exception("internal error while telling the client of an error")
+        job.ended = True
+
+
+def _refused() -> Reply:
+    return Reply(failure=Failure("commands", -1, Stop.SHUTDOWN.value))

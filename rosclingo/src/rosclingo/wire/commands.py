@@ -1,0 +1,238 @@
+"""The values that cross the border between a client and the solver: commands and their answers.
+
+All of them are immutable, compare by value and may be shared between threads. Atoms, terms and
+programs stand in them as text, as they do on the wire; :mod:`rosclingo.solver` parses them. See
+docs/protocol.md, section "Control service", for what each command means.
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import Any, Dict, Mapping, Optional, Tuple, Union
+
+
+class Truth(enum.Enum):
+    """Truth value of an external atom; its value is the word on the wire."""
+
+    TRUE = "true"
+    FALSE = "false"
+    FREE = "free"
+
+
+@dataclass(frozen=True)
+class Add:
+    """Adds a program part ``name(parameters)`` with the statements of ``program``."""
+
+    name: str
+    parameters: Tuple[str, ...]
+    program: str
+
+
+@dataclass(frozen=True)
+class Part:
+    """A program part to ground, with one ground term for each of its parameters."""
+
+    name: str
+    parameters: Tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Grounds program parts together.
+
+    Attributes:
+        parts: The parts.
+        asking: Whether the parts are grounded that the program asks for, too: for each external
+            ``ground(P)`` that it declares, the part P, until it asks for nothing new. Then each
+            part is grounded once, whether it is given or asked for.
+        reserved: Names of parts that the program must not ask for; ``base`` is always one.
+    """
+
+    parts: Tuple[Part, ...]
+    asking: bool = False
+    reserved: Tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Load:
+    """Adds the statements of a file, named as the node sees it."""
+
+    file: str
+
+
+@dataclass(frozen=True)
+class AssignExternal:
+    """Gives an external atom a truth value."""
+
+    name: str
+    value: Truth
+
+
+@dataclass(frozen=True)
+class ReleaseExternal:
+    """Makes an external atom false for good."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class CleanupDomains:
+    """Simplifies the domains with what is known at top level (clingo 5's ``cleanup``)."""
+
+
+@dataclass(frozen=True)
+class GetExternals:
+    """Asks for every external atom of the current grounding; answered by :class:`Externals`."""
+
+
+@dataclass(frozen=True)
+class GetPrograms:
+    """Asks for the program parts that there are; answered by :class:`Programs`."""
+
+
+@dataclass(frozen=True)
+class GetStats:
+    """Asks for the solver's statistics; answered by :class:`Stats`."""
+
+
+@dataclass(frozen=True)
+class Restart:
+    """Replaces the solver by a fresh one, made from the command line at start."""
+
+
+Command = Union[
+    Add,
+    Ground,
+    Load,
+    AssignExternal,
+    ReleaseExternal,
+    CleanupDomains,
+    GetExternals,
+    GetPrograms,
+    GetStats,
+    Restart,
+]
+
+
+@dataclass(frozen=True)
+class Externals:
+    """Answer to :class:`GetExternals`: pairs of atom and value, sorted by the atom's text."""
+
+    values: Tuple[Tuple[str, Truth], ...]
+
+
+@dataclass(frozen=True)
+class Programs:
+    """Answer to :class:`GetPrograms`: sorted pairs of name and number of parameters."""
+
+    parts: Tuple[Tuple[str, int], ...]
+
+
+@dataclass(frozen=True)
+class Stats:
+    """Answer to :class:`GetStats`: clingo's statistics, as its documentation names them."""
+
+    values: Mapping[str, Any]
+
+
+Answer = Union[Externals, Programs, Stats]
+
+
+@dataclass(frozen=True)
+class Failure:
+    """The command that ended a list.
+
+    Attributes:
+        command: Its element's name, such as ``ground``.
+        index: Its position in the list, counted from 0; -1 for a fault outside of any command.
+        message: What is wrong, where, and what to do.
+    """
+
+    command: str
+    index: int
+    message: str
+
+
+@dataclass(frozen=True)
+class Reply:
+    """Reply to a list of commands: the answers in order, and the failure if there was one."""
+
+    answers: Tuple[Answer, ...] = ()
+    failure: Optional[Failure] = None
+
+    @property
+    def success(self) -> bool:
+        """Whether every command ran."""
+        return self.failure is None
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """An atom and the truth value that it is assumed to have during one solve call."""
+
+    name: str
+    value: bool
+
+
+class Result(enum.Enum):
+    """Answer of a solve call; its value is the word on the wire."""
+
+    SAT = "sat"
+    UNSAT = "unsat"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True)
+class Improvement:
+    """A model that is better than the ones before it.
+
+    Attributes:
+        number: Number of the model, counted from 1.
+        cost: Its costs, the highest priority first.
+        symbols: Its shown symbols, as text.
+    """
+
+    number: int
+    cost: Tuple[int, ...]
+    symbols: Tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a solve call ended.
+
+    Attributes:
+        result: What was found; UNKNOWN whenever the call was interrupted.
+        interrupted: Whether the call was told to stop before it was through.
+        symbols: The shown symbols of the last model, as text; with an optimisation statement, of
+            the best one. Those of an interrupted call are the last that it had found.
+    """
+
+    result: Result
+    interrupted: bool = False
+    symbols: Tuple[str, ...] = ()
+
+
+PLAIN: Dict[str, Command] = {
+    "cleanup_domains": CleanupDomains(),
+    "get_externals": GetExternals(),
+    "get_programs": GetPrograms(),
+    "get_stats": GetStats(),
+    "restart": Restart(),
+}
+"""The commands without arguments, by the names of their elements."""
+
+_NAMES = {
+    Add: "add",
+    AssignExternal: "assign_external",
+    Ground: "ground",
+    Load: "load",
+    ReleaseExternal: "release_external",
+    **{type(command): name for name, command in PLAIN.items()},
+}
+
+
+def command_name(command: Command) -> str:
+    """Returns the name of a command's element, such as ``assign_external``."""
+    return _NAMES[type(command)]

@@ -1,0 +1,373 @@
+"""XML text to values and back: docs/protocol.md, section "Control service".
+
+Every function here is pure and thread-safe. Decoding raises :class:`rosclingo.errors.XmlError`
+and nothing else, whatever it is given; what one function encodes, its counterpart decodes to the
+same value.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Callable, Dict, List, Sequence, Tuple, Union
+from xml.sax.saxutils import escape, quoteattr
+
+from rosclingo.errors import XmlError, shorten
+from rosclingo.wire.commands import (
+    PLAIN,
+    Add,
+    Answer,
+    AssignExternal,
+    Assumption,
+    Command,
+    Externals,
+    Failure,
+    Ground,
+    Load,
+    Part,
+    Programs,
+    ReleaseExternal,
+    Reply,
+    Stats,
+    Truth,
+    command_name,
+)
+from rosclingo.wire.xml_tree import MAX_ELEMENTS, Element, parse
+
+_ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_TRUTHS = {"true": Truth.TRUE, "false": Truth.FALSE, "free": Truth.FREE, "none": Truth.FREE}
+
+
+def decode_commands(text: Union[str, bytes]) -> Tuple[Command, ...]:
+    """Decodes a control request.
+
+    Raises:
+        XmlError: The text is not a ``<commands>`` element of the manual's form; the error's
+            ``command`` and ``index`` say which command is wrong.
+    """
+    try:
+        root = parse(text, MAX_ELEMENTS)
+        _expect(root, "commands")
+    except XmlError as err:
+        err.command = "commands"
+        raise
+    commands: List[Command] = []
+    for index, element in enumerate(root.children):
+        try:
+            decoder = _COMMANDS.get(element.name)
+            if decoder is None:
+                known = ", ".join(sorted(_COMMANDS))
+                raise element.error(
+                    f"<{shorten(element.name)}> is not a command; known are {known}"
+                )
+            commands.append(decoder(element))
+        except XmlError as err:
+            err.command, err.index = shorten(element.name), index
+            raise
+    return tuple(commands)
+
+
+def encode_commands(commands: Sequence[Command]) -> str:
+    """Encodes a control request.
+
+    Raises:
+        XmlError: A text holds a character that XML cannot carry, such as NUL.
+    """
+    return f"<commands>{''.join(_encode_command(command) for command in commands)}</commands>"
+
+
+def decode_assumptions(text: Union[str, bytes]) -> Tuple[Assumption, ...]:
+    """Decodes a goal's assumptions; an empty text means none.
+
+    Raises:
+        XmlError: The text is not an ``<assumptions>`` element of the manual's form.
+    """
+    if not text.strip():
+        return ()
+    root = parse(text, MAX_ELEMENTS)
+    _expect(root, "assumptions")
+    assumptions = []
+    for element in root.children:
+        _expect(element, "assumption", "name", "value")
+        element.expect_no_children()
+        value = _truth(element)
+        if value is Truth.FREE:
+            raise element.error("an assumption's value is true or false")
+        assumptions.append(Assumption(element.attributes["name"], value is Truth.TRUE))
+    return tuple(assumptions)
+
+
+def encode_assumptions(assumptions: Sequence[Assumption]) -> str:
+    """Encodes a goal's assumptions.
+
+    Raises:
+        XmlError: An atom holds a character that XML cannot carry.
+    """
+    items = (
+        f'<assumption name={_attribute(a.name)} value="{"true" if a.value else "false"}"/>'
+        for a in assumptions
+    )
+    return f"<assumptions>{''.join(items)}</assumptions>"
+
+
+def decode_reply(text: Union[str, bytes]) -> Reply:
+    """Decodes a control reply.
+
+    Raises:
+        XmlError: The text is not a ``<return>`` element of the manual's form.
+    """
+    root = parse(text)
+    _expect(root, "return")
+    success = None
+    failure = None
+    answers: List[Answer] = []
+    for element in root.children:
+        if element.name == "success":
+            _expect(element, "success", text=True)
+            success = {"True": True, "False": False}.get(element.text.strip())
+        elif element.name == "error":
+            _expect(element, "error", "command", "index", text=True)
+            attributes = element.attributes
+            try:
+                index = int(attributes["index"])
+            except ValueError:
+                raise element.error("attribute index of <error> is not a number") from None
+            failure = Failure(attributes["command"], index, _line(element.text))
+        elif element.name == "externals":
+            answers.append(_decode_externals(element))
+        elif element.name == "programs":
+            answers.append(_decode_programs(element))
+        elif element.name == "stats":
+            answers.append(_decode_stats(element))
+        else:
+            raise element.error(f"<{shorten(element.name)}> does not belong into <return>")
+    if success is None or success is not (failure is None):
+        raise root.error("<return> needs a <success>, and an <error> exactly if that is False")
+    return Reply(tuple(answers), failure)
+
+
+def encode_reply(reply: Reply) -> str:
+    """Encodes a control reply, each tag and text in a line of its own, as in the manual.
+
+    Characters that XML cannot carry are replaced by U+FFFD.
+    """
+    lines = ["<return>", "<success>", str(reply.success), "</success>"]
+    failure = reply.failure
+    if failure is not None:
+        command = _attribute(_carried(failure.command))
+        message = _text(_carried(failure.message))
+        lines += [f'<error command={command} index="{failure.index}">', message, "</error>"]
+    for answer in reply.answers:
+        if isinstance(answer, Externals):
+            lines.append("<externals>")
+            lines += (
+                f'<external name={_attribute(_carried(name))} value="{value.value}"/>'
+                for name, value in answer.values
+            )
+            lines.append("</externals>")
+        elif isinstance(answer, Programs):
+            lines.append("<programs>")
+            lines += (
+                f'<program name={_attribute(_carried(name))} parameters="{count}"/>'
+                for name, count in answer.parts
+            )
+            lines.append("</programs>")
+        else:
+            lines += ["<stats>", _text(json.dumps(answer.values)), "</stats>"]
+    lines.append("</return>")
+    return "\n".join(lines)
+
+
+def _decode_add(element: Element) -> Add:
+    _expect(element, "add", "name")
+    if not element.children or element.children[-1].name != "program":
+        raise element.error("<add> needs a <program> after its <parameter_definition> elements")
+    *definitions, program = element.children
+    parameters = []
+    for definition in definitions:
+        _expect(definition, "parameter_definition", "name")
+        definition.expect_no_children()
+        parameters.append(definition.attributes["name"])
+    _expect(program, "program", text=True)
+    return Add(element.attributes["name"], tuple(parameters), program.text)
+
+
+def _decode_ground(element: Element) -> Ground:
+    _expect(element, "ground", optional=("asking", "reserved"))
+    if not element.children:
+        raise element.error('<ground> needs a <program name="..."> for each part to ground')
+    parts = []
+    for program in element.children:
+        _expect(program, "program", "name")
+        parameters = []
+        for parameter in program.children:
+            _expect(parameter, "parameter", "value")
+            parameter.expect_no_children()
+            parameters.append(parameter.attributes["value"])
+        parts.append(Part(program.attributes["name"], tuple(parameters)))
+    asking = element.attributes.get("asking", "false").strip().lower()
+    if asking not in ("true", "false"):
+        raise element.error(f"asking of <ground> is true or false, not {asking[:50]!r}")
+    reserved = tuple(element.attributes.get("reserved", "").split())
+    return Ground(tuple(parts), asking == "true", reserved)
+
+
+def _decode_load(element: Element) -> Load:
+    _expect(element, "load", "file")
+    element.expect_no_children()
+    return Load(element.attributes["file"])
+
+
+def _decode_assign_external(element: Element) -> AssignExternal:
+    _expect(element, "assign_external", "name", "value")
+    element.expect_no_children()
+    return AssignExternal(element.attributes["name"], _truth(element))
+
+
+def _decode_release_external(element: Element) -> ReleaseExternal:
+    _expect(element, "release_external", "name")
+    element.expect_no_children()
+    return ReleaseExternal(element.attributes["name"])
+
+
+def _plain(command: Command) -> Callable[[Element], Command]:
+    def decode(element: Element) -> Command:
+        _expect(element, element.name)
+        element.expect_no_children()
+        return command
+
+    return decode
+
+
+_COMMANDS: Dict[str, Callable[[Element], Command]] = {
+    "add": _decode_add,
+    "assign_external": _decode_assign_external,
+    "ground": _decode_ground,
+    "load": _decode_load,
+    "release_external": _decode_release_external,
+    **{name: _plain(command) for name, command in PLAIN.items()},
+}
+
+
+def _encode_command(command: Command) -> str:
+    if isinstance(command, Add):
+        definitions = "".join(
+            f"<parameter_definition name={_attribute(name)}/>" for name in command.parameters
+        )
+        program = f"<program>{_text(command.program)}</program>"
+        return f"<add name={_attribute(command.name)}>{definitions}{program}</add>"
+    if isinstance(command, Ground):
+        asking = ' asking="true"' if command.asking else ""
+        if command.reserved:
+            asking += f" reserved={_attribute(' '.join(command.reserved))}"
+        return f"<ground{asking}>{''.join(_encode_part(part) for part in command.parts)}</ground>"
+    if isinstance(command, Load):
+        return f"<load file={_attribute(command.file)}/>"
+    if isinstance(command, AssignExternal):
+        name = _attribute(command.name)
+        return f'<assign_external name={name} value="{command.value.value}"/>'
+    if isinstance(command, ReleaseExternal):
+        return f"<release_external name={_attribute(command.name)}/>"
+    return f"<{command_name(command)}/>"
+
+
+def _encode_part(part: Part) -> str:
+    parameters = "".join(f"<parameter value={_attribute(value)}/>" for value in part.parameters)
+    return f"<program name={_attribute(part.name)}>{parameters}</program>"
+
+
+def _decode_externals(element: Element) -> Externals:
+    _expect(element, "externals")
+    values = []
+    for external in element.children:
+        _expect(external, "external", "name", "value")
+        external.expect_no_children()
+        values.append((external.attributes["name"], _truth(external)))
+    return Externals(tuple(values))
+
+
+def _decode_programs(element: Element) -> Programs:
+    _expect(element, "programs")
+    parts = []
+    for program in element.children:
+        _expect(program, "program", "name", "parameters")
+        program.expect_no_children()
+        count = program.attributes["parameters"]
+        if not count.isascii() or not count.isdecimal():
+            raise program.error(f"parameters of <program> is a number, not {count[:50]!r}")
+        parts.append((program.attributes["name"], int(count)))
+    return Programs(tuple(parts))
+
+
+def _decode_stats(element: Element) -> Stats:
+    _expect(element, "stats", text=True)
+    try:
+        values = json.loads(element.text)
+    except (ValueError, RecursionError) as err:
+        raise element.error(f"<stats> does not hold JSON: {err}") from err
+    if not isinstance(values, dict):
+        raise element.error("<stats> does not hold a JSON object")
+    return Stats(values)
+
+
+def _truth(element: Element) -> Truth:
+    word = element.attributes["value"]
+    value = _TRUTHS.get(word.strip().lower())
+    if value is None:
+        raise element.error(
+            f"value of <{element.name}> is true, false or free (or None), not {word[:50]!r}"
+        )
+    return value
+
+
+def _expect(
+    element: Element,
+    name: str,
+    *attributes: str,
+    text: bool = False,
+    optional: Sequence[str] = (),
+) -> None:
+    """Checks an element's name, that it has these attributes and no others, and its text."""
+    if element.name != name:
+        raise element.error(f"expected <{name}>, found <{shorten(element.name)}>")
+    missing = [key for key in attributes if key not in element.attributes]
+    if missing:
+        raise element.error(f"<{name}> lacks the attribute {missing[0]}")
+    allowed = (*attributes, *optional)
+    unknown = [key for key in element.attributes if key not in allowed]
+    if unknown:
+        known = f"; it has {', '.join(allowed)}" if allowed else "; it has none"
+        raise element.error(f"<{name}> has no attribute {shorten(unknown[0])}{known}")
+    if text:
+        element.expect_no_children()
+    elif element.text.strip():
+        raise element.error(f"<{name}> holds the stray text {element.text.strip()[:50]!r}")
+
+
+def _attribute(text: str) -> str:
+    return quoteattr(check_text(text))
+
+
+def _text(text: str) -> str:
+    return escape(check_text(text), {"\r": "&#13;"})
+
+
+def _line(text: str) -> str:
+    """Returns a text without the line breaks around it, which older nodes do not send."""
+    return text[1:-1] if len(text) > 1 and text[0] == text[-1] == "\n" else text
+
+
+def _carried(text: str) -> str:
+    return _ILLEGAL.sub("\ufffd", text)
+
+
+def check_text(text: str) -> str:
+    """Returns a text that XML can carry.
+
+    Raises:
+        XmlError: It has a control character, or another that XML has no way to write.
+    """
+    match = _ILLEGAL.search(text)
+    if match:
+        raise XmlError(f"XML cannot carry the character {match.group()!r}; remove it")
+    return text

@@ -1,0 +1,113 @@
+"""What the commands share that compare a recorded run with another one. Needs no ROS."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import re
+import sys
+from pathlib import Path
+from typing import Callable, List, Optional, Sequence, Tuple
+
+from rosoclingo.bags.compare import comparable, junit, text_report
+from rosoclingo.bags.compare.comparison import Comparison, Level
+from rosoclingo.bags.errors import BagError
+from rosoclingo.bags.model import Recording
+from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.bags.text import lines
+
+_REMAPPING = re.compile(r"[\w~/]+:=")
+
+
+def arguments(given: Optional[Sequence[str]] = None) -> List[str]:
+    """Returns a command line, by default that of the process, without ROS's remappings."""
+    return [one for one in (sys.argv[1:] if given is None else given) if not _REMAPPING.match(one)]
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Adds what all these commands understand."""
+    add = parser.add_argument
+    add("--level", choices=[level.value for level in Level], default=Level.EXACT.value,
+        help="what has to be the same: the actions (exact, the default), the goals' outcomes and "
+        "the plans' lengths (equivalent), the goals' outcomes (outcome)")  # fmt: skip
+    add("--name", metavar="NODE", help="which node's run, if the bag has several")
+    add("--junit", type=Path, metavar="FILE", help="write the results as JUnit's XML")
+    add("--gtest_output", type=_gtest, help=argparse.SUPPRESS)  # rostest gives these two
+    add("--text", action="store_true", help=argparse.SUPPRESS)
+
+
+def run(
+    program: str,
+    options: argparse.Namespace,
+    suite: junit.Suite,
+    judge: Callable[[], Tuple[Comparison, float]],
+) -> int:
+    """Compares, writes the results, and returns the exit status.
+
+    Args:
+        program: What messages begin with.
+        options: The options of :func:`add_options`.
+        suite: What the results are called.
+        judge: Compares and prints, and returns what came out and how many seconds it took.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a bag's texts may have any character
+            stream.reconfigure(errors="backslashreplace")
+    results = [file for file in (options.junit, options.gtest_output) if file is not None]
+    try:
+        comparison, seconds = judge()
+        for file in results:
+            junit.write_results(file, suite, comparison, seconds)
+    except BagError as err:
+        return _give_up(program, results, suite, str(err))
+    except BrokenPipeError:  # who reads it has seen enough, such as head
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 2
+    except Exception as err:  # 1 would say that there is a difference
+        return _give_up(program, results, suite, f"{suite.name}: internal error: {err!r}")
+    return 1 if comparison.differences else 0
+
+
+def read(program: str, bag: Path, name: Optional[str]) -> Recording:
+    """Reads a recording that is to be compared, and says what is wrong with it.
+
+    Args:
+        program: What messages begin with.
+        bag: The bag.
+        name: Which node's run.
+
+    Raises:
+        BagError: It cannot be read, or not compared.
+    """
+    recording = read_recording(bag, name)
+    for remark in recording.remarks:
+        say(program, f"{bag}: {remark}")
+    comparable.check(bag, recording)
+    return recording
+
+
+def say(program: str, text: str) -> None:
+    """Prints a message, which may have texts of a bag."""
+    print(lines(f"{program}: {text}"), file=sys.stderr)
+
+
+def tell(comparison: Comparison) -> None:
+    """Prints what is different, if anything is."""
+    said = text_report.describe(comparison)
+    if said:
+        print(said)
+
+
+def _give_up(program: str, results: List[Path], suite: junit.Suite, reason: str) -> int:
+    say(program, reason)
+    try:
+        for file in results:
+            junit.write_error(file, suite, reason)
+    except BagError as err:
+        say(program, str(err))
+    return 2
+
+
+def _gtest(text: str) -> Path:
+    return Path(text[len("xml:") :] if text.startswith("xml:") else text)

@@ -1,0 +1,276 @@
+"""Compares what a run has put out with what its replay, or another run, has. Needs no ROS."""
+
+from __future__ import annotations
+
+import difflib
+import enum
+from dataclasses import dataclass, replace
+from itertools import groupby, takewhile, zip_longest
+from typing import Dict, Iterator, List, Optional, Sequence, Tuple
+
+from rosoclingo.bags.compare.history import OPEN, Cell, Goal, History
+from rosoclingo.bags.compare.outputs import Output, Reader, is_open, tidy
+from rosoclingo.bags.compare.pairing import Moved, moved, with_ids_of
+from rosoclingo.bags.model import Entry
+
+_MOST_TO_ALIGN = 2000  # rows; longer ones are compared one by one
+
+
+class Level(enum.Enum):
+    """How much has to be the same."""
+
+    EXACT = "exact"
+    EQUIVALENT = "equivalent"
+    OUTCOME = "outcome"
+
+
+@dataclass(frozen=True)
+class Stall:
+    """The replayed loop waited, and what had to come before the next input was not there.
+
+    Attributes:
+        position: How many of the expected outputs come before the first one that is missing.
+        pending: The actuators whose answers the loop waited for.
+    """
+
+    position: int
+    pending: Tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class GoalPair:
+    """A goal in both runs.
+
+    Attributes:
+        id: That of actionlib; the recorded one if two runs have different ones.
+        request: What was asked for.
+        expected: What became of it in the recording; None if it is not there.
+        seen: What became of it in the replay, likewise.
+        same: Whether that is the same at the level of the comparison.
+    """
+
+    id: str
+    request: str
+    expected: Optional[Goal]
+    seen: Optional[Goal]
+    same: bool
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the comparison: what was expected and what was seen at one place.
+
+    Attributes:
+        expected: What was recorded; None for nothing.
+        seen: What the replay has put out; None for nothing.
+        inputs: What had come just before it in the recording.
+        stall: The actuators that the replayed loop waited for here in vain, in words; None if it
+            did not wait.
+    """
+
+    expected: Optional[Cell]
+    seen: Optional[Cell]
+    inputs: Tuple[str, ...] = ()
+    stall: Optional[str] = None
+
+    @property
+    def same(self) -> bool:
+        """Whether both are the same here."""
+        return self.expected == self.seen and self.stall is None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What is the same in two runs, and what is not.
+
+    Attributes:
+        level: How much has to be the same.
+        goals: All recorded goals, in the order in which they came, and then those that are seen
+            alone.
+        rows: What the loop has put out, in order.
+        steps: In how many steps the recording has actions.
+        seen_steps: In how many the replay has.
+        same_plan: Whether what the loop has put out is the same at the level.
+        failure: Why the replay was given up, if it was.
+        inputs: What two runs did not take at the same time, until their first difference; None if
+            the second run is a replay, which has the inputs of the first.
+    """
+
+    level: Level
+    goals: Tuple[GoalPair, ...]
+    rows: Tuple[Row, ...]
+    steps: int
+    seen_steps: int
+    same_plan: bool
+    failure: str = ""
+    inputs: Optional[Tuple[Moved, ...]] = None
+
+    @property
+    def differences(self) -> int:
+        """How many differences count at the level."""
+        goals = sum(not pair.same for pair in self.goals) + bool(self.failure)
+        if self.level is Level.EXACT:
+            return goals + sum(not row.same for row in self.rows)
+        return goals + (not self.same_plan and not self.failure)
+
+
+def compare(
+    expected: Sequence[Entry],
+    seen: Sequence[Entry],
+    level: Level = Level.EXACT,
+    *,
+    has_journal: bool = True,
+    seen_has_journal: bool = True,
+    is_replay: bool = True,
+    stalls: Sequence[Stall] = (),
+    failure: str = "",
+) -> Comparison:
+    """Compares two journals.
+
+    Args:
+        expected: The recorded one.
+        seen: That of the replay, or of another run.
+        level: How much has to be the same.
+        has_journal: Whether the recording has a journal; else steps are not compared.
+        seen_has_journal: Whether the other one has, likewise.
+        is_replay: Whether the second run has the inputs of the first, with their goals' ids.
+        stalls: Where the replay waited in vain.
+        failure: Why the replay was given up, if it was.
+
+    Returns:
+        What is the same. If the recording ends while the loop was at work, what the replay has done
+        afterwards is left out.
+    """
+    expected, seen = tidy(expected), tidy(seen)
+    if not is_replay:
+        seen = with_ids_of(expected, seen)
+    is_cut = is_open(expected)
+    knows_steps = has_journal and seen_has_journal
+    old = History(expected, knows_steps, Reader(has_journal))
+    new = History(seen, knows_steps, Reader(seen_has_journal))
+    new.numbers = _numbers(old, new)
+    goals = [_pair(one, old, new, level, is_cut) for one in old.requests]
+    goals += [GoalPair(one, new.requests[one], None, new.goals[one], False)
+              for one in _added(old, new, is_cut)]  # fmt: skip
+    rows = _with_stall(_rows(old, new, is_cut), old, stalls)
+    if level is Level.EXACT:
+        same_plan = all(row.same for row in rows)
+    else:
+        ends, new_ends = (one.ends(level is Level.EQUIVALENT) for one in (old, new))
+        same_plan = ends == (new_ends[: len(ends)] if is_cut else new_ends)
+        if level is Level.EQUIVALENT and not is_cut:
+            same_plan = same_plan and old.steps == new.steps
+    return Comparison(
+        level, tuple(goals), tuple(rows), old.steps, new.steps, same_plan and not failure, failure,
+        None if is_replay else _inputs_before_difference(old, new, rows),
+    )  # fmt: skip
+
+
+def _numbers(old: History, new: History) -> Dict[str, int]:
+    """Numbers goals so that each has the same number in both columns."""
+    numbers = dict(old.numbers)
+    for identifier in new.numbers:
+        numbers.setdefault(identifier, len(numbers) + 1)
+    return numbers
+
+
+def _pair(goal: str, old: History, new: History, level: Level, is_cut: bool) -> GoalPair:
+    expected, seen = old.goals[goal], new.goals.get(goal)
+    if is_cut and expected.outcome == OPEN:  # it may have ended since
+        if seen is not None:
+            statuses = seen.statuses[: len(expected.statuses)]
+            seen = Goal(statuses, OPEN, min(expected.steps, seen.steps))
+        elif not expected.statuses:  # nothing had come of it yet
+            seen = expected
+    same = (
+        seen is not None
+        and {
+            Level.EXACT: expected.statuses == seen.statuses,
+            Level.EQUIVALENT: (expected.outcome, expected.steps) == (seen.outcome, seen.steps),
+            Level.OUTCOME: expected.outcome == seen.outcome,
+        }[level]
+    )
+    return GoalPair(goal, old.requests[goal], expected, seen, same)
+
+
+def _added(old: History, new: History, is_cut: bool) -> List[str]:
+    """Returns the goals that only the second run has, but those after the end of the first."""
+    goals = list(new.requests)
+    if is_cut:
+        while goals and goals[-1] not in old.requests:
+            goals.pop()
+    return [goal for goal in goals if goal not in old.requests]
+
+
+def _rows(old: History, new: History, is_cut: bool) -> List[Row]:
+    expected = [old.cell(output) for output in _sorted(old)]
+    seen = [new.cell(output) for output in _sorted(new)]
+    rows: List[Row] = []
+    place = 0
+    for left, right in _align(expected, seen):
+        inputs = old.inputs.get(place, ()) if left else ()
+        rows.append(Row(left, right, tuple(old.input(event).text for event in inputs)))
+        place += left is not None
+    while is_cut and rows and rows[-1].expected is None:
+        rows.pop()
+    return rows
+
+
+def _sorted(history: History) -> List[Output]:
+    """Puts what is done at the same time in an order: actions by name, statuses by goal."""
+    ordered: List[Output] = []
+    for key, group in groupby(history.timeline, lambda output: (output.kind, output.step)):
+        if key[0] == "action" and key[1] is not None:
+            ordered += sorted(group, key=lambda output: output.key)
+        elif key[0] == "status":
+            ordered += sorted(group, key=lambda output: history.numbers[output.id])
+        else:
+            ordered += group
+    return ordered
+
+
+def _inputs_before_difference(old: History, new: History, rows: Sequence[Row]) -> Tuple[Moved, ...]:
+    alike = list(takewhile(lambda row: row.same, rows))
+    return moved(_inputs(old, len(alike)), _inputs(new, len(alike)))
+
+
+def _inputs(history: History, outputs: int) -> Tuple[List[Cell], List[Cell]]:
+    """Returns the inputs until so many outputs were there, and those that came later."""
+    halves: Tuple[List[Cell], List[Cell]] = [], []
+    for place, events in history.inputs.items():
+        halves[place > outputs].extend(map(history.input, events))
+    return halves
+
+
+def _align(
+    old: Sequence[Cell], new: Sequence[Cell]
+) -> Iterator[Tuple[Optional[Cell], Optional[Cell]]]:
+    """Puts what is the same side by side."""
+    begin = 0
+    while begin < min(len(old), len(new)) and old[begin] == new[begin]:
+        yield old[begin], new[begin]
+        begin += 1
+    old, new = old[begin:], new[begin:]
+    if max(len(old), len(new)) > _MOST_TO_ALIGN:
+        yield from zip_longest(old, new)
+        return
+    matcher = difflib.SequenceMatcher(None, old, new, autojunk=False)
+    for _, left, left_end, right, right_end in matcher.get_opcodes():
+        yield from zip_longest(old[left:left_end], new[right:right_end])
+
+
+def _with_stall(rows: List[Row], history: History, stalls: Sequence[Stall]) -> List[Row]:
+    """Says at which row the replay waited in vain for the first time; the rest follows from it."""
+    if not stalls:
+        return rows
+    position, waits = stalls[0].position, " and ".join(stalls[0].pending)
+    end = len(history.timeline)
+    place = history.places[position] if position < len(history.places) else end
+    text = f"an answer of {waits}" if waits else "something to come"
+    count = 0
+    for number, row in enumerate(rows):
+        if row.expected is not None:
+            if count == place:
+                return [*rows[:number], replace(row, stall=text), *rows[number + 1 :]]
+            count += 1
+    return [*rows, Row(None, None, (), text)]

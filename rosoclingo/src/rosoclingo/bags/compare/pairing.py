@@ -1,0 +1,104 @@
+"""Finds what belongs together in two runs that were recorded independently. Needs no ROS."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict, deque
+from dataclasses import dataclass, replace
+from typing import Deque, Dict, Optional, Sequence, Tuple
+
+from rosoclingo.bags.compare.history import Cell
+from rosoclingo.bags.model import Entry
+
+_OF_GOALS = ("goal", "cancel", "status")  # kinds of events whose id is a goal's
+
+
+Inputs = Tuple[Sequence[Cell], Sequence[Cell]]
+"""What a run has taken before a place, and after it."""
+
+
+@dataclass(frozen=True)
+class Moved:
+    """An input that two runs have taken at different times, or only one of them.
+
+    Attributes:
+        expected: The input in the first run; None if it never came.
+        seen: The input in the second run, likewise.
+        in_time: Whether it came before the place in question, in the first run and in the second.
+    """
+
+    expected: Optional[Cell]
+    seen: Optional[Cell]
+    in_time: Tuple[bool, bool]
+
+
+def with_ids_of(expected: Sequence[Entry], seen: Sequence[Entry]) -> Tuple[Entry, ...]:
+    """Gives the goals of a run the ids, and the spelling, that they have in another one.
+
+    Clients make the ids of the time, so that each run has its own. The first goal with a request
+    belongs to the first one with this request in the other run, the second to the second.
+
+    Args:
+        expected: The journal whose ids are taken.
+        seen: The journal that is changed.
+    """
+    requests = _goals(expected)
+    free: Dict[str, Deque[str]] = defaultdict(deque)
+    for identifier, request in requests.items():
+        free[_compact(request)].append(identifier)
+    ids: Dict[str, str] = {}
+    for identifier, request in _goals(seen).items():
+        same = free[_compact(request)]
+        if same:
+            ids[identifier] = same.popleft()
+        elif identifier in requests:
+            ids[identifier] = f"{identifier}, seen"
+    changed = []
+    for entry in seen:
+        event = entry.event
+        if event.kind in _OF_GOALS and event.id in ids:
+            event = replace(event, id=ids[event.id])
+            if event.kind == "goal":
+                event = replace(event, text=requests.get(event.id, event.text))
+        changed.append(replace(entry, event=event))
+    return tuple(changed)
+
+
+def moved(expected: Inputs, seen: Inputs) -> Tuple[Moved, ...]:
+    """Returns the inputs that only one of two runs had taken before a place, or in other steps.
+
+    Args:
+        expected: The inputs of the first run.
+        seen: Those of the second run.
+    """
+    early, new_early = _numbered(expected[0]), _numbered(seen[0])
+    old, new = _numbered([*expected[0], *expected[1]]), _numbered([*seen[0], *seen[1]])
+    inputs = {
+        key: Moved(old.get(key), new.get(key), (key in early, key in new_early))
+        for key in {**early, **new_early}
+    }
+    return tuple(
+        one for key, one in inputs.items() if one.in_time != (True, True) or old[key] != new[key]
+    )
+
+
+def _goals(entries: Sequence[Entry]) -> Dict[str, str]:
+    """Returns the goals' requests, in the order in which they came."""
+    requests: Dict[str, str] = {}
+    for entry in entries:
+        if entry.event.kind == "goal":
+            requests.setdefault(entry.event.id, entry.event.text)
+    return requests
+
+
+def _compact(request: str) -> str:
+    return "".join(request.split())
+
+
+def _numbered(cells: Sequence[Cell]) -> Dict[Tuple[str, int], Cell]:
+    """Returns inputs by their text and how many alike there were before."""
+    counts: Counter[str] = Counter()
+    numbered: Dict[Tuple[str, int], Cell] = {}
+    for cell in cells:
+        numbered[cell.text, counts[cell.text]] = cell
+        counts[cell.text] += 1
+    return numbered

@@ -1,0 +1,1 @@
+"""Reads a bag, also a damaged one, into a :class:`.model.Recording`. Needs no ROS."""

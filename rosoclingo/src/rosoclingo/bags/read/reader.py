@@ -1,0 +1,247 @@
+"""Reads a bag into a :class:`~rosoclingo.bags.model.Recording`. Needs no ROS."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
+
+from rosoclingo.bags.errors import BagTypeError, NoSystemError, SeveralSystemsError
+from rosoclingo.bags.model import Entry, Program, Recording
+from rosoclingo.bags.read.bagfile import Bag, read_bag
+from rosoclingo.bags.read.decode import Decoder
+from rosoclingo.bags.read.without_journal import TOPICS, Historian
+from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about, solvers, text_entries
+from rosoclingo.bags.wire import Connection, Message
+from rosoclingo.loop.journal import Event
+
+_OWN_TYPES = {kind for kind in LOOP_TYPES.values() if kind.startswith("rosoclingo/")}
+_RUNS = ("journal", "goal", "in", "out")  # topics of which one at least shows that there is a run
+
+
+def read_recording(file: Path, name: Optional[str] = None) -> Recording:
+    """Reads the run of one system from a bag.
+
+    A damaged bag is read as far as that goes; the recording's remarks say what is lost.
+
+    Args:
+        file: The bag.
+        name: Name of the node with the planning loop; needed if the bag has several.
+
+    Raises:
+        BagError: The bag cannot be read, or has no such run.
+    """
+    bag = read_bag(file, lambda one: one.type == LOOP_TYPES.get(owner(one.topic)[1]))
+    return _Reading(file, bag, name).recording()
+
+
+class _Reading:
+    def __init__(self, file: Path, bag: Bag, name: Optional[str]) -> None:
+        self._file = file
+        self._bag = bag
+        self._decoder = Decoder()
+        self._name = self._choose(name)
+        self._remarks: List[str] = list(bag.remarks)
+        self._lost: Counter[str] = Counter()
+        self._readable: Set[Connection] = set()
+
+    def recording(self) -> Recording:
+        """Reads what the bag has of the chosen node."""
+        has_journal = self._has("journal")
+        if has_journal:
+            self._require("journal")
+            entries = self._read_journal()
+        else:
+            for topic in ("goal", "in", "out"):
+                if self._has(topic):
+                    self._require(topic)
+            entries = self._read_topics()
+            self._remarks.append(
+                "the bag has no journal; the run was put together from the node's other topics"
+            )
+        programs = self._read_programs()
+        for topic, number in sorted(self._lost.items()):
+            self._remarks.append(f"{number} messages of {topic} are damaged and were left out")
+        if not entries:
+            raise NoSystemError(
+                f"{self._file}: the bag has topics of {self._name}, but no message that can be "
+                f"read{_because(self._remarks)}; record again while the system runs"
+            )
+        return Recording(
+            self._name, entries, programs, tuple(self._remarks), self._bag.size, has_journal
+        )
+
+    # Which system.
+
+    def _choose(self, name: Optional[str]) -> str:
+        found = sorted(
+            {
+                owner(connection.topic)[0]
+                for connection in self._bag.connections
+                if connection.type in _OWN_TYPES and owner(connection.topic)[1] in _RUNS
+            }
+        )
+        if name is not None:
+            wanted = name if name.startswith("/") else f"/{name}"
+            if wanted in found:
+                return wanted
+            there = f"; there are {', '.join(found)}" if found else ""
+            raise NoSystemError(f"{self._file}: the bag has no topics of {wanted}{there}")
+        if not found:
+            topics = sorted({connection.topic for connection in self._bag.connections})
+            there = f"has only {', '.join(topics[:5])}" if topics else "has no topics"
+            if len(topics) > 5:
+                there += f" and {len(topics) - 5} more"
+            raise NoSystemError(
+                f"{self._file}: the bag {there}{_because(self._bag.remarks)}, nothing of "
+                "rosoclingo; record one with rosrun rosoclingo record.py"
+            )
+        if len(found) > 1:
+            raise SeveralSystemsError(
+                f"{self._file}: the bag has several systems; choose one by its name: "
+                f"{', '.join(found)}"
+            )
+        return found[0]
+
+    # What can be read.
+
+    def _has(self, topic: str) -> bool:
+        return any(one.topic == f"{self._name}/{topic}" for one in self._bag.connections)
+
+    def _require(self, topic: str) -> None:
+        """Raises an error if nothing of a topic can be read because of its type."""
+        reasons = self._accept(f"{self._name}/{topic}", LOOP_TYPES[topic])
+        connections = [c for c in self._bag.connections if c.topic == f"{self._name}/{topic}"]
+        if not any(connection in self._readable for connection in connections):
+            raise BagTypeError(
+                f"{self._file}: {reasons[0]}; replay it with the version that recorded it, "
+                "or record again"
+            )
+
+    def _accept(self, topic: str, kind: str) -> List[str]:
+        """Looks at a topic's connections, and returns why some are refused."""
+        reasons = []
+        for connection in dict.fromkeys(self._bag.connections):
+            if connection.topic == topic and connection not in self._readable:
+                reason = self._decoder.refuse(connection, kind)
+                if reason is None:
+                    self._readable.add(connection)
+                elif reason not in self._remarks:
+                    reasons.append(reason)
+        self._remarks += [f"left out: {reason}" for reason in reasons]
+        return reasons
+
+    def _messages(self, topics: Dict[str, str]) -> Iterator[Tuple[Message, Any]]:
+        """Yields the messages of topics, which have types, and what they say."""
+        for topic, kind in topics.items():
+            self._accept(topic, kind)
+        for message in self._bag.messages:
+            if message.connection.topic in topics and message.connection in self._readable:
+                try:
+                    yield message, self._decoder.decode(message)
+                except ValueError:
+                    self._lost[message.connection.topic] += 1
+
+    # What the run was.
+
+    @property
+    def _begin(self) -> int:
+        return min((message.time for message in self._bag.messages), default=0)
+
+    def _read_journal(self) -> Tuple[Entry, ...]:
+        begin = self._begin
+        runs: List[Dict[int, Tuple[int, Event]]] = [{}]
+        topic = f"{self._name}/journal"
+        unnumbered = 0
+        for _, said in self._messages({topic: LOOP_TYPES["journal"]}):
+            if not said.number:
+                unnumbered += 1
+                continue
+            stamp = said.stamp.sec * 10**9 + said.stamp.nanosec
+            known = runs[-1].get(said.number)
+            if known is not None and known[0] != stamp:
+                runs.append({})  # the node was started again
+            runs[-1][said.number] = (
+                stamp,
+                Event(
+                    said.kind, said.id, said.text, tuple(map(str, said.details)),
+                    float(said.seconds), int(said.step), int(said.horizon),
+                ),
+            )  # fmt: skip
+        if len(runs) > 1:
+            self._remarks.append(
+                f"{self._name} was started {len(runs)} times during the recording; this is its "
+                "last run"
+            )
+        if unnumbered:
+            self._remarks.append(
+                f"{unnumbered} events of {topic} have no number, so that they are not of "
+                f"{self._name}, and were left out"
+            )
+        numbered = sorted(runs[-1].items())
+        lost = (numbered[-1][0] if numbered else 0) - len(numbered)
+        if lost > 0:
+            self._remarks.append(f"{lost} events of the journal are missing")
+        return tuple(
+            Entry(number, (stamp - begin) * 1e-9, event) for number, (stamp, event) in numbered
+        )
+
+    def _read_topics(self) -> Tuple[Entry, ...]:
+        begin = self._begin
+        topics = {f"{self._name}/{topic}": LOOP_TYPES[topic] for topic in TOPICS}
+        messages = list(self._messages(topics))
+        out = f"{self._name}/out"
+        historian = Historian(said.id for one, said in messages if one.connection.topic == out)
+        entries: List[Entry] = []
+
+        def add(seconds: float, events: Iterator[Event]) -> None:
+            for event in events:
+                entries.append(Entry(len(entries) + 1, seconds, event))
+
+        for message, said in messages:
+            seconds = (message.time - begin) * 1e-9
+            add(seconds, historian.take(owner(message.connection.topic)[1], seconds, said))
+        add(entries[-1].seconds if entries else 0.0, historian.release())
+        return tuple(entries)
+
+    # What it was started with.
+
+    def _read_programs(self) -> Dict[str, Program]:
+        texts = self._about(self._name)
+        programs = {}
+        for text in texts[-1:]:
+            programs[self._name] = loop = _program(self._name, parse_about(text))
+            for node in loop.solvers.values():
+                for solver in self._about(node)[-1:]:
+                    programs[node] = _program(node, parse_about(solver))
+                if node not in programs:
+                    self._remarks.append(f"the bag does not say what {node} was started with")
+        return programs
+
+    def _about(self, node: str) -> List[str]:
+        topic = f"{node}/about"
+        found = [said.data for _, said in self._messages({topic: LOOP_TYPES["about"]})]
+        described = [text for text in found if parse_about(text).get("program")]
+        if len(described) < len(found):
+            self._remarks.append(f"what {topic} says of the node cannot be read")
+        return described
+
+
+def _program(node: str, described: Dict[str, Any]) -> Program:
+    arguments = described.get("arguments")
+    files = described.get("files")
+    return Program(
+        node,
+        str(described["program"]),
+        tuple(map(str, arguments)) if isinstance(arguments, list) else (),
+        {
+            path: text_entries(file).get("text", "")
+            for path, file in (files.items() if isinstance(files, dict) else ())
+        },
+        text_entries(described.get("versions")),
+        solvers(described),
+    )
+
+
+def _because(remarks: Any) -> str:
+    return f" ({'; '.join(remarks)})" if remarks else ""

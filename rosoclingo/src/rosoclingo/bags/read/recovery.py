@@ -1,0 +1,250 @@
+"""Reads the records of a damaged bag from its beginning to its end. Needs no ROS.
+
+The format is http://wiki.ros.org/Bags/Format/2.0: a line, and records of a header and data, each
+after its length. Chunks hold records again, all but their index. What is damaged ends the reading
+of a chunk, or of the file; what was before is kept.
+
+The index is not used, as it may be missing, and lengths and places that it states may be wrong. No
+length is believed that goes beyond the end of the file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import struct
+from io import BytesIO
+from typing import BinaryIO, Callable, Dict, Iterator, List, Mapping, NamedTuple, Tuple
+
+from rosoclingo.bags.read.decompress import Expander, ExpansionError
+from rosoclingo.bags.wire import Connection, Message
+
+_MESSAGE, _BAG, _INDEX, _CHUNK, _CHUNK_INFO, _CONNECTION = range(2, 8)
+_LENGTH = struct.Struct("<I")
+_TIME = struct.Struct("<II")
+_COUNTS = (b"conn_count", b"chunk_count")
+
+
+class Records(NamedTuple):
+    """What could be read.
+
+    Attributes:
+        messages: The messages, in the order of the file.
+        connections: All connections, of messages or not.
+        encryptor: What the bag is encrypted with; empty if it is not.
+        fault: What is wrong with the index, in words; empty if nothing is.
+        losses: What is damaged, in words.
+    """
+
+    messages: List[Message]
+    connections: List[Connection]
+    encryptor: str
+    fault: str
+    losses: List[str]
+
+
+class _DamageError(Exception):
+    """No record can be read from here on."""
+
+
+def read_records(file: BinaryIO, wanted: Callable[[Connection], bool]) -> Records:
+    """Reads all records.
+
+    Args:
+        file: The bag, at its first record.
+        wanted: Whether the messages of a connection are.
+
+    Raises:
+        ExpansionError: A chunk expands to too much; the text says which.
+    """
+    size = os.fstat(file.fileno()).st_size
+    scan = _Scan(wanted, Expander(size))
+    scan.read(file, size, "the bag")
+    return Records(
+        scan.messages,
+        list(scan.connections.values()),
+        _text(scan.bag, b"encryptor"),
+        scan.find_fault(),
+        scan.losses,
+    )
+
+
+def check_chunks(file: BinaryIO) -> None:
+    """Checks what the chunks expand to, as far as the records are intact.
+
+    Args:
+        file: The bag, at its first record.
+
+    Raises:
+        ExpansionError: One expands to too much; the text says which.
+    """
+    size = os.fstat(file.fileno()).st_size
+    expander = Expander(size)
+    position = file.tell()
+    with contextlib.suppress(_DamageError, ValueError, KeyError):
+        while position < size:
+            header = _entries(_part(file, size))
+            length = _length(file)
+            begin = file.tell()
+            compression = _text(header, b"compression")
+            if compression not in ("", "none"):
+                try:
+                    expander.expand(compression, file.read(min(length, size - begin)))
+                except ExpansionError as err:
+                    raise ExpansionError(f"the chunk at byte {position} {err}") from err
+            position = begin + length
+            file.seek(position)
+
+
+class _Scan:
+    def __init__(self, wanted: Callable[[Connection], bool], expander: Expander) -> None:
+        self.messages: List[Message] = []
+        self.connections: Dict[int, Connection] = {}
+        self.bag: Mapping[bytes, bytes] = {}
+        self.losses: List[str] = []
+        self._wanted = wanted
+        self._expander = expander
+        self._in_chunk = False
+        self._places: List[int] = []  # of the connections and chunk infos that end the bag
+        self._chunks = 0
+
+    def read(self, source: BinaryIO, size: int, where: str) -> None:
+        """Reads records from where a source is until its end."""
+        position = source.tell()
+        while position < size:
+            try:
+                header = _entries(_part(source, size))
+                length = _length(source)
+                begin = source.tell()
+                self._take(header, source, length, min(length, size - begin), position)
+            except _DamageError as err:
+                self.losses.append(f"{where}, byte {position} of {size}: {err}")
+                return
+            position = begin + length
+            source.seek(position)
+
+    def find_fault(self) -> str:
+        """Returns what is wrong with the index, in words."""
+        try:
+            connections, chunks = (_number(self.bag, name) for name in _COUNTS)
+        except _DamageError:
+            return "the header of the bag is damaged"
+        begin = int.from_bytes(self.bag.get(b"index_pos", b""), "little")
+        if not begin:
+            return "its recorder did not end it"
+        is_complete = len(self._places) == connections + chunks and self._chunks == chunks
+        if is_complete and (not self._places or self._places[0] == begin):
+            return ""
+        return "the index does not fit the rest"
+
+    def _take(
+        self,
+        header: Mapping[bytes, bytes],
+        source: BinaryIO,
+        length: int,
+        available: int,
+        position: int,
+    ) -> None:
+        """Takes a record, of whose data perhaps not all is available."""
+        operation = header.get(b"op", b"\0")[0]
+        if operation == _CHUNK:  # a part of a chunk may have messages
+            if self._in_chunk:
+                raise _DamageError("a chunk is inside of a chunk")
+            where = f"the chunk at byte {position}"
+            content = self._decompress(_text(header, b"compression"), source.read(available), where)
+            self._chunks += 1
+            self._in_chunk = True
+            self.read(BytesIO(content), len(content), where)
+            self._in_chunk = False
+        if available < length:
+            raise _DamageError("the rest is missing")
+        if operation == _CONNECTION:
+            self._connect(_number(header, b"conn"), header, source.read(length))
+        elif operation == _MESSAGE:
+            connection = self.connections.get(_number(header, b"conn"))
+            if connection is None:
+                raise _DamageError("a message belongs to no connection")
+            if self._wanted(connection):
+                self.messages.append(Message(connection, _time(header), source.read(length)))
+        elif operation == _BAG:
+            self.bag = self.bag or header
+        elif operation not in (_INDEX, _CHUNK, _CHUNK_INFO):
+            raise _DamageError("this is no record of a bag")
+        if operation in (_CONNECTION, _CHUNK_INFO) and not self._in_chunk:
+            self._places.append(position)
+
+    def _connect(self, number: int, header: Mapping[bytes, bytes], data: bytes) -> None:
+        entries = _entries(data)
+        self.connections[number] = Connection(
+            _text(header, b"topic"),
+            _text(entries, b"type"),
+            _text(entries, b"md5sum"),
+            _text(entries, b"message_definition"),
+        )
+
+    def _decompress(self, compression: str, data: bytes, where: str) -> bytes:
+        if compression == "none":
+            return data
+        try:
+            return self._expander.expand(compression, data)
+        except ValueError as err:
+            self.losses.append(f"{where} cannot be decompressed: {err}")
+            return b""
+        except KeyError as err:
+            raise _DamageError(f"unknown compression {compression!r}") from err
+        except ExpansionError as err:
+            raise ExpansionError(f"{where} {err}") from err
+
+
+def _length(source: BinaryIO) -> int:
+    value = source.read(_LENGTH.size)
+    if len(value) < _LENGTH.size:
+        raise _DamageError("the rest is missing")
+    length: int = _LENGTH.unpack(value)[0]
+    return length
+
+
+def _part(source: BinaryIO, size: int) -> bytes:
+    """Returns what comes after its length."""
+    length = _length(source)
+    part = source.read(min(length, size - source.tell()))
+    if len(part) < length:
+        raise _DamageError("the rest is missing")
+    return part
+
+
+def _entries(data: bytes) -> Dict[bytes, bytes]:
+    return dict(_split(data))
+
+
+def _split(data: bytes) -> Iterator[Tuple[bytes, bytes]]:
+    position = 0
+    while position < len(data):
+        begin = position + _LENGTH.size
+        if begin > len(data):
+            raise _DamageError("a record's header is damaged")
+        position = begin + _LENGTH.unpack_from(data, begin - _LENGTH.size)[0]
+        name, found, value = data[begin:position].partition(b"=")
+        if not found or position > len(data) or (name == b"op" and not value):
+            raise _DamageError("a record's header is damaged")
+        yield name, value
+
+
+def _text(entries: Mapping[bytes, bytes], name: bytes) -> str:
+    return entries.get(name, b"").decode("utf-8", errors="replace")
+
+
+def _number(entries: Mapping[bytes, bytes], name: bytes) -> int:
+    value = entries.get(name, b"")
+    if len(value) != _LENGTH.size:
+        raise _DamageError("a record's header is damaged")
+    number: int = _LENGTH.unpack(value)[0]
+    return number
+
+
+def _time(header: Mapping[bytes, bytes]) -> int:
+    value = header.get(b"time", b"")
+    if len(value) != _TIME.size:
+        raise _DamageError("a message has no time")
+    seconds, nanoseconds = _TIME.unpack(value)
+    return int(seconds * 10**9 + nanoseconds)

@@ -1,0 +1,143 @@
+"""Makes the journal's events from the topics of a system that had no journal yet. Needs no ROS.
+
+What the journal has and the topics do not: when the loop waited, what it dropped and what it
+thought. The order is that of the recording, but for an answer that was recorded just before its
+action, because they take different ways to the recorder. Steps are counted: one is over when all
+actuators that act in it have answered.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any, Callable, Dict, Iterable, Iterator, Mapping, Set, Tuple
+
+from rosoclingo.loop.journal import Event
+
+TOPICS = ("goal", "cancel", "in", "out", "status", "feedback", "result")
+"""What the events are made from."""
+
+_WORDS = {
+    1: "accepted", 2: "canceled", 3: "succeeded", 4: "aborted", 5: "rejected", 6: "accepted",
+    7: "accepted", 8: "canceled",
+}  # fmt: skip
+_ENDS = (2, 3, 4, 5, 8)  # of actionlib's statuses
+_SWAPPED_SECONDS = 0.2  # how much earlier than its action an answer may be recorded
+_HORIZON = re.compile(r"plan (\d+) steps?")
+
+
+class Historian:
+    """Takes the messages in the order of the bag."""
+
+    def __init__(self, actuators: Iterable[str]) -> None:
+        """Begins in step 0.
+
+        Args:
+            actuators: The ids of all that act in the run.
+        """
+        self._actuators = frozenset(actuators)
+        self._held: Dict[str, Tuple[float, Any]] = {}  # answers to what was not published yet
+        self._step = 0
+        self._horizon = 0
+        self._acting: Set[str] = set()
+        self._answered: Set[str] = set()
+        self._goals: Dict[str, float] = {}  # open ones: when they were sent, in seconds
+        self._words: Dict[str, str] = {}
+        self._takers: Mapping[str, Callable[[Any], Iterator[Event]]] = {
+            "goal": self._goal,
+            "cancel": self._cancel,
+            "in": self._in,
+            "out": self._out,
+            "status": self._status,
+            "feedback": self._feedback,
+            "result": self._result,
+        }
+
+    def take(self, topic: str, seconds: float, message: Any) -> Iterator[Event]:
+        """Yields the events that a message of one of :data:`TOPICS` makes known.
+
+        Args:
+            topic: The last name of the topic.
+            seconds: When it was recorded, in seconds.
+            message: What it says.
+        """
+        yield from self.release(seconds - _SWAPPED_SECONDS)
+        if topic == "in" and self._is_early(message.id):
+            self._held[message.id] = seconds, message
+            return
+        yield from self._takers[topic](message)
+        if topic == "out" and message.id in self._held:
+            yield from self._in(self._held.pop(message.id)[1])
+
+    def release(self, until: float = math.inf) -> Iterator[Event]:
+        """Yields the events of messages until a time that were held back, by default all."""
+        for identifier, (seconds, message) in list(self._held.items()):
+            if seconds < until:
+                del self._held[identifier]
+                yield from self._in(message)
+
+    def _is_early(self, identifier: str) -> bool:
+        is_acting = identifier in self._acting and identifier not in self._answered
+        return identifier in self._actuators and not is_acting and identifier not in self._held
+
+    def _event(self, kind: str, identifier: str, text: str = "", *details: str) -> Event:
+        return Event(kind, identifier, text, details, 0.0, self._step, self._horizon)
+
+    def _goal(self, message: Any) -> Iterator[Event]:
+        identifier = message.goal_id.id
+        if identifier not in self._goals and identifier not in self._words:
+            self._goals[identifier] = _seconds(message.goal_id.stamp)
+            goal = message.goal
+            yield self._event("goal", identifier, goal.request, *map(str, goal.information))
+
+    def _cancel(self, message: Any) -> Iterator[Event]:
+        # As actionlib has it: a goal, all until a time, or all.
+        until = _seconds(message.stamp)
+        for identifier, sent in list(self._goals.items()):
+            is_all = not message.id and not until
+            if identifier == message.id or is_all or sent <= until:
+                yield self._event("cancel", identifier)
+
+    def _in(self, message: Any) -> Iterator[Event]:
+        yield self._event("message", message.id, message.value)
+        if message.id in self._acting:
+            self._answered.add(message.id)
+
+    def _out(self, message: Any) -> Iterator[Event]:
+        if message.id == "solver":  # the whole plan of a static mode
+            plan = message.action.strip("[]")
+            yield self._event("plan", "", "", *re.findall(r"do\(.*?\)(?=, do\(|$)", plan))
+            return
+        if self._acting <= self._answered:
+            self._step += 1
+            self._acting.clear()
+            self._answered.clear()
+        self._acting.add(message.id)
+        yield self._event("action", message.id, message.action)
+
+    def _status(self, message: Any) -> Iterator[Event]:
+        for status in message.status_list:
+            yield from self._change(status.goal_id.id, status.status, status.text)
+
+    def _feedback(self, message: Any) -> Iterator[Event]:
+        found = _HORIZON.fullmatch(message.feedback.status)
+        if found:
+            self._horizon = int(found[1])
+        yield from ()
+
+    def _result(self, message: Any) -> Iterator[Event]:
+        status = message.status
+        yield from self._change(status.goal_id.id, status.status, status.text)
+
+    def _change(self, identifier: str, code: int, text: str) -> Iterator[Event]:
+        word = _WORDS.get(code)
+        if identifier not in self._goals or word is None or self._words.get(identifier) == word:
+            return
+        self._words[identifier] = word
+        if code in _ENDS:
+            del self._goals[identifier]
+        yield self._event("status", identifier, word, "", *([text] if code in _ENDS else []))
+
+
+def _seconds(stamp: Any) -> float:
+    return float(stamp.sec + stamp.nanosec * 1e-9)

@@ -1,0 +1,63 @@
+"""What a recorder has received, and the journal's order in it. Needs no ROS."""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from typing import Deque, List, NamedTuple, Set, Tuple
+
+from rosoclingo.bags.record.writer import Source
+
+_EVENT = struct.Struct("<III")  # how a ROSoClingoEvent begins: the time and the number
+_REMEMBERED = 10_000  # events that may come again; a backlog has 2,000
+
+
+class Received(NamedTuple):
+    """A message, and when it was received, in ns since 1970."""
+
+    source: Source
+    time: int
+    data: bytes
+
+
+class Journal:
+    """Puts the events of a journal in order and drops those that come twice.
+
+    A subscriber that connects while events are published gets some of them from the backlog and
+    directly, and newer ones before older ones. The time and the number tell events apart: a node
+    that is started again counts anew. Whatever has no number is kept; readers say that it has none.
+    """
+
+    def __init__(self) -> None:
+        self._known: Set[bytes] = set()
+        self._last: Deque[bytes] = deque()  # what is known, the newest on the right
+        self._time = 0
+
+    def sort(self, events: List[Received]) -> List[Received]:
+        """Returns the events that were not there before, in the order of their numbers.
+
+        Args:
+            events: What has come since the last call.
+        """
+        sorted_events = []
+        for event in sorted(events, key=_stamp):
+            if self._is_new(event.data[: _EVENT.size]):
+                # Who plays the bag goes by the times.
+                self._time = max(self._time, event.time)
+                sorted_events.append(event._replace(time=self._time))
+        return sorted_events
+
+    def _is_new(self, event: bytes) -> bool:
+        if event in self._known:
+            return False
+        self._known.add(event)
+        self._last.append(event)
+        if len(self._last) > _REMEMBERED:
+            self._known.remove(self._last.popleft())
+        return True
+
+
+def _stamp(event: Received) -> Tuple[int, int, int]:
+    begin = event.data[: _EVENT.size].ljust(_EVENT.size, b"\0")
+    seconds, nanoseconds, number = _EVENT.unpack(begin)
+    return seconds, nanoseconds, number

@@ -1,0 +1,184 @@
+"""The recorder: writes all that determines a run into one bag, as it was on the wire."""
+
+from __future__ import annotations
+
+import argparse
+import struct
+import sys
+import threading
+import time
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any, Dict, List, NoReturn, Set
+
+import rospy
+
+from rosclingo.ros.init import init_node
+from rosoclingo.bags.errors import BagError
+from rosoclingo.bags.record.arrivals import Journal, Received
+from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter, Source
+from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS, loop_topics, solver_topics
+
+_FLUSH_SECONDS = 0.4  # how much of a run is lost, at most, when the recorder is killed
+_REPORT_SECONDS = 10.0  # how often it is said how many messages there are
+_SECONDS_TO_DRAIN = 0.5  # how long nodes that end at the same Ctrl-C may still send results
+_SECONDS_TO_CLOSE = 1.0  # how long the index may take before rospy ends
+_BUFFER_SIZE = 2**24  # bytes for each connection; encodings and control requests may be long
+_TEXT = struct.Struct("<I")  # how a std_msgs/String begins: the length
+_EVENT_SUM = MD5SUMS[LOOP_TYPES["journal"]]
+
+
+class Recorder:
+    """Subscribes to a system's topics, whether or not it runs already, and writes what comes.
+
+    rospy's threads only fill a queue; :meth:`write` is called by one thread.
+    """
+
+    def __init__(self, name: str, writer: BagWriter) -> None:
+        """Subscribes; make it after the node is initialised.
+
+        Args:
+            name: Resolved name of the node with the planning loop.
+            writer: The bag.
+        """
+        self._writer = writer
+        self._about = f"{name}/about"
+        self._events = f"{name}/journal"
+        self._journal = Journal()
+        self._queue: SimpleQueue[Received] = SimpleQueue()
+        self._subscribed: Set[str] = set()
+        self._subscribe(loop_topics(name))
+
+    def write(self) -> None:
+        """Writes what has come, in the order in which it came; that of the journal by number.
+
+        Raises:
+            BagError: The disk refuses.
+        """
+        events: List[Received] = []
+        others: List[Received] = []
+        while True:
+            try:
+                received = self._queue.get_nowait()
+            except Empty:
+                break
+            source = received.source
+            if source.topic == self._about:
+                self._subscribe(solver_topics(_text(received.data)))
+            is_event = source.topic == self._events and source.md5sum == _EVENT_SUM
+            (events if is_event else others).append(received)
+        merged = self._journal.sort(events) + others
+        for received in sorted(merged, key=lambda one: one.time):
+            self._writer.write(received.source, received.time, received.data)
+        self._writer.flush()
+
+    def _subscribe(self, topics: Dict[str, str]) -> None:
+        for topic in topics:
+            if topic not in self._subscribed:
+                self._subscribed.add(topic)
+                rospy.Subscriber(
+                    topic, rospy.AnyMsg, self._on_message, tcp_nodelay=True, buff_size=_BUFFER_SIZE
+                )
+
+    def _on_message(self, message: Any) -> None:
+        # rospy has no other access to what a connection says and to the bytes.
+        source = _source(message._connection_header)
+        self._queue.put(Received(source, time.time_ns(), message._buff))
+
+
+def _source(header: Dict[str, str]) -> Source:
+    return Source(
+        rospy.resolve_name(header["topic"]),
+        header["type"],
+        header["md5sum"],
+        header.get("message_definition", ""),
+        header.get("callerid", ""),
+        header.get("latching") == "1",
+    )
+
+
+def _text(data: bytes) -> str:
+    return data[_TEXT.size :].decode("utf-8", errors="replace")
+
+
+def main() -> NoReturn:
+    """Runs the recorder until it is shut down, and ends the process.
+
+    The exit status is 0, 1 when the bag cannot be written any more, or 2 when the command line is
+    wrong or the bag cannot be made.
+    """
+    options = _parse(rospy.myargv(sys.argv)[1:])
+    file = Path(options.output or time.strftime("rosoclingo_%Y-%m-%d-%H-%M-%S.bag"))
+    file = file.expanduser().absolute()
+    init_node("recorder", anonymous=True)  # before there is a file: Ctrl-C may end it here
+    try:
+        writer = BagWriter(file, options.compression)
+    except BagError as err:
+        print(f"record.py: {err}", file=sys.stderr)
+        rospy.signal_shutdown(str(err))
+        sys.exit(2)
+    stopping, closed = threading.Event(), threading.Event()
+
+    def stop() -> None:  # runs while rospy still receives what nodes that are ending send
+        time.sleep(_SECONDS_TO_DRAIN)
+        stopping.set()
+        closed.wait(_SECONDS_TO_CLOSE)
+
+    rospy.on_shutdown(stop)
+    name = rospy.resolve_name("rosoclingo")
+    try:
+        with writer:
+            _run(Recorder(name, writer), writer, name, file, stopping)
+    except BagError as err:
+        closed.set()
+        stopping.set()
+        rospy.logfatal("%s", err)
+        rospy.signal_shutdown(str(err))
+        sys.exit(1)
+    if writer.count:
+        print(
+            f"recorded {writer.count} messages of {name} in {file}\n"
+            f"replay them: rosrun rosoclingo replay.py {file}",
+            flush=True,
+        )
+    else:
+        print(
+            f"nothing was recorded, and there is no {file}: {name} has sent nothing; "
+            "a node of another name is recorded with rosoclingo:=NAME",
+            flush=True,
+        )
+    closed.set()
+    sys.exit(0)
+
+
+def _run(
+    recorder: Recorder, writer: BagWriter, name: str, file: Path, stopping: threading.Event
+) -> None:
+    rospy.loginfo("recording %s in %s", name, file)
+    reported = time.monotonic()
+    while not stopping.wait(_FLUSH_SECONDS):
+        recorder.write()
+        if time.monotonic() - reported >= _REPORT_SECONDS:
+            reported += _REPORT_SECONDS
+            waiting = "" if writer.count else f"; waiting for {name}"
+            rospy.loginfo("%s messages recorded%s", writer.count, waiting)
+    recorder.write()
+
+
+def _parse(arguments: List[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="record.py",
+        usage="record.py [-o FILE] [--compression bz2|lz4] [rosoclingo:=NAME]",
+        description="Records a run of rosoclingo in a bag, until Ctrl-C.",
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="the bag, which must not exist yet; by default rosoclingo_DATE.bag in this folder",
+    )
+    parser.add_argument(
+        "--compression", choices=COMPRESSIONS, default="none", help="of the bag; by default none"
+    )
+    return parser.parse_args(arguments)

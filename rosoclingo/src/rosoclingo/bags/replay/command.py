@@ -1,0 +1,159 @@
+"""Replays a bag through the nodes and says what is different: the command ``replay.py``."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import signal
+import sys
+import tempfile
+import time
+from pathlib import Path
+from types import FrameType
+from typing import Callable, List, NoReturn, Optional, Tuple
+
+from rosclingo.wire.commands import Result
+from rosoclingo.bags.compare import cli, comparable, text_report
+from rosoclingo.bags.compare.comparison import Comparison, Level, compare
+from rosoclingo.bags.compare.junit import Suite
+from rosoclingo.bags.errors import IncompleteBagError
+from rosoclingo.bags.model import Recording
+from rosoclingo.bags.replay.player import Replayed, play
+from rosoclingo.bags.replay.replayable import check
+from rosoclingo.bags.replay.startup import Changes, starts
+from rosoclingo.loop.journal import BEST_SO_FAR, Event
+
+_PROGRESS_SECONDS = 2.0
+
+
+def main() -> NoReturn:
+    """Runs the command and ends the process.
+
+    The exit status is 0 if there is no difference, 1 if there is one, 2 if the bag cannot be
+    replayed or the command line is wrong, or 130 after Ctrl-C.
+    """
+    options = _parser().parse_args(cli.arguments())
+    suite = Suite(f"replay of {options.bag.name}", f"replay.{options.bag.stem}")
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _interrupt)
+    try:
+        status = cli.run("replay", options, suite, lambda: _replay(options))
+    except KeyboardInterrupt:
+        status = 130
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)  # all that was started has ended; rospy would talk to a master that is gone
+
+
+def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
+    recording = cli.read("replay", options.bag, options.name)
+    if comparable.is_empty(recording):
+        raise IncompleteBagError(
+            f"{options.bag}: nothing can be compared: no goal has got a status, and the loop of "
+            f"{recording.name} has put out nothing; record a run that does something"
+        )
+    if comparable.is_cut(recording):
+        cli.say("replay", f"{options.bag}: {text_report.CUT}")
+    check(options.bag, recording, options.allow_scripts or options.files == "disk")
+    changes = Changes(
+        options.controller, options.planner, options.single, options.system,
+        options.files == "disk",
+    )  # fmt: skip
+    with tempfile.TemporaryDirectory(prefix="replay-") as name:
+        folder = Path(name)
+        replayed = play(
+            recording,
+            starts(recording, changes, folder / "files"),
+            folder,
+            rate=options.rate,
+            timeout=options.timeout,
+            progress=_progress(),
+        )
+    return _judge(recording, replayed, Level(options.level)), replayed.seconds
+
+
+def _judge(recording: Recording, replayed: Replayed, level: Level) -> Comparison:
+    """Compares, and prints what is different."""
+    comparison = compare(
+        recording.entries,
+        replayed.entries,
+        level,
+        has_journal=recording.has_journal,
+        stalls=replayed.stalls,
+        failure=replayed.failure,
+    )
+    cli.tell(comparison)
+    cut_off = sum(_is_cut_off(entry.event) for entry in recording.entries)
+    if comparison.differences and cut_off:
+        print(
+            f"searches that were cut off in the recording: {cut_off}; how far clingo came is up to "
+            "chance, so that it may find another plan of the same length afterwards"
+        )
+    if replayed.skipped:
+        print(f"answers that were not sent, as their actions did not come: {replayed.skipped}")
+    times = [entry.seconds for entry in recording.entries]
+    speed = text_report.speed(replayed.seconds, times[-1] - times[0])
+    print(f"{text_report.summary(comparison)}, {speed}")
+    return comparison
+
+
+def _is_cut_off(event: Event) -> bool:
+    is_command = event.kind == "command" and event.id == Result.UNKNOWN.value
+    return is_command or (event.kind == "plan" and event.text == BEST_SO_FAR)
+
+
+def _progress() -> Callable[[int, int], None]:
+    """Returns what says on stderr how far the replay is, if it takes long."""
+    times: List[float] = []  # when it was called first, and when it said something
+
+    def say(sent: int, all_: int) -> None:
+        now = time.monotonic()
+        if all_ and now - (times or [now])[-1] >= _PROGRESS_SECONDS:
+            print(f"replay: {sent} of {all_} inputs, {now - times[0]:.0f} s", file=sys.stderr)
+            times[1:] = [now]
+        elif not times:
+            times.append(now)
+
+    return say
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="replay.py",
+        description="Replays a bag through the nodes and says what is different.",
+        epilog="Exit status: 0 no difference, 1 differences, 2 the bag cannot be replayed.",
+    )
+    add = parser.add_argument
+    add("bag", type=Path, metavar="BAG", help="the bag, recorded by record.py or rosbag record")
+    cli.add_options(parser)
+    add("--planner", metavar="ARGS", help="another command line for the planner")
+    add("--controller", metavar="ARGS", help="another command line for the controller")
+    add("--single", metavar="ARGS", help="replay with run-1.0.py and this command line")
+    add("--files", choices=["bag", "disk"], default="bag",
+        help="where the files of the recorded command lines come from (default: bag)")  # fmt: skip
+    add("--allow-scripts", action="store_true",
+        help="let #script blocks run that are in the bag's encodings")  # fmt: skip
+    add("--system", metavar="LAUNCH",
+        help="arguments of roslaunch for what starts everything instead")  # fmt: skip
+    rate = "send R times as fast as recorded, 1 for real time (default: as fast as possible)"
+    add("--rate", type=_positive, metavar="R", help=rate)
+    add("--timeout", type=_positive, default=60.0, metavar="SECONDS",
+        help="give up after so long without any event (default: 60)")  # fmt: skip
+    return parser
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"a positive number is needed, not {text!r}")
+    return value
+
+
+def _interrupt(_: int, frame: Optional[FrameType]) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):  # nothing interrupts ending the processes
+        signal.signal(number, signal.SIG_IGN)
+    raise KeyboardInterrupt

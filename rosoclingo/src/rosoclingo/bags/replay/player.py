@@ -1,0 +1,320 @@
+"""Plays a recording to a running system, and hears what that does."""
+
+from __future__ import annotations
+
+import os
+import queue
+import sys
+import time
+from pathlib import Path
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
+
+import rospy
+from actionlib_msgs.msg import GoalID, GoalStatusArray
+from std_msgs.msg import Empty
+
+from rosclingo.ros.low_latency import publisher, subscriber
+from rosoclingo.bags.compare.comparison import Stall
+from rosoclingo.bags.compare.outputs import is_open, matters, outputs, tidy
+from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.replay.input_schedule import input_schedule
+from rosoclingo.bags.replay.inputs import Input, inputs
+from rosoclingo.bags.replay.schedule import Schedule, commands
+from rosoclingo.bags.replay.startup import Start
+from rosoclingo.bags.replay.system import System
+from rosoclingo.bags.replay.unpack import ReplayError
+from rosoclingo.loop.journal import Event
+from rosoclingo.loop.replay_inbox import encode
+from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoEvent, ROSoClingoGoal, ROSoClingoIn
+
+_CONNECT_SECONDS = 60.0  # how long the nodes may take to start on a busy machine
+_POLL_SECONDS = 0.02
+_LOOK_SECONDS = 0.2  # how often it is seen whether the processes still run
+_LAST_WORDS_SECONDS = 0.5  # what a process has said before it ended may take so long to arrive
+
+
+class Replayed(NamedTuple):
+    """What a replay has brought.
+
+    Attributes:
+        entries: What matters of the journal.
+        stalls: Where the replay waited in vain.
+        skipped: How many answers were not sent, since their actions did not come.
+        seconds: How long it took, from the first event on.
+        failure: Why it was given up, if it was.
+    """
+
+    entries: Tuple[Entry, ...]
+    stalls: Tuple[Stall, ...]
+    skipped: int
+    seconds: float
+    failure: str
+
+
+class Connection:
+    """The topics of a node with the planning loop. Make it after the node is initialised.
+
+    Attributes:
+        arrived: The ids of goals that the node has.
+    """
+
+    def __init__(self, name: str, has_gate: bool) -> None:
+        """Opens the topics.
+
+        Args:
+            name: Resolved name of the node with the planning loop.
+            has_gate: Whether the loop has a gate.
+        """
+        self._has_gate = has_gate
+        self._goal = publisher(f"{name}/goal", ROSoClingoActionGoal)
+        self._cancel = publisher(f"{name}/cancel", GoalID)
+        self._in = publisher(f"{name}/in", ROSoClingoIn)
+        self._open = publisher(f"{name}/open_gate", Empty)
+        self.arrived: Set[str] = set()
+        # None says that a goal has arrived.
+        self._received: queue.SimpleQueue[Optional[ROSoClingoEvent]] = queue.SimpleQueue()
+        self._early: Dict[int, ROSoClingoEvent] = {}  # that came before the ones they follow
+        self._number = 0
+        self._status = subscriber(f"{name}/status", GoalStatusArray, self._on_status)
+        self._journal = subscriber(f"{name}/journal", ROSoClingoEvent, self._received.put)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the node is there."""
+        topics = [self._goal, self._cancel, self._in, self._status, self._journal]
+        if self._has_gate:
+            topics.append(self._open)
+        return all(topic.get_num_connections() for topic in topics)
+
+    def send(self, event: Event) -> None:
+        """Sends a recorded goal, cancel request or message; does not wait."""
+        if event.kind == "goal":
+            goal = ROSoClingoGoal(event.text, list(event.details))
+            self._goal.publish(ROSoClingoActionGoal(goal_id=GoalID(id=event.id), goal=goal))
+        elif event.kind == "cancel":
+            self._cancel.publish(GoalID(id=event.id))
+        else:
+            self._in.publish(event.id, event.text)
+
+    def open_gate(self) -> None:
+        """Lets the loop take everything as soon as it comes."""
+        self._open.publish()
+
+    def hear(self, timeout: float) -> Iterator[Tuple[int, float, Event]]:
+        """Waits for events, and yields those that came, in the journal's order.
+
+        Args:
+            timeout: Longest time to wait, in seconds.
+
+        Yields:
+            The number, the time in seconds since 1970, and the event.
+        """
+        try:
+            self._sort(self._received.get(timeout=timeout))
+            while True:
+                self._sort(self._received.get_nowait())
+        except queue.Empty:
+            pass
+        while self._number + 1 in self._early:
+            self._number += 1
+            message = self._early.pop(self._number)
+            event = Event(
+                message.kind, message.id, message.text, tuple(message.details), message.seconds,
+                message.step, message.horizon,
+            )  # fmt: skip
+            yield self._number, message.stamp.to_sec(), event
+
+    def _on_status(self, message: GoalStatusArray) -> None:
+        new = {status.goal_id.id for status in message.status_list} - self.arrived
+        if new:
+            self.arrived |= new
+            self._received.put(None)
+
+    def _sort(self, message: Optional[ROSoClingoEvent]) -> None:
+        # A late subscriber gets some of them twice.
+        if message is not None and message.number > self._number:
+            self._early[message.number] = message
+
+
+def play(
+    recording: Recording,
+    processes: Sequence[Start],
+    folder: Path,
+    *,
+    rate: Optional[float] = None,
+    timeout: float = 60.0,
+    progress: Callable[[int, int], None] = lambda sent, all_: None,
+) -> Replayed:
+    """Starts a system on a ROS master of its own, plays the recording to it, and ends it.
+
+    It sets ROS's environment variables for this process and initialises a ROS node, so that it can
+    be called once.
+
+    Args:
+        recording: What is played.
+        processes: The system, that with the planning loop first.
+        folder: Where logs are written.
+        rate: How many times faster than recorded the inputs are sent; None for at once.
+        timeout: After so many seconds without any event the replay is given up; twice the longest
+            recorded search is waited for in any case.
+        progress: Called now and then with the number of inputs that were sent, and of all.
+
+    Raises:
+        ReplayError: The system does not start.
+    """
+    entries = tidy(recording.entries)
+    planned = inputs(entries, recording.has_journal)
+    expected = outputs(entries, recording.has_journal)
+    done = commands(entries) if recording.has_journal else None
+    with System(folder) as system:
+        _initialise(system, folder)
+        if recording.has_journal:
+            rospy.set_param(f"{recording.name}/replay", encode(input_schedule(recording.entries)))
+        connection = Connection(recording.name, recording.has_journal)
+        schedule = Schedule(
+            planned, expected,
+            commands=done, arrived=connection.arrived, is_open=is_open(entries), rate=rate,
+        )  # fmt: skip
+        system.start(processes[0])
+        _connect(connection, system, recording.name)
+        for start in processes[1:]:  # only now, so that nothing is missed
+            system.start(start)
+        patience = _patience(entries, planned, rate, timeout)
+        play_on = _Player(connection, schedule, system, patience)
+        failure = play_on.run(lambda: progress(schedule.sent + schedule.skipped, len(planned)))
+        seconds = play_on.seconds
+        rospy.signal_shutdown("the replay is over")
+    return Replayed(
+        tuple(play_on.entries), tuple(schedule.stalls), schedule.skipped, seconds, failure
+    )
+
+
+class _Player:
+    """Sends what is due until nothing is left or nothing comes any more."""
+
+    def __init__(
+        self, connection: Connection, schedule: Schedule, system: System, patience: float
+    ) -> None:
+        self.entries: List[Entry] = []
+        self._connection = connection
+        self._schedule = schedule
+        self._system = system
+        self._patience = patience
+        self._begin = time.time()
+        self._last: Optional[Event] = None  # that was heard
+        self._plan: Optional[Entry] = None  # the last one
+        self._begun: Optional[float] = None  # when the first event came
+        self._gate_is_open = not schedule.in_step
+
+    @property
+    def seconds(self) -> float:
+        """How long ago the first event came."""
+        return 0.0 if self._begun is None else time.monotonic() - self._begun
+
+    def run(self, progress: Callable[[], None]) -> str:
+        """Plays, and returns why it was given up, if it was.
+
+        Raises:
+            ReplayError: The system does not start.
+        """
+        heard = time.monotonic()
+        looked = 0.0
+        while True:
+            now = time.monotonic()
+            if self._schedule.is_finished(now):
+                return ""
+            planned = self._schedule.due(now)
+            if not (self._schedule.in_step or self._gate_is_open):
+                self._gate_is_open = True
+                self._connection.open_gate()
+            if planned is not None:
+                self._connection.send(planned.event)
+                continue
+            if self._hear(min(_LOOK_SECONDS, self._schedule.wake(now))):
+                heard = time.monotonic()
+            if now - looked < _LOOK_SECONDS:
+                continue
+            looked = now
+            progress()
+            ended = self._system.failure()
+            if ended is not None:
+                return self._end_of(ended)
+            if now - heard > self._patience:
+                return self._silence(now - heard)
+
+    def _hear(self, timeout: float) -> bool:
+        before = self._last
+        for number, seconds, event in self._connection.hear(timeout):
+            if self._begun is None:
+                self._begun = time.monotonic()
+            self._schedule.see(event, time.monotonic())
+            self._last = event
+            if matters(event):
+                self._keep(Entry(number, seconds - self._begin, event))
+        return self._last is not before
+
+    def _keep(self, entry: Entry) -> None:
+        """Keeps an entry; of the plans, only that which is published: others need memory only."""
+        if entry.event.kind == "plan":
+            self._plan = entry
+            return
+        if entry.event.text == "publish" and self._plan is not None:
+            self.entries.append(self._plan)
+        self.entries.append(entry)
+
+    def _end_of(self, name: str) -> str:
+        end = time.monotonic() + _LAST_WORDS_SECONDS
+        while time.monotonic() < end:
+            self._hear(_POLL_SECONDS)
+            if self._schedule.is_finished(time.monotonic()):
+                return ""
+        log = self._system.log(name)
+        if self._last is None:
+            raise ReplayError(f"{name} does not start; the end of what it says:\n{log}")
+        return f"{name} has ended by itself; the end of what it said:\n{log}"
+
+    def _silence(self, seconds: float) -> str:
+        if self._last is None:
+            logs = "\n".join(
+                f"{name}: {line}"
+                for name in self._system.pids()
+                for line in self._system.log(name).splitlines()
+            )
+            raise ReplayError(f"the system has done nothing for {seconds:.0f} s; it says:\n{logs}")
+        last = self._last
+        return (
+            f"there was no event for {seconds:.0f} s (--timeout); the last one was: "
+            f"{' '.join(filter(None, (last.kind, last.id, last.text)))}, in step {last.step}"
+        )
+
+
+def _initialise(system: System, folder: Path) -> None:
+    os.environ.update(
+        ROS_MASTER_URI=system.uri, ROS_HOSTNAME="localhost", ROS_LOG_DIR=str(folder / "log")
+    )
+    for name in ("ROS_IP", "ROS_NAMESPACE"):
+        os.environ.pop(name, None)
+    # Remappings are for another master, such as that of rostest.
+    rospy.init_node("replay", argv=sys.argv[:1], disable_signals=True, disable_rosout=True)
+
+
+def _connect(connection: Connection, system: System, name: str) -> None:
+    end = time.monotonic() + _CONNECT_SECONDS
+    while not connection.is_complete:
+        ended = system.failure()
+        if ended is not None:
+            raise ReplayError(
+                f"{ended} does not start; the end of what it says:\n{system.log(ended)}"
+            )
+        if time.monotonic() > end:
+            raise ReplayError(f"there is no node {name} after {_CONNECT_SECONDS:.0f} s")
+        time.sleep(_POLL_SECONDS)
+
+
+def _patience(
+    entries: Sequence[Entry], planned: Sequence[Input], rate: Optional[float], timeout: float
+) -> float:
+    """Returns after how many seconds without an event a replay is given up."""
+    searches = [entry.event.seconds for entry in entries if entry.event.is_search]
+    gaps = [one.gap / rate for one in planned] if rate else []
+    return max(timeout, 2 * max(searches, default=0.0)) + max(gaps, default=0.0)

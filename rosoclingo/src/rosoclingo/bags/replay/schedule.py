@@ -1,0 +1,297 @@
+"""When each recorded input is sent to the system that replays a run. Needs no ROS.
+
+By cause, not by the clock: an input has to come after the outputs that it came after when it was
+recorded, such as an answer after its action. When the loop takes it is up to the loop's gate, as
+long as the run is the recorded one. Without a gate, and when the run goes another way, what came
+while the loop waited is sent when it waits again. A loop that waits in vain for what is expected is
+noted, and the rest of the inputs is sent as far as it makes sense.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import AbstractSet, Dict, List, NamedTuple, Optional, Sequence, Set
+
+from rosoclingo.bags.compare.comparison import Stall
+from rosoclingo.bags.compare.outputs import INPUTS, Output, Reader, is_recall
+from rosoclingo.bags.model import Entry
+from rosoclingo.bags.replay.inputs import Input, Key, Point, begins_a_wait, input_key
+from rosoclingo.loop.journal import Event
+
+_SETTLED_SECONDS = 1.0  # a loop that waits has nothing to do any more
+_LOST_SECONDS = 5.0  # what a loop that waits has not taken by then is lost, on a busy machine too
+_ORDER_SECONDS = 1.0  # an input that takes another topic lets the one before it arrive first
+_MOST_ON_THEIR_WAY = 1000  # inputs that are sent and not taken; publishers have a limited queue
+
+
+class Command(NamedTuple):
+    """What the loop has done, with the result of a search."""
+
+    text: str
+    result: str
+
+
+def command(event: Event) -> Command:
+    """Returns what an event of the kind ``command`` says."""
+    return Command(event.text, event.id)
+
+
+def commands(entries: Sequence[Entry]) -> List[Command]:
+    """Returns what the loop has done in a journal."""
+    return [command(entry.event) for entry in entries if entry.event.kind == "command"]
+
+
+class Schedule:
+    """Says what is to be sent, from what the replayed system's journal says. Not thread-safe.
+
+    Attributes:
+        stalls: Where the replay went another way and waited.
+        skipped: How many inputs were not sent: answers to actions that never came.
+        sent: How many inputs were sent.
+        in_step: Whether the loop's gate decides when an input is taken. It has to be opened when
+            this is False.
+    """
+
+    def __init__(
+        self,
+        planned: Sequence[Input],
+        expected: Sequence[Output],
+        *,
+        commands: Optional[Sequence[Command]] = None,
+        arrived: AbstractSet[str] = frozenset(),
+        is_open: bool = False,
+        rate: Optional[float] = None,
+    ) -> None:
+        """Begins before the first input.
+
+        Args:
+            planned: The inputs, in order.
+            expected: All outputs of the recording.
+            commands: What the loop has done when it was recorded, by :func:`commands`; None if the
+                loop has no gate.
+            arrived: The ids of goals that the node has; grows.
+            is_open: Whether the recording ends while the loop was at work.
+            rate: How many times faster than recorded the inputs follow what they followed; None for
+                at once.
+        """
+        self.stalls: List[Stall] = []
+        self.skipped = 0
+        self.sent = 0
+        self.in_step = commands is not None
+        self._has_journal = commands is not None
+        self._commands = commands or ()
+        self._done = 0  # commands
+        self._arrived = arrived
+        self._planned = planned
+        self._expected = expected
+        self._is_open = is_open
+        self._rate = rate
+        self._reader = Reader()
+        self._next = 0
+        self._awaited: Counter[Key] = Counter()  # expected before the next input, less what came
+        self._missing = 0  # how many of them have not come
+        self._waived: Counter[Key] = Counter()  # given up, and may still come
+        self._on_way: Counter[Key] = Counter()  # sent and not taken
+        self._ended_goals: Set[str] = set()
+        self._acting: Dict[str, None] = {}  # actuators without an answer, in order
+        self._rests = False  # the loop waits, or is through
+        self._settled = False  # and knows of all that was sent
+        self._command = ""
+        self._ended = False
+        self._is_held = False  # the loop rests because its gate has it wait
+        self._seen_at = self._sent_at = 0.0
+        self._begin = 0.0  # of the time until the next input
+        self._sent_kind = ""
+        self._expect()
+
+    # What the replayed run does.
+
+    def see(self, event: Event, now: float) -> None:
+        """Takes an event of the replayed journal.
+
+        Args:
+            event: The event, in the journal's order.
+            now: The time, in seconds of a monotonic clock.
+        """
+        self._seen_at = now
+        output = self._reader.output(event)
+        if output is not None or event.kind in INPUTS or begins_a_wait(event):
+            self._begin = now
+        if event.kind in INPUTS:
+            self._take(input_key(event))
+            if self._is_held:  # the loop has got what it waited for, and goes on
+                self._is_held = self._rests = self._settled = False
+        elif event.kind == "waiting":
+            self._is_held = not begins_a_wait(event)
+            self._rests, self._settled = True, not self._on_way
+        elif event.kind == "command":
+            self._see_command(command(event))
+        elif event.kind == "action":
+            self._acting[event.id] = None
+        elif event.kind == "status":
+            if event.text != "accepted":
+                self._ended_goals.add(event.id)
+                if not is_recall(event):  # actionlib passes on none to an ended goal
+                    self._take(("cancel", event.id, ""))
+        elif event.kind == "end":
+            self._ended = True
+        if output is not None:
+            self._came(output.key)
+
+    def _see_command(self, seen: Command) -> None:
+        self._command = seen.text
+        self._is_held = False
+        self._rests = seen.text == "publish"
+        self._settled = self._rests and not self._on_way
+        if self._done < len(self._commands) and self._commands[self._done] != seen:
+            self.in_step = False
+        self._done += 1
+
+    def _take(self, key: Key) -> None:
+        if self._on_way[key] > 0:
+            self._on_way[key] -= 1
+            if not self._on_way[key]:
+                del self._on_way[key]
+
+    def _came(self, key: Key) -> None:
+        if self._waived[key] > 0:
+            self._waived[key] -= 1
+            return
+        if self._awaited[key] > 0:
+            self._missing -= 1
+        self._awaited[key] -= 1
+
+    # What is to be sent.
+
+    @property
+    def on_way(self) -> int:
+        """How many inputs are sent and not taken yet."""
+        return sum(self._on_way.values())
+
+    def due(self, now: float) -> Optional[Input]:
+        """Returns the next input if it is to be sent now; the caller sends it.
+
+        Args:
+            now: The time, in seconds of the clock of :meth:`see`.
+        """
+        while self._next < len(self._planned) and not self._ended:
+            planned = self._planned[self._next]
+            ready = not self._missing and self._at(planned)
+            if not (ready or self._is_settled(now)):
+                return None
+            if self._missing:
+                self._stall()
+            if planned.answers and self.stalls and planned.event.id not in self._acting:
+                if not self._is_settled(now):
+                    return None
+                self.skipped += 1
+                self._step()
+                continue
+            if not self._may_go(planned, now):
+                return None
+            self._send(planned, now)
+            return planned
+        return None
+
+    def is_finished(self, now: float) -> bool:
+        """Whether nothing is left to be sent, and nothing can come any more."""
+        if self._ended:
+            return True
+        if self._next < len(self._planned):
+            return False
+        if self._is_open and not self._missing and not self._on_way:
+            return True
+        if not self._is_settled(now):
+            return False
+        if self._missing:
+            self._stall()
+        return True
+
+    def wake(self, now: float) -> float:
+        """Returns in how many seconds something may be due even if no event comes."""
+        latest = max(self._seen_at, self._sent_at)
+        times = [latest + _SETTLED_SECONDS, latest + _LOST_SECONDS, self._sent_at + _ORDER_SECONDS]
+        if self._next < len(self._planned) and self._rate is not None:
+            gap = self._planned[self._next].gap / self._rate
+            times.append(max(self._begin, self._sent_at) + gap)
+        return min((time - now for time in times if time > now), default=_SETTLED_SECONDS)
+
+    def _at(self, planned: Input) -> bool:
+        if self.in_step:
+            return True
+        if planned.point is Point.WAITING:
+            return self._settled
+        if planned.point is Point.SEARCHING:
+            return self._settled or (not self._on_way and self._command == planned.command)
+        return True
+
+    def _is_settled(self, now: float) -> bool:
+        """Whether the loop waits, and will do so until something is sent."""
+        limit = _LOST_SECONDS if self._on_way else _SETTLED_SECONDS
+        if self._rests and now - max(self._seen_at, self._sent_at) >= limit:
+            self._on_way.clear()  # lost: a loop that waits takes at once what comes
+            self._settled = True
+        return self._settled
+
+    def _may_go(self, planned: Input, now: float) -> bool:
+        gap = 0.0 if self._rate is None else planned.gap / self._rate
+        if now < max(self._begin, self._sent_at) + gap:
+            return False
+        if self.on_way >= _MOST_ON_THEIR_WAY and not self._is_held:  # a gate waits for all at once
+            return False
+        kind = planned.event.kind
+        if now - self._sent_at >= _ORDER_SECONDS:
+            return True
+        if self.in_step:  # but for actionlib's order
+            identifier = planned.event.id
+            is_on_way = self._on_way[("goal", identifier, "")] and identifier not in self._arrived
+            return kind != "cancel" or not is_on_way
+        return not self._on_way or kind == self._sent_kind
+
+    def _send(self, planned: Input, now: float) -> None:
+        lost = planned.event.kind == "cancel" and planned.event.id in self._ended_goals
+        if not lost:
+            self._on_way[planned.key] += 1
+            self._settled = False
+        if planned.event.kind == "message":
+            self._acting.pop(planned.event.id, None)
+        self._sent_at, self._sent_kind = now, planned.event.kind
+        self.sent += 1
+        self._step()
+
+    def _step(self) -> None:
+        self._next += 1
+        self._expect()
+
+    def _expect(self) -> None:
+        """Expects what comes between the input before and the next one."""
+        if self._next < len(self._planned):
+            new: Sequence[Output] = self._planned[self._next].before
+        else:
+            position = self._planned[-1].position if self._planned else 0
+            new = [output for output in self._expected[position:] if output.kind != "end"]
+        for output in new:
+            is_another_thread = output.kind == "status" and output.step is None
+            if is_another_thread and self._has_journal and self._next < len(self._planned):
+                continue  # the loop does not wait for it
+            self._awaited[output.key] += 1
+            if self._awaited[output.key] > 0:
+                self._missing += 1
+
+    def _stall(self) -> None:
+        """Gives up what is awaited."""
+        self.in_step = False
+        missing = {key: count for key, count in self._awaited.items() if count > 0}
+        before = 0
+        if self._next:
+            before = self._planned[self._next - 1].position
+        position = before
+        for place, output in enumerate(self._expected[before:], before):
+            if output.key in missing:
+                position = place
+                break
+        self.stalls.append(Stall(position, tuple(self._acting)))
+        self._waived.update(missing)
+        for key in missing:
+            self._awaited[key] = 0
+        self._missing = 0

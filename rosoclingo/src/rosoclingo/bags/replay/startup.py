@@ -1,0 +1,147 @@
+"""Which processes make the system that replays a bag. Needs no ROS."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Dict, List, Optional, Tuple
+
+from rosoclingo.bags.model import Program, Recording
+from rosoclingo.bags.replay.unpack import ReplayError, from_disk, unpack
+
+_SOLVER = "rosclingo run.py"
+_LOOP = "rosoclingo run.py"
+_SINGLE = "rosoclingo run-1.0.py"
+_SOLVERS = ("controller", "planner")
+_REMEDY = (
+    'give its command line: --planner "ARGS" and --controller "ARGS", --single "ARGS", or '
+    '--system "PACKAGE FILE.launch ARG:=VALUE..."'
+)
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What is to be different from the recorded system.
+
+    Attributes:
+        controller: Another command line of the controller.
+        planner: Another command line of the planner.
+        single: The command line of a one-node system.
+        system: Arguments of roslaunch, which starts everything.
+        from_disk: Whether files are taken from the disk, and not from the bag.
+    """
+
+    controller: Optional[str] = None
+    planner: Optional[str] = None
+    single: Optional[str] = None
+    system: Optional[str] = None
+    from_disk: bool = False
+
+
+@dataclass(frozen=True)
+class Start:
+    """A process to start.
+
+    Attributes:
+        name: What to call it in messages.
+        command: Program and arguments.
+        namespace: ROS namespace of the node.
+        directory: Its working directory; None for this process's.
+    """
+
+    name: str
+    command: Tuple[str, ...]
+    namespace: str = "/"
+    directory: Optional[Path] = None
+
+
+def starts(recording: Recording, changes: Changes, folder: Path) -> List[Start]:
+    """Returns the processes of the system, that with the planning loop first.
+
+    Args:
+        recording: What the bag says.
+        changes: What is to be different.
+        folder: Where the files of the bag are written.
+
+    Raises:
+        ReplayError: The bag does not say enough, or the changes do not fit to it.
+    """
+    lines = (changes.controller, changes.planner, changes.single, changes.system)
+    controller, planner, single, system = (_split(line) for line in lines)
+    if system is not None:
+        if any(line is not None for line in (controller, planner, single)):
+            raise ReplayError("--system starts everything; leave out the other command lines")
+        return [Start("the system", ("roslaunch", *system))]
+    if single is not None:
+        if controller is not None or planner is not None:
+            raise ReplayError("--single is one node; leave out --controller and --planner")
+        return [_node(recording.name, _SINGLE, single, None)]
+    loop = recording.programs.get(recording.name)
+    given = {"controller": controller, "planner": planner}
+    if loop is None and None in given.values():
+        raise ReplayError(f"the bag does not say what {recording.name} was started with; {_REMEDY}")
+    if loop is not None and loop.program == _SINGLE:
+        if controller is not None or planner is not None:
+            raise ReplayError("the bag is of a system of one node: use --single for its arguments")
+        return [_recorded(loop, changes, folder)]
+    if loop is not None and loop.program != _LOOP:
+        raise ReplayError(f"the bag has an unknown program, {loop.program!r}; {_REMEDY}")
+    names = _solver_names(recording, loop)
+    remappings = [f"_{role}:={names[role]}" for role in _SOLVERS]
+    made = [_node(recording.name, _LOOP, remappings, None)]
+    for role in _SOLVERS:
+        arguments = given[role]
+        program = recording.programs.get(names[role])
+        if arguments is not None:
+            made.append(_node(names[role], _SOLVER, arguments, None))
+        elif program is not None and program.program == _SOLVER:
+            made.append(_recorded(program, changes, folder))
+        else:
+            raise ReplayError(
+                f"the bag does not say what the {role}, {names[role]}, was started with; give its "
+                f'command line: --{role} "ARGS"'
+            )
+    return made
+
+
+def _solver_names(recording: Recording, loop: Optional[Program]) -> Dict[str, str]:
+    namespace = recording.name.rpartition("/")[0]
+    names = {role: f"{namespace}/{role}" for role in _SOLVERS}
+    if loop is not None:
+        names.update({role: name for role, name in loop.solvers.items() if role in names})
+    return names
+
+
+def _recorded(program: Program, changes: Changes, folder: Path) -> Start:
+    remapping = next((one for one in program.arguments if ":=" in one), None)
+    if remapping is not None:
+        raise ReplayError(
+            f"the bag has the argument {remapping!r} of {program.node}, which record.py does not "
+            f"write; {_REMEDY}"
+        )
+    if changes.from_disk:
+        return _node(program.node, program.program, from_disk(program), None)
+    own = folder / program.node.strip("/").replace("/", ".")  # which no name of a node has
+    try:
+        arguments, directory = unpack(program, own)
+    except (OSError, ValueError) as err:
+        raise ReplayError(
+            f"the files of {program.node} cannot be written to {own}: {err}; use --files disk"
+        ) from err
+    return _node(program.node, program.program, arguments, directory)
+
+
+def _node(name: str, program: str, arguments: List[str], directory: Optional[Path]) -> Start:
+    namespace, _, base = name.rpartition("/")
+    command = ("rosrun", *program.split(), f"__name:={base}", *arguments)
+    return Start(base, command, namespace or "/", directory)
+
+
+def _split(line: Optional[str]) -> Optional[List[str]]:
+    if line is None:
+        return None
+    try:
+        return shlex.split(line)
+    except ValueError as err:
+        raise ReplayError(f"the command line {line!r} cannot be split into words: {err}") from err

@@ -1,0 +1,173 @@
+"""Writes the files that a bag has of a node, and fits its command line to them."""
+
+from __future__ import annotations
+
+import os
+import posixpath
+import re
+from pathlib import Path
+from typing import Callable, Iterator, List, Mapping, Optional, Sequence, Tuple
+
+import rospkg
+
+from rosoclingo.bags.errors import BagError
+from rosoclingo.bags.model import Program
+
+_INCLUDE = re.compile(r'(#include\s*")([^"]*)(")')
+
+
+class ReplayError(BagError):
+    """A bag cannot be replayed; the message says why and what to do."""
+
+
+def unpack(program: Program, folder: Path) -> Tuple[List[str], Path]:
+    """Writes a program's files as they were when it was recorded.
+
+    Their paths are kept, below the folder, so that they find each other.
+
+    Args:
+        program: What the bag says of the node.
+        folder: Where they are written.
+
+    Returns:
+        The command line with the new paths, and the working directory that it needs.
+
+    Raises:
+        ReplayError: The bag does not have a file of the command line.
+    """
+    for path, text in program.files.items():
+        file = _below(folder, path)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(_move_includes(text, program.files, folder), encoding="utf-8")
+    arguments = with_files(
+        program.arguments, lambda path: str(_below(folder, _find(path, program)))
+    )
+    directory = _below(folder, _directory(program))
+    directory.mkdir(parents=True, exist_ok=True)
+    return arguments, directory
+
+
+def from_disk(program: Program) -> List[str]:
+    """Returns the command line with the files as they are now.
+
+    A file of a ROS package is looked for in that package, wherever it is on this machine, and else
+    where it was when it was recorded.
+
+    Raises:
+        ReplayError: One is not there any more.
+    """
+    packages = rospkg.RosPack()
+
+    def existing(path: str) -> str:
+        recorded = _find(path, program)
+        for candidate in (*_in_packages(recorded, packages), recorded, path, f"{path}.lp"):
+            if os.path.isfile(candidate):
+                return candidate
+        raise ReplayError(
+            f"{recorded} of {program.node} is not there any more; leave out --files disk to use "
+            "what the bag has"
+        )
+
+    return with_files(program.arguments, existing)
+
+
+def _in_packages(path: str, packages: rospkg.RosPack) -> Iterator[str]:
+    """Yields where a file is if one of the folders above it is a package, the nearest first."""
+    parts = path.split("/")
+    for place in range(len(parts) - 2, 0, -1):
+        try:
+            yield os.path.join(packages.get_path(parts[place]), *parts[place + 1 :])
+        except rospkg.ResourceNotFound:
+            continue
+
+
+def with_files(arguments: Sequence[str], change: Callable[[str], str]) -> List[str]:
+    """Returns a command line of rosclingo with other paths; see :mod:`rosclingo.solver.options`."""
+    changed: List[str] = []
+    rest = list(arguments)
+    while rest:
+        argument = rest.pop(0)
+        if argument in ("-f", "--file") and rest:
+            changed += [argument, change(rest.pop(0))]
+        elif argument in ("-c", "--cons", "--const") and rest:
+            changed += [argument, rest.pop(0)]
+        elif argument.startswith("--file="):
+            changed.append("--file=" + change(argument[len("--file=") :]))
+        elif argument.startswith("-f") and argument != "-f":
+            changed.append("-f" + change(argument[len("-f") :]))
+        else:
+            changed.append(argument)
+    return changed
+
+
+def _find(path: str, program: Program) -> str:
+    """Returns which of the recorded files a path of the command line means.
+
+    Files are recorded with their real paths; the command line may name them from a working
+    directory, by a link, or without ``.lp``.
+    """
+    ranked = sorted(program.files, key=lambda file: _likeness(path, file), reverse=True)
+    if ranked and (_likeness(path, ranked[0]) > 0 or len(ranked) == 1):
+        return ranked[0]
+    raise ReplayError(
+        f"the bag does not have the file {path} of {program.node}; use --files disk, or give a "
+        "command line with --planner, --controller or --single"
+    )
+
+
+def _likeness(path: str, file: str) -> float:
+    """Returns how many of their last parts are the same; a bit less without the ``.lp``."""
+    best = 0.0
+    for less, candidate in ((0.0, path), (0.5, f"{path}.lp")):
+        pairs = zip(reversed(_parts(candidate)), reversed(_parts(file)))
+        count = 0
+        for one, other in pairs:
+            if one != other:
+                break
+            count += 1
+        best = max(best, count - less)
+    return best
+
+
+def _directory(program: Program) -> str:
+    """Returns the working directory from which the command line's paths and includes fit."""
+    paths: List[str] = []
+    with_files(program.arguments, lambda path: paths.append(path) or path)  # type: ignore[func-returns-value]  # collects
+    for text in program.files.values():
+        paths += [match.group(2) for match in _INCLUDE.finditer(text)]
+    for path in paths:
+        if not posixpath.isabs(path):
+            found = _base(posixpath.normpath(path), program.files)
+            if found is not None:
+                return found
+    return "/"
+
+
+def _base(path: str, files: Mapping[str, str]) -> Optional[str]:
+    """Returns the folder from which a relative path leads to one of the files."""
+    for file in sorted(files):
+        for ending in (path, f"{path}.lp"):
+            if file.endswith(f"/{ending}"):
+                return file[: -len(ending)]
+    return None
+
+
+def _move_includes(text: str, files: Mapping[str, str], folder: Path) -> str:
+    """Leads includes with absolute paths to the files of the bag."""
+
+    def moved(match: re.Match[str]) -> str:
+        path = match.group(2)
+        if not posixpath.isabs(path) or posixpath.normpath(path) not in files:
+            return match.group()
+        return f"{match.group(1)}{_below(folder, path)}{match.group(3)}"
+
+    return _INCLUDE.sub(moved, text)
+
+
+def _below(folder: Path, path: str) -> Path:
+    """Returns where a path of the bag is below a folder, which it cannot leave."""
+    return folder / posixpath.normpath("/" + path).lstrip("/")
+
+
+def _parts(path: str) -> List[str]:
+    return [part for part in path.split("/") if part not in ("", ".", "..")]

@@ -1,0 +1,1 @@
+"""Shows a recorded run as an HTML page and as a picture. Needs no ROS."""

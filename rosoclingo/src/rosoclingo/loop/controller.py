@@ -1,0 +1,229 @@
+"""The controller: a solver whose answer set says what to do next."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Protocol, Sequence, Set, Tuple
+
+import clingo
+
+from rosclingo.solver.terms import parse_term
+from rosclingo.wire.commands import (
+    AssignExternal,
+    Externals,
+    GetExternals,
+    Ground,
+    Part,
+    Restart,
+    Result,
+    Truth,
+)
+from rosoclingo.errors import ControllerError
+from rosoclingo.loop.atoms import event
+from rosoclingo.loop.solver import Solver
+
+_COMMAND = "do(controller,"
+_FLUENT = "holds("
+_END = ",1)"
+
+
+@dataclass(frozen=True)
+class Info:
+    """What the controller learns before it decides (docs/protocol.md, section "Infos").
+
+    Attributes:
+        result: The result of the last command, if that was ``solve``.
+        pending_actions: Whether an actuator of the current step has not answered.
+        new_messages: Whether there is something for ``assign_messages`` to do.
+        request_reset: Whether a goal has ended since the last reset.
+        horizon: The horizon that the plan needs, if that is beyond the one that was asked for.
+        ahead: How many steps after the current one that is.
+    """
+
+    result: Optional[Result] = None
+    pending_actions: bool = False
+    new_messages: bool = False
+    request_reset: bool = False
+    horizon: Optional[int] = None
+    ahead: Optional[int] = None
+
+    def events(self) -> List[str]:
+        """Returns the atoms that are true."""
+        names = ["pending_actions", "new_messages", "request_reset"]
+        true = [name for name in names if getattr(self, name)]
+        if self.result is not None:
+            true.append(f"result({self.result.value})")
+        if self.horizon is not None:
+            true.append(f"horizon({self.horizon})")
+        if self.ahead is not None:
+            true.append(f"ahead({self.ahead})")
+        return [event("info", name, 0) for name in true]
+
+
+class Decider(Protocol):
+    """Says what the loop does next. One thread makes the calls."""
+
+    @property
+    def dynamic(self) -> bool:
+        """Whether it takes messages and goals."""
+
+    def prepare(self) -> None:
+        """Begins anew."""
+
+    def decide(self, info: Info) -> clingo.Symbol:
+        """Returns the next command, such as ``ground(3)``."""
+
+    def look_ahead(self, info: Info) -> None:
+        """May decide in the background what is next, if it learns this then."""
+
+    def describe(self, info: Info) -> str:
+        """Describes what the last decision was made from."""
+
+    def check(self) -> None:
+        """Raises an error if it cannot be asked any more."""
+
+
+@dataclass(frozen=True)
+class _Decision:
+    """A command, and the events by which the controller is reminded of what it saves."""
+
+    command: clingo.Symbol
+    saved: Tuple[str, ...]
+
+
+class Controller:
+    """Asks a mode what to do, and remembers what the mode wants to be reminded of."""
+
+    def __init__(self, solver: Solver) -> None:
+        self._solver = solver
+        self._declared: Set[str] = set()
+        self._true: Set[str] = set()
+        self._saved: Tuple[str, ...] = ()
+        self._save_events: Dict[str, str] = {}
+        self._background = ThreadPoolExecutor(1, "look ahead")
+        self._ahead: Optional[Tuple[Info, Future[_Decision]]] = None
+
+    def prepare(self) -> None:
+        """Grounds the mode, on a fresh solver, and sees what it declares.
+
+        Raises:
+            ControllerError: That fails.
+        """
+        self._take_ahead()
+        reply = self._solver.run([Restart(), Ground((Part("base"),)), GetExternals()])
+        if reply.failure is not None:
+            raise ControllerError(f"the controller's mode cannot be used: {reply.failure.message}")
+        (answer,) = reply.answers
+        assert isinstance(answer, Externals)
+        self._declared = {atom for atom, _ in answer.values if atom.startswith("event(")}
+        # A mode may declare that it is true from the start; it is rosoclingo's to say so.
+        self._true = {atom for atom, value in answer.values if value is not Truth.FALSE}
+        self._true &= self._declared
+        self._saved = ()
+
+    @property
+    def dynamic(self) -> bool:
+        """Whether the mode takes messages and goals."""
+        return event("info", "new_messages", 0) in self._declared
+
+    def decide(self, info: Info) -> clingo.Symbol:
+        """Returns the next command, such as ``ground(3)``.
+
+        Raises:
+            ControllerError: There is no command, more than one, or no answer set.
+        """
+        ahead = self._take_ahead()
+        is_known = ahead is not None and ahead[0] == info
+        decision = ahead[1].result() if ahead and is_known else self._decide(info)
+        self._saved = decision.saved
+        return decision.command
+
+    def look_ahead(self, info: Info) -> None:
+        """Decides in the background what is next, if the controller learns this then.
+
+        The mode's answer depends on nothing else, so nothing is lost if it learns something else.
+        """
+        self._ahead = info, self._background.submit(self._decide, info)
+
+    def _take_ahead(self) -> Optional[Tuple[Info, Future[_Decision]]]:
+        """Waits for the decision in the background, since one thread may use the solver."""
+        ahead, self._ahead = self._ahead, None
+        if ahead is not None:
+            ahead[1].exception()
+        return ahead
+
+    def _decide(self, info: Info) -> _Decision:
+        """Decides from what was saved last.
+
+        Only the externals that change are set, so that this takes no longer with more steps.
+        """
+        true = self._declared.intersection(info.events()).union(self._saved)
+        changes = [AssignExternal(atom, Truth.FALSE) for atom in sorted(self._true - true)]
+        changes += [AssignExternal(atom, Truth.TRUE) for atom in sorted(true - self._true)]
+        if changes:
+            reply = self._solver.run(changes)
+            if reply.failure is not None:
+                raise ControllerError(
+                    f"the controller refused an external: {reply.failure.message}; check that "
+                    "nothing else restarted it"
+                )
+        self._true = true
+        outcome = self._solver.solve()
+        commands, fluents = _split(outcome.symbols)
+        if outcome.result is not Result.SAT or len(commands) != 1:
+            said = (
+                f"has {len(commands)} commands in its answer set"
+                if outcome.result is Result.SAT
+                else f"has no answer set ({outcome.result.value})"
+            )
+            raise ControllerError(
+                f"the controller {said}, where one command is needed; "
+                + self._situation(info, outcome.symbols)
+            )
+        saved = tuple(event for event in map(self._save_event, fluents) if event)
+        return _Decision(parse_term(commands[0]), saved)
+
+    def check(self) -> None:
+        """Raises an error if the solver is not there any more."""
+        self._solver.check()
+
+    def describe(self, info: Info) -> str:
+        """Describes what the last decision was made from."""
+        return self._situation(info, ())
+
+    def _situation(self, info: Info, symbols: Sequence[str]) -> str:
+        saved = [atom for atom in sorted(self._true) if atom.startswith("event(save,")]
+        answer = f"; answer set: {' '.join(symbols) or 'empty'}" if symbols else ""
+        return (
+            f"infos: {' '.join(info.events()) or 'none'}; saved: {' '.join(saved) or 'none'}"
+            + answer
+        )
+
+    def _save_event(self, fluent: str) -> str:
+        """Returns the external that a fluent is saved in, or nothing if there is none.
+
+        The published modes show ``holds(val(F,true),1)`` and declare ``event(save,F,0)``.
+        """
+        if fluent not in self._save_events:
+            spellings = [fluent]
+            if fluent.startswith("val(") and fluent.endswith(",true)"):
+                spellings.append(fluent[len("val(") : -len(",true)")])
+            atoms = (event("save", spelling, 0) for spelling in spellings)
+            self._save_events[fluent] = next((a for a in atoms if a in self._declared), "")
+        return self._save_events[fluent]
+
+
+def _split(symbols: Sequence[str]) -> Tuple[List[str], List[str]]:
+    """Returns the commands and the fluents for the next decision in an answer set."""
+    commands = [
+        text[len(_COMMAND) : -len(_END)]
+        for text in symbols
+        if text.startswith(_COMMAND) and text.endswith(_END)
+    ]
+    fluents = [
+        text[len(_FLUENT) : -len(_END)]
+        for text in symbols
+        if text.startswith(_FLUENT) and text.endswith(_END)
+    ]
+    return commands, fluents

@@ -1,0 +1,228 @@
+"""Grounding on demand: what an encoding that opts in is told by grounding, and what it asks for.
+
+An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`` for told events,
+``search(k,t)`` for what is grounded before a search. Then it may ask for parts: by externals
+``ground(P)``, and by terms ``ground(P)`` in its answer sets.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Deque, Dict, Iterable, List, Optional, Sequence, Set, Tuple
+
+from clingo import SymbolType
+
+from rosclingo.errors import shorten
+from rosclingo.solver.terms import parse_term, split_term
+from rosclingo.wire.commands import AssignExternal, Command, Ground, Part, Truth
+from rosoclingo.errors import PlannerError
+from rosoclingo.loop.vocabulary import explain, no_request_like
+
+Pair = Tuple[str, str]
+"""Source and content of an event."""
+
+_EVENT, _TOLD, _SEARCH = ("event", 2), ("event", 3), ("search", 2)
+_RESERVED = ("event", "search", "state", "transition", "query")
+_ASKS = "ground("
+_HORIZON = "horizon("
+_MOST_UNKNOWN = 10_000  # pairs that the encoding does not know, and of which that is remembered
+
+
+class Demand:
+    """What is known of one planner's encoding. One thread makes the calls.
+
+    Attributes:
+        tells: Whether the encoding is told its events by grounding.
+        declared: Whether it knows a pair, for each that it was asked about.
+        examples: Requests that it has declared as examples.
+    """
+
+    def __init__(self) -> None:
+        self.tells = False
+        self._searches = False
+        self.declared: Dict[Pair, bool] = {}
+        self.examples: List[str] = []
+        self._unknown: Deque[Pair] = deque()  # in the order in which they were asked about
+        self._pending: List[Part] = []  # told, and not grounded yet
+        self._queries: Dict[str, Truth] = {}  # likewise: which horizon is asked for
+        self._grounded: Set[str] = set()  # what answer sets have asked for
+        self._count = 0  # searches
+        self._has_news = True  # since the last search
+
+    def __bool__(self) -> bool:
+        """Whether the encoding has opted in."""
+        return self.tells or self._searches
+
+    def begin(self, parts: Sequence[Tuple[str, int]]) -> None:
+        """Takes note that the planner begins again, and of the parts that its encoding has.
+
+        Raises:
+            PlannerError: One of the two parts for told events is missing.
+        """
+        has_event, has_told = _EVENT in parts, _TOLD in parts
+        if has_event != has_told:
+            has, lacks = ("s,c", "s,c,t") if has_event else ("s,c,t", "s,c")
+            raise PlannerError(
+                f"the planner's encoding has the part event({has}) and lacks event({lacks}): an "
+                "encoding that is told its events by grounding has both"
+            )
+        self.tells, self._searches = has_told, _SEARCH in parts
+        self._pending.clear()
+        self._queries.clear()
+        self._grounded.clear()
+        self._count = 0
+        self._has_news = True
+
+    def ground(self, parts: Sequence[Part]) -> Ground:
+        """Returns the command that grounds parts, and all that they ask for."""
+        return Ground(tuple(parts), asking=True, reserved=_RESERVED)
+
+    def learn_examples(self, externals: Iterable[str]) -> None:
+        """Looks for examples of requests among the externals of a fresh solver."""
+        if self.tells:
+            atoms = (parse_term(atom) for atom in externals if atom.startswith("event("))
+            self.examples = [str(a.arguments[1]) for a in atoms if a.match(*_EVENT)]
+
+    # What it is told.
+
+    def note_news(self) -> None:
+        """Takes note that something was told."""
+        self._has_news = True
+
+    def tell(self, atoms: Sequence[str]) -> None:
+        """Takes events, which are told before the next command is run."""
+        for atom in atoms:
+            arguments = tuple(map(str, parse_term(atom).arguments))
+            self._pending.append(Part("event", arguments))
+            self._has_news = True
+
+    def set_query(self, query: str, value: Truth) -> None:
+        """Takes the value of an external ``query(T)``, which is told likewise."""
+        self._queries[query] = value
+
+    def take_pending(self) -> List[Command]:
+        """Removes what is to be told, and returns the commands that do so."""
+        pending, self._pending = self._pending, []
+        queries, self._queries = self._queries, {}
+        commands: List[Command] = [AssignExternal(*query) for query in queries.items()]
+        if pending:
+            commands.append(self.ground(pending))
+        return commands
+
+    def questions(self, pairs: Sequence[Pair]) -> List[Pair]:
+        """Returns the pairs of which it is not known whether the encoding knows them."""
+        return [pair for pair in dict.fromkeys(pairs) if pair not in self.declared]
+
+    def ask(self, pairs: Sequence[Pair]) -> List[Command]:
+        """Returns the commands that fail at a pair which the encoding does not know.
+
+        The first one grounds; the others are one for each pair.
+        """
+        return [
+            Ground(tuple(Part("event", pair) for pair in pairs)),
+            *(AssignExternal(f"event({source},{value})", Truth.FALSE) for source, value in pairs),
+        ]
+
+    def learn(self, pair: Pair, known: bool) -> None:
+        """Takes note of whether the encoding knows a pair."""
+        self.declared[pair] = known
+        if not known:
+            self._unknown.append(pair)
+            if len(self._unknown) > _MOST_UNKNOWN:
+                del self.declared[self._unknown.popleft()]
+
+    # What it asks for.
+
+    def prepare(self, step: int) -> List[Command]:
+        """Returns the command that is to be run before a search, if there is any.
+
+        Args:
+            step: The current step.
+        """
+        if not (self._searches and self._has_news):
+            return []
+        self._count += 1
+        self._has_news = False
+        return [self.ground([Part("search", (str(self._count), str(step)))])]
+
+    def asked_for(self, symbols: Sequence[str]) -> List[Part]:
+        """Returns the parts that an answer set asks for and that are not grounded yet.
+
+        Raises:
+            PlannerError: It asks for what is no part or must not be asked for.
+        """
+        parts = []
+        for text in symbols:
+            if not text.startswith(_ASKS) or text in self._grounded:
+                continue
+            symbol = parse_term(text)
+            if not symbol.match("ground", 1):
+                continue
+            part = symbol.arguments[0]
+            name = part.name if part.type is SymbolType.Function else ""
+            if not name or name == "base" or name in _RESERVED:
+                raise PlannerError(
+                    f"the planner's answer set asks for {shorten(str(part))} by {shorten(text)}, "
+                    "which cannot be asked for"
+                )
+            self._grounded.add(text)
+            parts.append(Part(name, tuple(map(str, part.arguments))))
+        return parts
+
+
+def needed_horizon(symbols: Sequence[str]) -> Optional[int]:
+    """Returns the N of ``horizon(N)`` in an answer set, which is a plan for horizons from N on."""
+    needed = None
+    for text in symbols:
+        if text.startswith(_HORIZON):
+            symbol = parse_term(text)
+            if symbol.match("horizon", 1) and symbol.arguments[0].type is SymbolType.Number:
+                needed = max(symbol.arguments[0].number, needed or 0)
+    return needed
+
+
+class ToldVocabulary:
+    """The events that an encoding knows which is told them, as far as it was asked.
+
+    Its examples spare it questions: a request is unknown which has an argument that no example of
+    its form has at this place.
+    """
+
+    def __init__(self, demand: Demand, slots: Iterable[str]) -> None:
+        self._demand = demand
+        self._slots = frozenset(slots)  # requests come from them, and from nobody else
+        self._arguments: Dict[Tuple[str, int], List[Set[str]]] = {}  # of the examples of each form
+        for example in demand.examples:
+            name, arguments = split_term(example)
+            places = self._arguments.setdefault((name, len(arguments)), [set() for _ in arguments])
+            for known, argument in zip(places, arguments):
+                known.add(argument)
+
+    def knows(self, pairs: Sequence[Pair], grounded: int) -> bool:
+        """Whether the encoding knows one of the pairs."""
+        return any(self._demand.declared.get(pair, False) for pair in pairs)
+
+    def is_sure(self, pairs: Sequence[Pair], grounded: int) -> bool:
+        """Whether it was asked about all of the pairs, or need not be."""
+        return all(pair in self._demand.declared or self._is_foreign(pair) for pair in pairs)
+
+    def _is_foreign(self, pair: Pair) -> bool:
+        """Whether the examples exclude a request."""
+        source, content = pair
+        if not self._arguments or source not in self._slots:
+            return False
+        name, arguments = split_term(content)
+        places = self._arguments.get((name, len(arguments)))
+        return places is None or any(
+            argument not in known for known, argument in zip(places, arguments)
+        )
+
+    def learn(self, externals: object, grounded: int) -> None:
+        """Learns nothing: the encoding is asked about each pair."""
+
+    def explain(self, source: str, content: str) -> str:
+        """Says why there is no such event."""
+        if self._demand.examples:
+            return explain(content, sorted(self._demand.examples))
+        declared = self._demand.declared.items()
+        return no_request_like(content, [c for (s, c), known in declared if known and s == source])

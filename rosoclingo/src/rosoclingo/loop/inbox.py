@@ -1,0 +1,102 @@
+"""What comes from outside, until the loop takes it."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import Callable, List, Optional, Union
+
+from rosoclingo.loop.goals import Goal
+
+
+@dataclass(frozen=True)
+class Message:
+    """A message to the planner, as it came."""
+
+    id: str
+    value: str
+
+
+@dataclass(frozen=True)
+class Cancel:
+    """A request to cancel a goal."""
+
+    goal: Goal
+
+
+Item = Union[Message, Goal, Cancel]
+
+
+class Inbox:
+    """A queue that any thread fills and the loop's thread empties. Thread-safe."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()  # guards the other fields; held for moments only
+        self._items: List[Item] = []
+        self._closed = False
+        self._end: Optional[str] = None
+
+    def put(self, item: Item) -> None:
+        """Adds an item; returns at once. After the end of the loop, a goal is rejected instead."""
+        with self._changed:
+            if self._end is None:
+                self._items.append(item)
+                self._changed.notify_all()
+                return
+        if isinstance(item, Goal):
+            item.set_status("rejected", self._end)
+
+    def cancel(self, goal: Goal) -> None:
+        """Adds a cancel request; the goal is recalled at once if it has no slot."""
+        goal.recall()  # now: the loop may be busy for long
+        self.put(Cancel(goal))
+
+    def close(self) -> None:
+        """Says that the loop is to end."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+
+    @property
+    def closed(self) -> bool:
+        """Whether the loop is to end."""
+        return self._closed
+
+    def begin_decision(self, waits: Callable[[], None]) -> None:
+        """Called before the controller decides; a replay's inbox may wait.
+
+        Args:
+            waits: To be called if it does.
+        """
+
+    def begin_command(self, waits: Callable[[], None]) -> None:
+        """Called before a command that was decided is carried out; a replay's inbox may wait.
+
+        Args:
+            waits: To be called if it does.
+        """
+
+    def take(self) -> List[Item]:
+        """Returns all items in order of arrival and removes them; does not wait."""
+        if not self._items:
+            return []
+        with self._changed:
+            items, self._items = self._items, []
+        return items
+
+    def end(self, reason: str) -> None:
+        """Says that the loop has ended: it still takes what is there, but nothing that comes."""
+        with self._changed:
+            self._end = reason
+
+    def wait(self, timeout: float) -> bool:
+        """Waits until there is an item or the inbox is closed.
+
+        Args:
+            timeout: Longest time to wait, in seconds.
+
+        Returns:
+            Whether one of these is the case.
+        """
+        with self._changed:
+            return self._changed.wait_for(lambda: bool(self._items) or self._closed, timeout)

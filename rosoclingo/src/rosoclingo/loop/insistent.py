@@ -1,0 +1,56 @@
+"""A solver whose searches begin again when somebody else has ended them."""
+
+from __future__ import annotations
+
+from typing import Callable, Optional, Sequence
+
+from rosclingo.wire.commands import Assumption, Improvement, Outcome
+from rosoclingo.errors import LoopError
+from rosoclingo.loop.solver import Forwarding, Solver
+
+# Two loops that share a solver end each other's searches for ever; a bag comes to an end.
+_TRIES = 1000
+
+
+class Insistent(Forwarding):
+    """A solver that may be disturbed: a new goal preempts the one before it, whosever that is."""
+
+    def __init__(self, solver: Solver, name: str, warn: Callable[[str], None]) -> None:
+        """Wraps a solver.
+
+        Args:
+            solver: The solver.
+            name: Its name, for messages.
+            warn: Logs what disturbs it, once.
+        """
+        super().__init__(solver)
+        self._name = name
+        self._warn = warn
+        self._warned = False
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
+    ) -> Outcome:
+        """Searches until there is a result or ``stopped`` says to stop, whoever else ends it.
+
+        Raises:
+            LoopError: Somebody else has ended the search again and again.
+        """
+        for _ in range(_TRIES):
+            outcome = super().solve(assumptions, stopped, improved)
+            if not outcome.interrupted or (stopped is not None and stopped()):
+                return outcome
+            if not self._warned:
+                self._warned = True
+                self._warn(
+                    f"a search of {self._name} was ended by a goal, cancel or control request of "
+                    f"somebody else, and is tried again; leave {self._name}/goal and "
+                    f"{self._name}/cancel out of what rosbag plays, and let nobody else use it"
+                )
+        raise LoopError(
+            f"{_TRIES} times, others have ended the same search of {self._name}: does another "
+            "rosoclingo use that solver? Give each its own (~controller, ~planner)"
+        )

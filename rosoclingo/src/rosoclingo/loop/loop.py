@@ -1,0 +1,190 @@
+"""The controller loop: ask the controller what to do, do it to the planner, and repeat.
+
+Nothing here needs ROS: the solvers, the world outside and the commands are arguments.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from typing import Any, Callable, Dict, Tuple
+
+import clingo
+
+from rosclingo.errors import RosclingoError, ServiceError
+from rosclingo.wire.commands import Result
+from rosoclingo.errors import ControllerError, LoopError, PlannerError, ShutdownError
+from rosoclingo.loop import diagnosis
+from rosoclingo.loop.controller import Decider, Info
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.solver import Planner, Solver
+from rosoclingo.loop.state import Environment, State
+
+
+class Loop:
+    """Runs a mode. One thread calls it; the inbox may be filled from any.
+
+    Attributes:
+        state: What is known; its goals may be looked at from other threads.
+    """
+
+    def __init__(
+        self,
+        controller: Decider,
+        planner: Solver,
+        commands: Callable[[State], Any],
+        inbox: Inbox,
+        environment: Environment,
+        *,
+        action_timeout: float = 0.0,
+        abort_unreachable: bool = False,
+        search_seconds: float = 0.0,
+    ) -> None:
+        """Prepares a loop that asks nobody yet.
+
+        Args:
+            controller: Says what to do next.
+            planner: Solver with the task's encoding.
+            commands: Class with a method for each command, such as ``ROSCommands``.
+            inbox: Where messages, goals and cancel requests come in.
+            environment: Where actions and log messages go.
+            action_timeout: From when on an action without an answer counts as failed, in seconds
+                since it was published; 0 for never.
+            abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
+            search_seconds: When an optimising search ends that has found a plan, in seconds since
+                it began; 0 for when it is through.
+        """
+        self._parts = (controller, planner)
+        self.state = State(
+            Planner(planner, search_seconds),
+            inbox,
+            environment,
+            self._check,
+            controller.prepare,
+            action_timeout=action_timeout,
+            abort_unreachable=abort_unreachable,
+        )
+        self._controller = controller
+        self._commands = commands(self.state)
+        self._environment = environment
+        self._shown: Tuple[object, ...] = ()
+
+    def run(self) -> None:
+        """Runs until the mode is through, and then keeps refusing goals until shut down.
+
+        When it ends, for whatever reason, every open goal is aborted with the reason.
+
+        Raises:
+            RosclingoError: The loop cannot go on; the message says why.
+            ShutdownError: The inbox was closed.
+        """
+        try:
+            self.prepare()
+            while True:
+                self.step()
+        except ServiceError as err:
+            error = LoopError(f"{err}; start that node again, and then rosoclingo")
+            self.end(str(error))
+            raise error from err
+        except RosclingoError as err:
+            self.end(str(err))
+            raise
+        except Exception as err:
+            self.end(f"internal error: {err!r}")
+            raise
+
+    def prepare(self) -> None:
+        """Prepares the controller."""
+        self._controller.prepare()
+        if not self._controller.dynamic:
+            self.state.mail.refuse("the controller's mode is static: it takes no goals")
+
+    def step(self) -> None:
+        """Makes one decision and carries it out; waits if the mode is through.
+
+        Raises:
+            ControllerError: The controller does not say what to do, or names no command.
+        """
+        state = self.state
+        state.mail.begin_decision()
+        if state.mail.inbox.closed:
+            raise ShutdownError("the node is shutting down")
+        if state.ended:
+            state.rest()
+        state.take_mail()
+        mail = state.mail
+        needed = state.needed_horizon
+        info = Info(
+            state.result,
+            mail.pending_actions,
+            mail.tell(),
+            state.goals.some_ended,
+            needed,
+            None if needed is None else needed - state.step,
+        )
+        command = self._controller.decide(info)
+        self._controller.look_ahead(self._guess(command, info))  # while the planner works
+        state.result = None
+        mail.begin_command()
+        begin = time.perf_counter()
+        self._call(command, info)
+        state.note_command(str(command), time.perf_counter() - begin)
+        shown = (state.plan, state.shows_plan, state.step, state.horizon)
+        if shown != self._shown:
+            self._shown = shown
+            self._environment.show_plan(state.step, state.horizon, state.ahead())
+
+    def _guess(self, command: clingo.Symbol, info: Info) -> Info:
+        """Returns what the controller probably learns after a command."""
+        probable: Dict[str, Any] = {"result": None, "horizon": None, "ahead": None}
+        name = command.name if command.type is clingo.SymbolType.Function else ""
+        if name in ("solve", "plan"):
+            needed = self.state.planner.needed
+            asked = [a.number for a in command.arguments if a.type is clingo.SymbolType.Number]
+            horizon = asked[0] if asked else self.state.horizon
+            stands = needed is not None and needed <= horizon
+            probable.update(result=Result.SAT if stands else Result.UNSAT, new_messages=False)
+        elif name == "assign_messages":
+            probable.update(new_messages=False)
+        elif name == "commit_actions":
+            probable.update(pending_actions=True)
+        elif name == "idle":
+            probable.update(new_messages=True, pending_actions=False)
+        return dataclasses.replace(info, **probable)
+
+    def _check(self) -> None:
+        for part in self._parts:
+            part.check()
+
+    def _call(self, command: clingo.Symbol, info: Info) -> None:
+        is_function = command.type is clingo.SymbolType.Function
+        name = command.name if is_function else ""
+        known = [
+            key
+            for key in dir(self._commands)
+            if not key.startswith("_") and callable(getattr(self._commands, key))
+        ]
+        if name not in known:
+            raise ControllerError(
+                f"there is no command {command}; there are {', '.join(known)}; "
+                f"{self._controller.describe(info)}"
+            )
+        try:
+            getattr(self._commands, name)(*command.arguments)
+        except PlannerError as err:
+            diagnosis.recover(self.state, err)
+        except TypeError as err:
+            if err.__traceback__ is not None and err.__traceback__.tb_next is None:
+                raise ControllerError(f"wrong arguments in the command {command}: {err}") from err
+            raise
+
+    def end(self, reason: str) -> None:
+        """Aborts the open goals and has those that are still to come rejected."""
+        mail = self.state.mail
+        if mail.inbox.closed:
+            reason = "the node is shutting down"
+        mail.inbox.end(reason)
+        self.state.note("end", text=reason)
+        mail.refuse(reason)
+        mail.take()
+        self.state.goals.end_all("aborted", reason)

@@ -1,0 +1,335 @@
+"""What has come from outside and waits for the planner, and which actuators have answered."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple, Union
+
+from rosclingo.errors import TermError, shorten
+from rosoclingo.loop.atoms import canonical, event
+from rosoclingo.loop.demand import Pair, ToldVocabulary
+from rosoclingo.loop.goals import Goal, Goals
+from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message
+from rosoclingo.loop.journal import FOR_A_REPLAY
+from rosoclingo.loop.vocabulary import Vocabulary
+
+Ask = Callable[[Sequence[Pair]], object]
+"""Has it learned whether the planner knows events."""
+
+_RESERVED_IDS = ("commit", "save")
+_SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
+_LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
+
+
+class Mail:
+    """Messages, goals and cancel requests until ``assign_messages``.
+
+    Only the loop's thread uses it.
+
+    What the planner does not know, or what is rosoclingo's own, is dropped as soon as it comes, so
+    that the controller never hears of it. That can be told once there is a step after step 0, since
+    all steps after that declare the same events; until then it is told when the event is due.
+
+    Attributes:
+        inbox: Where everything comes in.
+        goals: The goals.
+        dynamic: Whether the mode takes messages and goals.
+        rejection: Why no goal can be taken, if that is so.
+        messages: Pairs of id and value.
+        cancels: Goals with a slot that are to be cancelled.
+        new_goals: Whether a goal has come, or a slot for one that waits.
+    """
+
+    def __init__(
+        self,
+        inbox: Inbox,
+        goals: Goals,
+        warn: Callable[[str], None],
+        note: Callable[..., None],
+    ) -> None:
+        self.inbox = inbox
+        self.goals = goals
+        self.dynamic = True
+        self.rejection = ""
+        self.messages: List[Tuple[str, str]] = []
+        self.cancels: List[Goal] = []
+        self.new_goals = False
+        self._warn = warn
+        self._note = note
+        self._vocabulary: Union[Vocabulary, ToldVocabulary] = Vocabulary()
+        self._grounded = 0  # steps; none before the planner is initialised
+        self._held: List[Item] = []  # nobody can say yet whether the planner knows it
+        self._arrivals = 0  # how much news has come
+        self._told = 0  # how much of it the controller knows of
+        self._acting: Dict[str, float] = {}  # the current step's actuators: when they were told
+        self._reminded: Dict[str, float] = {}  # when it was said last that one does not answer
+        self._answers: Dict[str, str] = {}  # of those that answered in it
+        self._undeclared: Set[str] = set()  # actuators of whose answers a warning was logged
+        self._command_began: Optional[float] = None  # that which is carried out
+
+    # What the controller is told.
+
+    @property
+    def pending_actions(self) -> bool:
+        """Whether an actuator of the current step has not answered."""
+        return not self._acting.keys() <= self._answers.keys()
+
+    @property
+    def new_messages(self) -> bool:
+        """Whether there is something for ``assign_messages`` to do."""
+        return bool(self.messages or self.cancels or self.new_goals or self._held)
+
+    def tell(self) -> bool:
+        """Returns :attr:`new_messages` for the controller, and remembers what it knows of now."""
+        self._told = self._arrivals
+        return self.new_messages
+
+    @property
+    def has_news(self) -> bool:
+        """Whether something has come that the controller has not been told of."""
+        return self._arrivals > self._told
+
+    # What comes in.
+
+    def begin(self, vocabulary: Union[Vocabulary, ToldVocabulary], *, keep: bool = False) -> None:
+        """The planner is initialised, and knows nothing yet.
+
+        Args:
+            vocabulary: Which events its encoding knows.
+            keep: Whether what has come and was not told yet is still to be told.
+        """
+        self._vocabulary = vocabulary
+        self._grounded = 1
+        if not keep:
+            self.messages.clear()
+            self.cancels.clear()
+        self.begin_step()
+
+    def set_grounded(self, steps: int) -> None:
+        """Says how many steps are grounded, step 0 included."""
+        self._grounded = steps
+
+    def learn(self, externals: Iterable[str]) -> None:
+        """Looks at the planner's externals."""
+        self._vocabulary.learn(externals, self._grounded)
+
+    def explain(self, slot: str, request: str, step: int) -> str:
+        """Returns the reason why a goal is rejected that the planner declares no external for."""
+        why = self._vocabulary.explain(slot, request)
+        atom = shorten(event(slot, request, step))
+        return f"the planner does not know it: {why} (there is no external {atom})"
+
+    def refuse(self, reason: str) -> None:
+        """Takes no messages and goals from now on."""
+        self.dynamic = False
+        self.rejection = reason
+        self._held = [item for item in self._held if isinstance(item, Goal)]
+        self.messages.clear()
+        self.cancels.clear()
+        self.new_goals = False
+
+    def begin_decision(self) -> None:
+        """The controller is about to decide."""
+        self._command_began = None
+        self.inbox.begin_decision(self._waits)
+
+    def begin_command(self) -> None:
+        """A command that was decided is about to be carried out."""
+        self.inbox.begin_command(self._waits)
+        self._command_began = time.perf_counter()
+
+    def _waits(self) -> None:
+        self._note("waiting", "", FOR_A_REPLAY)
+
+    def take(self, ask: Ask = lambda pairs: None) -> None:
+        """Takes what has come, and drops what is wrong.
+
+        Args:
+            ask: Has it learned whether the planner knows some pairs of id and content; without it,
+                what is unknown is held back.
+        """
+        new = self.inbox.take()
+        if not (new or self._held):
+            return
+        held, self._held = self._held, []
+        items = held + new
+        dropped: List[str] = []
+        seconds = 0.0
+        if self._command_began is not None:
+            seconds = max(time.perf_counter() - self._command_began, _SHORTEST)
+        for item in new:
+            self._note(*_event(item), seconds)
+        for number, item in enumerate(items):
+            try:
+                is_news = self._take(item, ask, dropped)
+            except Exception:  # nothing is lost when the planner does not answer
+                self._held += items[number:]
+                raise
+            if is_news and number >= len(held):
+                self._arrivals += 1
+        self._log_dropped(dropped)
+        self.goals.tell_positions()
+
+    def _take(self, item: Item, ask: Ask, dropped: List[str]) -> bool:
+        """Takes one thing, and returns whether it is news for the controller."""
+        if isinstance(item, Cancel):
+            if self.goals.cancel(item.goal):
+                self.cancels.append(item.goal)
+                return True
+            return False
+        if self._held:  # the order of the others is kept
+            self._held.append(item)
+            return True
+        if isinstance(item, Message):
+            return self.dynamic and self._take_message(item, ask, dropped)
+        return self._take_goal(item, ask)
+
+    def _take_goal(self, goal: Goal, ask: Ask) -> bool:
+        if self.rejection:
+            self.goals.end(goal, "rejected", self.rejection)
+            return False
+        if goal.request == "cancel":
+            reason = "cancel is no request; a goal is cancelled by a cancel request of its action"
+            self.goals.end(goal, "rejected", reason)
+            return False
+        slots = self.goals.slots
+        pairs = [(slot, goal.request) for slot in slots]
+        if self._hold(goal, pairs, ask):
+            return True
+        if slots and not self._vocabulary.knows(pairs, self._grounded):
+            step = self._grounded - 1
+            self.goals.end(goal, "rejected", self.explain(slots[0], goal.request, step))
+            return False
+        self.goals.add(goal)
+        # One for which there will be no slot in the next step either is no news.
+        news = self.goals.has_free_slot(next_step=True)
+        self.new_goals |= news
+        return news
+
+    def _take_message(self, message: Message, ask: Ask, dropped: List[str]) -> bool:
+        if not self._grounded:  # the slots' ids are not known
+            self._held.append(message)
+            return True
+        try:
+            source, value = canonical(message.id), canonical(message.value)
+        except TermError as err:
+            dropped.append(str(err))
+            return False
+        if source in _RESERVED_IDS or (source == "info" and value == "passed"):
+            reason = "these are rosoclingo's own"
+        elif self.goals.is_slot(source):
+            reason = "the id is a goal's slot, and goals are changed by the action only"
+        elif self._hold(message, [(source, value)], ask):
+            return True
+        elif not self._vocabulary.knows([(source, value)], self._grounded):
+            if source in self._acting and source not in self._answers:
+                self._take_undeclared_answer(source, value)
+                return True
+            reason = "the planner's encoding declares no such event"
+        elif self._answers.get(source, value) != value:
+            reason = f"it has answered {shorten(self._answers[source])} already"
+        else:
+            if source in self._acting:
+                self._answers[source] = value
+            self.messages.append((source, value))
+            return True
+        dropped.append(f"id {shorten(source)}, value {shorten(value)}: {reason}")
+        return False
+
+    def _take_undeclared_answer(self, source: str, value: str) -> None:
+        """Lets an answer end its action, of which the planner cannot be told."""
+        self._answers[source] = value
+        if source not in self._undeclared:
+            self._undeclared.add(source)
+            self._warn(
+                f"{shorten(source)} has answered {shorten(value)}: that ends its action, but the "
+                "planner is not told, because its encoding does not declare "
+                f"#external {shorten(f'event({source},{value},t)')}; this is said once"
+            )
+
+    def _hold(self, item: Item, pairs: List[Pair], ask: Ask) -> bool:
+        """Keeps an item for later if nobody can say whether the planner knows one of the pairs."""
+        vocabulary = self._vocabulary
+        if not (
+            vocabulary.knows(pairs, self._grounded) or vocabulary.is_sure(pairs, self._grounded)
+        ):
+            ask(pairs)
+            if not vocabulary.is_sure(pairs, self._grounded):
+                self._held.append(item)
+                return True
+        return False
+
+    # What the commands do.
+
+    def begin_step(self) -> None:
+        """Nobody acts yet in the step that begins."""
+        self._acting.clear()
+        self._answers.clear()
+
+    def acts(self, actuator: str) -> None:
+        """Notes that an actuator was told to act: what it answered was to another action."""
+        self._acting[actuator] = self._reminded[actuator] = time.monotonic()
+        self._answers.pop(actuator, None)
+
+    def is_acting(self, actuator: str) -> bool:
+        """Whether an actuator was told to act in the current step."""
+        return actuator in self._acting
+
+    def overdue(self, seconds: float) -> List[str]:
+        """Returns the actuators without an answer since so many seconds; each action's once."""
+        late = [actuator for actuator, silence in self._silent() if silence >= seconds]
+        self._acting.update(dict.fromkeys(late, math.inf))
+        return late
+
+    def late(self, seconds: float) -> List[Tuple[str, float]]:
+        """Returns the actuators without an answer, and for how many seconds they were told to act.
+
+        Args:
+            seconds: Longest silence; each actuator is returned again after so much more of it.
+        """
+        now = time.monotonic()
+        late = [pair for pair in self._silent() if now - self._reminded[pair[0]] >= seconds]
+        self._reminded.update(dict.fromkeys((actuator for actuator, _ in late), now))
+        return late
+
+    def _silent(self) -> List[Tuple[str, float]]:
+        now = time.monotonic()
+        return [
+            (actuator, now - begin)
+            for actuator, begin in self._acting.items()
+            if actuator not in self._answers
+        ]
+
+    def take_messages(self, step: int) -> Dict[str, Tuple[str, str]]:
+        """Removes the messages, and returns their events with id and value, in order of arrival."""
+        messages = {event(source, value, step): (source, value) for source, value in self.messages}
+        self.messages.clear()
+        return messages
+
+    def drop(self, messages: List[Tuple[str, str, str]]) -> None:
+        """Says that messages did not reach the planner.
+
+        Args:
+            messages: Id, value and reason of each.
+        """
+        self._log_dropped(
+            [f"id {shorten(s)}, value {shorten(v)}: {shorten(why)}" for s, v, why in messages]
+        )
+
+    def _log_dropped(self, dropped: List[str]) -> None:
+        for reason in dropped:
+            self._note("dropped", "", reason, ())
+        for reason in dropped[:_LOGGED_DROPS]:
+            self._warn(f"dropped a message: {reason}")
+        if len(dropped) > _LOGGED_DROPS:
+            self._warn(f"dropped {len(dropped) - _LOGGED_DROPS} more messages like these")
+
+
+def _event(item: Item) -> Tuple[str, str, str, Sequence[str]]:
+    """Returns what the journal says of something that has come."""
+    if isinstance(item, Message):
+        return "message", item.id, item.value, ()
+    if isinstance(item, Cancel):
+        return "cancel", item.goal.id, "", ()
+    return "goal", item.id, item.request, item.information

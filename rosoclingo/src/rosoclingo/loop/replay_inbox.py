@@ -1,0 +1,219 @@
+"""Lets the loop of a replay take everything at the very moment at which it was taken when recorded.
+
+What a run does depends on when the loop takes what comes: before which decision, or in which
+command. That is up to chance while the loop is busy, so a replay would go another way now and then.
+"""
+
+from __future__ import annotations
+
+import enum
+import itertools
+import json
+from collections import Counter, deque
+from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+from rosclingo.errors import OptionsError
+from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message
+
+
+class Phase(enum.IntEnum):
+    """When something was taken, seen from a decision of the controller."""
+
+    BEFORE = 0  # the decision
+    DURING = 1  # the command that was decided, which does not begin before it has come
+    WAIT = 2  # while the loop waited, which was decided
+
+
+class Due(NamedTuple):
+    """Something that was taken, and when.
+
+    Attributes:
+        decision: How many decisions were carried out before.
+        phase: When, seen from the next decision.
+        kind: ``goal``, ``cancel`` or ``message``; ``recall`` for the moment at which a cancel
+            request that is taken later has ended its goal, which had no slot.
+        id: That of the goal or message.
+        text: The message's value; else empty.
+    """
+
+    decision: int
+    phase: Phase
+    kind: str
+    id: str
+    text: str = ""
+
+    @property
+    def moment(self) -> Tuple[int, Phase]:
+        """When it was taken."""
+        return self.decision, self.phase
+
+    @property
+    def key(self) -> _Key:
+        """What has to have come for it."""
+        return "cancel" if self.kind == "recall" else self.kind, self.id, self.text
+
+
+_Key = Tuple[str, str, str]
+
+
+def encode(dues: Sequence[Due]) -> str:
+    """Returns what :func:`decode` reads."""
+    return json.dumps(dues, separators=(",", ":"))
+
+
+def decode(text: object) -> List[Due]:
+    """Reads the value of the parameter ``~replay``.
+
+    Raises:
+        OptionsError: It is something else than what :func:`encode` writes.
+    """
+    try:
+        if not isinstance(text, str):
+            raise TypeError("no text")
+        dues = [
+            Due(int(decision), Phase(phase), str(kind), str(name), str(value))
+            for decision, phase, kind, name, value in json.loads(text)
+        ]
+    except (TypeError, ValueError) as err:
+        raise OptionsError(
+            f"parameter ~replay: not what replay.py writes ({err}); only replay.py sets it"
+        ) from err
+    return dues
+
+
+class ReplayInbox(Inbox):
+    """An inbox that holds back what has come until it is due, and has the loop wait for the rest.
+
+    Thread-safe. What it does not know of is let through.
+    """
+
+    def __init__(self, dues: Sequence[Due]) -> None:
+        """Begins before the first decision.
+
+        Args:
+            dues: What will come, in the order in which the loop is to take it.
+        """
+        super().__init__()
+        self._dues: Deque[Due] = deque(dues)
+        self._expected = Counter(due.key for due in dues if due.kind != "recall")
+        self._held: Dict[_Key, Deque[Item]] = {}  # has come, and is not taken yet
+        self._moment = -1, Phase.WAIT
+        self._missing: Counter[_Key] = Counter()  # is due, and has not come
+        self._is_open = False
+
+    def put(self, item: Item) -> None:
+        """Adds an item; returns at once."""
+        key = _key(item)
+        with self._changed:
+            if not self._is_open and self._expected[key] > 0:
+                self._expected[key] -= 1
+                self._held.setdefault(key, deque()).append(item)
+                self._missing[key] -= 1
+                if self._missing[key] <= 0:
+                    del self._missing[key]
+                self._changed.notify_all()
+                return
+        super().put(item)
+
+    def cancel(self, goal: Goal) -> None:
+        """Adds a cancel request, which may recall the goal when that is due; returns at once."""
+        with self._changed:
+            is_due_later = not self._is_open and self._expected[_key(Cancel(goal))] > 0
+        if is_due_later:
+            self.put(Cancel(goal))
+        else:
+            super().cancel(goal)
+
+    def open(self) -> None:
+        """Lets everything through from now on: the replay goes another way."""
+        with self._changed:
+            if self._is_open:
+                return
+            self._is_open = True
+            dues = (due for due in self._dues if due.kind != "recall")
+            rest = [self._held[due.key].popleft() for due in dues if self._has(due)]
+            self._dues.clear()
+            self._missing.clear()
+        for item in rest:
+            if isinstance(item, Cancel):
+                super().cancel(item.goal)
+            else:
+                super().put(item)
+        with self._changed:
+            self._changed.notify_all()
+
+    def end(self, reason: str) -> None:
+        """Says that the loop has ended."""
+        self.open()
+        super().end(reason)
+
+    def begin_decision(self, waits: Callable[[], None]) -> None:
+        """Waits until all has come that was taken before the next decision."""
+        self._wait_until((self._moment[0] + 1, Phase.BEFORE), waits)
+
+    def begin_command(self, waits: Callable[[], None]) -> None:
+        """Waits until all has come that the next command took, if it did not wait for that."""
+        decision, _ = self._moment
+        self._wait_until((decision, Phase.DURING), waits)
+        self._moment = decision, Phase.WAIT
+
+    def _wait_until(self, moment: Tuple[int, Phase], waits: Callable[[], None]) -> None:
+        self._moment = moment
+        with self._changed:
+            self._missing = self._find_missing()
+        if self._missing:
+            waits()
+            with self._changed:
+                self._changed.wait_for(lambda: self._closed or not self._missing)
+
+    def take(self) -> List[Item]:
+        """Returns what is due; does not wait."""
+        items = super().take()
+        while True:
+            with self._changed:
+                due = self._next()
+                if due is None:
+                    return items
+                self._dues.popleft()
+                held = self._held[due.key]
+                item = held[0] if due.kind == "recall" else held.popleft()
+                if not held:
+                    del self._held[due.key]
+            if due.kind == "recall":
+                assert isinstance(item, Cancel)
+                item.goal.recall()  # not under the lock, which actionlib may wait for
+            else:
+                items.append(item)
+
+    def wait(self, timeout: float) -> bool:
+        """Waits until something is due or the inbox is closed, as that of an inbox does."""
+        with self._changed:
+            return self._changed.wait_for(
+                lambda: bool(self._items) or self._closed or self._next() is not None, timeout
+            )
+
+    def _next(self) -> Optional[Due]:
+        """Returns the next thing if it is due and has come."""
+        if self._dues and self._dues[0].moment <= self._moment and self._has(self._dues[0]):
+            return self._dues[0]
+        return None
+
+    def _has(self, due: Due) -> bool:
+        return bool(self._held.get(due.key))
+
+    def _find_missing(self) -> Counter[_Key]:
+        """Returns what is due and has not come."""
+        due = list(itertools.takewhile(lambda due: due.moment <= self._moment, self._dues))
+        needed = Counter(one.key for one in due if one.kind != "recall")
+        # The cancel request that recalls a goal comes once, and is taken later.
+        needed |= Counter({one.key: 1 for one in due if one.kind == "recall"})
+        return needed - Counter({key: len(self._held.get(key, ())) for key in needed})
+
+
+def _key(item: Item) -> _Key:
+    if isinstance(item, Message):
+        return "message", item.id, item.value
+    if isinstance(item, Cancel):
+        return "cancel", item.goal.id, ""
+    return "goal", item.id, ""

@@ -1,0 +1,388 @@
+"""The ROS node: topics ``~in`` and ``~out``, an action at the node's own name, and a service."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import threading
+import time
+from typing import Any, Callable, Dict, NoReturn, Optional, Sequence
+
+import actionlib
+import rospy
+from std_msgs.msg import Empty, String
+
+from rosclingo.errors import OptionsError, RosclingoError, TermError
+from rosclingo.ros.about import about
+from rosclingo.ros.client import Client
+from rosclingo.ros.history_publisher import HistoryPublisher
+from rosclingo.ros.init import init_node, on_shutdown
+from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
+from rosclingo.solver import stack
+from rosoclingo.errors import ShutdownError
+from rosoclingo.loop.atoms import Action, canonical
+from rosoclingo.loop.controller import Controller, Decider
+from rosoclingo.loop.goals import Goal, Stage
+from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.insistent import Insistent
+from rosoclingo.loop.journal import Event
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.replay_inbox import ReplayInbox, decode
+from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.state import Environment
+from rosoclingo.msg import (
+    ROSoClingoAction,
+    ROSoClingoEvent,
+    ROSoClingoFeedback,
+    ROSoClingoIn,
+    ROSoClingoOut,
+    ROSoClingoPlan,
+    ROSoClingoResult,
+)
+from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
+
+_USAGE = """\
+usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
+              [_abort_unreachable:=true] [_search_seconds:=SECONDS] [ROS remappings]
+
+Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
+_JOURNAL_LENGTH = 2_000  # events that late subscribers get
+_SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
+_SECONDS_TO_SEND = 0.3  # how long the results of aborted goals have until rospy ends connections
+_POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
+
+
+class ActionGoal(Goal):
+    """A goal of the node's action."""
+
+    def __init__(
+        self, handle: actionlib.ServerGoalHandle, request: str, note: Callable[..., None]
+    ) -> None:
+        goal = handle.get_goal()
+        super().__init__(request, goal.information, handle.get_goal_id().id)
+        self._handle = handle
+        self._note = note
+
+    def noted(self, word: str, reason: str) -> None:
+        """Adds the status to the journal."""
+        details = (self.slot or "",) if word == "accepted" else (self.slot or "", reason)
+        self._note("status", self.id, word, details)
+
+    def accepted(self) -> None:
+        """Accepts the goal."""
+        self._handle.set_accepted()
+
+    def ended(self, word: str, reason: str) -> None:
+        """Sends the result."""
+        ends: Dict[str, Callable[..., None]] = {
+            "rejected": self._handle.set_rejected,
+            "succeeded": self._handle.set_succeeded,
+            "canceled": self._handle.set_canceled,
+            "aborted": self._handle.set_aborted,
+        }
+        ends[word](ROSoClingoResult(word), reason)
+
+    def feedback(self, line: str) -> None:
+        """Sends the line."""
+        self._handle.publish_feedback(ROSoClingoFeedback(line))
+
+
+class RosEnvironment(Environment):
+    """Publishes to ``~out`` and logs to ROS."""
+
+    def __init__(self, description: str) -> None:
+        self._out = publisher("~out", ROSoClingoOut, latch=True)
+        self._plan = publisher("~plan", ROSoClingoPlan, latch=True)
+        self._about = publisher("~about", String, latch=True)
+        self._about.publish(description)
+        self._journal = HistoryPublisher("~journal", ROSoClingoEvent, _JOURNAL_LENGTH)
+        self._lock = threading.Lock()  # guards the number; the journal's order is that of numbers
+        self._number = 0
+
+    def publish(self, actuator: str, action: str) -> None:
+        """Publishes an action or a plan."""
+        self._out.publish(actuator, action)
+        rospy.loginfo("%s: %s", actuator, action)
+
+    def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
+        """Publishes to ``~plan``."""
+        self._plan.publish(step, horizon, [str(action) for action in actions])
+
+    def note(self, event: Event) -> None:
+        """Publishes to ``~journal``. Thread-safe."""
+        with self._lock:
+            self._number += 1
+            stamp = rospy.Time.from_sec(time.time())  # of wall time, whatever a simulator's clock
+            self._journal.publish(
+                ROSoClingoEvent(
+                    stamp, self._number, event.step, event.horizon, event.kind, event.id,
+                    event.text, event.details, event.seconds,
+                )
+            )  # fmt: skip
+
+    def info(self, text: str) -> None:
+        """Logs at level INFO."""
+        rospy.loginfo("%s", text)
+
+    def warn(self, text: str) -> None:
+        """Logs at level WARN."""
+        rospy.logwarn("%s", text)
+
+
+class Node:
+    """Connects the planning node's names with a loop.
+
+    See docs/protocol.md, section "Names in the ROS graph".
+
+    rospy's threads only fill the inbox; the loop runs in a thread of its own. Make it after the
+    node is initialised.
+    """
+
+    def __init__(
+        self,
+        controller: Decider,
+        planner: Solver,
+        commands: Callable[..., Any],
+        inbox: Inbox,
+        *,
+        ready: Callable[[], None] = lambda: None,
+        description: str = "{}",
+    ) -> None:
+        """Opens the names; :meth:`start` starts the loop.
+
+        Args:
+            controller: Says what to do next.
+            planner: Solver with the task's encoding.
+            commands: Class with a method for each command, such as ``ROSCommands``.
+            inbox: Where everything comes in.
+            ready: Waits until the solvers are there; called first in the loop's thread.
+            description: What :func:`rosclingo.ros.about.about` says of the node.
+
+        Raises:
+            OptionsError: A parameter is wrong.
+        """
+        timeout = _seconds("~action_timeout")
+        abort_unreachable = _flag("~abort_unreachable")
+        search_seconds = _seconds("~search_seconds")
+        self.failure: Optional[str] = None
+        self._inbox = inbox
+        environment = RosEnvironment(description)
+        self._loop = Loop(
+            controller,
+            planner,
+            commands,
+            self._inbox,
+            environment,
+            action_timeout=timeout,
+            abort_unreachable=abort_unreachable,
+            search_seconds=search_seconds,
+        )
+        self._ready = ready
+        self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
+        self._goals: Dict[str, ActionGoal] = {}
+        self._server = LowLatencyActionServer(
+            rospy.get_name(),
+            ROSoClingoAction,
+            self._on_goal,
+            self._on_cancel,
+            ROSoClingoResult("canceled"),
+        )
+        self._server.start()
+        self._in = subscriber("~in", ROSoClingoIn, self._on_message)
+        self._service = rospy.Service(
+            "~get_goal_information", GetGoalInformation, self._on_get_information
+        )
+
+    def start(self) -> None:
+        """Starts the loop."""
+        stack.start(self._thread)  # a solver in this process may need a large one
+        on_shutdown(self._close)  # which waits for the thread
+
+    def spin(self) -> None:
+        """Waits until the loop has failed, or the node is shut down and has said so to all."""
+        while not rospy.is_shutdown() and (self._thread.is_alive() or self._inbox.closed):
+            if self._thread.is_alive():
+                self._thread.join(_POLL_SECONDS)
+            else:
+                time.sleep(_POLL_SECONDS)  # a shutdown is under way, in a thread of its own
+
+    def is_alive(self) -> bool:
+        """Whether the loop still runs."""
+        return self._thread.is_alive()
+
+    def _close(self) -> None:
+        # Runs before rospy stops publishing, so that open goals get their results.
+        self._inbox.close()
+        self._thread.join(_SECONDS_TO_END)
+        if self._thread.is_alive():  # a solver in this process that grounds cannot be interrupted
+            for goal in self._goals.values():
+                goal.set_status("aborted", "the node is shutting down")
+        if self._goals:
+            time.sleep(_SECONDS_TO_SEND)
+
+    def _run(self) -> None:
+        try:
+            self._ready()
+        except RosclingoError as err:
+            self._loop.end(str(err))
+            return
+        try:
+            self._loop.run()
+        except ShutdownError:
+            pass
+        except RosclingoError as err:
+            self._fail(str(err))
+        except Exception as err:  # the open goals have been aborted; say why, and end
+            rospy.logerr("internal error", exc_info=True)
+            self._fail(f"internal error: {err!r}")
+
+    def _fail(self, reason: str) -> None:
+        if not self._inbox.closed:
+            self.failure = reason
+
+    def _on_message(self, message: ROSoClingoIn) -> None:
+        self._inbox.put(Message(message.id, message.value))
+
+    def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
+        # Runs under actionlib's lock: nothing here may wait.
+        try:
+            request = canonical(handle.get_goal().request)
+        except TermError as err:
+            rospy.logwarn("goal rejected: %s", err)
+            identifier, goal = handle.get_goal_id().id, handle.get_goal()
+            self._loop.state.note("goal", identifier, goal.request, goal.information)
+            self._loop.state.note("status", identifier, "rejected", ("", str(err)))
+            handle.set_rejected(ROSoClingoResult("rejected"), str(err))
+            return
+        goal = ActionGoal(handle, request, self._loop.state.note)
+        self._goals = {
+            key: other for key, other in self._goals.items() if other.stage is not Stage.ENDED
+        }
+        self._goals[handle.get_goal_id().id] = goal
+        self._inbox.put(goal)
+
+    def _on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
+        # Runs under actionlib's lock: nothing here may wait.
+        goal = self._goals.get(handle.get_goal_id().id)
+        if goal is not None:
+            self._inbox.cancel(goal)
+
+    def _on_get_information(self, request: GetGoalInformationRequest) -> Any:
+        try:
+            goal = self._loop.state.goals.occupant(canonical(request.key))
+        except TermError as err:
+            raise rospy.ServiceException(str(err)) from err
+        if goal is None:
+            raise rospy.ServiceException(f"no goal has the slot {request.key!r}")
+        return [goal.information]
+
+
+def main(commands: Callable[..., Any]) -> NoReturn:
+    """Runs the node until it is shut down, and ends the process.
+
+    Args:
+        commands: Class with a method for each command, such as ``ROSCommands``.
+
+    The exit status is that of :func:`run`. Arguments of the command line are ignored, because the
+    manual passes one.
+    """
+    init_node("rosoclingo", usage=_USAGE)
+    inbox = open_inbox()  # closed before the clients are, so that the loop knows why
+    controller = Client(rospy.get_param("~controller", "controller"))
+    planner = Client(rospy.get_param("~planner", "planner"))
+
+    def ready() -> None:
+        controller.wait()
+        planner.wait()
+
+    solvers = {"controller": controller.name, "planner": planner.name}
+    description = about("rosoclingo run.py", [], {}, solvers=solvers)
+    decider = Controller(Insistent(controller, controller.name, rospy.logwarn))
+    insistent = Insistent(planner, planner.name, rospy.logwarn)
+    run(decider, insistent, commands, inbox, ready=ready, description=description)
+
+
+def open_inbox() -> Inbox:
+    """Returns the node's inbox, which a shutdown closes; a replay's takes things as recorded.
+
+    Ends the process with the exit status 2 if the parameter ``~replay`` is wrong.
+    """
+    recorded = rospy.get_param("~replay", None)
+    try:
+        inbox = Inbox() if recorded is None else ReplayInbox(decode(recorded))
+    except OptionsError as err:
+        _refuse(err)
+    on_shutdown(inbox.close)
+    if isinstance(inbox, ReplayInbox):
+        gate = inbox
+        subscriber("~open_gate", Empty, lambda _: gate.open())
+    return inbox
+
+
+def _refuse(err: OptionsError) -> NoReturn:
+    rospy.logfatal("%s", err)
+    rospy.signal_shutdown(str(err))
+    sys.exit(2)
+
+
+def run(
+    controller: Decider,
+    planner: Solver,
+    commands: Callable[..., Any],
+    inbox: Inbox,
+    *,
+    ready: Callable[[], None] = lambda: None,
+    description: str = "{}",
+) -> NoReturn:
+    """Runs a node that is initialised until it is shut down, and ends the process.
+
+    The arguments are those of :class:`Node`. The exit status is 0, 1 when the loop had to end, or
+    2 when a parameter is wrong.
+    """
+    try:
+        node = Node(controller, planner, commands, inbox, ready=ready, description=description)
+    except OptionsError as err:
+        _refuse(err)
+    node.start()
+    node.spin()
+    status = 0
+    if node.failure is not None:
+        rospy.logfatal("%s", node.failure)
+        rospy.signal_shutdown(node.failure)
+        status = 1
+    if node.is_alive():
+        # A solver in this process cannot be interrupted while it grounds.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+    sys.exit(status)
+
+
+def _seconds(name: str) -> float:
+    """Reads a parameter that is a time from 0 on, in seconds.
+
+    Raises:
+        OptionsError: It is something else.
+    """
+    value = rospy.get_param(name, 0.0)
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not (is_number and 0 <= value < math.inf):
+        raise OptionsError(
+            f"parameter {rospy.resolve_name(name)}: expected seconds from 0 on: {value!r}"
+        )
+    return float(value)
+
+
+def _flag(name: str) -> bool:
+    """Reads a parameter that is true or false; false if it is not set.
+
+    Raises:
+        OptionsError: It is something else.
+    """
+    value = rospy.get_param(name, False)
+    if not isinstance(value, bool):
+        raise OptionsError(
+            f"parameter {rospy.resolve_name(name)}: expected true or false: {value!r}"
+        )
+    return value

@@ -1,0 +1,73 @@
+"""The ROS node of the one-node system: solver and planning loop in one process."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any, NoReturn, Sequence, Type
+
+import rospy
+
+from rosclingo.errors import RosclingoError
+from rosclingo.ros.about import about
+from rosclingo.ros.init import init_node, log_clingo
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import parse_options
+from rosoclingo.ros.node import open_inbox, run
+from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
+from rosoclingo.single.dialects import detect, says_status
+
+_USAGE = """\
+usage: run-1.0.py --file FILE... [clingo options] [_action_timeout:=SECONDS]
+                  [_abort_unreachable:=true] [_search_seconds:=SECONDS] [ROS remappings]
+
+Plans and executes in one process, as the paper has it; a controller and a planner are not needed.
+
+  -f FILE, --file FILE  load the encoding FILE, or FILE.lp if FILE is not a file; repeatable
+  -c steps=N            end when there is no plan within N steps; without it, there is no such limit
+  -h, --help            print this text
+
+All else is handed to clingo, for instance:
+  -c NAME=TERM          replace the value of a #const
+  -t N                  search with N threads
+"""
+
+
+def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
+    """Runs the node until it is shut down, and ends the process.
+
+    Args:
+        commands: Class with a method for each command, such as ``ROSCommands``.
+        arguments: The command line with the program's name; ``sys.argv`` if empty.
+
+    The exit status is 0, 1 when the loop had to end, or 2 when the command line, a file or a
+    parameter is wrong.
+    """
+    arguments = rospy.myargv(list(arguments) or sys.argv)[1:]
+    try:
+        options = parse_options(arguments)
+        if options.help:
+            print(_USAGE, end="")
+            sys.exit(0)
+        dialect = detect(options)
+        has_status = says_status(options)
+        last = last_step(options.clingo)
+        engine = Engine(options, log=log_clingo)
+    except RosclingoError as err:
+        print(f"rosoclingo: {err}", file=sys.stderr)
+        sys.exit(2)
+    init_node("rosoclingo")
+    inbox = open_inbox()
+    rospy.loginfo(
+        "%s plans with %s, in the dialect %s; clingo options: %s",
+        rospy.get_name(),
+        ", ".join(options.files),
+        dialect.name,
+        " ".join(options.clingo) or "none",
+    )
+    run(
+        Algorithm1(dialect.first_step, last),
+        dialect(engine),
+        commands_for(dialect, commands, has_status),
+        inbox,
+        description=about("rosoclingo run-1.0.py", arguments, engine.files),
+    )

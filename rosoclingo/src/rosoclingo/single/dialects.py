@@ -1,0 +1,285 @@
+"""The three dialects of encodings that the one-node system knows.
+
+See docs/protocol.md, section "Dialects", for what each declares.
+
+The loop speaks the dialect of ROSoClingo 2.0. For the other two, a class here stands between the
+loop and the solver and translates, so that neither knows of the other.
+"""
+
+from __future__ import annotations
+
+import abc
+import dataclasses
+import re
+from typing import Any, Callable, List, Optional, Sequence, Set, Type
+
+from clingo import ast
+
+from rosclingo.errors import OptionsError
+from rosclingo.solver.options import Options
+from rosclingo.solver.programs import parse_files
+from rosclingo.solver.terms import parse_term
+from rosclingo.wire.commands import (
+    Add,
+    AssignExternal,
+    Assumption,
+    Command,
+    Externals,
+    GetExternals,
+    Ground,
+    Improvement,
+    Outcome,
+    Part,
+    ReleaseExternal,
+    Reply,
+    Restart,
+    Truth,
+)
+from rosoclingo.loop.atoms import event
+from rosoclingo.loop.solver import HAS, Forwarding, Solver
+from rosoclingo.loop.vocabulary import ANY_EVENT
+
+_ANY_ATOM = f"event({ANY_EVENT},"
+_PASSED = "event(info,passed,"
+_PARTS_1_0 = frozenset({("set_event", 3), ("commit", 3), ("finalize", 1)})
+_SLOT = "rosoclingo_slot("  # of the external that the planner declares for each slot when it begins
+
+
+class Dialect2(Forwarding):
+    """The dialect of ROSoClingo 2.0: nothing to translate.
+
+    Attributes:
+        name: What the dialect is called.
+        first_step: The step to which the first goal belongs.
+        events_are_facts: Whether an event that was made true stays so.
+    """
+
+    name = "2.0"
+    first_step = 0
+    events_are_facts = False
+
+
+class _Translation(Dialect2, abc.ABC):
+    """What the two older dialects have in common: the past is told by grounding program parts.
+
+    The loop asks for externals of the dialect 2.0 that encodings of these do not have. Those are
+    answered for here.
+    """
+
+    first_step = 1
+    events_are_facts = True
+
+    def __init__(self, solver: Solver) -> None:
+        super().__init__(solver)
+        self._open: Set[str] = set()  # steps that are grounded and have not gone by
+
+    def run(self, commands: Sequence[Command]) -> Reply:
+        """Runs commands in order until one fails; what ran before that stays."""
+        answers: List[Any] = []
+        for index, command in enumerate(commands):
+            reply = self._solver.run(self._translate(command))
+            if reply.failure is not None:
+                return Reply(tuple(answers), dataclasses.replace(reply.failure, index=index))
+            answers += reply.answers
+            if isinstance(command, GetExternals):
+                answers[-1] = self._translate_back(answers[-1])
+        return Reply(tuple(answers))
+
+    def _translate(self, command: Command) -> List[Command]:
+        if isinstance(command, Restart):
+            self._open.clear()
+        elif isinstance(command, Ground):
+            transitions = [part for part in command.parts if part.name == "transition"]
+            self._open.update(part.parameters[0] for part in transitions)
+        elif isinstance(command, ReleaseExternal):
+            virtual = command.name.startswith((_ANY_ATOM, _PASSED))
+            return [] if virtual else [command]
+        elif isinstance(command, AssignExternal) and command.name.startswith("event("):
+            return self._tell(command)
+        return [command]
+
+    def _tell(self, command: AssignExternal) -> List[Command]:
+        source, content, step = parse_term(command.name).arguments
+        if command.value is not Truth.TRUE:
+            return []  # what has happened has happened, and nothing else is true
+        if command.name.startswith(_PASSED):
+            is_open = str(step) in self._open
+            self._open.discard(str(step))
+            return [self._passes(str(step))] if is_open else []
+        if str(source) == "commit":
+            actuator, action = content.arguments
+            return [self._acts(str(actuator), str(action), str(step))]
+        return [self._happens(str(source), str(content), str(step))]
+
+    def _translate_back(self, externals: Externals) -> Externals:
+        passed = (event("info", "passed", int(step)) for step in sorted(self._open))
+        return Externals((*externals.values, *((atom, Truth.FALSE) for atom in passed)))
+
+    @abc.abstractmethod
+    def _acts(self, actuator: str, action: str, step: str) -> Command:
+        """Returns what says that an action was published."""
+
+    @abc.abstractmethod
+    def _passes(self, step: str) -> Command:
+        """Returns what says that a step has gone by."""
+
+    @abc.abstractmethod
+    def _happens(self, source: str, content: str, step: str) -> Command:
+        """Returns what says that an event has happened."""
+
+
+class Dialect1(_Translation):
+    """The dialect of ROSoClingo 1.0: programs ``set_event``, ``commit`` and ``finalize``.
+
+    Any message is an event, because ``set_event`` takes it. But of a source for which the encoding
+    declares externals, only these are: so a request that makes no sense is rejected.
+    """
+
+    name = "1.0"
+
+    def _translate_back(self, externals: Externals) -> Externals:
+        translated = super()._translate_back(externals)
+        any_event = (f"{_ANY_ATOM}{step})" for step in sorted(self._open))
+        return Externals((*translated.values, *((atom, Truth.FALSE) for atom in any_event)))
+
+    def _acts(self, actuator: str, action: str, step: str) -> Command:
+        return Ground((Part("commit", (actuator, action, step)),))
+
+    def _passes(self, step: str) -> Command:
+        return Ground((Part("finalize", (step,)),))
+
+    def _happens(self, source: str, content: str, step: str) -> Command:
+        return Ground((Part("set_event", (source, content, step)),))
+
+
+class PaperDialect(_Translation):
+    """The dialect of the paper: ``occurs/3``, ``horizon(t)``, and requests with ``id(ID)``.
+
+    An encoding of it does not know of actions that are published, or of steps that have gone by.
+    So constraints see to it that what was done stays in the plan, and nothing is added to it.
+    """
+
+    name = "paper"
+    _RULES = (
+        Add("base", (), "#defined id/1. rslot(ID) :- id(ID)."),
+        Add(
+            "rosoclingo_commit",
+            ("r", "a", "t"),
+            "rosoclingo_committed(r,a,t). :- not occurs(r,a,t).",
+        ),
+        Add(
+            "rosoclingo_pass",
+            ("t",),
+            "#defined occurs/3. #defined rosoclingo_committed/3."
+            ":- occurs(R,A,t), not rosoclingo_committed(R,A,t).",
+        ),
+    )
+
+    def __init__(self, solver: Solver) -> None:
+        super().__init__(solver)
+        self._slots: Set[str] = set()
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
+    ) -> Outcome:
+        """Searches for answer sets until told to stop."""
+        outcome = super().solve(assumptions, stopped, improved)
+        symbols = (f"do{s[6:]}" if s.startswith("occurs(") else s for s in outcome.symbols)
+        return dataclasses.replace(outcome, symbols=tuple(symbols))
+
+    def _translate(self, command: Command) -> List[Command]:
+        if isinstance(command, Restart):
+            return [*super()._translate(command), *self._RULES]
+        if isinstance(command, Add) and HAS in command.program:
+            text = command.program.replace("do/3", "occurs/3").replace(" do(", " occurs(")
+            return [dataclasses.replace(command, program=text)]
+        if isinstance(command, Ground):
+            parts = tuple(p for p in command.parts if p.name != "state" and p.parameters != ("0",))
+            super()._translate(command)
+            return [Ground(parts)]
+        if isinstance(command, (AssignExternal, ReleaseExternal)):
+            command = dataclasses.replace(command, name=self._name(command.name))
+        return super()._translate(command)
+
+    def _name(self, atom: str) -> str:
+        """Returns the paper's name of an external of the dialect 2.0."""
+        if atom.startswith("query("):
+            return f"horizon{atom[len('query') :]}"
+        if atom.startswith("event("):
+            source, content, step = parse_term(atom).arguments
+            if str(source) in self._slots:
+                return event("request", f"({source},{content})", step.number)
+        return atom
+
+    def _translate_back(self, externals: Externals) -> Externals:
+        translated = []
+        for atom, value in super()._translate_back(externals).values:
+            if atom.startswith(_SLOT):
+                self._slots.add(atom[len(_SLOT) : -1])
+            translated.append((self._name_back(atom), value))
+        return Externals(tuple(translated))
+
+    def _name_back(self, atom: str) -> str:
+        if atom.startswith("horizon("):
+            return f"query{atom[len('horizon') :]}"
+        if atom.startswith("event(request,("):
+            _, content, step = parse_term(atom).arguments
+            if len(content.arguments) == 2 and not content.name:
+                return event(str(content.arguments[0]), str(content.arguments[1]), step.number)
+        return atom
+
+    def _acts(self, actuator: str, action: str, step: str) -> Command:
+        return Ground((Part("rosoclingo_commit", (actuator, action, step)),))
+
+    def _passes(self, step: str) -> Command:
+        return Ground((Part("rosoclingo_pass", (step,)),))
+
+    def _happens(self, source: str, content: str, step: str) -> Command:
+        return AssignExternal(event(source, content, int(step)), Truth.TRUE)
+
+
+def says_status(options: Options) -> bool:
+    """Whether the encodings of a command line have rules for ``status/3``.
+
+    Raises:
+        RosclingoError: A file does not parse.
+    """
+    rules = (s for s in parse_files(options.files).statements if s.ast_type is ast.ASTType.Rule)
+    return any(re.search(r"\bstatus\(", str(rule.head)) for rule in rules)
+
+
+def detect(options: Options) -> Type[Dialect2]:
+    """Returns the dialect of the encodings of a command line.
+
+    Raises:
+        OptionsError: They are of none, or not wholly of one.
+        RosclingoError: A file does not parse.
+    """
+    program = parse_files(options.files)
+    declared = set()
+    for statement in program.statements:
+        if statement.ast_type is ast.ASTType.External:
+            symbol = statement.atom.symbol
+            if symbol.ast_type is ast.ASTType.Function:
+                declared.add((symbol.name, len(symbol.arguments)))
+    missing = _PARTS_1_0 - program.parts
+    if not missing:
+        return Dialect1
+    if ("set_event", 3) in program.parts or ("finalize", 1) in program.parts:
+        raise OptionsError(
+            f"{', '.join(options.files)}: an encoding of the dialect 1.0 has the programs "
+            "set_event(id,e,t), commit(r,a,t) and finalize(t), and this one lacks "
+            + " and ".join(sorted(f"{name}/{arity}" for name, arity in missing))
+        )
+    if ("horizon", 1) in declared:
+        return PaperDialect
+    if ("query", 1) in declared:
+        return Dialect2
+    raise OptionsError(
+        f"{', '.join(options.files) or 'no file'}: there is no encoding of a known dialect; one "
+        "declares #external horizon(t), or #external query(t), or the programs set_event(id,e,t), "
+        "commit(r,a,t) and finalize(t)"
+    )

@@ -1,0 +1,441 @@
+"""A replay takes everything at the moment at which it was taken, however it comes."""
+
+from __future__ import annotations
+
+import random
+import threading
+import time
+from dataclasses import replace
+from typing import Any, Callable, Dict, List, Optional, Sequence
+
+import pytest
+from conftest import PACKAGE, TIMEOUT, RecordedGoal, System
+
+from rosclingo.errors import OptionsError
+from rosclingo.wire.commands import Assumption, Improvement, Outcome, Result
+from rosoclingo.bags.compare import text_report
+from rosoclingo.bags.compare.comparison import compare
+from rosoclingo.bags.compare.outputs import is_open, outputs, tidy
+from rosoclingo.bags.model import Entry
+from rosoclingo.bags.replay.input_schedule import input_schedule
+from rosoclingo.bags.replay.inputs import inputs
+from rosoclingo.bags.replay.schedule import Schedule
+from rosoclingo.bags.replay.schedule import commands as done
+from rosoclingo.loop.goals import RECALLED
+from rosoclingo.loop.inbox import Cancel, Inbox, Message
+from rosoclingo.loop.journal import FOR_A_REPLAY, Event
+from rosoclingo.loop.replay_inbox import Due, Phase, ReplayInbox, decode, encode
+from rosoclingo.loop.solver import Solver
+
+GOALS = 10
+REQUESTS = ["visit(1)", "visit(3)", "visit(6)", "visit(2)", "visit(99)"]
+LAST = "close(8)"  # a message without effect, which is sent when all is through
+LINE = str(PACKAGE / "example" / "line.lp")
+DEMAND = str(PACKAGE / "example" / "line_demand.lp")
+PAPER = str(PACKAGE / "example" / "line_paper.lp")
+
+
+class NotedGoal(RecordedGoal):
+    """A goal that the journal knows of, as one of the node's action."""
+
+    def __init__(self, run: Run, identifier: str, request: str) -> None:
+        super().__init__(request)
+        self.id = identifier
+        self._run = run
+
+    def noted(self, word: str, reason: str) -> None:
+        self._run.note("status", self.id, word, (self.slot or "", reason))
+
+
+class Run:
+    """A system's run, with its journal."""
+
+    def __init__(self, system: System, answer: Callable[[str, str], Optional[str]]) -> None:
+        self.entries: List[Entry] = []
+        self.inbox = system.inbox
+        self.goals: Dict[str, NotedGoal] = {}
+        self.note: Callable[..., None] = system.loop.state.note
+        self._changed = threading.Condition()
+        self._system = system
+        system.world.answer = answer
+        system.world.note = self._add  # as the node does
+
+    def start(self) -> None:
+        self._system.start()
+
+    def goal(self, identifier: str, request: str) -> None:
+        self.goals[identifier] = NotedGoal(self, identifier, request)
+        self.inbox.put(self.goals[identifier])
+
+    def cancel(self, identifier: str) -> None:
+        if self.goals[identifier].words[-1:] in ([], ["accepted"]):  # as actionlib has it
+            self.inbox.cancel(self.goals[identifier])
+
+    def wait_for(self, condition: Callable[[List[Event]], bool]) -> None:
+        """Waits for a condition of the journal."""
+        with self._changed:
+            assert self._changed.wait_for(
+                lambda: condition([entry.event for entry in self.entries]), TIMEOUT
+            ), self.entries[-9:]
+
+    def _add(self, event: Event) -> None:
+        with self._changed:
+            self.entries.append(Entry(len(self.entries) + 1, time.monotonic(), event))
+            self._changed.notify_all()
+
+
+def commands(events: Sequence[Event]) -> List[str]:
+    return [event.text for event in events if event.kind == "command"]
+
+
+def rests(events: Sequence[Event]) -> bool:
+    """Whether the loop has taken the last message, and waits."""
+    kinds = [event.kind for event in events if event.kind in ("command", "waiting")]
+    return LAST in [event.text for event in events] and kinds[-1] == "waiting"
+
+
+class Slow:
+    """A solver that thinks before it searches, and may be interrupted then.
+
+    clingo itself is not: where that leaves off is up to chance, and what it finds next, too.
+    """
+
+    def __init__(self, solver: Solver, chance: random.Random) -> None:
+        self._solver = solver
+        self._chance = chance
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
+    ) -> Outcome:
+        assert stopped is not None
+        end = time.monotonic() + self._chance.choice([0.0, 0.0, 0.002, 0.01])
+        while time.monotonic() < end:
+            if stopped():
+                return Outcome(Result.UNKNOWN, interrupted=True)
+            time.sleep(0.0005)
+        return self._solver.solve(assumptions, lambda: False, improved)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._solver, name)
+
+
+def slow(system: System, seed: int) -> System:
+    planner = system.loop.state.planner
+    planner._solver = Slow(planner._solver, random.Random(seed))
+    return system
+
+
+def record(system: System, seed: int) -> List[Entry]:
+    """Runs a system to which everything comes at random."""
+    chance = random.Random(seed)
+    timers: List[threading.Timer] = []
+
+    def later(action: Callable[[], None], longest: float) -> None:
+        timers.append(threading.Timer(chance.random() * longest, action))
+        timers[-1].start()
+
+    def answer(actuator: str, action: str) -> Optional[str]:
+        value = "failure" if chance.random() < 0.1 else "success"
+        if chance.random() < 0.5:
+            return value
+        later(lambda: system.inbox.put(Message(actuator, value)), 0.005)
+        return None
+
+    run = Run(system, answer)
+    run.start()
+    for number in range(GOALS):
+        name = f"g{number}"
+        run.goal(name, chance.choice(REQUESTS))
+        if chance.random() < 0.2:
+            run.cancel(name)
+        elif chance.random() < 0.3:
+            later(lambda name=name: run.cancel(name), 0.05)  # type: ignore[misc]  # as it is now
+        for identifier in ("robot", "info"):
+            if chance.random() < 0.2:
+                run.inbox.put(Message(identifier, chance.choice(["success", "bad(", "close(9)"])))
+        if chance.random() < 0.5:
+            time.sleep(chance.random() * 0.05)
+    for goal in run.goals.values():
+        goal.wait()
+    for timer in timers:
+        timer.join()
+    run.inbox.put(Message("info", LAST))
+    run.wait_for(rests)
+    return list(run.entries)
+
+
+def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
+    """Sends everything as soon as it may come, or a little later."""
+    chance = random.Random(seed)
+    run = Run(system, lambda actuator, action: None)
+    tidied = tidy(recorded)
+    schedule = Schedule(
+        inputs(tidied), outputs(tidied), commands=done(tidied), is_open=is_open(tidied)
+    )
+    seen = 0
+    run.start()
+    end = time.monotonic() + TIMEOUT
+    while not schedule.is_finished(time.monotonic()):
+        assert time.monotonic() < end, run.entries[-9:]
+        for entry in run.entries[seen:]:
+            schedule.see(entry.event, time.monotonic())
+            seen += 1
+        planned = schedule.due(time.monotonic())
+        assert schedule.in_step
+        if planned is not None:
+            event = planned.event
+            if event.kind == "goal":
+                run.goal(event.id, event.text)
+            elif event.kind == "cancel":
+                run.cancel(event.id)
+            else:
+                run.inbox.put(Message(event.id, event.text))
+        if planned is None or chance.random() < 0.5:
+            time.sleep(0.003 * chance.random())
+    return list(run.entries)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("mode", "seed"),
+    [("recording", 0), ("dyn_reset", 1), ("reset", 2), ("single", 3), ("paper", 4), ("demand", 5)],
+)
+def test_a_replay_is_the_same(
+    system: Callable[..., System], single: Callable[..., System], mode: str, seed: int
+) -> None:
+    def make(inbox: Inbox) -> System:
+        if mode in ("single", "paper"):
+            return single(LINE if mode == "single" else PAPER, inbox=inbox)
+        if mode == "demand":
+            dyn_reset = "dynamic.incremental.dyn_reset"
+            return system(dyn_reset, "-c", "steps=80", encoding=(DEMAND,), inbox=inbox)
+        return system(f"dynamic.incremental.{mode}", "-c", "steps=80", inbox=inbox)
+
+    recorded = record(slow(make(Inbox()), seed), seed)
+    again = replay(slow(make(ReplayInbox(input_schedule(recorded))), seed), recorded, seed)
+    comparison = compare(recorded, again)
+    assert not comparison.differences, text_report.describe(comparison)
+    old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
+    assert new[: len(old)] == old
+
+
+A, B = Message("robot", "a"), Message("robot", "b")
+
+
+class Waits:
+    """Counts how often a gate has said that it waits."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.seen = threading.Event()
+
+    def __call__(self) -> None:
+        self.count += 1
+        self.seen.set()
+
+
+def due(decision: int, phase: Phase, item: Message) -> Due:
+    return Due(decision, phase, "message", item.id, item.value)
+
+
+def test_it_waits_for_what_came_before_a_decision() -> None:
+    gate, waits = ReplayInbox([due(1, Phase.BEFORE, A), due(1, Phase.BEFORE, B)]), Waits()
+    gate.begin_decision(waits)
+    gate.begin_command(waits)
+    assert not waits.count
+    gate.put(B)
+    assert gate.take() == []
+    assert not gate.wait(0.0)
+    thread = threading.Thread(target=lambda: gate.begin_decision(waits))
+    thread.start()
+    assert waits.seen.wait(TIMEOUT)
+    gate.put(A)
+    thread.join(TIMEOUT)
+    assert gate.take() == [A, B]
+    assert waits.count == 1
+
+
+def test_what_a_command_took_is_there_when_it_begins() -> None:
+    gate, waits = ReplayInbox([due(0, Phase.DURING, A), due(0, Phase.DURING, B)]), Waits()
+    gate.begin_decision(waits)
+    gate.put(A)
+    assert gate.take() == []
+    thread = threading.Thread(target=lambda: gate.begin_command(waits))
+    thread.start()
+    assert waits.seen.wait(TIMEOUT)
+    gate.put(B)
+    thread.join(TIMEOUT)
+    assert gate.take() == [A, B]
+
+
+def test_what_came_while_the_loop_waited_comes_one_by_one() -> None:
+    gate, waits = (
+        ReplayInbox([due(0, Phase.WAIT, A), due(0, Phase.WAIT, B), due(1, Phase.WAIT, A)]),
+        Waits(),
+    )
+    gate.begin_decision(waits)
+    gate.begin_command(waits)
+    gate.put(A)
+    gate.put(A)
+    assert gate.wait(0.0)
+    assert gate.take() == [A]
+    assert not gate.wait(0.0)
+    gate.put(B)
+    assert gate.take() == [B]
+    assert gate.take() == []
+    gate.begin_decision(waits)
+    assert gate.take() == []
+    gate.begin_command(waits)
+    assert gate.take() == [A]
+    assert not waits.count
+
+
+def test_a_goal_is_recalled_when_it_was() -> None:
+    goal = RecordedGoal("visit(1)")
+    goal.id = "g"
+    gate, waits = (
+        ReplayInbox([Due(1, Phase.BEFORE, "recall", "g"), Due(2, Phase.BEFORE, "cancel", "g")]),
+        Waits(),
+    )
+    gate.cancel(goal)
+    gate.begin_decision(waits)
+    assert gate.take() == []
+    assert not goal.words
+    gate.begin_decision(waits)
+    assert gate.take() == []
+    assert goal.words == ["canceled"]
+    gate.begin_decision(waits)
+    assert gate.take() == [Cancel(goal)]
+    assert not waits.count
+
+
+def test_what_is_not_known_is_let_through() -> None:
+    goal = RecordedGoal("visit(1)")
+    gate = ReplayInbox([due(9, Phase.BEFORE, A)])
+    for item in (A, A, B):
+        gate.put(item)
+    gate.cancel(goal)
+    assert gate.take() == [A, B, Cancel(goal)]
+    assert goal.words == ["canceled"]
+
+
+@pytest.mark.parametrize("how", ["open", "end", "close"])
+def test_nothing_is_held_back_for_ever(how: str) -> None:
+    goal = RecordedGoal("visit(1)")
+    goal.id = "g"
+    dues = [due(0, Phase.BEFORE, A), due(0, Phase.BEFORE, B), Due(1, Phase.BEFORE, "cancel", "g")]
+    gate, waits = ReplayInbox(dues), Waits()
+    gate.put(B)
+    gate.cancel(goal)
+    thread = threading.Thread(target=lambda: gate.begin_decision(waits))
+    thread.start()
+    assert waits.seen.wait(TIMEOUT)
+    if how == "open":
+        gate.open()
+    elif how == "end":
+        gate.end("no plan")
+    else:
+        gate.close()
+    thread.join(TIMEOUT)
+    assert not thread.is_alive()
+    if how != "close":
+        assert gate.take() == [B, Cancel(goal)]
+        assert goal.words == ["canceled"]
+        gate.open()
+        assert gate.take() == []
+
+
+def made(*events: Event) -> List[Due]:
+    return input_schedule(
+        [Entry(number, float(number), event) for number, event in enumerate(events, 1)]
+    )
+
+
+def test_when_something_was_taken() -> None:
+    """Before a decision, in a command that did not wait for it, or in one that did."""
+    message = Event("message", "robot", "success")
+    late = replace(message, seconds=0.1)
+    idle, waiting = Event("command", text="idle"), Event("waiting")
+    cut_off, solved = (Event("command", word, "solve") for word in ("unknown", "sat"))
+    for events, moment in (
+        ([idle, message, idle], (1, Phase.BEFORE)),
+        ([idle, waiting, late, idle], (1, Phase.WAIT)),
+        ([idle, late, idle], (1, Phase.DURING)),
+        ([idle, late, cut_off], (1, Phase.DURING)),
+        ([idle, late, solved], (2, Phase.BEFORE)),  # it had no effect on the search
+        ([idle, late], (1, Phase.DURING)),  # the recording ends
+        ([idle, replace(waiting, text=FOR_A_REPLAY), message], (1, Phase.BEFORE)),  # of a replay
+    ):
+        assert made(*events) == [Due(*moment, "message", "robot", "success")]
+
+
+def test_when_a_goal_was_recalled() -> None:
+    goal, cancel = Event("goal", "g", "visit(1)"), Event("cancel", "g")
+    canceled = Event("status", "g", "canceled", ("", RECALLED), 0.0, 7)
+    done = Event("command", text="commit_actions(7)", step=7)
+    action = Event("action", "robot", "go(1)", step=7)
+    for events, decision in (
+        ([canceled, done, cancel], 2),
+        ([action, canceled, done, cancel], 3),
+        ([replace(canceled, step=8), replace(done, step=8), cancel], 3),  # it had moved on already
+    ):
+        recall = Due(decision, Phase.BEFORE, "recall", "g")
+        assert made(goal, done, done, *events)[1] == recall
+
+
+def test_a_goal_that_was_recalled_when_it_was_just_taken() -> None:
+    """The loop takes it when the cancel request is there: else it might have ended before."""
+    waiting, done = Event("waiting"), Event("command", text="idle")
+    taken = [Event("goal", name, "visit(99)", seconds=0.1) for name in "gh"]
+    canceled = [Event("status", name, "canceled", ("", RECALLED)) for name in "gh"]
+    cancels = [Event("cancel", name, seconds=0.1) for name in "gh"]
+    found = made(waiting, *taken, *reversed(canceled), *cancels, done)
+    kinds = [(due.kind, due.id) for due in found]
+    assert kinds[:4] == [("recall", "g"), ("goal", "g"), ("recall", "h"), ("goal", "h")]
+    assert {due.moment for due in found} == {(0, Phase.WAIT)}
+
+    gate = ReplayInbox(found)
+    gate.begin_decision(Waits())
+    gate.begin_command(Waits())
+    goals = [RecordedGoal("visit(99)") for _ in "gh"]
+    for name, goal in zip("gh", goals):
+        goal.id = name
+        gate.put(goal)
+    assert gate.take() == []
+    gate.cancel(goals[0])
+    assert gate.take() == [goals[0]]
+    assert goals[0].words == ["canceled"]
+    gate.cancel(goals[1])
+    assert gate.take() == [goals[1], Cancel(goals[0]), Cancel(goals[1])]
+
+
+def test_what_the_loop_did_not_take() -> None:
+    """Goals that are no terms, and cancel requests of goals that had ended."""
+    rejected = Event("status", "g", "rejected", ("", "it is no term"))
+    events = [Event("goal", "g", "visit("), rejected, Event("cancel", "g")]
+    assert made(*events) == []
+    assert made(*events, Event("message", "g", "success")) == [
+        Due(0, Phase.BEFORE, "message", "g", "success")
+    ]
+
+
+def test_the_parameter() -> None:
+    dues = [due(3, Phase.WAIT, Message("a\x00b", "\n\u2028")), Due(4, Phase.BEFORE, "goal", "g")]
+    assert decode(encode(dues)) == dues
+    assert decode(encode([])) == []
+    for wrong in (
+        "",
+        "{",
+        "3",
+        "[3]",
+        "[[1,2]]",
+        '[[0,9,"goal","g",""]]',
+        '[["x",0,"goal","g",""]]',
+        3,
+        [1],
+    ):
+        with pytest.raises(OptionsError, match="parameter ~replay"):
+            decode(wrong)

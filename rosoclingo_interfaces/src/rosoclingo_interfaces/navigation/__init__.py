@@ -1,0 +1,1 @@
+"""The action go of a robot that drives, by move_base."""

@@ -1,0 +1,91 @@
+"""Ends a drive that leaves its way or takes too long. Needs no ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Callable, Optional
+
+from rosoclingo_interfaces.errors import DriveError
+from rosoclingo_interfaces.navigation.cross_track import Point, Way
+
+
+@dataclass(frozen=True)
+class TimeLimit:
+    """How long a drive may take, by its length.
+
+    Attributes:
+        base: For a drive of no length, in seconds.
+        speed: How fast the robot is at least, on average, in m/s.
+    """
+
+    base: float
+    speed: float
+
+    def seconds(self, metres: float) -> float:
+        """Returns how long a drive of some length may take, in seconds."""
+        return self.base + metres / self.speed
+
+
+class Watch:
+    """Watches one drive. One thread uses it."""
+
+    def __init__(
+        self,
+        name: str,
+        way: Callable[[Point], Way],
+        metres: float,
+        *,
+        max_stray: float,
+        limit: Optional[TimeLimit],
+        clock: Callable[[], float],
+    ) -> None:
+        """Begins to watch.
+
+        Args:
+            name: Of the waypoint.
+            way: Returns the way there from where the robot is at the beginning.
+            metres: How long the drive is, as long as it is not known where it began.
+            max_stray: How far the robot may be off its way, in metres; 0 for no limit.
+            limit: How long the drive may take; None for no limit.
+            clock: The time in seconds.
+        """
+        self._name = name
+        self._make_way = way
+        self._way: Optional[Way] = None
+        self._metres = metres
+        self._max_stray = max_stray
+        self._limit = limit
+        self._clock = clock
+        self._begin = clock()
+
+    def moved(self, position: Point) -> None:
+        """The robot is at a position.
+
+        Raises:
+            DriveError: It is too far off its way.
+        """
+        if self._way is None:
+            self._way = self._make_way(position)
+            self._metres = self._way.length
+        stray = self._way.distance(position)
+        if 0 < self._max_stray < stray:
+            raise DriveError(
+                f"the robot is {stray:.1f} m off the way to {self._name}, more than "
+                f"{self._max_stray:g} m (~max_stray): the way is blocked"
+            )
+
+    def check(self) -> None:
+        """Looks at the time.
+
+        Raises:
+            DriveError: The drive has taken too long.
+        """
+        if self._limit is None:
+            return
+        seconds = self._limit.seconds(self._metres)
+        if self._clock() - self._begin > seconds:
+            raise DriveError(
+                f"the {self._metres:.1f} m to {self._name} have taken more than {seconds:.0f} s: "
+                f"{self._limit.base:g} s (~timeout_base) and the way at {self._limit.speed:g} m/s "
+                "(~slowest_speed)"
+            )

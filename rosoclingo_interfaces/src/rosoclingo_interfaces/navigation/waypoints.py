@@ -1,0 +1,123 @@
+"""Where the waypoints of an encoding are on the map. Needs no ROS."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Dict, Mapping, NoReturn
+
+import yaml
+
+from rosclingo.errors import TermError
+from rosclingo.solver.terms import parse_term, quote
+from rosoclingo_interfaces.errors import WaypointError
+from rosoclingo_interfaces.navigation import strict_yaml
+
+_COORDINATES = ("x", "y", "theta")
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """A place on the map, and where to look there.
+
+    Attributes:
+        x: In metres.
+        y: In metres.
+        theta: Direction in radians, counterclockwise from the x axis.
+    """
+
+    x: float
+    y: float
+    theta: float
+
+
+@dataclass(frozen=True)
+class Waypoints:
+    """The content of a waypoint file.
+
+    Attributes:
+        file: Where it was read from.
+        frame: The coordinates' frame, such as ``map``.
+        places: The waypoints by their names, terms as clingo prints them.
+    """
+
+    file: Path
+    frame: str
+    places: Mapping[str, Waypoint]
+
+    def find(self, name: str) -> Waypoint:
+        """Returns the waypoint of a name.
+
+        Raises:
+            WaypointError: There is none; the message names those that there are.
+        """
+        try:
+            return self.places[name]
+        except KeyError:
+            known = ", ".join(self.places)
+            raise WaypointError(
+                f"there is no waypoint {name} in {self.file}; there are {known}"
+            ) from None
+
+
+def read_waypoints(file: Path) -> Waypoints:
+    """Reads a waypoint file: YAML with ``frame`` and ``waypoints``, as the package's README has it.
+
+    Raises:
+        WaypointError: The file cannot be read, or is no waypoint file; the message says where.
+    """
+    try:
+        content = strict_yaml.load(file.read_text(encoding="utf-8"), strict_yaml.Texts)
+    except (OSError, UnicodeDecodeError) as err:
+        raise WaypointError(f"cannot read the waypoint file {file}: {err}") from err
+    except yaml.YAMLError as err:
+        raise WaypointError(f"the waypoint file {file} is no YAML: {err}") from err
+    return _Reader(file).read(content)
+
+
+class _Reader:
+    """Turns a file's content into waypoints; each error names the file and the entry."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+
+    def read(self, content: Any) -> Waypoints:
+        if not isinstance(content, dict) or set(content) != {"frame", "waypoints"}:
+            self._fail("expected the keys frame and waypoints, and no others")
+        frame, entries = content["frame"], content["waypoints"]
+        if not isinstance(frame, str) or not frame:
+            self._fail("frame: expected the name of a frame, such as map")
+        if not isinstance(entries, dict) or not entries:
+            self._fail("waypoints: expected name: {x: 1.0, y: 2.0, theta: 0.0}, once or more")
+        places: Dict[str, Waypoint] = {}
+        for key, entry in entries.items():
+            name = self._name(key)
+            if name in places:
+                self._fail(f"waypoints: {quote(name)} is there twice; remove one")
+            places[name] = self._waypoint(name, entry)
+        return Waypoints(self._file, frame, places)
+
+    def _name(self, key: Any) -> str:
+        try:
+            return str(parse_term(str(key)))
+        except TermError as err:
+            self._fail(f"waypoints: a name has to be a term such as c3 or c(1): {err}")
+
+    def _waypoint(self, name: str, entry: Any) -> Waypoint:
+        if not isinstance(entry, dict) or set(entry) != set(_COORDINATES):
+            self._fail(f"waypoint {name}: expected x, y and theta, and no others")
+        return Waypoint(*(self._number(name, word, entry[word]) for word in _COORDINATES))
+
+    def _number(self, name: str, word: str, value: Any) -> float:
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            number = math.nan
+        if not math.isfinite(number):
+            unit = "radians" if word == "theta" else "metres"
+            self._fail(f"waypoint {name}: {word}: expected a number of {unit}: {value}")
+        return number
+
+    def _fail(self, message: str) -> NoReturn:
+        raise WaypointError(f"the waypoint file {self._file}: {message}")

@@ -1,0 +1,31 @@
+"""Notices when something that should change does so no more. Needs no ROS."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, Callable
+
+
+class Watchdog:
+    """Watches a value in wall time, because a simulator's clock stands still when it ends."""
+
+    def __init__(
+        self, value: Callable[[], Any], clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Begins to watch.
+
+        Args:
+            value: Returns the value.
+            clock: The time in seconds.
+        """
+        self._value = value
+        self._clock = clock
+        self._last = value()
+        self._since = clock()
+
+    def still(self) -> float:
+        """Returns for how many seconds the value has not changed, as far as calls have seen."""
+        value = self._value()
+        if value != self._last:
+            self._last, self._since = value, self._clock()
+        return self._clock() - self._since

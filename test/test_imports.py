@@ -1,0 +1,88 @@
+"""Which folder of a package may import from which: no circle, no arrow up, ROS where it is said."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+from typing import Iterator, List, Sequence
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+ROS = {"rospy", "actionlib", "rosgraph", "rosbag"}
+
+# From the bottom up: each may import from those before it. Modules stand beside folders.
+FLOORS = {
+    "rosclingo": ["errors", "wire", "solver", "ros"],
+    "rosoclingo": [
+        "errors", "loop", "commands", "single", "ros",
+        "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
+        "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
+    ],
+    "rosoclingo_interfaces": [
+        "errors", "parameters", "prompt", "topics", "journal", "announcements", "verdict",
+        "stopwatch", "execution", "interface", "executor", "watchdog", "clock", "node", "answers",
+        "fulfill", "pickup_deliver", "un_block", "navigation",
+    ],
+    "rosoclingo_gazebo": ["world", "simulator", "markers", "navigation", "demo"],
+}  # fmt: skip
+NEED_ROS = {
+    "rosclingo.ros", "rosoclingo.ros", "rosoclingo.bags.record", "rosoclingo.bags.replay",
+}  # fmt: skip
+GENERATED = ("msg", "srv")
+
+
+def floor_of(package: str, module: str) -> str:
+    """Returns the floor that a module is on, such as ``bags.read``; "" for the package itself."""
+    name = module[len(package) + 1 :]
+    for floor in FLOORS[package]:
+        if name == floor or name.startswith(f"{floor}."):
+            return floor
+    assert name in ("", "bags"), f"{module} is on no floor: FLOORS in {Path(__file__).name}"
+    return ""
+
+
+def imports(file: Path) -> Iterator[str]:
+    """Yields the modules that a file imports."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file}: a relative import"
+            yield from (f"{node.module}.{name.name}" for name in node.names)
+
+
+def modules(package: str) -> Sequence[Path]:
+    return sorted((ROOT / package / "src").rglob("*.py"))
+
+
+@pytest.mark.parametrize("package", sorted(FLOORS))
+def test_no_arrow_goes_up(package: str) -> None:
+    order = FLOORS[package]
+    wrong: List[str] = []
+    for file in modules(package):
+        module = ".".join(file.relative_to(ROOT / package / "src").with_suffix("").parts)
+        floor = floor_of(
+            package, module[: -len(".__init__")] if module.endswith(".__init__") else module
+        )
+        for target in imports(file):
+            if target.split(".")[0] != package or target.split(".")[1] in GENERATED:
+                continue
+            below = floor_of(package, target)
+            if floor and order.index(below) > order.index(floor):
+                wrong.append(f"{module} imports {target}")
+    assert not wrong
+
+
+@pytest.mark.parametrize("package", ["rosclingo", "rosoclingo"])
+def test_ros_is_needed_only_where_it_is_said(package: str) -> None:
+    wrong: List[str] = []
+    for file in modules(package):
+        module = ".".join(file.relative_to(ROOT / package / "src").with_suffix("").parts)
+        if any(module.startswith(f"{folder}.") for folder in NEED_ROS):
+            continue
+        ours = [t for t in imports(file) if t.split(".")[0] in FLOORS]
+        needs = [t for t in imports(file) if t.split(".")[0] in ROS]
+        needs += [t for t in ours if t.split(".")[1] in (*GENERATED, "ros")]
+        wrong += [f"{module} imports {target}" for target in needs]
+    assert not wrong
