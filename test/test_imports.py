@@ -24,7 +24,8 @@ FLOORS = {
         "stopwatch", "execution", "interface", "executor", "watchdog", "clock", "node", "answers",
         "fulfill", "pickup_deliver", "un_block", "navigation",
     ],
-    "rosoclingo_gazebo": ["world", "simulator", "markers", "navigation", "demo"],
+    "rosoclingo_rviz": ["errors", "graph", "situation", "drawing", "messages", "node"],
+    "rosoclingo_gazebo": ["world", "simulator", "navigation", "demo"],
 }  # fmt: skip
 NEED_ROS = {
     "rosclingo.ros", "rosoclingo.ros", "rosoclingo.bags.record", "rosoclingo.bags.replay",

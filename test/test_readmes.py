@@ -474,7 +474,7 @@ def house(page: Page, description: str) -> Path:
     return page.folder / "house"
 
 
-@of("rosoclingo_gazebo/README.md", "rviz")
+@of("rosoclingo_rviz/README.md", "rosoclingo_rviz")
 def test_rviz(page: Page, screen: str) -> None:
     page.terminals.environment["DISPLAY"] = screen
     page.has(graph_lp=OFFICE)
@@ -485,7 +485,7 @@ def test_rviz(page: Page, screen: str) -> None:
         page.interrupt()
 
 
-@of("rosoclingo_gazebo/README.md", "graph_markers.py")
+@of("rosoclingo_rviz/README.md", "graph_markers.py")
 def test_graph_markers(page: Page) -> None:
     page.has(graph_lp=OFFICE)
     page.type("graph_markers.py")

@@ -13,6 +13,7 @@ PACKAGE = Path(__file__).parents[2]
 DESCRIPTION = PACKAGE / "office.yaml"
 INSTANCE = PACKAGE.parent / "rosoclingo_aspprograms" / "mailbot" / "instances" / "graph_wg.lp"
 WAYPOINTS = PACKAGE.parent / "rosoclingo_interfaces" / "config" / "graph_wg.yaml"
+MARKERS = PACKAGE.parent / "rosoclingo_rviz" / "config" / "office_markers.yaml"
 
 FREE, WALL = 254, 0  # grey values
 

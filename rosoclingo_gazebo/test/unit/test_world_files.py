@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import pytest
 import yaml
-from office import DESCRIPTION, INSTANCE, PACKAGE, WAYPOINTS, OfficeMap
+from office import DESCRIPTION, INSTANCE, MARKERS, PACKAGE, WAYPOINTS, OfficeMap
 
 from rosoclingo_gazebo.world.generate import generate, main
 from rosoclingo_gazebo.world.reader import read_world
@@ -41,11 +41,11 @@ def test_the_committed_files_are_what_the_description_gives() -> None:
     assert {path.resolve() for path in contents} == {
         INSTANCE,
         WAYPOINTS,
+        MARKERS,
         PACKAGE / "maps" / "office.yaml",
         PACKAGE / "maps" / "office.pgm",
         PACKAGE / "worlds" / "office.world",
         PACKAGE / "worlds" / "office.xml",
-        PACKAGE / "config" / "office_markers.yaml",
     }
     different = [str(path) for path, content in contents.items() if path.read_bytes() != content]
     assert not different, "generate_world.py office.yaml makes them anew"
@@ -135,7 +135,7 @@ def test_the_instance_says_where_the_waypoints_are() -> None:
 
 
 def test_the_markers_are_the_walls_and_the_names_of_the_rooms(office: OfficeMap) -> None:
-    document = yaml.safe_load((PACKAGE / "config" / "office_markers.yaml").read_text())
+    document = yaml.safe_load(MARKERS.read_text())
     markers = document["markers"]
     assert len({(marker["ns"], marker["id"]) for marker in markers}) == len(markers)
 

@@ -4,6 +4,6 @@ import signal
 # Until the node can handle it, Ctrl-C ends the process without a word.
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-from rosoclingo_gazebo.markers.node import main
+from rosoclingo_rviz.node import main
 
 main()

@@ -11,8 +11,8 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from rosoclingo_gazebo.markers.drawing import Shape
-from rosoclingo_gazebo.markers.errors import MarkerFileError
+from rosoclingo_rviz.drawing import Shape
+from rosoclingo_rviz.errors import MarkerFileError
 
 _TYPES: Dict[str, int] = {
     "lines": Marker.LINE_LIST,

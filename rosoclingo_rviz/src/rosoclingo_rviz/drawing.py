@@ -7,8 +7,8 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import DefaultDict, Iterator, List, Tuple
 
-from rosoclingo_gazebo.markers.graph import Graph, Point
-from rosoclingo_gazebo.markers.situation import Package, Situation
+from rosoclingo_rviz.graph import Graph, Point
+from rosoclingo_rviz.situation import Package, Situation
 
 Colour = Tuple[float, float, float]
 

@@ -19,13 +19,13 @@ from rosoclingo.msg import (
     ROSoClingoOut,
     ROSoClingoPlan,
 )
-from rosoclingo_gazebo.markers.drawing import draw
-from rosoclingo_gazebo.markers.errors import GraphError
-from rosoclingo_gazebo.markers.graph import Graph, read_graph
-from rosoclingo_gazebo.markers.messages import marker_array, read_markers
-from rosoclingo_gazebo.markers.situation import Situation
 from rosoclingo_interfaces import parameters
 from rosoclingo_interfaces.topics import topic
+from rosoclingo_rviz.drawing import draw
+from rosoclingo_rviz.errors import GraphError
+from rosoclingo_rviz.graph import Graph, read_graph
+from rosoclingo_rviz.messages import marker_array, read_markers
+from rosoclingo_rviz.situation import Situation
 
 _USAGE = """\
 usage: graph_markers.py _instance:="FILE..." [_PARAMETER:=VALUE]... [ROS remappings]

@@ -8,7 +8,7 @@ from typing import Dict, List, Mapping, Sequence, Tuple
 
 import clingo
 
-from rosoclingo_gazebo.markers.errors import GraphError
+from rosoclingo_rviz.errors import GraphError
 
 _METRES = 0.1  # in a unit of position/3
 _MOST = 5  # waypoints that an error lists

@@ -6,14 +6,16 @@ from pathlib import Path
 from typing import Dict, List, Tuple
 
 import pytest
-from office import INSTANCE
 
 from rosclingo.errors import TermError
-from rosoclingo_gazebo.markers.drawing import DELIVERED, PACKAGE, Shape, draw
-from rosoclingo_gazebo.markers.errors import GraphError
-from rosoclingo_gazebo.markers.graph import Graph, read_graph
-from rosoclingo_gazebo.markers.messages import marker_array
-from rosoclingo_gazebo.markers.situation import Package, Situation
+from rosoclingo_rviz.drawing import DELIVERED, PACKAGE, Shape, draw
+from rosoclingo_rviz.errors import GraphError
+from rosoclingo_rviz.graph import Graph, read_graph
+from rosoclingo_rviz.messages import marker_array
+from rosoclingo_rviz.situation import Package, Situation
+
+REPOSITORY = Path(__file__).resolve().parents[3]
+INSTANCE = REPOSITORY / "rosoclingo_aspprograms" / "mailbot" / "instances" / "graph_wg.lp"
 
 # A line of three waypoints, four metres apart.
 GRAPH = Graph(

@@ -157,4 +157,4 @@ class TestMarkers(unittest.TestCase):
 
 if __name__ == "__main__":
     rospy.init_node("test_markers")
-    rostest.rosrun("rosoclingo_gazebo", "markers", TestMarkers)
+    rostest.rosrun("rosoclingo_rviz", "markers", TestMarkers)
