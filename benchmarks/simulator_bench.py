@@ -126,7 +126,7 @@ def measure(system: RosSystem, report: Report, physics: str, speed: float, drive
     """
     parameters = (f"_physics:={physics}", f"_speed:={speed:g}")
     name = f"simulator_{physics}_{speed:g}_{'drives' if drives else 'stands'}"
-    pid = system.rosrun("rosoclingo_gazebo", "simulator.py", *parameters, name=name)
+    pid = system.rosrun("rosoclingo_simulator", "simulator.py", *parameters, name=name)
     driver = Driver()
     driver.wait()
     spend = driver.drive if drives else time.sleep

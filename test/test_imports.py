@@ -25,7 +25,8 @@ FLOORS = {
         "fulfill", "pickup_deliver", "un_block", "navigation",
     ],
     "rosoclingo_rviz": ["errors", "graph", "situation", "drawing", "messages", "node"],
-    "rosoclingo_gazebo": ["world", "simulator", "navigation", "demo"],
+    "rosoclingo_simulator": ["world", "simulator"],
+    "rosoclingo_gazebo": ["navigation", "demo"],
 }  # fmt: skip
 NEED_ROS = {
     "rosclingo.ros", "rosoclingo.ros", "rosoclingo.bags.record", "rosoclingo.bags.replay",

@@ -185,7 +185,7 @@ def test_start_and_stop(
         (("rosoclingo", "rosoclingo.launch"), "/planner"),
         (("rosoclingo", "single.launch"), "/rosoclingo"),
         (("rosoclingo_examples", "mailbot_office.launch"), "/rosoclingo"),
-        (("rosoclingo_gazebo", "embedded.launch"), "/simulator"),
+        (("rosoclingo_simulator", "embedded.launch"), "/simulator"),
     ],
 )
 def test_required(shared: Terminals, tmp_path: Path, file: Tuple[str, str], node: str) -> None:

@@ -450,14 +450,14 @@ def test_real_navigation(page: Page) -> None:
         assert ("packages are missing" in missing.output) != has_stack
 
 
-@of("rosoclingo_gazebo/README.md", "Several robots")
+@of("rosoclingo_simulator/README.md", "Several robots")
 def test_several_robots(page: Page) -> None:
     for robot in ("robot1", "robot2"):
         page.type(f"frame_prefix:={robot}")
         page.sees(f"/{robot}/simulator")
 
 
-@of("rosoclingo_gazebo/README.md", "The office, and a world of your own")
+@of("rosoclingo_simulator/README.md", "The office, and a world of your own")
 def test_world(page: Page) -> None:
     page.run("generate_world.py")
     house(page, page.block("yaml"))
@@ -467,7 +467,7 @@ def house(page: Page, description: str) -> Path:
     """Makes the world that the README describes, and returns its folder."""
     (page.folder / "house.yaml").write_text(description)
     made = page.terminals.run(
-        "rosrun", "rosoclingo_gazebo", "generate_world.py", str(page.folder / "house.yaml"),
+        "rosrun", "rosoclingo_simulator", "generate_world.py", str(page.folder / "house.yaml"),
         "--output", str(page.folder / "house"),
     )  # fmt: skip
     assert made.wait() == 0, made.output
@@ -492,12 +492,12 @@ def test_graph_markers(page: Page) -> None:
     page.hears("/graph_markers/markers")
 
 
-@of("rosoclingo_gazebo/README.md", "The simulator")
+@of("rosoclingo_simulator/README.md", "rosoclingo_simulator")
 def test_simulator(page: Page) -> None:
     page.type("embedded.launch")
     page.hears("/map")
     page.interrupt()
-    pieces = section("rosoclingo_gazebo/README.md", "The office, and a world of your own")
+    pieces = section("rosoclingo_simulator/README.md", "The office, and a world of your own")
     made = house(page, next(piece.text for piece in pieces if piece.kind == "yaml"))
     for kind, name in (("map", "floor.yaml"), ("waypoints", "places.yaml")):
         (found,) = [file for file in made.rglob("*.yaml") if holds(file, kind)]
@@ -512,15 +512,15 @@ def holds(file: Path, kind: str) -> bool:
     return {"map": "image", "waypoints": "frame"}[kind] in yaml.safe_load(file.read_text())
 
 
-@of("rosoclingo_gazebo/README.md", "Obstacles")
+@of("rosoclingo_simulator/README.md", "Obstacles")
 def test_obstacles(page: Page) -> None:
-    page.terminals.start("roslaunch", "rosoclingo_gazebo", "embedded.launch", "speed:=10")
+    page.terminals.start("roslaunch", "rosoclingo_simulator", "embedded.launch", "speed:=10")
     page.sees("/simulator/obstacle")
     for word in ("block c4 c5", "unblock c4 c5"):
         assert yaml.safe_load(page.run(word))["success"]
 
 
-@of("rosoclingo_gazebo/README.md", "MuJoCo physics and camera")
+@of("rosoclingo_simulator/README.md", "MuJoCo physics and camera")
 def test_mujoco(page: Page) -> None:
     page.type("physics:=mujoco")
     page.hears("/map")

@@ -1,1 +1,1 @@
-"""The office that the mailbot drives through."""
+"""The manual's office: what it looks for before it starts, and the demo."""

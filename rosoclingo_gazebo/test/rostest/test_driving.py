@@ -19,7 +19,7 @@ from floor import Floor
 from recorder import Recorder, wait_for
 from rosclingo.ros.low_latency import LowLatencyActionClient, publisher
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn
-from rosoclingo_gazebo.srv import Obstacle
+from rosoclingo_simulator.srv import Obstacle
 
 ACTIONS = {
     1: "c6 c5 o9 pickup(1) c5 c6 open1 c1 c2 c3 o14 deliver(1)",
@@ -40,7 +40,7 @@ class TestDriving(unittest.TestCase):
     def setUp(self) -> None:
         packages = rospkg.RosPack()
         self.floor = Floor(
-            Path(packages.get_path("rosoclingo_gazebo")) / "maps" / "office.yaml",
+            Path(packages.get_path("rosoclingo_simulator")) / "maps" / "office.yaml",
             Path(packages.get_path("rosoclingo_interfaces")) / "config" / "graph_wg.yaml",
         )
         self.wait_for = functools.partial(wait_for, timeout=rospy.get_param("~seconds"))

@@ -193,6 +193,6 @@ def test_where_gazebos_robot_is(
     shown = terminals.run("roslaunch", "--dump-params", *SCENARIO, "simulator:=gazebo")
     parameters = yaml.safe_load(shown.output)
     assert tuple(parameters[f"/amcl/initial_pose_{letter}"] for letter in "xya") == expected
-    assert parameters["/world"].endswith("rosoclingo_gazebo/worlds/office.world")
+    assert parameters["/world"].endswith("rosoclingo_simulator/worlds/office.world")
     assert "turtlebot3_waffle" in parameters["/robot_description"]
     assert parameters["/move_base/global_costmap/obstacle_layer/scan/topic"] == "scan"

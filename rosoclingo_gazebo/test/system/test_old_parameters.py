@@ -25,7 +25,7 @@ def test_what_the_launch_file_says_counts(terminals: Terminals) -> None:
         terminals.start("roslaunch", *arguments)
         for arguments in (
             ("rosoclingo_rviz", "rviz.launch", "world:=none", "window:=false"),
-            ("rosoclingo_gazebo", "embedded.launch"),
+            ("rosoclingo_simulator", "embedded.launch"),
             ("rosoclingo_interfaces", "mailbot_interfaces.launch", "start:=none"),
             ("rosoclingo_examples", "mailbot_static.launch"),
         )

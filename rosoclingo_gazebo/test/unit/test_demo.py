@@ -15,7 +15,7 @@ from rosoclingo_examples.orders import Bring
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.story import BOOK, LETTER, Story
 from rosoclingo_gazebo.demo.trace import Kind, Trace
-from rosoclingo_gazebo.simulator.occupancy import OccupancyMap
+from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 OFFICE = REPOSITORY / "rosoclingo_aspprograms" / "mailbot" / "instances" / "graph_wg.lp"

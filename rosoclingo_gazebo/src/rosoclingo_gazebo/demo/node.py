@@ -26,9 +26,9 @@ from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Orders
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.story import ROBOT, Story
-from rosoclingo_gazebo.simulator.occupancy import read_map
-from rosoclingo_gazebo.srv import Obstacle
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
+from rosoclingo_simulator.simulator.occupancy import read_map
+from rosoclingo_simulator.srv import Obstacle
 
 _USAGE = f"""\
 usage: demo.py [_output:=FOLDER] [ROS remappings]
@@ -44,10 +44,10 @@ class Demo:
 
     def __init__(self) -> None:
         packages = rospkg.RosPack()
-        gazebo = Path(packages.get_path("rosoclingo_gazebo"))
+        simulator = Path(packages.get_path("rosoclingo_simulator"))
         interfaces = Path(packages.get_path("rosoclingo_interfaces"))
         programs = Path(packages.get_path("rosoclingo_aspprograms"))
-        self._floor = read_map(gazebo / "maps" / "office.yaml")
+        self._floor = read_map(simulator / "maps" / "office.yaml")
         waypoints = read_waypoints(interfaces / "config" / "graph_wg.yaml")
         self._places = {name: (place.x, place.y) for name, place in waypoints.places.items()}
         self._orders = Orders()

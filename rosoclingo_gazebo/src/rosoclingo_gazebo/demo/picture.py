@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from rosoclingo_gazebo.demo.trace import Kind, Point, Trace
-from rosoclingo_gazebo.simulator.occupancy import FREE, OccupancyMap
+from rosoclingo_simulator.simulator.occupancy import FREE, OccupancyMap
 
 _INCHES = (12.0, 7.6)
 _DOTS_PER_INCH = 110

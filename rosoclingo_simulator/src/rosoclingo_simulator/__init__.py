@@ -1,0 +1,1 @@
+"""An office in one description, and a simulator of a robot in it."""

@@ -1,0 +1,108 @@
+"""The action move_base: goals from clients to the simulation, and their ends back."""
+
+from __future__ import annotations
+
+from typing import Any, Optional
+
+import rospy
+from actionlib import ServerGoalHandle
+from geometry_msgs.msg import PoseStamped
+from move_base_msgs.msg import (
+    MoveBaseAction,
+    MoveBaseActionGoal,
+    MoveBaseFeedback,
+    MoveBaseGoal,
+    MoveBaseResult,
+)
+
+from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
+from rosoclingo_simulator.simulator import messages
+from rosoclingo_simulator.simulator.calls import Calls
+from rosoclingo_simulator.simulator.laser import Scan
+from rosoclingo_simulator.simulator.move_base import End, MoveBase
+from rosoclingo_simulator.simulator.simulation import Simulation
+
+
+class GoalServer:
+    """Has the simulation drive to goals, the newest at a time.
+
+    Goals and cancel requests take effect in order of arrival, between two steps. Only the
+    simulation's thread changes a goal's status.
+    """
+
+    def __init__(self, simulation: Simulation, move_base: MoveBase, calls: Calls) -> None:
+        """Opens the topics.
+
+        Args:
+            simulation: What drives.
+            move_base: What drives it.
+            calls: How to hand over to its thread.
+        """
+        self._simulation = simulation
+        self._move_base = move_base
+        self._calls = calls
+        self._current: Optional[ServerGoalHandle] = None
+        self._told_scan: Optional[Scan] = None
+        self._server = LowLatencyActionServer(
+            "move_base", MoveBaseAction, self._on_goal, self._on_cancel, MoveBaseResult()
+        )
+        self._server.start()
+        # As move_base does: what comes here goes on as a goal of the action.
+        self._goals = publisher("move_base/goal", MoveBaseActionGoal)
+        self._simple = subscriber("move_base_simple/goal", PoseStamped, self._on_simple_goal)
+
+    def update(self) -> None:
+        """Tells clients what has become of their goal; called after each step."""
+        current, outcome = self._current, self._move_base.outcome
+        if current is None:
+            return
+        if outcome is None:
+            self._publish_feedback(current)
+            return
+        self._current = None
+        end = {
+            End.SUCCEEDED: current.set_succeeded,
+            End.ABORTED: current.set_aborted,
+            End.PREEMPTED: current.set_canceled,
+        }
+        end[outcome.end](MoveBaseResult(), outcome.text)
+        rospy.loginfo("goal %s: %s", outcome.end.value, outcome.text)
+
+    def _publish_feedback(self, goal: ServerGoalHandle) -> None:
+        scan = self._simulation.scan
+        if scan is not self._told_scan:  # five times a second are enough
+            self._told_scan = scan
+            stamp = rospy.Time.from_sec(self._simulation.now)
+            pose = self._simulation.physics.pose
+            goal.publish_feedback(MoveBaseFeedback(messages.stamped(pose, stamp)))
+
+    def _on_goal(self, handle: ServerGoalHandle) -> None:
+        self._calls.submit(self._begin, handle)
+
+    def _on_cancel(self, handle: ServerGoalHandle) -> None:
+        self._calls.submit(self._cancel, handle)
+
+    def _on_simple_goal(self, message: PoseStamped) -> None:
+        goal: Any = MoveBaseActionGoal(goal=MoveBaseGoal(message))
+        goal.header.stamp = rospy.Time.now()
+        self._goals.publish(goal)
+
+    def _begin(self, handle: ServerGoalHandle) -> None:
+        try:
+            goal = messages.pose_from(handle.get_goal().target_pose)
+        except messages.MessageError as err:
+            rospy.logwarn("goal rejected: %s", err)
+            handle.set_rejected(MoveBaseResult(), str(err))
+            return
+        if self._current is not None:
+            self._move_base.cancel("replaced by a newer goal")
+            self.update()
+        handle.set_accepted()
+        self._current = handle
+        self._simulation.go(goal)
+        rospy.loginfo("goal (%.2f, %.2f)", goal.x, goal.y)
+
+    def _cancel(self, handle: ServerGoalHandle) -> None:
+        if handle == self._current:
+            self._move_base.cancel()
+            self.update()

@@ -1,0 +1,147 @@
+"""The robot's depth and colour camera, on ROS's topics."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any, Dict, List, Optional
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from sensor_msgs.msg import CameraInfo, Image
+
+from rosoclingo_interfaces.errors import ParameterError
+from rosoclingo_interfaces.parameters import integer, number
+from rosoclingo_simulator.simulator.headless import OpenGLError
+from rosoclingo_simulator.simulator.messages import BASE_HEIGHT, Frames
+from rosoclingo_simulator.simulator.mujoco_physics import MujocoPhysics
+from rosoclingo_simulator.simulator.rendering import Eye, focal_length, mounting
+
+_ROUNDING = 1e-6  # seconds, what times may be off
+_MOST_PIXELS = 4096  # of a side; what OpenGL allows is seldom less
+
+
+class CameraPublisher:
+    """Publishes what the camera sees, as long as somebody wants it.
+
+    All but the constructor and :meth:`transforms` is for one thread, the one that moves the robot.
+    """
+
+    def __init__(self, physics: MujocoPhysics, frames: Frames) -> None:
+        """Opens the topics; OpenGL only when the first picture is wanted.
+
+        Args:
+            physics: Moves the robot that has the camera.
+            frames: The names of the robot's frames.
+
+        Raises:
+            ParameterError: A parameter has a wrong value.
+        """
+        rate = number("camera_rate", 5.0)
+        self._period = 1 / rate if rate else float("inf")
+        self._width = _side("camera_width", 160)
+        self._height = _side("camera_height", 120)
+        self._physics = physics
+        self._base = frames.base
+        self._eye: Optional[Eye] = None
+        self._fails = False
+        self._due = 0.0
+        self._rgb = _Stream("camera/rgb", frames.camera("rgb"), "rgb8")
+        self._depth = _Stream("camera/depth", frames.camera("depth"), "32FC1")
+
+    def transforms(self) -> List[TransformStamped]:
+        """Returns where the camera is on the robot, for ``/tf_static``."""
+        (x, y, z), direction = mounting(self._physics)
+        transforms = []
+        for stream in (self._rgb, self._depth):
+            transform = TransformStamped(child_frame_id=stream.frame)
+            transform.header.frame_id = self._base
+            transform.transform.translation = Vector3(x, y, z - BASE_HEIGHT)
+            transform.transform.rotation = Quaternion(*direction)
+            transforms.append(transform)
+        return transforms
+
+    def update(self, seconds: float, stamp: rospy.Time) -> None:
+        """Publishes pictures if it is time to, and somebody has subscribed.
+
+        Args:
+            seconds: Simulated time since the start.
+            stamp: What the clock says.
+        """
+        streams = [stream for stream in (self._rgb, self._depth) if stream.wanted]
+        if self._fails or not streams or seconds < self._due - _ROUNDING:
+            return
+        self._due = seconds + self._period
+        try:
+            if self._eye is None:
+                self._eye = Eye(self._physics, self._width, self._height)
+        except OpenGLError as err:
+            rospy.logwarn("the camera has no pictures: %s", err)
+            self._fails = True
+            return
+        view = self._eye.look()
+        focal = focal_length(self._physics, self._height)
+        for stream in streams:
+            stream.publish(view.color if stream is self._rgb else view.depth, focal, stamp)
+
+    def close(self) -> None:
+        """Gives OpenGL back, when no more pictures are wanted."""
+        if self._eye is not None:
+            self._eye.close()
+            self._eye = None
+        self._fails = True
+
+
+class _Stream:
+    """The two topics of one kind of picture.
+
+    Attributes:
+        frame: Of the pictures.
+    """
+
+    def __init__(self, name: str, frame: str, encoding: str) -> None:
+        # A picture that comes late is of no use: none waits for another.
+        options: Dict[str, Any] = {"queue_size": 1, "tcp_nodelay": True}
+        self._images = rospy.Publisher(f"{name}/image_raw", Image, **options)
+        self._infos = rospy.Publisher(f"{name}/camera_info", CameraInfo, **options)
+        self.frame = frame
+        self._encoding = encoding
+
+    @property
+    def wanted(self) -> bool:
+        """Whether somebody has subscribed."""
+        return bool(self._images.get_num_connections() or self._infos.get_num_connections())
+
+    def publish(self, picture: np.ndarray, focal: float, stamp: rospy.Time) -> None:
+        """Publishes a picture with what the camera is like."""
+        height, width = picture.shape[:2]
+        image = Image(height=height, width=width, encoding=self._encoding)
+        info = CameraInfo(height=height, width=width, distortion_model="plumb_bob")
+        for message in (image, info):
+            message.header.stamp = stamp
+            message.header.frame_id = self.frame
+        image.is_bigendian = int(sys.byteorder == "big")
+        image.step = picture.itemsize * picture[0].size
+        image.data = picture.tobytes()
+        x, y = (width - 1) / 2, (height - 1) / 2
+        info.D = [0.0] * 5
+        info.K = [focal, 0.0, x, 0.0, focal, y, 0.0, 0.0, 1.0]
+        info.R = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+        info.P = [focal, 0.0, x, 0.0, 0.0, focal, y, 0.0, 0.0, 0.0, 1.0, 0.0]
+        self._images.publish(image)
+        self._infos.publish(info)
+
+
+def _side(name: str, default: int) -> int:
+    """Returns a number of pixels.
+
+    Raises:
+        ParameterError: It is something else.
+    """
+    value = integer(name, default)
+    if not 1 <= value <= _MOST_PIXELS:
+        raise ParameterError(
+            f"parameter {rospy.resolve_name('~' + name)}: expected pixels from 1 to "
+            f"{_MOST_PIXELS}: {value}"
+        )
+    return value

@@ -1,0 +1,183 @@
+"""Physics of a disc that rolls over the map and stops at what it touches."""
+
+from __future__ import annotations
+
+import math
+from typing import Dict, Tuple
+
+import numpy as np
+
+from rosoclingo_simulator.simulator.occupancy import OccupancyMap
+from rosoclingo_simulator.simulator.physics import (
+    ROBOT_RADIUS,
+    Box,
+    Pose,
+    next_velocity,
+    normal_angle,
+)
+
+_LONGEST_MOVE = 0.05  # metres between two looks for contact, far less than the robot's width
+_HALVINGS = 12  # of that, which finds the contact to a few hundredths of a millimetre
+_TOUCHING = 0.001  # metres; nearer is touching
+_PARALLEL = 1e-12  # to an axis, a beam's part along the other
+_INTO_CELL = 1e-6  # cells; a beam that is so far beyond an edge is in the next cell
+
+
+class KinematicPhysics:
+    """Physics on the map: wheels that do not slip, and a base that does not bounce."""
+
+    def __init__(self, world: OccupancyMap, pose: Pose) -> None:
+        """Puts a robot into a world.
+
+        Args:
+            world: What is solid.
+            pose: Where the robot is.
+        """
+        self._world = world
+        self._boxes: Dict[str, Box] = {}
+        # How far, in cells, a beam may go on from anywhere in a cell without getting into a wall;
+        # 0 inside of one.
+        steps = world.distances / world.grid.resolution - math.sqrt(2)
+        self._steps = np.where(world.solid, 0.0, np.maximum(steps, _INTO_CELL))
+        self.reset(pose)
+
+    @property
+    def pose(self) -> Pose:
+        """Where the robot really is, in the map."""
+        return self._pose
+
+    @property
+    def velocity(self) -> Tuple[float, float]:
+        """What the wheels really do, in m/s and rad/s."""
+        return self._velocity
+
+    @property
+    def touches(self) -> bool:
+        """Whether the robot touches a wall or a box now."""
+        return self._clearance(self._pose) < ROBOT_RADIUS + _TOUCHING
+
+    def reset(self, pose: Pose) -> None:
+        """Puts the robot somewhere, standing still; boxes stay."""
+        self._pose = pose
+        self._velocity = (0.0, 0.0)
+
+    def step(self, linear: float, angular: float, seconds: float) -> None:
+        """Lets time pass; see :class:`.physics.Physics`."""
+        self._velocity = next_velocity(self._velocity, linear, angular, seconds)
+        speed, turning = self._velocity
+        if not (speed or turning):
+            return
+        moves = max(1, math.ceil(abs(speed) * seconds / _LONGEST_MOVE))
+        for _ in range(moves):
+            end = _moved(self._pose, speed, turning, seconds / moves)
+            if self._may_be(end):
+                self._pose = end
+            else:
+                self._pose = self._last_before(end, speed, turning, seconds / moves)
+                speed = 0.0
+        self._velocity = (speed, turning)
+
+    def _last_before(self, end: Pose, speed: float, turning: float, seconds: float) -> Pose:
+        """Returns the place where a move meets something, with the direction of its end."""
+        free, met = 0.0, 1.0
+        for _ in range(_HALVINGS):
+            part = (free + met) / 2
+            if self._may_be(_moved(self._pose, speed, turning, seconds * part)):
+                free = part
+            else:
+                met = part
+        last = _moved(self._pose, speed, turning, seconds * free)
+        return Pose(last.x, last.y, end.theta)
+
+    def _may_be(self, pose: Pose) -> bool:
+        """Whether the robot may get to a pose; one that is inside of something may get out."""
+        clearance = self._clearance(pose)
+        return clearance >= ROBOT_RADIUS or clearance > self._clearance(self._pose)
+
+    def _clearance(self, pose: Pose) -> float:
+        """Returns how far the robot's centre is from what is solid, in metres."""
+        distances = [box.distance(pose.x, pose.y) for box in self._boxes.values()]
+        return min([self._world.clearance(pose.x, pose.y), *distances])
+
+    def put(self, name: str, box: Box) -> None:
+        """Puts a box into the world, in place of the one of the same name if there is one."""
+        self._boxes[name] = box
+
+    def remove(self, name: str) -> None:
+        """Takes a box away; does nothing if there is none of the name."""
+        self._boxes.pop(name, None)
+
+    def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
+        """Returns what a laser measures; see :class:`.physics.Physics`."""
+        directions = np.stack(
+            (np.cos(angles + self._pose.theta), np.sin(angles + self._pose.theta))
+        )
+        ranges = self._ranges_of_walls(directions, longest)
+        for box in self._boxes.values():
+            near, far = _through(box, self._pose, directions)
+            hit = (near <= far) & (far >= 0)
+            ranges = np.where(hit, np.minimum(ranges, np.maximum(near, 0.0)), ranges)
+        return np.where(ranges <= longest, ranges, np.inf)
+
+    def _ranges_of_walls(self, directions: np.ndarray, longest: float) -> np.ndarray:
+        """Follows the beams, each as far as nothing can be in its way, until it is in a wall.
+
+        No beam gets out of the map, because a frame of solid cells is around it.
+        """
+        grid = self._world.framed
+        steps = self._steps.ravel()
+        # All in cells, and as few operations as possible: each beam takes dozens of steps.
+        x, y = (self._pose.x - grid.x) / grid.resolution, (self._pose.y - grid.y) / grid.resolution
+        longest = longest / grid.resolution
+        ranges = np.full(directions.shape[1], np.inf)
+        rest = np.arange(directions.shape[1])  # the beams that go on
+        dx, dy = np.where(np.abs(directions) < _PARALLEL, _PARALLEL, directions)
+        gone = np.zeros(directions.shape[1])
+        # For each beam: what a cell takes, and whether its far edge is the right and the upper one.
+        beams = np.stack((dx, dy, 1 / dx, 1 / dy, dx > 0, dy > 0))
+        while len(rest):
+            dx, dy, per_column, per_row, right, up = beams
+            px, py = x + gone * dx, y + gone * dy
+            columns, rows = px.astype(np.intp), py.astype(np.intp)
+            step = steps[rows * grid.columns + columns]
+            # Next to a wall, a beam goes on cell by cell, so that it cuts no corner.
+            into_next = np.minimum((columns + right - px) * per_column, (rows + up - py) * per_row)
+            on = (step > 0) & (gone < longest)
+            if not on.all():
+                ranges[rest[~on]] = gone[~on]
+                rest, gone, beams = rest[on], gone[on], beams[:, on]
+                step, into_next = step[on], into_next[on]
+            gone = gone + np.maximum(step, into_next + _INTO_CELL)
+        return ranges * grid.resolution
+
+
+def _moved(pose: Pose, speed: float, turning: float, seconds: float) -> Pose:
+    """Returns where a robot gets to; the way is an arc, of which it takes the chord."""
+    turned = turning * seconds
+    half = turned / 2
+    chord = speed * seconds * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+    return Pose(
+        pose.x + chord * math.cos(pose.theta + half),
+        pose.y + chord * math.sin(pose.theta + half),
+        normal_angle(pose.theta + turned),
+    )
+
+
+def _through(box: Box, pose: Pose, directions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Returns where lines get into a box and out of it; out comes first if they miss it."""
+    along, across = box.local(pose.x, pose.y)
+    cosine, sine = math.cos(box.theta), math.sin(box.theta)
+    dx = cosine * directions[0] + sine * directions[1]
+    dy = cosine * directions[1] - sine * directions[0]
+    x_in, x_out = _between_planes(along, dx, -box.length / 2, box.length / 2)
+    y_in, y_out = _between_planes(across, dy, -box.width / 2, box.width / 2)
+    return np.maximum(x_in, y_in), np.minimum(x_out, y_out)
+
+
+def _between_planes(
+    start: float, slope: np.ndarray, low: float, high: float
+) -> Tuple[np.ndarray, np.ndarray]:
+    """Returns where lines get between two planes and out again, along one axis."""
+    slope = np.where(np.abs(slope) < _PARALLEL, _PARALLEL, slope)
+    first, second = (low - start) / slope, (high - start) / slope
+    return np.minimum(first, second), np.maximum(first, second)

@@ -1,0 +1,56 @@
+"""A laser that looks around."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rosoclingo_simulator.simulator.physics import Physics, Pose
+
+BEAMS = 360
+"""One for each degree."""
+
+LEAST_METRES, MOST_METRES = 0.12, 10.0
+"""The laser's range."""
+
+ANGLES = np.arange(BEAMS) * (2 * np.pi / BEAMS) - np.pi
+"""Directions of the beams from the robot's own, counter-clockwise from behind, in radians."""
+
+
+@dataclass(frozen=True)
+class Scan:
+    """What the laser has measured.
+
+    Attributes:
+        time: When, in seconds.
+        pose: Where the robot was.
+        ranges: Of each beam in metres, infinity if there was nothing within the range.
+    """
+
+    time: float
+    pose: Pose
+    ranges: np.ndarray
+
+    @cached_property
+    def origin(self) -> np.ndarray:
+        """Where the laser was, as x and y in metres."""
+        return np.array((self.pose.x, self.pose.y))
+
+    @cached_property
+    def directions(self) -> np.ndarray:
+        """Of each beam in the map, as x and y."""
+        angles = ANGLES + self.pose.theta
+        return np.stack((np.cos(angles), np.sin(angles)), axis=-1)
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Where the beams end in the map, as x and y in metres; of beams without end, far away."""
+        ranges = np.where(np.isfinite(self.ranges), self.ranges, 10 * MOST_METRES)
+        return self.origin + ranges[:, None] * self.directions
+
+
+def look(physics: Physics, time: float) -> Scan:
+    """Returns what the laser measures now."""
+    return Scan(time, physics.pose, physics.ranges(ANGLES, MOST_METRES))

@@ -1,0 +1,137 @@
+"""Paths over the floor that keep away from walls."""
+
+from __future__ import annotations
+
+import math
+from typing import Optional, Tuple
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt, uniform_filter1d
+from skimage.graph import MCP_Geometric
+
+from rosoclingo_simulator.simulator.grid import Grid
+from rosoclingo_simulator.simulator.occupancy import OccupancyMap
+from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, Pose
+
+CLEARANCE = ROBOT_RADIUS + 0.04
+"""How far a path keeps from all that is known to be there, in metres."""
+
+_CELL_METRES = 0.1
+_WIDE_METRES = 1.0  # a place so far from walls costs no more than any other
+_NARROW_COST = 6.0  # how many metres around a metre next to a wall is worth
+_SMOOTH_CELLS = 7  # of a path that are averaged
+_SMOOTH_TIMES = 2
+_ESCAPE_METRES = 0.5  # how far the robot may be from where a path can begin
+
+
+class Planner:
+    """Finds the cheapest path, where driving next to a wall costs more. Thread-safe.
+
+    Attributes:
+        grid: The cells that paths go through.
+    """
+
+    def __init__(self, world: OccupancyMap) -> None:
+        """Prepares the map.
+
+        Args:
+            world: What is known to be solid.
+        """
+        fine = world.grid
+        factor = max(1, round(_CELL_METRES / fine.resolution))
+        rows, columns = -(-fine.rows // factor), -(-fine.columns // factor)
+        self.grid = Grid(fine.x, fine.y, fine.resolution * factor, rows, columns)
+        self._distances = _coarse_distances(world, factor, self.grid)
+
+    def plan(
+        self,
+        start: Pose,
+        goal: Pose,
+        obstacles: Optional[np.ndarray] = None,
+        tolerance: float = 0.0,
+    ) -> Optional[np.ndarray]:
+        """Returns the cheapest path.
+
+        Args:
+            start: Where it begins.
+            goal: Where it ends.
+            obstacles: Which cells have something in them that is not on the map.
+            tolerance: How far from the goal the path may end if it cannot end there, in metres.
+
+        Returns:
+            Points on the way, an array of x and y in metres, a cell apart; None if there is no
+            path.
+        """
+        distances = self._distances
+        if obstacles is not None and obstacles.any():
+            around = distance_transform_edt(~obstacles) - 0.5  # it may be anywhere in its cell
+            distances = np.minimum(distances, around * self.grid.resolution)
+        free = distances >= CLEARANCE
+        begin = self._nearest(free, start, _ESCAPE_METRES)
+        end = self._nearest(free, goal, tolerance)
+        if begin is None or end is None:
+            return None
+        narrow = np.maximum(0.0, 1.0 - distances / _WIDE_METRES)
+        search = MCP_Geometric(np.where(free, 1.0 + _NARROW_COST * narrow**2, np.inf))
+        costs, _ = search.find_costs([begin], [end])
+        if not math.isfinite(costs[end]):
+            return None
+        cells = np.array(search.traceback(end))
+        if begin == end and start.distance(goal) > 0:  # a path has a beginning, too
+            cells = np.repeat(cells, 2, axis=0)
+        path = self._smooth(self.grid.points(cells[:, 0], cells[:, 1]), distances)
+        # The cells of start and goal are where these are, but for less than a cell.
+        if begin == self._cell(start):
+            path[0] = start.x, start.y
+        if end == self._cell(goal):
+            path[-1] = goal.x, goal.y
+        return path
+
+    def _smooth(self, path: np.ndarray, distances: np.ndarray) -> np.ndarray:
+        """Returns a path without the corners of cells, which keeps the same distance."""
+        smooth = path
+        for _ in range(_SMOOTH_TIMES):
+            smooth = uniform_filter1d(smooth, _SMOOTH_CELLS, axis=0, mode="nearest")
+        smooth[0], smooth[-1] = path[0], path[-1]
+        safe = distances[self.grid.cells(smooth)] >= CLEARANCE
+        return np.where(safe[:, None], smooth, path)
+
+    def _cell(self, pose: Pose) -> Tuple[int, int]:
+        row, column = self.grid.cells(np.array((pose.x, pose.y)))
+        return int(row), int(column)
+
+    def _nearest(self, free: np.ndarray, pose: Pose, radius: float) -> Optional[Tuple[int, int]]:
+        """Returns the cell of a pose, or else the nearest free one within the radius."""
+        row, column = self._cell(pose)
+        if free[row, column]:
+            return row, column
+        reach = int(radius / self.grid.resolution)
+        top, left = max(0, row - reach), max(0, column - reach)
+        around = np.argwhere(free[top : row + reach + 1, left : column + reach + 1]) + np.array(
+            (top, left)
+        )
+        if not len(around):
+            return None
+        points = self.grid.points(around[:, 0], around[:, 1])
+        away = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y)
+        nearest = int(away.argmin())
+        if away[nearest] > radius:
+            return None
+        return int(around[nearest, 0]), int(around[nearest, 1])
+
+
+def lengths(path: np.ndarray) -> np.ndarray:
+    """Returns how far each point of a path is from its begin along the path, in metres."""
+    steps = np.hypot(*np.diff(path, axis=0).T)
+    return np.concatenate(([0.0], np.cumsum(steps)))
+
+
+def _coarse_distances(world: OccupancyMap, factor: int, grid: Grid) -> np.ndarray:
+    """Returns how far the cells' centres are from what is solid: the least of the map's cells."""
+    rows, columns = grid.rows * factor, grid.columns * factor
+    fine = np.zeros((rows, columns), np.float32)  # what is outside of the map is solid
+    fine[: world.grid.rows, : world.grid.columns] = world.distances[1:-1, 1:-1]
+    least = fine.reshape(grid.rows, factor, grid.columns, factor).min(axis=(1, 3))
+    # Distances are between centres: half a cell is of the solid one, and from the cell's own
+    # centre to that of its corner it is some more.
+    return np.asarray(least + (factor / 2 - 1) * world.grid.resolution)

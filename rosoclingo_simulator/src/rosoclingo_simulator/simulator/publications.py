@@ -1,0 +1,112 @@
+"""What the simulator tells the world after each step, as a robot without navigation does."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Optional, Sequence
+
+import rospy
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Bool
+from tf2_msgs.msg import TFMessage
+
+from rosclingo.ros.low_latency import publisher
+from rosoclingo_simulator.simulator import messages
+from rosoclingo_simulator.simulator.laser import Scan
+from rosoclingo_simulator.simulator.physics import Pose, normal_angle
+from rosoclingo_simulator.simulator.simulation import SCAN_SECONDS, Simulation
+
+
+class Publications:
+    """Publishes what has changed. The simulation's thread uses it.
+
+    Messages that nobody listens to are not made, and those of each step are made once and filled
+    again: rospy has written them when ``publish`` returns.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        frames: messages.Frames,
+        fixed: Sequence[TransformStamped],
+        clock: bool,
+    ) -> None:
+        """Opens the topics, and publishes what does not change.
+
+        Args:
+            simulation: What to tell of.
+            frames: The names of the robot's frames.
+            fixed: Transforms that stay as they are.
+            clock: Whether to publish the time.
+        """
+        self._simulation = simulation
+        self._frames = frames
+        self._start = simulation.physics.pose
+        self._clock = publisher("/clock", Clock) if clock else None
+        self._tf = publisher("/tf", TFMessage)
+        self._odom = publisher("odom", Odometry)
+        self._truth = publisher("ground_truth", Odometry)
+        self._scan = publisher("scan", LaserScan)
+        self._touches = publisher("~touches", Bool, latch=True)
+        self._static = publisher("/tf_static", TFMessage, latch=True)
+        self._static.publish(fixed)
+
+        self._odom_message = messages.odometry(frames.odom, frames.footprint)
+        self._truth_message = messages.odometry(messages.MAP, frames.footprint)
+        self._transform = messages.transform(frames.odom, frames.footprint, self._start)
+        self._told_scan: Optional[Scan] = None
+        self._told_touches: Optional[bool] = None
+
+    @property
+    def scan_is_wanted(self) -> bool:
+        """Whether somebody listens to the laser."""
+        return _listened(self._scan)
+
+    def publish(self, stamp: rospy.Time) -> None:
+        """Publishes what is new after a step; the clock comes last."""
+        pose, velocity = self._simulation.physics.pose, self._simulation.physics.velocity
+        if _listened(self._tf) or _listened(self._odom):
+            moved = self._since_start(pose)
+            self._transform.header.stamp = stamp
+            messages.set_transform(self._transform, moved)
+            self._tf.publish([self._transform])
+            messages.set_odometry(self._odom_message, moved, velocity, stamp)
+            self._odom.publish(self._odom_message)
+        if _listened(self._truth):
+            messages.set_odometry(self._truth_message, pose, velocity, stamp)
+            self._truth.publish(self._truth_message)
+        self._publish_scan()
+        touches = self._simulation.physics.touches
+        if touches != self._told_touches:
+            self._touches.publish(touches)
+            self._told_touches = touches
+        if self._clock is not None:
+            self._clock.publish(stamp)
+
+    def _publish_scan(self) -> None:
+        scan = self._simulation.scan
+        if scan is not None and scan is not self._told_scan:
+            self._told_scan = scan
+            if _listened(self._scan):
+                stamp = rospy.Time.from_sec(self._simulation.begin + scan.time)
+                self._scan.publish(
+                    messages.scan_message(scan, self._frames.laser, stamp, SCAN_SECONDS)
+                )
+
+    def _since_start(self, pose: Pose) -> Pose:
+        """Returns where the wheels have brought the robot."""
+        start = self._start
+        dx, dy = pose.x - start.x, pose.y - start.y
+        cosine, sine = math.cos(start.theta), math.sin(start.theta)
+        return Pose(
+            cosine * dx + sine * dy,
+            cosine * dy - sine * dx,
+            normal_angle(pose.theta - start.theta),
+        )
+
+
+def _listened(topic: Any) -> bool:
+    return bool(topic.get_num_connections())

@@ -1,0 +1,162 @@
+"""The simulator's parameters."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Dict
+
+import rospkg
+import rospy
+
+from rosoclingo_interfaces import parameters
+from rosoclingo_interfaces.errors import ParameterError
+from rosoclingo_simulator.simulator.follower import Limits
+from rosoclingo_simulator.simulator.physics import LINEAR_SPEED, Pose
+
+KINDS = ("kinematic", "mujoco")
+"""What ``~physics`` may be."""
+
+DEFAULT_POSE = "-y -8 -x 7 -z 0 -R 0 -P 0 -Y 0"
+"""The manual's ``ROBOT_INITIAL_POSE``."""
+
+LEAST_SPEED = 0.02
+"""What ``~speed`` is at least: the clock goes on every 2.5 s of wall time then."""
+
+_OPTION = re.compile(r"-([xyzRPY])\s+(\S+)")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the parameters say; the package's README describes them.
+
+    Attributes:
+        map: A map_server's YAML file.
+        waypoints: The file with the places for boxes.
+        world: The world for MuJoCo.
+        physics: One of ``KINDS``.
+        speed: Seconds of simulated time in one of wall time.
+        clock: Whether the simulator is the clock, or goes by that of another.
+        navigation: Whether it is move_base, too.
+        localisation: Whether it is amcl and map_server, too.
+        frame_prefix: What the names of the robot's frames begin with.
+        pose: Where the robot is at first.
+        limits: How to drive.
+        progress_timeout: Seconds of simulated time.
+    """
+
+    map: Path
+    waypoints: Path
+    world: Path
+    physics: str
+    speed: float
+    clock: bool
+    navigation: bool
+    localisation: bool
+    frame_prefix: str
+    pose: Pose
+    limits: Limits
+    progress_timeout: float
+
+
+def read_settings() -> Settings:
+    """Reads the node's parameters.
+
+    Raises:
+        ParameterError: One is wrong; the message names it.
+    """
+    packages = rospkg.RosPack()
+    here = Path(packages.get_path("rosoclingo_simulator"))
+    interfaces = Path(packages.get_path("rosoclingo_interfaces"))
+    physics = _text("physics", KINDS[0])
+    if physics not in KINDS:
+        raise ParameterError(f"parameter ~physics: expected {' or '.join(KINDS)}: {physics}")
+    return Settings(
+        map=Path(_text("map", str(here / "maps" / "office.yaml"))),
+        waypoints=Path(_text("waypoints", str(interfaces / "config" / "graph_wg.yaml"))),
+        world=Path(_text("world", str(here / "worlds" / "office.xml"))),
+        physics=physics,
+        speed=_speed(),
+        clock=parameters.flag("clock", True),
+        navigation=parameters.flag("navigation", True),
+        localisation=parameters.flag("localisation", True),
+        frame_prefix=_prefix(),
+        pose=_pose(),
+        limits=Limits(
+            speed=_positive("max_speed", LINEAR_SPEED, LINEAR_SPEED),
+            xy_tolerance=_positive("xy_tolerance", Limits.xy_tolerance),
+            yaw_tolerance=_positive("yaw_tolerance", Limits.yaw_tolerance),
+        ),
+        progress_timeout=_positive("progress_timeout", 10.0),
+    )
+
+
+def parse_pose(text: str) -> Pose:
+    """Reads a pose in the manual's format, such as ``-y -8 -x 7 -z 0 -R 0 -P 0 -Y 0``.
+
+    What is not there is as in ``DEFAULT_POSE``, and of equal options the last one counts. The
+    height and the angles ``R`` and ``P`` mean nothing here.
+
+    Raises:
+        ValueError: It is something else.
+    """
+    if _OPTION.sub("", text).strip():
+        raise ValueError(f"expected a text such as {DEFAULT_POSE!r}: {text!r}")
+    values: Dict[str, float] = {}
+    for name, value in _OPTION.findall(f"{DEFAULT_POSE} {text}"):
+        try:
+            values[name] = float(value)
+        except ValueError:
+            values[name] = math.nan
+        if not math.isfinite(values[name]):
+            raise ValueError(f"expected a number after -{name}: {value!r}")
+    return Pose(values["x"], values["y"], values["Y"])
+
+
+def _pose() -> Pose:
+    try:
+        pose = parse_pose(_text("initial_pose", DEFAULT_POSE))
+    except ValueError as err:
+        raise ParameterError(f"parameter ~initial_pose: {err}") from err
+    return Pose(_coordinate("x", pose.x), _coordinate("y", pose.y), _coordinate("yaw", pose.theta))
+
+
+def _speed() -> float:
+    speed = parameters.number("speed", 1.0)
+    if speed < LEAST_SPEED:
+        raise ParameterError(
+            f"parameter ~speed: expected a number from {LEAST_SPEED:g} on: {speed:g}; "
+            "with less, the clock stands still for seconds, and others take it for dead"
+        )
+    return speed
+
+
+def _prefix() -> str:
+    """Returns what comes before a frame's name: ``robot1`` and ``robot1/`` mean the same."""
+    prefix = _text("frame_prefix", "").strip("/")
+    if any(letter.isspace() for letter in prefix):
+        raise ParameterError(
+            f"parameter ~frame_prefix: expected a name without blanks, such as robot1: {prefix!r}"
+        )
+    return f"{prefix}/" if prefix else ""
+
+
+def _coordinate(name: str, default: float) -> float:
+    value = rospy.get_param(f"~{name}", default)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise ParameterError(f"parameter ~{name}: expected a number: {value}")
+    return float(value)
+
+
+def _positive(name: str, default: float, most: float = math.inf) -> float:
+    value = parameters.number(name, default, most)
+    if value == 0:
+        raise ParameterError(f"parameter ~{name}: expected a number greater than 0: {value:g}")
+    return value
+
+
+def _text(name: str, default: str) -> str:
+    # A launch file hands over an argument that is not set as an empty text.
+    return parameters.text(name) if rospy.get_param(f"~{name}", "") != "" else default

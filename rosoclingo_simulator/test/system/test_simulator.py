@@ -1,0 +1,132 @@
+"""Starting and ending the simulator."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Tuple
+
+import pytest
+from terminals import Terminals, terminals  # noqa: F401 - the fixture
+
+SIMULATOR = ("rosrun", "rosoclingo_simulator", "simulator.py")
+ENDS = 2.0  # s
+
+
+@pytest.mark.install_space
+@pytest.mark.parametrize("arguments", [(), ("_speed:=0.02",), ("_physics:=mujoco",)])
+def test_ctrl_c_ends_it_at_once(
+    terminals: Terminals,  # noqa: F811 - the fixture
+    arguments: Tuple[str, ...],
+) -> None:
+    terminals.run("rosparam", "set", "/use_sim_time", "true")
+    simulator = terminals.start(*SIMULATOR, *arguments)
+    simulator.wait_for("simulates")
+    began = time.monotonic()
+    simulator.interrupt()
+    assert simulator.wait() == 0
+    assert time.monotonic() - began < ENDS
+    assert "Traceback" not in simulator.output
+
+
+# Ctrl-C comes before the simulator runs, and rospy is at its hooks when the simulator adds its own.
+INTERRUPTED = """
+import os, signal, threading
+import rospy
+from rosoclingo_simulator.simulator.node import SimulatorNode, main
+
+run = SimulatorNode.run
+entered, goes_on = threading.Event(), threading.Event()
+
+def hook():
+    entered.set()
+    goes_on.wait()
+
+def interrupted(node):
+    rospy.on_shutdown(hook)
+    os.kill(os.getpid(), signal.SIGINT)
+    entered.wait()
+    threading.Timer(0.2, goes_on.set).start()
+    run(node)
+
+SimulatorNode.run = interrupted
+main()
+"""
+
+
+def test_ctrl_c_ends_it_before_it_runs(
+    terminals: Terminals,  # noqa: F811 - the fixture
+) -> None:
+    terminals.run("rosparam", "set", "/use_sim_time", "true")
+    simulator = terminals.start("python", "-c", INTERRUPTED)
+    assert simulator.wait() == 0
+    assert "Traceback" not in simulator.output
+
+
+def test_two_simulators_and_their_clocks(
+    terminals: Terminals,  # noqa: F811 - the fixture
+) -> None:
+    terminals.run("rosparam", "set", "/use_sim_time", "true")
+    second = terminals.start(*SIMULATOR, "_clock:=false", "__name:=second")
+    second.wait_for("simulates office, kinematic, by /clock")
+    second.wait_for("the simulator stands still, because nothing comes on /clock")
+    # It answers nevertheless.
+    blocked = terminals.run("rosservice", "call", "/second/obstacle", "block c1 o1")
+    assert "success: True" in blocked.output
+    touches = terminals.start("rostopic", "echo", "-n", "1", "/second/touches")
+    terminals.start(*SIMULATOR, "__name:=first").wait_for("simulates")
+    assert touches.wait() == 0  # its first step
+    third = terminals.start(*SIMULATOR, "__name:=third")
+    third.wait_for("/first publishes /clock, too: start one of them with _clock:=false")
+    second.interrupt()
+    assert second.wait(ENDS) == 0
+    assert "Traceback" not in second.output + third.output
+
+
+def test_a_slow_clock_holds_up_no_statuses(
+    terminals: Terminals,  # noqa: F811 - the fixture
+) -> None:
+    """A client takes a server without statuses for dead; by the clock, these would take 200 s."""
+    terminals.run("rosparam", "set", "/use_sim_time", "true")
+    terminals.start(*SIMULATOR, "_speed:=0.02").wait_for("simulates")
+    statuses = terminals.start("rostopic", "echo", "-n", "20", "/move_base/status")
+    assert statuses.wait() == 0, statuses.output
+
+
+def test_what_is_wrong_is_named(terminals: Terminals) -> None:  # noqa: F811 - the fixture
+    wrong = (
+        ("_map:=/nowhere.yaml", "cannot read the map /nowhere.yaml"),
+        ("_waypoints:=/nowhere.yaml", "cannot read the waypoint file /nowhere.yaml"),
+        ("_physics:=magic", "parameter ~physics: expected kinematic or mujoco: magic"),
+        ("_speed:=0", "parameter ~speed: expected a number from 0.02 on: 0"),
+        ("_speed:=0.01", "parameter ~speed: expected a number from 0.02 on: 0.01"),
+        ("_speed:=fast", "expected a number from 0: fast"),
+        ("_max_speed:=2", "expected a number from 0 to 0.5: 2"),
+        ("_navigation:=maybe", "navigation: expected true or false: maybe"),
+        ("_clock:=3", "clock: expected true or false: 3"),
+        ("_frame_prefix:=a b", "parameter ~frame_prefix: expected a name without blanks"),
+        ("_x:=-3", "the robot cannot stand at (-3, -8)"),
+        ("_initial_pose:=here", "parameter ~initial_pose: expected a text such as"),
+    )
+    for number, (argument, message) in enumerate(wrong):
+        # A name for each, because parameters of the command line outlive the node.
+        simulator = terminals.run(*SIMULATOR, argument, f"__name:=simulator_{number}")
+        assert message in simulator.output
+        assert simulator.wait() == 2
+        assert "Traceback" not in simulator.output
+
+
+def test_without_mujoco_it_says_what_to_install(
+    terminals: Terminals,  # noqa: F811 - the fixture
+    tmp_path: Path,
+) -> None:
+    # A package in the way of MuJoCo's, which is as good as none.
+    (tmp_path / "mujoco.py").write_text(
+        "raise ModuleNotFoundError(\"No module named 'mujoco'\", name='mujoco')\n"
+    )
+    path = terminals.environment.get("PYTHONPATH", "")
+    terminals.environment["PYTHONPATH"] = f"{tmp_path}:{path}"
+    simulator = terminals.run(*SIMULATOR, "_physics:=mujoco")
+    assert "pip install mujoco" in simulator.output
+    assert simulator.wait() == 2
+    assert "Traceback" not in simulator.output
