@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import queue
 import sys
@@ -204,6 +205,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
 
     The exit status is 0, or 2 when the command line or a file is wrong.
     """
+    faulthandler.enable()  # says where clingo has ended the process, if it does
     arguments = rospy.myargv(list(arguments) or sys.argv)[1:]
     try:
         options = parse_options(arguments)

@@ -230,6 +230,9 @@ class Engine:
             externals = _ExternalValues()
             control.register_observer(externals)
             program.add_to(control)
+        if program is not self._program:
+            for remark in program.remarks:
+                self._log(remark)
         self._program = program
         self._scripts = namespace
         self._control = control

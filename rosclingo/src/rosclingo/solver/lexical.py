@@ -108,8 +108,10 @@ def too_deep(text: str) -> bool:
     return len(text) > MAX_NESTING and depth(text) > MAX_NESTING
 
 
-def includes(text: str) -> Iterator[str]:
+def includes(text: str, trusted: bool = False) -> Iterator[Optional[str]]:
     """Yields the file names in the ``#include`` statements of a program.
+
+    None stands for a file that is built into clingo, which only a trusted text may include.
 
     In a program with scripts, where strings and comments have other rules, those in strings and
     comments count too.
@@ -127,6 +129,9 @@ def includes(text: str) -> Iterator[str]:
         if not match[1]:
             continue
         included = _INCLUDED.match(text, match.end())
+        if trusted and included is not None and included[1]:
+            yield None
+            continue
         if included is None or included[1]:
             line, column = place(text, match.start())
             # clingo's parser silently leaves out the one file that clingo has built in.

@@ -17,7 +17,6 @@ from clingo import ast
 from rosclingo.errors import ForbiddenError, ProgramError, SolverError
 from rosclingo.solver import lexical, scripts
 from rosclingo.solver.controls import Messages, new_control
-from rosclingo.solver.divisions import guard
 from rosclingo.solver.terms import quote
 
 _IDENTIFIER = re.compile(r"[_']*[a-z][A-Za-z0-9_']*")
@@ -59,6 +58,7 @@ class Program:
         definitions: Those that other programs are checked with: constants and theories.
         parts: Name and number of parameters of each program part.
         texts: What was in each file, by its real path.
+        remarks: What is said of them.
     """
 
     scripts: List[ast.AST] = field(default_factory=list)
@@ -66,6 +66,7 @@ class Program:
     definitions: List[ast.AST] = field(default_factory=list)
     parts: Set[Tuple[str, int]] = field(default_factory=set)
     texts: Dict[str, str] = field(default_factory=dict)
+    remarks: List[str] = field(default_factory=list)
 
     def add_to(self, control: clingo.Control, run_scripts: bool = True) -> None:
         """Adds the statements to a solver, which runs its scripts unless told not to.
@@ -186,15 +187,13 @@ def _parse(
     parser: Callable[[Callable[[ast.AST], None], Messages], None], sources: _Sources
 ) -> Program:
     messages = Messages()
-    program = Program(parts={("base", 0)}, texts=sources.texts)
+    program = Program(parts={("base", 0)}, texts=sources.texts, remarks=sources.remarks)
 
     def add(statement: ast.AST) -> None:
         kind = statement.ast_type
         if kind is ast.ASTType.Script:
             program.scripts.append(statement)
             return
-        if sources.divide:
-            statement = guard(statement)
         program.statements.append(statement)
         if kind is ast.ASTType.Program:
             program.parts.add((statement.name, len(statement.parameters)))
@@ -203,8 +202,6 @@ def _parse(
 
     try:
         parser(add, messages)
-    except RecursionError as err:
-        raise ProgramError("the program nests too deeply; split the statement") from err
     except RuntimeError as err:
         raise ProgramError(messages.text() or str(err)) from err
     except UnicodeError as err:
@@ -224,14 +221,14 @@ class _Sources:
 
     Attributes:
         texts: What was in each file, by its real path.
+        remarks: What is said of them.
         scripts: Whether there may be scripts.
-        divide: Whether there may be a division in the texts.
     """
 
     def __init__(self, policy: Optional[Policy]) -> None:
         self.texts: Dict[str, str] = {}
+        self.remarks: List[str] = []
         self.scripts = policy is None or policy.allow_scripts
-        self.divide = False
         self._policy = policy
 
     def check_file(self, path: str) -> None:
@@ -254,12 +251,17 @@ class _Sources:
                 )
             if self._policy is not None:
                 self._check_untrusted(text, path)
-            included = list(lexical.includes(text))
+            included = list(lexical.includes(text, trusted=self._policy is None))
         except ProgramError as err:
             raise ProgramError(f"{path or '<string>'}: {err}") from err
-        self.divide = self.divide or "/" in text or "\\" in text
         folders = {"", os.path.dirname(path)}
         for file in included:
+            if file is None:
+                self.remarks.append(
+                    f"{path}: the main loop of #include <incmode> is not used; clients of the node "
+                    "ground and solve"
+                )
+                continue
             for candidate in sorted(os.path.join(folder, file) for folder in folders):
                 if os.path.exists(candidate):
                     self.check_file(candidate)

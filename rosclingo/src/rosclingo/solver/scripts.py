@@ -15,8 +15,6 @@ from typing import Any, Dict, Iterable, Iterator, Union
 import clingo
 from clingo.script import Script, register_script
 
-from rosclingo.solver.divisions import FUNCTIONS
-
 _LOG = logging.getLogger("rosout")
 
 Namespace = Dict[str, Any]
@@ -40,19 +38,14 @@ class _PythonScript(Script):
     def call(
         self, location: Any, name: str, arguments: Iterable[clingo.Symbol]
     ) -> Union[Iterable[clingo.Symbol], clingo.Symbol]:
-        function = FUNCTIONS.get(name) or self.namespace[name]
-        result: Union[Iterable[clingo.Symbol], clingo.Symbol] = function(*arguments)
+        result: Union[Iterable[clingo.Symbol], clingo.Symbol] = self.namespace[name](*arguments)
         return result
 
     def callable(self, name: str) -> bool:
-        if name in FUNCTIONS:
-            return True
         return not name.startswith("__") and callable(self.namespace.get(name))
 
 
 register_script("python", _PythonScript())
-# clingo asks a language for functions only when a script of it has run.
-clingo.Control().add("base", [], "#script (python) #end.")
 
 
 @contextlib.contextmanager

@@ -14,7 +14,6 @@ from concurrent.futures import Future
 from typing import List, Optional, Sequence, Tuple, Union
 
 from rosclingo.errors import RosclingoError
-from rosclingo.solver import stack
 from rosclingo.solver.engine import Engine
 from rosclingo.wire.commands import (
     Assumption,
@@ -101,7 +100,7 @@ class Worker:
         self._stopped: queue.Queue[Optional[Job]] = queue.Queue()
         self._closing = False
         self._thread = threading.Thread(target=self._run, name="solver", daemon=True)
-        stack.start(self._thread)
+        self._thread.start()
         threading.Thread(target=self._end_stopped, name="recall", daemon=True).start()
 
     def control(self, commands: Sequence[Command]) -> Reply:

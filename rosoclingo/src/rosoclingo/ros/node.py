@@ -19,7 +19,6 @@ from rosclingo.ros.client import Client
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import init_node, on_shutdown
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
-from rosclingo.solver import stack
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.atoms import Action, canonical
 from rosoclingo.loop.controller import Controller, Decider
@@ -196,7 +195,7 @@ class Node:
 
     def start(self) -> None:
         """Starts the loop."""
-        stack.start(self._thread)  # a solver in this process may need a large one
+        self._thread.start()
         on_shutdown(self._close)  # which waits for the thread
 
     def spin(self) -> None:

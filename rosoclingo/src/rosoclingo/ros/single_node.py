@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import sys
 from typing import Any, NoReturn, Sequence, Type
 
@@ -42,6 +43,7 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
     The exit status is 0, 1 when the loop had to end, or 2 when the command line, a file or a
     parameter is wrong.
     """
+    faulthandler.enable()  # says where clingo has ended the process, if it does
     arguments = rospy.myargv(list(arguments) or sys.argv)[1:]
     try:
         options = parse_options(arguments)
