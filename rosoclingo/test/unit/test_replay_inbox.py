@@ -21,9 +21,8 @@ from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.inputs import inputs
 from rosoclingo.bags.replay.schedule import Schedule
 from rosoclingo.bags.replay.schedule import commands as done
-from rosoclingo.loop.goals import RECALLED
 from rosoclingo.loop.inbox import Cancel, Inbox, Message
-from rosoclingo.loop.journal import FOR_A_REPLAY, Event
+from rosoclingo.loop.journal import FOR_A_REPLAY, RECALLED, Event
 from rosoclingo.loop.replay_inbox import Due, Phase, ReplayInbox, decode, encode
 from rosoclingo.loop.solver import Solver
 

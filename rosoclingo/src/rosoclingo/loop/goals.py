@@ -8,8 +8,7 @@ import threading
 from collections import deque
 from typing import Deque, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
-RECALLED = "recalled before it had a slot"
-"""Why a goal was canceled without the planner."""
+from rosoclingo.loop.journal import RECALLED
 
 
 class Stage(enum.Enum):

@@ -13,6 +13,12 @@ KINDS = (
 FOR_A_REPLAY = "for the replay"
 """Text of an event of the kind ``waiting``: it waits for what had come by then when recorded."""
 
+SHUTDOWN = "the node is shutting down"
+"""Text of an event of the kind ``end``, and reason of a status: the process was told to end."""
+
+RECALLED = "recalled before it had a slot"
+"""Reason of a status: the goal was canceled without the planner."""
+
 BEST_SO_FAR = "the best so far"
 """Text of an event of the kind ``plan``: the search had no more time (``~search_seconds``)."""
 

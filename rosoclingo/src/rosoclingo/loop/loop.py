@@ -17,6 +17,7 @@ from rosoclingo.errors import ControllerError, LoopError, PlannerError, Shutdown
 from rosoclingo.loop import diagnosis
 from rosoclingo.loop.controller import Decider, Info
 from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.journal import SHUTDOWN
 from rosoclingo.loop.solver import Planner, Solver
 from rosoclingo.loop.state import Environment, State
 
@@ -108,7 +109,7 @@ class Loop:
         state = self.state
         state.mail.begin_decision()
         if state.mail.inbox.closed:
-            raise ShutdownError("the node is shutting down")
+            raise ShutdownError(SHUTDOWN)
         if state.ended:
             state.rest()
         state.take_mail()
@@ -182,7 +183,7 @@ class Loop:
         """Aborts the open goals and has those that are still to come rejected."""
         mail = self.state.mail
         if mail.inbox.closed:
-            reason = "the node is shutting down"
+            reason = SHUTDOWN
         mail.inbox.end(reason)
         self.state.note("end", text=reason)
         mail.refuse(reason)

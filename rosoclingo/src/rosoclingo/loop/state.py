@@ -12,7 +12,7 @@ from rosoclingo.loop.atoms import Action, Plan, event
 from rosoclingo.loop.demand import Pair, ToldVocabulary
 from rosoclingo.loop.goals import STATUSES, Goals
 from rosoclingo.loop.inbox import Inbox, Message
-from rosoclingo.loop.journal import BEST_SO_FAR, Event
+from rosoclingo.loop.journal import BEST_SO_FAR, SHUTDOWN, Event
 from rosoclingo.loop.mail import Mail
 from rosoclingo.loop.solver import Planner
 from rosoclingo.loop.vocabulary import Vocabulary
@@ -231,7 +231,7 @@ class State:
         noted = False
         while not (self.mail.has_news or self._step_is_awaited()):
             if inbox.closed:
-                raise ShutdownError("the node is shutting down")
+                raise ShutdownError(SHUTDOWN)
             if not noted:
                 noted = True
                 self.note("waiting")
@@ -274,7 +274,7 @@ class State:
         while not inbox.closed:
             self.mail.take()
             inbox.wait(_LOOK_SECONDS)
-        raise ShutdownError("the node is shutting down")
+        raise ShutdownError(SHUTDOWN)
 
     def _step_is_awaited(self) -> bool:
         """Whether goals wait for a slot that is free as soon as the next step begins.

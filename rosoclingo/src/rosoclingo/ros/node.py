@@ -25,7 +25,7 @@ from rosoclingo.loop.controller import Controller, Decider
 from rosoclingo.loop.goals import Goal, Stage
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.insistent import Insistent
-from rosoclingo.loop.journal import Event
+from rosoclingo.loop.journal import SHUTDOWN, Event
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.replay_inbox import ReplayInbox, decode
 from rosoclingo.loop.solver import Solver
@@ -216,7 +216,7 @@ class Node:
         self._thread.join(_SECONDS_TO_END)
         if self._thread.is_alive():  # a solver in this process that grounds cannot be interrupted
             for goal in self._goals.values():
-                goal.set_status("aborted", "the node is shutting down")
+                goal.set_status("aborted", SHUTDOWN)
         if self._goals:
             time.sleep(_SECONDS_TO_SEND)
 

@@ -7,13 +7,10 @@ from typing import Dict, Iterable, List, Optional, Sequence, Tuple
 
 from rosoclingo.bags.model import Entry
 from rosoclingo.loop.atom_text import last_argument
-from rosoclingo.loop.goals import RECALLED
-from rosoclingo.loop.journal import Event
+from rosoclingo.loop.journal import RECALLED, SHUTDOWN, Event
 
 INPUTS = ("goal", "cancel", "message")
 """The kinds of events that come from outside."""
-
-_SHUTDOWN = "the node is shutting down"  # the reason when a node was told to end, as by Ctrl-C
 
 
 @dataclass(frozen=True)
@@ -160,9 +157,9 @@ def slot(event: Event) -> str:
 def _shutdown(entries: Sequence[Entry]) -> Optional[int]:
     for place, entry in enumerate(entries):
         event = entry.event
-        if event.kind == "end" and event.text == _SHUTDOWN:
+        if event.kind == "end" and event.text == SHUTDOWN:
             return place
-        if event.kind == "status" and _SHUTDOWN in event.details:
+        if event.kind == "status" and SHUTDOWN in event.details:
             return place
     return None
 
