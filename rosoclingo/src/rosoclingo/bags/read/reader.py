@@ -10,7 +10,7 @@ from rosoclingo.bags.errors import BagTypeError, NoSystemError, SeveralSystemsEr
 from rosoclingo.bags.model import Entry, Program, Recording
 from rosoclingo.bags.read.bagfile import Bag, read_bag
 from rosoclingo.bags.read.decode import Decoder
-from rosoclingo.bags.read.without_journal import TOPICS, Historian
+from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said, in_order
 from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about, solvers, text_entries
 from rosoclingo.bags.wire import Connection, Message
 from rosoclingo.loop.journal import Event
@@ -189,18 +189,19 @@ class _Reading:
     def _read_topics(self) -> Tuple[Entry, ...]:
         begin = self._begin
         topics = {f"{self._name}/{topic}": LOOP_TYPES[topic] for topic in TOPICS}
-        messages = list(self._messages(topics))
-        out = f"{self._name}/out"
-        historian = Historian(said.id for one, said in messages if one.connection.topic == out)
+        recorded = [
+            Said(owner(one.connection.topic)[1], (one.time - begin) * 1e-9, message)
+            for one, message in self._messages(topics)
+        ]
+        historian = Historian(said.message.id for said in recorded if said.topic == "out")
         entries: List[Entry] = []
 
         def add(seconds: float, events: Iterator[Event]) -> None:
             for event in events:
                 entries.append(Entry(len(entries) + 1, seconds, event))
 
-        for message, said in messages:
-            seconds = (message.time - begin) * 1e-9
-            add(seconds, historian.take(owner(message.connection.topic)[1], seconds, said))
+        for said in in_order(recorded):
+            add(said.seconds, historian.take(said))
         add(entries[-1].seconds if entries else 0.0, historian.release())
         return tuple(entries)
 

@@ -2,15 +2,15 @@
 
 What the journal has and the topics do not: when the loop waited, what it dropped and what it
 thought. The order is that of the recording, but for an answer that was recorded just before its
-action, because they take different ways to the recorder. Steps are counted: one is over when all
-actuators that act in it have answered.
+action or just after what followed from it, because topics take different ways to the recorder.
+Steps are counted: one is over when all actuators that act in it have answered.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from typing import Any, Callable, Dict, Iterable, Iterator, Mapping, Set, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Set, Tuple
 
 from rosoclingo.loop.journal import Event
 
@@ -22,8 +22,46 @@ _WORDS = {
     7: "accepted", 8: "canceled",
 }  # fmt: skip
 _ENDS = (2, 3, 4, 5, 8)  # of actionlib's statuses
-_SWAPPED_SECONDS = 0.2  # how much earlier than its action an answer may be recorded
+_ABOUT_GOALS = ("status", "feedback", "result")
+_SWAPPED_SECONDS = 0.2  # how much too early or too late an answer may be recorded
 _HORIZON = re.compile(r"plan (\d+) steps?")
+
+
+class Said(NamedTuple):
+    """A message of one of :data:`TOPICS`.
+
+    Attributes:
+        topic: The last name of the topic.
+        seconds: When it was recorded.
+        message: What it says.
+    """
+
+    topic: str
+    seconds: float
+    message: Any
+
+
+def in_order(recorded: Iterable[Said]) -> List[Said]:
+    """Returns messages in the bag's order, but each answer before what followed from it.
+
+    The loop does nothing while it waits for an answer. So goals whose statuses change just before
+    it show that it was recorded too late.
+    """
+    ordered: List[Said] = []
+    acting: Set[str] = set()
+    for said in recorded:
+        place = len(ordered)
+        if said.topic == "out":
+            acting.add(said.message.id)
+        elif said.topic == "in" and said.message.id in acting:
+            acting.remove(said.message.id)
+            earliest = said.seconds - _SWAPPED_SECONDS
+            while (
+                ordered[place - 1].topic in _ABOUT_GOALS and ordered[place - 1].seconds > earliest
+            ):
+                place -= 1
+        ordered.insert(place, said)
+    return ordered
 
 
 class Historian:
@@ -53,14 +91,9 @@ class Historian:
             "result": self._result,
         }
 
-    def take(self, topic: str, seconds: float, message: Any) -> Iterator[Event]:
-        """Yields the events that a message of one of :data:`TOPICS` makes known.
-
-        Args:
-            topic: The last name of the topic.
-            seconds: When it was recorded, in seconds.
-            message: What it says.
-        """
+    def take(self, said: Said) -> Iterator[Event]:
+        """Yields the events that a message makes known."""
+        topic, seconds, message = said
         yield from self.release(seconds - _SWAPPED_SECONDS)
         if topic == "in" and self._is_early(message.id):
             self._held[message.id] = seconds, message

@@ -1,0 +1,38 @@
+"""The order of a run of which there is no journal."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import List, Tuple
+
+import pytest
+
+from rosoclingo.bags.read.without_journal import Said, in_order
+
+ACTION, ANSWER, STATUS, GOAL = ("out", "robot"), ("in", "robot"), ("status", ""), ("goal", "")
+
+
+def order(*recorded: Tuple[Tuple[str, str], float]) -> List[Tuple[str, str]]:
+    said = [Said(topic, at, SimpleNamespace(id=name)) for (topic, name), at in recorded]
+    return [(one.topic, one.message.id) for one in in_order(said)]
+
+
+@pytest.mark.parametrize("what", ["status", "feedback", "result"])
+def test_an_answer_that_was_recorded_after_what_followed_from_it(what: str) -> None:
+    followed = (what, "")
+    ordered = order((ACTION, 1.0), (followed, 1.5), (followed, 1.51), (ANSWER, 1.52), (ACTION, 1.6))
+    assert ordered == [ACTION, ANSWER, followed, followed, ACTION]
+
+
+@pytest.mark.parametrize(
+    "recorded",
+    [
+        [(ACTION, 1.0), (STATUS, 1.1), (ANSWER, 2.0)],  # long before
+        [(ACTION, 1.0), (STATUS, 1.1), (GOAL, 1.2), (ANSWER, 1.21)],  # the goal may have caused it
+        [(ACTION, 1.0), (ANSWER, 1.1), (STATUS, 1.2), (ANSWER, 1.21)],  # which answers nothing
+        [(ACTION, 1.0), (STATUS, 1.1), (("in", "info"), 1.11)],  # no answer
+        [(("out", "arm"), 0.9), (ACTION, 1.0), (ANSWER, 1.1)],
+    ],
+)
+def test_what_stays(recorded: List[Tuple[Tuple[str, str], float]]) -> None:
+    assert order(*recorded) == [what for what, _ in recorded]
