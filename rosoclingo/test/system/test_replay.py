@@ -71,6 +71,14 @@ for group in groups:
 """,
 }
 
+# The same with time in between, as a robot needs it, so that a recorder has all in order.
+SLOWLY = {
+    "robot": IN_ORDER["robot"]
+    .replace("answers.publish(", "threading.Timer(0.3, answers.publish, (")
+    .replace('"success")', '"success")).start()'),
+    "client": IN_ORDER["client"] + "    time.sleep(0.3)\n",
+}
+
 # Everything comes at random, while the loop works or not.
 AT_RANDOM = {
     "robot": """
@@ -373,7 +381,8 @@ def test_a_line_in_a_rostest(terminals: Terminals, recorder: Recorder, tmp_path:
 def test_a_bag_of_an_old_system(terminals: Terminals, recorder: Recorder) -> None:
     """It has no journal, and does not say what was started."""
     # Whichever goal the loop hears of first, the way is the same: the bag does not say when it did.
-    bag = recorder.record(["visit(3)", "visit(5) visit(4)"], [line()], failures=[2])
+    groups = ["visit(3)", "visit(5) visit(4)"]
+    bag = recorder.record(groups, [line()], failures=[2], driver=SLOWLY)
     new_topics = ("/journal", "/about")
     old = copy(bag, "old.bag", lambda topic, data: None if topic.endswith(new_topics) else data)
     ended = replay(terminals, old)
