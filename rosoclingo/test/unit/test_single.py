@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
+from dataclasses import asdict
 from pathlib import Path
 from random import Random
-from typing import Callable, List
+from typing import Callable, List, Optional
 
 import pytest
 from conftest import PACKAGE, System
 
 from rosclingo.errors import OptionsError, ProgramError
 from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Result
 from rosoclingo.errors import LoopError
-from rosoclingo.single.algorithm1 import last_step
+from rosoclingo.loop.controller import Info
+from rosoclingo.single.algorithm1 import Algorithm1, Position, Stage, last_step
 from rosoclingo.single.dialects import detect
 
 Make = Callable[..., System]
@@ -67,6 +71,27 @@ def test_the_last_step() -> None:
     for text in ("steps=x", "steps=0", "steps=-1", "steps="):
         with pytest.raises(OptionsError, match="steps is a number"):
             last_step(("-c", text))
+
+
+@pytest.mark.parametrize(("first", "last"), [(0, None), (1, 4), (0, 1)])
+def test_its_position_can_be_saved_at_any_time(first: int, last: Optional[int]) -> None:
+    chance = Random(1)
+    for _ in range(50):
+        steady = Algorithm1(first, last)
+        position = steady.position
+        for _ in range(40):
+            info = Info(
+                chance.choice([None, *Result]),
+                pending_actions=chance.random() < 0.4,
+                new_messages=chance.random() < 0.3,
+                horizon=chance.choice([None, None, 3]),
+            )
+            restored = Algorithm1(first, last)
+            restored.position = position
+            assert restored.decide(info) == steady.decide(info)
+            saved = json.loads(json.dumps(asdict(restored.position), default=lambda s: s.value))
+            position = Position(**{**saved, "stage": Stage(saved["stage"])})
+            assert position == steady.position
 
 
 @EVERY

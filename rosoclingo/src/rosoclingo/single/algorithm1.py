@@ -8,8 +8,10 @@ there is no last step, because no program has to be grounded for all of them.
 
 from __future__ import annotations
 
+import enum
 import math
-from typing import Any, Callable, Generator, Optional, Sequence, Set, Tuple, Type
+from dataclasses import dataclass, replace
+from typing import Any, Callable, Mapping, Optional, Sequence, Set, Tuple, Type
 
 import clingo
 
@@ -18,11 +20,51 @@ from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.controller import Info
-from rosoclingo.loop.goals import Goal, Stage
+from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.goals import Stage as GoalStage
 from rosoclingo.loop.state import State
 from rosoclingo.single.dialects import Dialect2, PaperDialect
 
-_Commands = Generator[str, Info, Info]
+
+class Stage(enum.Enum):
+    """What is to be done next."""
+
+    BEGIN = "begin"
+    GROUND = "ground"  # the steps before the first
+    PLAN = "plan"
+    EXTEND = "extend"  # the horizon, for a plan
+    GROW = "grow"  # the horizon, for a step
+    QUERY = "query"  # a plan for a horizon that was grounded for a plan
+    OPEN = "open"  # likewise, for a step
+    BACK = "back"  # there was no plan, and the reason is gone
+    NEAR = "near"
+    START = "start"  # the first plan has been published
+    WAIT = "wait"  # for the first goal
+    ACT = "act"
+    DONE = "done"
+    RELEASE = "release"
+    ADVANCE = "advance"
+
+
+@dataclass(frozen=True)
+class Position:
+    """Where Algorithm 1 is: all that it keeps from one decision to the next.
+
+    Attributes:
+        stage: What is to be done next.
+        step: The current step.
+        horizon: The step that is planned up to.
+        grounded: The last step that was grounded in the beginning.
+        started: Whether the first plan has been published.
+        untouched: Whether nothing has come since the beginning.
+    """
+
+    stage: Stage
+    step: int
+    horizon: int
+    grounded: int = 0
+    started: bool = False
+    untouched: bool = True
 
 
 class Algorithm1:
@@ -30,6 +72,7 @@ class Algorithm1:
 
     Attributes:
         dynamic: Whether it takes messages and goals, which it does.
+        position: Where it is; it goes on from there when that is set.
     """
 
     dynamic = True
@@ -43,85 +86,118 @@ class Algorithm1:
         """
         self._first = first_step
         self._last = last_step
+        self._stages: Mapping[Stage, Callable[[Info], str]] = {
+            Stage.BEGIN: lambda _: self._go(Stage.GROUND, "initialize"),
+            Stage.GROUND: lambda _: self._ground(),
+            Stage.PLAN: self._plan,
+            Stage.EXTEND: lambda _: self._go(Stage.QUERY, f"ground({self.position.horizon})"),
+            Stage.GROW: lambda _: self._go(Stage.OPEN, f"ground({self.position.horizon})"),
+            Stage.QUERY: lambda _: self._go(Stage.PLAN, self._query(True)),
+            Stage.OPEN: lambda _: self._go(Stage.RELEASE, self._query(True)),
+            Stage.BACK: lambda _: self._back(),
+            Stage.NEAR: lambda _: self._go(Stage.PLAN, self._query(True)),
+            Stage.START: self._start,
+            Stage.WAIT: self._wait,
+            Stage.ACT: self._act,
+            Stage.DONE: self._done,
+            Stage.RELEASE: lambda _: self._release(),
+            Stage.ADVANCE: lambda _: self._advance(),
+        }
         self.prepare()
 
     def prepare(self) -> None:
         """Begins anew."""
-        self._step = self._horizon = self._first
-        self._commands = self._run()
-        self._begun = False
-        self._untouched = True  # nothing has come since the beginning
+        self.position = Position(Stage.BEGIN, self._first, self._first)
 
     def decide(self, info: Info) -> clingo.Symbol:
         """Returns the next command, such as ``ground(3)``."""
-        command = self._commands.send(info) if self._begun else next(self._commands)
-        self._begun = True
-        return parse_term(command)
+        return parse_term(self._stages[self.position.stage](info))
 
     def look_ahead(self, info: Info) -> None:
         """Does nothing: a decision takes no time."""
 
     def describe(self, info: Info) -> str:
         """Describes what the last decision was made from."""
-        return f"step: {self._step}; horizon: {self._horizon}; infos: {info.events()}"
+        position = self.position
+        return f"step: {position.step}; horizon: {position.horizon}; infos: {info.events()}"
 
     def check(self) -> None:
         """Checks nothing: it is in this process."""
 
-    def _run(self) -> Generator[str, Info, None]:
-        yield "initialize"
-        for step in range(1, self._first + 1):
-            yield f"ground({step})"
-        info = yield f"assign_external(query({self._horizon}),true)"
-        info = yield from self._plan(info)
-        info = yield f"commit_actions({self._step})"
-        if self._untouched and self._step == self._horizon and not info.pending_actions:
-            while not info.new_messages:
-                info = yield "idle"  # the first goal belongs to the first step
-        while True:
-            while info.new_messages or info.pending_actions:
-                if info.new_messages:
-                    info = yield from self._plan(info)
-                    info = yield f"commit_actions({self._step})"
-                else:
-                    info = yield "idle"
-            info = yield f"status_update({self._step})"
-            while self._step == self._horizon and not info.new_messages:
-                info = yield "idle"
-            if info.new_messages and (self._step < self._horizon or self._horizon == self._last):
-                info = yield from self._plan(info)
-                info = yield f"commit_actions({self._step})"
-                continue
-            if self._step == self._horizon:
-                yield from self._extend(None)
-            yield f"release_step({self._step})"
-            self._step += 1
-            info = yield f"commit_actions({self._step})"
+    def _go(self, stage: Stage, command: str, **changes: Any) -> str:
+        """Notes what follows a command, and returns the command."""
+        self.position = replace(self.position, stage=stage, **changes)
+        return command
 
-    def _plan(self, info: Info) -> _Commands:
+    def _query(self, value: bool) -> str:
+        return f"assign_external(query({self.position.horizon}),{str(value).lower()})"
+
+    def _ground(self) -> str:
+        """Grounds the steps before the first, and asks for a plan up to the first."""
+        step = self.position.grounded + 1
+        if step > self._first:
+            return self._go(Stage.PLAN, self._query(True))
+        return self._go(Stage.GROUND, f"ground({step})", grounded=step)
+
+    def _plan(self, info: Info) -> str:
         """Searches for a plan with all that has come, up to the first horizon that has one."""
-        while info.new_messages or info.result is not Result.SAT:
-            if info.new_messages:
-                self._untouched = False
-                info = yield f"assign_messages({self._step})"
-            elif info.result is not Result.UNSAT:
-                info = yield "solve"
-            elif self._horizon == self._last or (info.horizon or 0) > (self._last or math.inf):
-                yield "exit"
-                # Going on means that the reason is gone, and the horizon may be nearer again.
-                yield f"assign_external(query({self._horizon}),false)"
-                self._horizon = self._step
-                info = yield f"assign_external(query({self._horizon}),true)"
-            else:
-                info = yield from self._extend(info.horizon)
-        return info
+        position = self.position
+        if info.new_messages:
+            command = f"assign_messages({position.step})"
+            return self._go(Stage.PLAN, command, untouched=False)
+        if info.result is Result.SAT:
+            follows = Stage.ACT if position.started else Stage.START
+            return self._go(follows, f"commit_actions({position.step})", started=True)
+        if info.result is not Result.UNSAT:
+            return self._go(Stage.PLAN, "solve")
+        if position.horizon == self._last or (info.horizon or 0) > (self._last or math.inf):
+            return self._go(Stage.BACK, "exit")
+        return self._extend(Stage.EXTEND, info.horizon)
 
-    def _extend(self, needed: Optional[int]) -> _Commands:
+    def _extend(self, follows: Stage, needed: Optional[int]) -> str:
         """Asks for the goal one step later, or at the horizon that the plan needs."""
-        yield f"assign_external(query({self._horizon}),false)"
-        self._horizon = max(self._horizon + 1, needed or 0)
-        yield f"ground({self._horizon})"
-        return (yield f"assign_external(query({self._horizon}),true)")
+        horizon = max(self.position.horizon + 1, needed or 0)
+        return self._go(follows, self._query(False), horizon=horizon)
+
+    def _back(self) -> str:
+        # That exit has not ended the node means that the reason is gone; the horizon may be nearer.
+        return self._go(Stage.NEAR, self._query(False), horizon=self.position.step)
+
+    def _start(self, info: Info) -> str:
+        position = self.position
+        is_through = position.step == position.horizon and not info.pending_actions
+        if position.untouched and is_through:
+            return self._wait(info)
+        return self._act(info)
+
+    def _wait(self, info: Info) -> str:
+        """Waits for the first goal, which belongs to the first step."""
+        return self._act(info) if info.new_messages else self._go(Stage.WAIT, "idle")
+
+    def _act(self, info: Info) -> str:
+        """Waits for the answers in a step; plans again if something has come."""
+        if info.new_messages:
+            return self._plan(info)
+        if info.pending_actions:
+            return self._go(Stage.ACT, "idle")
+        return self._go(Stage.DONE, f"status_update({self.position.step})")
+
+    def _done(self, info: Info) -> str:
+        """Goes on to the next step, if the plan has one or something has come."""
+        position = self.position
+        is_last = position.step == position.horizon
+        if is_last and not info.new_messages:
+            return self._go(Stage.DONE, "idle")
+        if info.new_messages and (not is_last or position.horizon == self._last):
+            return self._plan(info)
+        return self._extend(Stage.GROW, None) if is_last else self._release()
+
+    def _release(self) -> str:
+        return self._go(Stage.ADVANCE, f"release_step({self.position.step})")
+
+    def _advance(self) -> str:
+        step = self.position.step + 1
+        return self._go(Stage.ACT, f"commit_actions({step})", step=step)
 
 
 def last_step(clingo_options: Sequence[str]) -> Optional[int]:
@@ -188,7 +264,7 @@ def commands_for(
             super().status_update(step)
             for slot in self.state.goals.slots:
                 goal = self.state.goals.occupant(slot)
-                if goal is None or goal.stage is Stage.ENDED:
+                if goal is None or goal.stage is GoalStage.ENDED:
                     continue
                 self.state.set_status(slot, "accepted")
                 if step.number == self.state.horizon:
