@@ -248,7 +248,9 @@ class Rehearsal:
         self._result = None
         if name == "assign_external" and str(arguments[1]) == "true":
             self._horizon = arguments[0].arguments[0].number
-        elif name == "solve":
+        elif name in ("query", "plan"):
+            self._horizon = arguments[0].number
+        if name in ("solve", "plan"):
             self._result = Result.SAT if self._horizon >= self._due else Result.UNSAT
         elif name == "assign_messages":
             if self._goal_is_new:

@@ -403,7 +403,7 @@ def test_a_trusted_file_with_a_main_loop_is_taken_without_it(allowed: Path) -> N
     assert facts(engine, "base") == ("a",)
     engine.apply(Restart())
     assert remarks == [
-        f"{path}: the main loop of #include <incmode> is not used; clients of the node ground and "
+        f"{path}: warning: the main loop of #include <incmode> is not used; clients ground and "
         "solve"
     ]
 

@@ -37,6 +37,21 @@ def test_a_right_guess_is_taken_and_a_wrong_one_changes_nothing() -> None:
     ]  # fmt: skip
 
 
+def test_a_wrong_guess_does_not_hold_up_the_loop(tmp_path: Path) -> None:
+    file = tmp_path / "mode.lp"
+    file.write_text(
+        "#external event(info,(new_messages;result(sat;unsat)),0). do(controller,idle,1)."
+        "1 { at(P,H) : H = 1..11 } 1 :- P = 1..12, event(info,result(sat),0)."
+        ":- at(P,H), at(Q,H), P < Q."
+    )
+    controller = make(str(file))
+    controller.look_ahead(SAT)  # takes minutes
+    assert str(controller.decide(UNSAT)) == "idle"
+    controller.look_ahead(SAT)
+    controller.prepare()
+    assert str(controller.decide(UNSAT)) == "idle"
+
+
 def test_a_fresh_start_forgets_what_was_decided_ahead() -> None:
     controller = make()
     controller.decide(Info())

@@ -28,7 +28,9 @@ def test_an_answer_that_was_recorded_after_what_followed_from_it(what: str) -> N
     "recorded",
     [
         [(ACTION, 1.0), (STATUS, 1.1), (ANSWER, 2.0)],  # long before
-        [(ACTION, 1.0), (STATUS, 1.1), (GOAL, 1.2), (ANSWER, 1.21)],  # the goal may have caused it
+        [(ACTION, 1.0), (STATUS, 1.1), (GOAL, 1.2), (ANSWER, 1.21)],
+        [(ACTION, 1.0), (GOAL, 1.1), (STATUS, 1.2), (ANSWER, 1.21)],  # the goal may have caused it
+        [(ACTION, 1.0), (("cancel", ""), 1.1), (STATUS, 1.2), (ANSWER, 1.21)],
         [(ACTION, 1.0), (ANSWER, 1.1), (STATUS, 1.2), (ANSWER, 1.21)],  # which answers nothing
         [(ACTION, 1.0), (STATUS, 1.1), (("in", "info"), 1.11)],  # no answer
         [(("out", "arm"), 0.9), (ACTION, 1.0), (ANSWER, 1.1)],

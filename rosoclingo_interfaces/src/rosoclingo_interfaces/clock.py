@@ -46,12 +46,12 @@ def reason() -> str:
 
 
 def _watch(waits: Callable[[], bool]) -> None:
-    pulse = Watchdog(rospy.get_rostime)
+    watchdog = Watchdog(rospy.get_rostime)
     end = threading.Event()
     on_shutdown(end.set)
     warn_at = SILENCE_SECONDS
     while not end.wait(_POLL_SECONDS):
-        still = pulse.still()
+        still = watchdog.still()
         if still < SILENCE_SECONDS:
             warn_at = SILENCE_SECONDS
         elif still >= warn_at and waits():

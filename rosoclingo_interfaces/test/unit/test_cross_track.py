@@ -44,11 +44,11 @@ def test_back_round_a_corner() -> None:
 
 def test_a_pulse() -> None:
     now, value = 0.0, [0]
-    pulse = Watchdog(lambda: list(value), lambda: now)
-    assert pulse.still() == 0.0
+    watchdog = Watchdog(lambda: list(value), lambda: now)
+    assert watchdog.still() == 0.0
     now = 4.0
-    assert pulse.still() == 4.0
+    assert watchdog.still() == 4.0
     value[0] = 1
-    assert pulse.still() == 0.0
+    assert watchdog.still() == 0.0
     now = 6.0
-    assert pulse.still() == 2.0
+    assert watchdog.still() == 2.0

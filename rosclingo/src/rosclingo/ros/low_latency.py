@@ -120,14 +120,17 @@ class LowLatencyActionServer(actionlib.ActionServer):
         """Keeps a result, if the node that sent the goal is not connected for it yet."""
         goals = [each.goal for each in self.status_list if each.status is status and each.goal]
         for goal in goals:
-            client = goal._connection_header["callerid"]
-            if not self.result_pub.impl.has_connection(client):
+            client = (goal._connection_header or {}).get("callerid")
+            if client and not self.result_pub.impl.has_connection(client):
                 message = self.ActionResult(status=status, result=result)
                 message.header.stamp = rospy.Time.now()
                 self._kept.append((now, client, message))
 
     def _send_kept_results(self, send: Callable[[Any], None]) -> None:
-        """Sends a new subscriber the results that it should have got before."""
+        """Sends a new subscriber the results that it should have got before.
+
+        rospy makes connections one by one, so it is the one that is connected now.
+        """
         with self.lock:
             oldest = time.monotonic() - _KEPT_SECONDS
             kept = list(self._kept)
@@ -137,6 +140,14 @@ class LowLatencyActionServer(actionlib.ActionServer):
                     send(message)
                 elif when > oldest:
                     self._kept.append((when, client, message))
+
+    def internal_goal_callback(self, goal: Any) -> None:
+        """Takes a goal; one whose cancel request has come first is known by that only."""
+        with self.lock:
+            for known in self.status_list:
+                if known.status.goal_id.id == goal.goal_id.id and known.goal is None:
+                    known.goal = goal  # whose result is its sender's
+            super().internal_goal_callback(goal)
 
     def internal_cancel_callback(self, goal_id: GoalID) -> None:
         """Takes a cancel request; one for a goal that has ended and left the list does nothing."""

@@ -205,7 +205,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
 
     The exit status is 0, or 2 when the command line or a file is wrong.
     """
-    faulthandler.enable()  # says where clingo has ended the process, if it does
+    faulthandler.enable()  # says where a division of clingo's has ended the process
     arguments = rospy.myargv(list(arguments) or sys.argv)[1:]
     try:
         options = parse_options(arguments)

@@ -258,7 +258,7 @@ class _Sources:
         for file in included:
             if file is None:
                 self.remarks.append(
-                    f"{path}: the main loop of #include <incmode> is not used; clients of the node "
+                    f"{path}: warning: the main loop of #include <incmode> is not used; clients "
                     "ground and solve"
                 )
                 continue

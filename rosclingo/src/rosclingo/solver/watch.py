@@ -66,7 +66,7 @@ class Watch:
                     self._error = err
                     self.stopped = True
                 if self.stopped:
-                    self._interrupt()
+                    self._interrupt()  # clingo's, which raises nothing
             return self.stopped
 
 
@@ -80,11 +80,11 @@ class _Watcher:
 
     def add(self, watch: Watch) -> None:
         with self._changed:
+            if not self._begun:
+                threading.Thread(target=self._run, name="watch", daemon=True).start()
+                self._begun = True
             self._watches.append(watch)
             self._changed.notify()
-            if not self._begun:
-                self._begun = True
-                threading.Thread(target=self._run, name="watch", daemon=True).start()
 
     def remove(self, watch: Watch) -> None:
         with self._changed:

@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
+import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Protocol, Sequence, Set, Tuple
+from typing import (
+    Callable,
+    Dict,
+    FrozenSet,
+    Iterable,
+    List,
+    NamedTuple,
+    Optional,
+    Protocol,
+    Sequence,
+    Set,
+    Tuple,
+)
 
 import clingo
 
@@ -33,7 +46,7 @@ class Info:
     """What the controller learns before it decides (docs/protocol.md, section "Infos").
 
     Attributes:
-        result: The result of the last command, if that was ``solve``.
+        result: The result of the last command, if that was a search.
         pending_actions: Whether an actuator of the current step has not answered.
         new_messages: Whether there is something for ``assign_messages`` to do.
         request_reset: Whether a goal has ended since the last reset.
@@ -86,10 +99,31 @@ class Decider(Protocol):
 
 @dataclass(frozen=True)
 class _Decision:
-    """A command, and the events by which the controller is reminded of what it saves."""
+    """A command, and what belongs to it.
+
+    Attributes:
+        command: What is to be done.
+        saved: The events by which the controller is reminded of what it saves.
+        true: The events from which it has decided.
+    """
 
     command: clingo.Symbol
     saved: Tuple[str, ...]
+    true: FrozenSet[str]
+
+
+class _Ahead(NamedTuple):
+    """A decision that is made in the background.
+
+    Attributes:
+        info: What it is made from.
+        unwanted: Set when it is not needed any more, because the controller learns something else.
+        decision: The decision.
+    """
+
+    info: Info
+    unwanted: threading.Event
+    decision: Future[_Decision]
 
 
 class Controller:
@@ -102,7 +136,8 @@ class Controller:
         self._saved: Tuple[str, ...] = ()
         self._save_events: Dict[str, str] = {}
         self._background = ThreadPoolExecutor(1, "look ahead")
-        self._ahead: Optional[Tuple[Info, Future[_Decision]]] = None
+        self._ahead: Optional[_Ahead] = None
+        self._decided_from: FrozenSet[str] = frozenset()  # the last time
 
     def prepare(self) -> None:
         """Grounds the mode, on a fresh solver, and sees what it declares.
@@ -110,7 +145,7 @@ class Controller:
         Raises:
             ControllerError: That fails.
         """
-        self._take_ahead()
+        self._take_ahead(None)
         reply = self._solver.run([Restart(), Ground((Part("base"),)), GetExternals()])
         if reply.failure is not None:
             raise ControllerError(f"the controller's mode cannot be used: {reply.failure.message}")
@@ -133,10 +168,9 @@ class Controller:
         Raises:
             ControllerError: There is no command, more than one, or no answer set.
         """
-        ahead = self._take_ahead()
-        is_known = ahead is not None and ahead[0] == info
-        decision = ahead[1].result() if ahead and is_known else self._decide(info)
-        self._saved = decision.saved
+        ahead = self._take_ahead(info)
+        decision = self._decide(info) if ahead is None else ahead.result()
+        self._saved, self._decided_from = decision.saved, decision.true
         return decision.command
 
     def look_ahead(self, info: Info) -> None:
@@ -144,17 +178,26 @@ class Controller:
 
         The mode's answer depends on nothing else, so nothing is lost if it learns something else.
         """
-        self._ahead = info, self._background.submit(self._decide, info)
+        unwanted = threading.Event()
+        decision = self._background.submit(self._decide, info, unwanted.is_set)
+        self._ahead = _Ahead(info, unwanted, decision)
 
-    def _take_ahead(self) -> Optional[Tuple[Info, Future[_Decision]]]:
-        """Waits for the decision in the background, since one thread may use the solver."""
+    def _take_ahead(self, info: Optional[Info]) -> Optional[Future[_Decision]]:
+        """Waits for the decision in the background, since one thread may use the solver.
+
+        Returns:
+            The decision, if there is one that was made from this.
+        """
         ahead, self._ahead = self._ahead, None
-        if ahead is not None:
-            ahead[1].exception()
-        return ahead
+        if ahead is None:
+            return None
+        if ahead.info != info:
+            ahead.unwanted.set()
+        ahead.decision.exception()
+        return ahead.decision if ahead.info == info else None
 
-    def _decide(self, info: Info) -> _Decision:
-        """Decides from what was saved last.
+    def _decide(self, info: Info, stopped: Optional[Callable[[], bool]] = None) -> _Decision:
+        """Decides from what was saved last, until told to stop.
 
         Only the externals that change are set, so that this takes no longer with more steps.
         """
@@ -169,7 +212,7 @@ class Controller:
                     "nothing else restarted it"
                 )
         self._true = true
-        outcome = self._solver.solve()
+        outcome = self._solver.solve((), stopped)
         commands, fluents = _split(outcome.symbols)
         if outcome.result is not Result.SAT or len(commands) != 1:
             said = (
@@ -179,10 +222,10 @@ class Controller:
             )
             raise ControllerError(
                 f"the controller {said}, where one command is needed; "
-                + self._situation(info, outcome.symbols)
+                + _situation(info, true, outcome.symbols)
             )
         saved = tuple(event for event in map(self._save_event, fluents) if event)
-        return _Decision(parse_term(commands[0]), saved)
+        return _Decision(parse_term(commands[0]), saved, frozenset(true))
 
     def check(self) -> None:
         """Raises an error if the solver is not there any more."""
@@ -190,15 +233,7 @@ class Controller:
 
     def describe(self, info: Info) -> str:
         """Describes what the last decision was made from."""
-        return self._situation(info, ())
-
-    def _situation(self, info: Info, symbols: Sequence[str]) -> str:
-        saved = [atom for atom in sorted(self._true) if atom.startswith("event(save,")]
-        answer = f"; answer set: {' '.join(symbols) or 'empty'}" if symbols else ""
-        return (
-            f"infos: {' '.join(info.events()) or 'none'}; saved: {' '.join(saved) or 'none'}"
-            + answer
-        )
+        return _situation(info, self._decided_from, ())
 
     def _save_event(self, fluent: str) -> str:
         """Returns the external that a fluent is saved in, or nothing if there is none.
@@ -212,6 +247,14 @@ class Controller:
             atoms = (event("save", spelling, 0) for spelling in spellings)
             self._save_events[fluent] = next((a for a in atoms if a in self._declared), "")
         return self._save_events[fluent]
+
+
+def _situation(info: Info, true: Iterable[str], symbols: Sequence[str]) -> str:
+    saved = [atom for atom in sorted(true) if atom.startswith("event(save,")]
+    answer = f"; answer set: {' '.join(symbols) or 'empty'}" if symbols else ""
+    return (
+        f"infos: {' '.join(info.events()) or 'none'}; saved: {' '.join(saved) or 'none'}" + answer
+    )
 
 
 def _split(symbols: Sequence[str]) -> Tuple[List[str], List[str]]:

@@ -22,7 +22,8 @@ class Stage(enum.Enum):
 class Goal:
     """A request and how its client learns of it; subclasses say the latter.
 
-    Only the loop's thread uses it, but for :meth:`recall`.
+    Only the loop's thread uses it, or who asks whether its search is to stop; all may use
+    :meth:`recall`.
 
     Attributes:
         id: What the client calls it.

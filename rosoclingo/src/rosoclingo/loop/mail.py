@@ -25,7 +25,7 @@ _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are log
 class Mail:
     """Messages, goals and cancel requests until ``assign_messages``.
 
-    Only the loop's thread uses it.
+    Only the loop's thread uses it, or who asks whether its search is to stop.
 
     What the planner does not know, or what is rosoclingo's own, is dropped as soon as it comes, so
     that the controller never hears of it. That can be told once there is a step after step 0, since

@@ -43,7 +43,9 @@ class Environment:
 
 
 class State:
-    """The system's state. Only the loop's thread uses it.
+    """The system's state.
+
+    Only the loop's thread uses it, or who asks whether its search is to stop.
 
     Attributes:
         planner: The planner.
@@ -53,7 +55,7 @@ class State:
         step: The current step: that of the last ``status_update`` or ``commit_actions``.
         horizon: The step T for which ``query(T)`` was made true last.
         grounded: The steps that are grounded.
-        result: The result of the last command, if that was ``solve``.
+        result: The result of the last command, if that was a search.
         ended: Whether the loop is through with its work.
         told: The events that were made true since the last plan was found, in order; each with
             whether it came from outside.

@@ -314,8 +314,8 @@ def open_inbox() -> Inbox:
         _refuse(err)
     on_shutdown(inbox.close)
     if isinstance(inbox, ReplayInbox):
-        gate = inbox
-        subscriber("~open_gate", Empty, lambda _: gate.open())
+        held = inbox
+        subscriber("~open_gate", Empty, lambda _: held.open())
     return inbox
 
 

@@ -43,7 +43,7 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
     The exit status is 0, 1 when the loop had to end, or 2 when the command line, a file or a
     parameter is wrong.
     """
-    faulthandler.enable()  # says where clingo has ended the process, if it does
+    faulthandler.enable()  # says where a division of clingo's has ended the process
     arguments = rospy.myargv(list(arguments) or sys.argv)[1:]
     try:
         options = parse_options(arguments)

@@ -44,8 +44,8 @@ class Said(NamedTuple):
 def in_order(recorded: Iterable[Said]) -> List[Said]:
     """Returns messages in the bag's order, but each answer before what followed from it.
 
-    The loop does nothing while it waits for an answer. So goals whose statuses change just before
-    it show that it was recorded too late.
+    While the loop waits for an answer, it changes the status of a goal only if a goal or a cancel
+    request comes. So statuses just before the answer show that it was recorded too late.
     """
     ordered: List[Said] = []
     acting: Set[str] = set()
@@ -60,6 +60,8 @@ def in_order(recorded: Iterable[Said]) -> List[Said]:
                 ordered[place - 1].topic in _ABOUT_GOALS and ordered[place - 1].seconds > earliest
             ):
                 place -= 1
+            if ordered[place - 1].topic in ("goal", "cancel"):  # from which they may have followed
+                place = len(ordered)
         ordered.insert(place, said)
     return ordered
 
