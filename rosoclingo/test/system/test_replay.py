@@ -239,7 +239,7 @@ def test_compares_what_was_recorded(
     terminals: Terminals, recorder: Recorder, tmp_path: Path
 ) -> None:
     """The goals have other ids in each run."""
-    goals = ["visit(3)", "visit(5) visit(1)"]
+    goals = ["visit(3)", "visit(5)", "visit(1)"]  # one after the other: two would race
     names = ("a.bag", "b.bag", "c.bag")
     for name, failures in zip(names, ([2], [2], [])):
         recorder.record(goals, single=["-f", line()], failures=failures, name=name)
