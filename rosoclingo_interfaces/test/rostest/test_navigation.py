@@ -50,6 +50,7 @@ class TestNavigation(unittest.TestCase):
     @classmethod
     def setUpClass(cls) -> None:
         cls.ticker = Ticker()
+        wait_for(lambda: rospy.get_time() > 0)  # the clock has come here too
         cls.log: List[str] = []
         cls.listener = rospy.Subscriber("/rosout", Log, lambda message: cls.log.append(message.msg))
         cls.navigation = Navigation("/a/move_base")
