@@ -23,10 +23,10 @@ from rosclingo.solver.options import Options
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.controller import Controller
+from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.state import Environment
 from rosoclingo.single.algorithm1 import Algorithm1
 
 DYN_RESET, RECORDING, SINGLE = "dynamic.incremental.dyn_reset", "dynamic.incremental.recording", ""

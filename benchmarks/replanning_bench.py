@@ -27,11 +27,11 @@ from rosclingo.wire.commands import Assumption, Command, Improvement, Outcome, R
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.controller import Controller
+from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.solver import Forwarding
-from rosoclingo.loop.state import Environment
 from rosoclingo.single.algorithm1 import Algorithm1
 
 GRID = Grid(10, 4)  # a slot for the new request, too

@@ -15,7 +15,7 @@ from rosclingo.wire.commands import AssignExternal, Truth
 from rosoclingo.errors import ControllerError
 from rosoclingo.loop import diagnosis
 from rosoclingo.loop.atoms import event, query
-from rosoclingo.loop.search import Search
+from rosoclingo.loop.search import search
 from rosoclingo.loop.state import State
 
 _TRUTHS = frozenset(truth.value for truth in Truth)
@@ -27,12 +27,10 @@ class ROSCommands:
     def __init__(self, state: State) -> None:
         self.state = state
         self.planner = state.planner
-        self._search = Search(state)
 
     def initialize(self) -> None:
         """Grounds base, state(0) and query(0) on a fresh planner, and reads the slots."""
         self.state.begin(self.planner.begin(self.state.saved()))
-        self._search = Search(self.state)
 
     def ground(self, step: Symbol) -> None:
         """Grounds the state, transition and query of a step, unless they are grounded already.
@@ -42,13 +40,15 @@ class ROSCommands:
         steps = self._missing_steps(_step(step))
         if steps:
             self.planner.ground_steps(steps)
-            self.state.set_grounded(steps)
+            self.state.externals.grounded.update(steps)
 
     def _missing_steps(self, last: int) -> List[int]:
         """Returns the steps that are to be grounded for a horizon."""
-        self.state.tell_progress()
+        self.state.waiting.tell_progress(self.state.horizon)
         first = last if self.planner.needed is None else 1
-        return [step for step in range(first, last + 1) if step not in self.state.grounded]
+        return [
+            step for step in range(first, last + 1) if step not in self.state.externals.grounded
+        ]
 
     def query(self, step: Symbol) -> None:
         """Asks for a plan with another horizon, whose steps are grounded before if need be.
@@ -59,10 +59,10 @@ class ROSCommands:
         steps = self._missing_steps(horizon)
         before = None if self.state.horizon == horizon else self.state.horizon
         self.planner.query(horizon, before, steps)
-        self.state.set_grounded(steps)
+        self.state.externals.grounded.update(steps)
         if before is not None:
-            self.state.note_assigned(query(before), False)
-        self.state.note_assigned(query(horizon), True)
+            self.state.externals.note_assigned(query(before), False)
+        self.state.externals.note_assigned(query(horizon), True)
         self.state.horizon = horizon
 
     def assign_external(self, external: Symbol, value: Symbol) -> None:
@@ -78,7 +78,7 @@ class ROSCommands:
             self.planner.run(AssignExternal(str(external), truth))
         if external.match("query", 1) and truth is Truth.TRUE:
             self.state.horizon = _step(external.arguments[0])
-        self.state.note_assigned(str(external), truth is Truth.TRUE)
+        self.state.externals.note_assigned(str(external), truth is Truth.TRUE)
 
     def assign_externals(self, external: Symbol, value: Symbol) -> None:
         """Does what assign_external does; the manual spells it so."""
@@ -86,11 +86,11 @@ class ROSCommands:
 
     def release_external(self, external: Symbol) -> None:
         """Makes an external of the planner false for good."""
-        self.state.release(str(external))
+        self.state.externals.release(str(external))
 
     def solve(self) -> None:
         """Searches for a plan; a message, goal or cancel request ends the search."""
-        self._search.run()
+        search(self.state)
 
     def plan(self, step: Symbol) -> None:
         """Searches for a plan with another horizon: does what query and solve do."""
@@ -104,7 +104,7 @@ class ROSCommands:
     def status_update(self, step: Symbol) -> None:
         """Sets the goals' statuses as the plan has them in a step."""
         state, number = self.state, _step(step)
-        state.make_true(state.move_to(number))
+        state.externals.make_true(state.move_to(number))
         for slot, word in state.plan.statuses(number):
             state.set_status(slot, word)
 
@@ -117,7 +117,7 @@ class ROSCommands:
         for action in new:
             state.commit(action)
         commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in new]
-        for atom, _ in state.make_true(passed + commits):
+        for atom, _ in state.externals.make_true(passed + commits):
             if atom in commits:
                 state.warn_once(
                     "commit",
@@ -130,7 +130,7 @@ class ROSCommands:
 
     def release_step(self, step: Symbol) -> None:
         """Releases the externals of a step that were not made true."""
-        self.state.release_later(_step(step))
+        self.state.externals.release_later(_step(step))
 
     def reset(self, step: Symbol) -> None:
         """Makes the fluents of a step the initial ones, and forgets what happened until then."""
@@ -145,8 +145,8 @@ class ROSCommands:
     def idle(self) -> None:
         """Waits for a message, a goal or a cancel request."""
         self.planner.run()  # tells what is still to be told, while nobody waits
-        self.state.release_now()
-        self.state.wait()
+        self.state.externals.release_now()
+        self.state.waiting.wait(self.state.step)
 
     def exit(self) -> None:
         """Ends the node, with the reason: there is no plan within the maximal horizon.

@@ -14,11 +14,11 @@ from rosclingo.solver.options import Options, parse_options
 from rosoclingo.commands import ROSCommands
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.controller import Controller, Decider
-from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.solver import Solver
-from rosoclingo.loop.state import Environment
 from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
 from rosoclingo.single.dialects import detect, says_status
 
@@ -26,11 +26,11 @@ PACKAGE = Path(__file__).resolve().parents[2]
 TIMEOUT = 30.0  # seconds; no more than a bound for what never comes
 
 
-class RecordedGoal(Goal):
+class RecordedGoal(Goal, GoalClient):
     """A goal that remembers what its client is told."""
 
-    def __init__(self, request: str) -> None:
-        super().__init__(request, (f"information of {request}",))
+    def __init__(self, request: str, identifier: str = "") -> None:
+        super().__init__(request, (f"information of {request}",), identifier, self)
         self.words: List[str] = []
         self.lines: List[str] = []
         self.reason = ""

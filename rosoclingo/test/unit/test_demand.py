@@ -16,6 +16,7 @@ from rosclingo.wire.commands import AssignExternal, Command, GetExternals, Groun
 from rosoclingo.loop import demand
 from rosoclingo.loop.journal import BEST_SO_FAR, Event
 from rosoclingo.loop.solver import Forwarding
+from rosoclingo.loop.vocabulary import ToldVocabulary
 
 TOLD = str(PACKAGE / "example/line_demand.lp")
 MODES = ("recording", "reset", "dyn_reset")
@@ -140,7 +141,7 @@ def test_examples_exclude_no_messages(system: Callable[..., System]) -> None:
 def test_examples_exclude_nothing_of_an_actuator_that_is_called_by_a_number() -> None:
     known = demand.Demand()
     known.examples = ["visit(1)"]
-    vocabulary = demand.ToldVocabulary(known, ["1", "2"])
+    vocabulary = ToldVocabulary(known, ["1", "2"])
     assert vocabulary.is_sure([("2", "fly(2)")], 1)
     assert not vocabulary.is_sure([("7", "success")], 1)
 

@@ -95,7 +95,7 @@ def test_ground_and_assign(run: Callable[..., System]) -> None:
     system = run("initialize", "ground(1)", "ground(2)", "assign_external(query(2),true)")
     assert externals(system) == ["query(2)"]
     assert system.loop.state.horizon == 2
-    assert system.loop.state.grounded == {0, 1, 2}
+    assert system.loop.state.externals.grounded == {0, 1, 2}
 
 
 @pytest.mark.parametrize("spelling", ["assign_external", "assign_externals"])
@@ -149,7 +149,7 @@ def test_pending_actions_until_the_right_one_answers(run: Callable[..., System])
     system.world.answer = lambda actuator, action: None
     state = system.loop.state
     system.goal("visit(2)")
-    state.take_mail()
+    state.mail.take(may_ask=True)
     state.assign_messages(0)
     state.mail.tell()
     commands = ROSCommands(state)
@@ -158,10 +158,10 @@ def test_pending_actions_until_the_right_one_answers(run: Callable[..., System])
     assert system.world.published == [("robot", "go(2)")]
     assert state.mail.pending_actions
     system.send("camera", "success")
-    state.take_mail()
+    state.mail.take(may_ask=True)
     assert state.mail.pending_actions
     system.send("robot", "success")
-    state.take_mail()
+    state.mail.take(may_ask=True)
     assert not state.mail.pending_actions
     assert state.mail.new_messages
     # Nothing is published twice.
@@ -183,7 +183,7 @@ def test_the_past_stays_the_past(run: Callable[..., System]) -> None:
 def test_release_step(run: Callable[..., System]) -> None:
     system = run("initialize", "ground(1)")
     system.send("info", "close(3)")
-    system.loop.state.take_mail()
+    system.loop.state.mail.take(may_ask=True)
     system.loop.state.assign_messages(0)
     ROSCommands(system.loop.state).release_step(Number(0))
     ROSCommands(system.loop.state).solve()  # at the latest now

@@ -186,7 +186,7 @@ def test_reset_every_r_steps(system: Make) -> None:
         assert running.goal(f"visit({target})").wait() == "succeeded"
     assert running.world.actions == _walk([1, *targets])
     assert len(running.world.actions) > 100
-    assert max(running.loop.state.grounded) <= 12
+    assert max(running.loop.state.externals.grounded) <= 12
 
 
 def test_reset_after_each_goal(system: Make) -> None:
@@ -195,7 +195,7 @@ def test_reset_after_each_goal(system: Make) -> None:
     for target in targets:
         assert running.goal(f"visit({target})").wait() == "succeeded"
     assert running.world.actions == _walk([1, *targets])
-    assert max(running.loop.state.grounded) <= 6
+    assert max(running.loop.state.externals.grounded) <= 6
 
 
 def test_a_reset_keeps_what_was_learned(system: Make) -> None:

@@ -146,17 +146,17 @@ def test_a_late_cancel_leaves_the_next_goal_alone(system: Make, tmp_path: Path) 
     state, commands = made.loop.state, ROSCommands(made.loop.state)
     commands.initialize()
     first = made.goal("visit(1)")
-    state.take_mail()
+    state.mail.take(may_ask=True)
     commands.assign_messages(Number(0))
     made.cancel(first)
     second, third = made.goal("visit(2)"), made.goal("visit(3)")
-    state.take_mail()
+    state.mail.take(may_ask=True)
     first.set_status("succeeded")  # before the cancel request has been assigned
     state.move_to(1)
     commands.ground(Number(1))
     commands.assign_messages(Number(1))
     assert {second.slot, third.slot} == {"1", "2"}
-    true = [atom for atom, value in state.externals().items() if value is Truth.TRUE]
+    true = [atom for atom, value in state.externals.read().items() if value is Truth.TRUE]
     assert not any("cancel" in atom for atom in true)
 
 
@@ -263,7 +263,7 @@ def test_reset_after_a_mode_has_set_and_released_events(system: Make, tmp_path: 
     made.loop.prepare()
     for _ in commands:
         made.loop.step()
-    assert made.loop.state.externals()["event(robot,success,0)"] is Truth.FALSE
+    assert made.loop.state.externals.read()["event(robot,success,0)"] is Truth.FALSE
 
 
 def test_steps_in_any_order(system: Make, tmp_path: Path) -> None:
@@ -274,7 +274,7 @@ def test_steps_in_any_order(system: Make, tmp_path: Path) -> None:
     made.loop.prepare()
     for _ in commands:
         made.loop.step()
-    assert sorted(made.loop.state.externals()) == ["e(0)", "e(1)", "e(2)"]
+    assert sorted(made.loop.state.externals.read()) == ["e(0)", "e(1)", "e(2)"]
 
 
 @pytest.mark.parametrize("command", ["ground(a)", "commit_actions(f(1))", 'assign_messages("x")'])
@@ -350,7 +350,7 @@ def test_release_step_keeps_what_the_mode_has_made_true(system: Make, tmp_path: 
     made.loop.prepare()
     for _ in commands:
         made.loop.step()
-    assert sorted(made.loop.state.externals()) == [
+    assert sorted(made.loop.state.externals.read()) == [
         "event(save,f,0)", "event(save,f,1)", "gate(0)", "open(0)", "open(1)", "query(0)",
         "query(1)",
     ]  # fmt: skip

@@ -21,6 +21,7 @@ from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.inputs import inputs
 from rosoclingo.bags.replay.schedule import Schedule
 from rosoclingo.bags.replay.schedule import commands as done
+from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Cancel, Inbox, Message
 from rosoclingo.loop.journal import FOR_A_REPLAY, RECALLED, Event
 from rosoclingo.loop.replay_inbox import Due, Phase, ReplayInbox, decode, encode
@@ -38,11 +39,10 @@ class NotedGoal(RecordedGoal):
     """A goal that the journal knows of, as one of the node's action."""
 
     def __init__(self, run: Run, identifier: str, request: str) -> None:
-        super().__init__(request)
-        self.id = identifier
+        super().__init__(request, identifier)
         self._run = run
 
-    def noted(self, word: str, reason: str) -> None:
+    def noted(self, goal: Goal, word: str, reason: str) -> None:
         self._run.note("status", self.id, word, (self.slot or "", reason))
 
 

@@ -9,7 +9,7 @@ import pytest
 from conftest import PACKAGE, System
 
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop import state
+from rosoclingo.loop import waiting
 
 Make = Callable[..., System]
 LINE = (PACKAGE / "example/line.lp").read_text()
@@ -78,7 +78,7 @@ def test_an_encoding_of_the_paper_that_hides(single: Make, tmp_path: Path) -> No
 
 
 def test_a_long_search_says_how_far_it_is(system: Make, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(state, "_SILENT_SECONDS", -1.0)
+    monkeypatch.setattr(waiting, "_SILENT_SECONDS", -1.0)
     made = system("dynamic.incremental.recording", "-c", "steps=9")
     goal = made.goal("visit(4)")
     made.start()

@@ -274,7 +274,7 @@ def test_any_message_is_an_event_in_the_dialect_1_0(single: Make, tmp_path: Path
     running.send("sensor", "reading(7)")
     assert running.goal("visit(1)").wait() == "succeeded"
     assert running.world.warnings == []
-    shown = running.loop.state.plan._symbols
+    shown = running.loop.state.plan.symbols
     assert any(atom.startswith("heard(sensor,reading(7),") for atom in shown)
     assert any(atom.startswith("heard(robot,success,") for atom in shown)
 

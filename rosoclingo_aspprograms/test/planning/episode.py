@@ -15,10 +15,10 @@ from rosclingo.wire.commands import Result
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import LoopError, ShutdownError
 from rosoclingo.loop.controller import Controller
-from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.inbox import Cancel, Inbox, Message
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.state import Environment
 from rosoclingo.single.algorithm1 import Algorithm1, commands_for
 from rosoclingo.single.dialects import detect, says_status
 from rosoclingo_aspprograms.validator import Map, Validator
@@ -39,11 +39,11 @@ OFFICE = str(PACKAGE / "mailbot" / "instances" / "graph_wg.lp")
 REQUEST = str(PACKAGE / "mailbot" / "mailbot" / "requests" / "request01.lp")
 
 
-class Request(Goal):
+class Request(Goal, GoalClient):
     """A goal that remembers what its client is told, and tells the validator."""
 
     def __init__(self, request: str, validator: Validator) -> None:
-        super().__init__(request)
+        super().__init__(request, client=self)
         self.words: List[str] = []
         self.reason = ""
         self.cancel_requested = False
@@ -166,7 +166,7 @@ class Episode(Inbox, Environment):
         self._turn = turn if turn is not None else self.succeed
         self._closed = False
         try:
-            if not self.loop.state.grounded and not self.published:
+            if not self.loop.state.externals.grounded and not self.published:
                 self.loop.prepare()
             while not self.closed:
                 self.loop.step()

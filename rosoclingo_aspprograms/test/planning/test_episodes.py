@@ -92,7 +92,7 @@ class RandomEpisode(Episode):
         running = self.mode != FIXED or bool(self.pending)
         if self.left and running and self.random.random() < 0.15:
             self._ask()
-        calm = max(self.loop.state.grounded, default=0) > self.long and self.mode != FIXED
+        calm = max(self.loop.state.externals.grounded, default=0) > self.long and self.mode != FIXED
         if running and not calm and self.random.random() < self.trouble:
             self._say("blocked", self.random.choice(sorted(self.graph.edges, key=sorted)))
         if self._known() and running and self.random.random() < 0.1:
@@ -118,7 +118,7 @@ class RandomEpisode(Episode):
     def _outcome(self, action: str) -> str:
         if (
             self.random.random() >= self.failures
-            or max(self.loop.state.grounded, default=0) > self.long
+            or max(self.loop.state.externals.grounded, default=0) > self.long
         ):
             return "success"
         if action.startswith("go("):

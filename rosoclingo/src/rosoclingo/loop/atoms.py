@@ -36,10 +36,14 @@ class Action:
 
 
 class Plan:
-    """What rosoclingo reads of the planner's answer set: do/3, status/3, holds/2 and abort/2."""
+    """What rosoclingo reads of the planner's answer set: do/3, status/3, holds/2 and abort/2.
+
+    Attributes:
+        symbols: The answer set.
+    """
 
     def __init__(self, symbols: Sequence[str] = ()) -> None:
-        self._symbols = symbols
+        self.symbols = tuple(symbols)
         self._actions: Dict[int, List[Action]] = {}
         self._statuses: Dict[int, List[Tuple[str, str]]] = {}
         self._aborts: Dict[int, List[str]] = {}
@@ -79,7 +83,7 @@ class Plan:
     def fluents(self, step: int) -> List[str]:
         """Returns the fluents that are true at a step."""
         fluents = []
-        for text in self._symbols:
+        for text in self.symbols:
             if text.startswith("holds(") and text.endswith(f",{step})"):
                 arguments = _arguments(text, "holds", 2)
                 if arguments is not None:
@@ -88,7 +92,7 @@ class Plan:
 
     def last_fluents(self, step: int) -> List[str]:
         """Returns the fluents of the last step up to one, of which the plan shows any."""
-        steps = [last_argument(text) for text in self._symbols if text.startswith("holds(")]
+        steps = [last_argument(text) for text in self.symbols if text.startswith("holds(")]
         past = [shown for shown in steps if shown is not None and shown <= step]
         return self.fluents(max(past)) if past else []
 

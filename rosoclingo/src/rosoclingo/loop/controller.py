@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -81,6 +82,12 @@ class Decider(Protocol):
     def dynamic(self) -> bool:
         """Whether it takes messages and goals."""
 
+    def snapshot(self) -> str:
+        """Returns all that it keeps from one decision to the next, as a text of its own kind."""
+
+    def restore(self, saved: str) -> None:
+        """Begins anew, and goes on where another one was whose snapshot this is."""
+
     def prepare(self) -> None:
         """Begins anew."""
 
@@ -156,6 +163,15 @@ class Controller:
         self._true = {atom for atom, value in answer.values if value is not Truth.FALSE}
         self._true &= self._declared
         self._saved = ()
+
+    def snapshot(self) -> str:
+        """Returns the events that the mode wants to be reminded of, as JSON."""
+        return json.dumps(self._saved)
+
+    def restore(self, saved: str) -> None:
+        """Grounds the mode, as :meth:`prepare` does, and goes on from a snapshot."""
+        self.prepare()
+        self._saved = tuple(json.loads(saved))
 
     @property
     def dynamic(self) -> bool:

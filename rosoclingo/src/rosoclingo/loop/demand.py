@@ -8,15 +8,15 @@ An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 from typing import Deque, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from clingo import SymbolType
 
 from rosclingo.errors import shorten
-from rosclingo.solver.terms import parse_term, split_term
+from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import AssignExternal, Command, Ground, Part, Truth
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop.vocabulary import explain, no_request_like
 
 Pair = Tuple[str, str]
 """Source and content of an event."""
@@ -26,6 +26,21 @@ _RESERVED = ("event", "search", "state", "transition", "query")
 _ASKS = "ground("
 _HORIZON = "horizon("
 _MOST_UNKNOWN = 10_000  # pairs that the encoding does not know, and of which that is remembered
+
+
+@dataclass(frozen=True)
+class DemandSnapshot:
+    """What a :class:`Demand` is restored from; its attributes are those of the demand."""
+
+    tells: bool
+    searches: bool
+    declared: Tuple[Tuple[str, str, bool], ...]
+    examples: Tuple[str, ...]
+    pending: Tuple[Part, ...]
+    queries: Tuple[Tuple[str, Truth], ...]
+    grounded: Tuple[str, ...]
+    count: int
+    has_news: bool
 
 
 class Demand:
@@ -52,6 +67,30 @@ class Demand:
     def __bool__(self) -> bool:
         """Whether the encoding has opted in."""
         return self.tells or self._searches
+
+    def snapshot(self) -> DemandSnapshot:
+        """Returns what is known now."""
+        return DemandSnapshot(
+            self.tells,
+            self._searches,
+            tuple((source, content, known) for (source, content), known in self.declared.items()),
+            tuple(self.examples),
+            tuple(self._pending),
+            tuple(self._queries.items()),
+            tuple(sorted(self._grounded)),
+            self._count,
+            self._has_news,
+        )
+
+    def restore(self, saved: DemandSnapshot) -> None:
+        """Takes over what was known in a run that was interrupted."""
+        self.tells, self._searches = saved.tells, saved.searches
+        self.declared = {(source, content): known for source, content, known in saved.declared}
+        self._unknown = deque(pair for pair, known in self.declared.items() if not known)
+        self.examples = list(saved.examples)
+        self._pending, self._queries = list(saved.pending), dict(saved.queries)
+        self._grounded = set(saved.grounded)
+        self._count, self._has_news = saved.count, saved.has_news
 
     def begin(self, parts: Sequence[Tuple[str, int]]) -> None:
         """Takes note that the planner begins again, and of the parts that its encoding has.
@@ -179,50 +218,3 @@ def needed_horizon(symbols: Sequence[str]) -> Optional[int]:
             if symbol.match("horizon", 1) and symbol.arguments[0].type is SymbolType.Number:
                 needed = max(symbol.arguments[0].number, needed or 0)
     return needed
-
-
-class ToldVocabulary:
-    """The events that an encoding knows which is told them, as far as it was asked.
-
-    Its examples spare it questions: a request is unknown which has an argument that no example of
-    its form has at this place.
-    """
-
-    def __init__(self, demand: Demand, slots: Iterable[str]) -> None:
-        self._demand = demand
-        self._slots = frozenset(slots)  # requests come from them, and from nobody else
-        self._arguments: Dict[Tuple[str, int], List[Set[str]]] = {}  # of the examples of each form
-        for example in demand.examples:
-            name, arguments = split_term(example)
-            places = self._arguments.setdefault((name, len(arguments)), [set() for _ in arguments])
-            for known, argument in zip(places, arguments):
-                known.add(argument)
-
-    def knows(self, pairs: Sequence[Pair], grounded: int) -> bool:
-        """Whether the encoding knows one of the pairs."""
-        return any(self._demand.declared.get(pair, False) for pair in pairs)
-
-    def is_sure(self, pairs: Sequence[Pair], grounded: int) -> bool:
-        """Whether it was asked about all of the pairs, or need not be."""
-        return all(pair in self._demand.declared or self._is_foreign(pair) for pair in pairs)
-
-    def _is_foreign(self, pair: Pair) -> bool:
-        """Whether the examples exclude a request."""
-        source, content = pair
-        if not self._arguments or source not in self._slots:
-            return False
-        name, arguments = split_term(content)
-        places = self._arguments.get((name, len(arguments)))
-        return places is None or any(
-            argument not in known for known, argument in zip(places, arguments)
-        )
-
-    def learn(self, externals: object, grounded: int) -> None:
-        """Learns nothing: the encoding is asked about each pair."""
-
-    def explain(self, source: str, content: str) -> str:
-        """Says why there is no such event."""
-        if self._demand.examples:
-            return explain(content, sorted(self._demand.examples))
-        declared = self._demand.declared.items()
-        return no_request_like(content, [c for (s, c), known in declared if known and s == source])

@@ -37,7 +37,7 @@ def end(state: State) -> None:
     state.tries += 1
     if mend_contradiction(state) or _is_called_away(state):
         return
-    steps = max(state.grounded, default=0)
+    steps = max(state.externals.grounded, default=0)
     goals = state.goals.open
     if state.step and state.step >= steps:
         late = f"; it is too late for {_requests(goals)}" if goals else ""
@@ -52,7 +52,7 @@ def end(state: State) -> None:
     if not (state.abort_unreachable and lost):
         raise LoopError(reason)
     state.environment.warn(f"{reason}; given up, as ~abort_unreachable says")
-    state.make_true([_cancel(state, goal) for goal in lost])
+    state.externals.make_true([_cancel(state, goal) for goal in lost])
     for goal in lost:
         goal.given_up = reason
     state.tries = 0
@@ -80,7 +80,7 @@ def _unreachable(state: State, goals: List[Goal]) -> List[Goal]:
         return time.monotonic() > due or _is_called_away(state)
 
     atoms = [_cancel(state, goal) for goal in goals]
-    if any(state.is_true(atom) for atom in atoms):
+    if any(state.externals.is_true(atom) for atom in atoms):
         return []
     lost: List[Goal] = []
     missing = state.planner.assign(atoms, Truth.TRUE)
@@ -182,19 +182,19 @@ def _take_causes_back(state: State) -> List[str]:
         return state.planner.has_answer_set(lambda: state.mail.inbox.closed) is True
 
     taken: List[str] = []
-    for atom in state.from_outside()[: -_MOST_EVENTS - 1 : -1]:
-        state.take_back(atom)
+    for atom in state.externals.from_outside()[: -_MOST_EVENTS - 1 : -1]:
+        state.externals.take_back(atom)
         taken.insert(0, atom)
         if is_consistent():
             break
     else:
-        state.make_true(taken, from_outside=True)
+        state.externals.make_true(taken, from_outside=True)
         return []
     causes = []
     for atom in taken:
-        state.make_true([atom], from_outside=True)
+        state.externals.make_true([atom], from_outside=True)
         if not is_consistent():
-            state.take_back(atom)
+            state.externals.take_back(atom)
             causes.append(atom)
     return causes
 
@@ -205,7 +205,7 @@ def _begin_again(state: State) -> None:
     Raises:
         LoopError: That is not possible.
     """
-    told = shorten(", ".join(state.told), 500)
+    told = shorten(", ".join(state.externals.told), 500)
     if state.can_begin_again():
         state.environment.warn(
             f"the program has no answer set any more, even without a goal, after {told or 'a step'}"
@@ -230,8 +230,8 @@ def _contradictory_part(state: State, stopped: Callable[[], bool]) -> Optional[s
         The parts of a step if that is the fault of none of them alone; None if nothing contradicts
         itself beyond the horizon of the last plan, which had an answer set.
     """
-    steps = sorted(step for step in state.grounded if step > state.planned)
-    past = sorted(step for step in state.grounded if step <= state.planned)
+    steps = sorted(step for step in state.externals.grounded if step > state.planned)
+    past = sorted(step for step in state.externals.grounded if step <= state.planned)
 
     def is_contradictory(parts: Sequence[Part]) -> bool:
         state.planner.run(Ground(tuple(parts)))

@@ -6,7 +6,8 @@ import enum
 import itertools
 import threading
 from collections import deque
-from typing import Deque, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
+from dataclasses import dataclass
+from typing import Callable, Deque, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 from rosoclingo.loop.journal import RECALLED
 
@@ -19,8 +20,39 @@ class Stage(enum.Enum):
     ENDED = "ended"
 
 
+class GoalClient:
+    """Who has sent a goal, and learns what becomes of it; subclasses override the methods."""
+
+    def noted(self, goal: Goal, word: str, reason: str) -> None:
+        """The status has changed; does not wait, nor use the goal's methods."""
+
+    def accepted(self) -> None:
+        """The planner has accepted the request."""
+
+    def ended(self, word: str, reason: str) -> None:
+        """The goal is rejected, succeeded, canceled or aborted."""
+
+    def feedback(self, line: str) -> None:
+        """Something about the goal has changed."""
+
+
+@dataclass(frozen=True)
+class GoalSnapshot:
+    """What a :class:`Goal` is restored from; its attributes are those of the goal."""
+
+    id: str
+    request: str
+    information: Tuple[str, ...]
+    slot: Optional[str]
+    stage: Stage
+    recalled: bool
+    given_up: str
+    cancel_told: bool
+    told: Tuple[Tuple[str, str], ...]
+
+
 class Goal:
-    """A request and how its client learns of it; subclasses say the latter.
+    """A request, and how far it is.
 
     Only the loop's thread uses it, or who asks whether its search is to stop; all may use
     :meth:`recall`.
@@ -34,9 +66,16 @@ class Goal:
         recalled: Whether it was canceled before it had a slot.
         given_up: Why rosoclingo has canceled it by itself; empty if it has not. Such a goal ends
             aborted as soon as the planner has canceled it.
+        cancel_told: Whether the planner knows that it is to be canceled.
     """
 
-    def __init__(self, request: str, information: Sequence[str] = (), identifier: str = "") -> None:
+    def __init__(
+        self,
+        request: str,
+        information: Sequence[str] = (),
+        identifier: str = "",
+        client: Optional[GoalClient] = None,
+    ) -> None:
         self.id = identifier
         self.request = request
         self.information = tuple(information)
@@ -44,9 +83,40 @@ class Goal:
         self.stage = Stage.PENDING
         self.recalled = False
         self.given_up = ""
-        # Guards slot and stage; held for moments only, and only noted() of a subclass runs under it
+        self.cancel_told = False
+        self._client = client or GoalClient()
+        # Guards slot and stage; held for moments only, and only the client's noted() runs under it
         self._lock = threading.Lock()
         self._told: Dict[str, str] = {}  # the last line of each kind
+
+    def snapshot(self) -> GoalSnapshot:
+        """Returns what the goal is now."""
+        return GoalSnapshot(
+            self.id,
+            self.request,
+            self.information,
+            self.slot,
+            self.stage,
+            self.recalled,
+            self.given_up,
+            self.cancel_told,
+            tuple(self._told.items()),
+        )
+
+    @classmethod
+    def restore(cls, saved: GoalSnapshot, client: GoalClient) -> Goal:
+        """Returns a goal that is as another was.
+
+        Args:
+            saved: What that one was.
+            client: Who has sent it.
+        """
+        goal = cls(saved.request, saved.information, saved.id, client)
+        goal.slot, goal.stage = saved.slot, saved.stage
+        goal.recalled, goal.given_up = saved.recalled, saved.given_up
+        goal.cancel_told = saved.cancel_told
+        goal._told = dict(saved.told)
+        return goal
 
     def set_status(self, word: str, reason: str = "") -> bool:
         """Sets the status to accepted, rejected, succeeded, canceled or aborted.
@@ -72,14 +142,14 @@ class Goal:
                 self.stage = Stage.ACTIVE if steps[-1] == "accepted" else Stage.ENDED
         for step in steps:
             if step == "accepted" and word == "aborted":
-                self.accepted()  # no more than the legal way there
+                self._client.accepted()  # no more than the legal way there
                 continue
-            self.noted(step, reason)
+            self._client.noted(self, step, reason)
             if step == "accepted":
-                self.accepted()
+                self._client.accepted()
                 self.tell("accepted")
             else:
-                self.ended(step, reason)
+                self._client.ended(step, reason)
         return bool(steps) and self.stage is Stage.ENDED
 
     def recall(self) -> None:
@@ -89,8 +159,8 @@ class Goal:
                 return
             self.stage = Stage.ENDED
             self.recalled = True
-            self.noted("canceled", RECALLED)  # before the loop can see it
-        self.ended("canceled", RECALLED)
+            self._client.noted(self, "canceled", RECALLED)  # before the loop can see it
+        self._client.ended("canceled", RECALLED)
 
     def place(self, slot: str) -> bool:
         """Gives the goal a slot, unless it has been recalled, and returns whether it was not."""
@@ -111,19 +181,7 @@ class Goal:
             self._told.pop("planning,", None)  # the next search is another one
         if self._told.get(kind) != line:
             self._told[kind] = line
-            self.feedback(line)
-
-    def noted(self, word: str, reason: str) -> None:
-        """The status has changed; does not wait, nor use the goal's other methods."""
-
-    def accepted(self) -> None:
-        """The planner has accepted the request."""
-
-    def ended(self, word: str, reason: str) -> None:
-        """The goal is rejected, succeeded, canceled or aborted."""
-
-    def feedback(self, line: str) -> None:
-        """Something about the goal has changed."""
+            self._client.feedback(line)
 
 
 _TRANSITIONS: Mapping[str, Mapping[Stage, Tuple[str, ...]]] = {
@@ -134,6 +192,23 @@ _TRANSITIONS: Mapping[str, Mapping[Stage, Tuple[str, ...]]] = {
     "aborted": {Stage.PENDING: ("accepted", "aborted"), Stage.ACTIVE: ("aborted",)},
 }
 STATUSES = frozenset(_TRANSITIONS)
+
+
+@dataclass(frozen=True)
+class GoalsSnapshot:
+    """What :class:`Goals` is restored from.
+
+    Attributes:
+        goals: The goals that have a slot, wait for one, or are spoken of elsewhere.
+        slots: Each slot, with the id of its goal.
+        waiting: The ids of the goals without a slot, in order.
+        some_ended: Whether a goal has ended since the last reset.
+    """
+
+    goals: Tuple[GoalSnapshot, ...]
+    slots: Tuple[Tuple[str, Optional[str]], ...]
+    waiting: Tuple[str, ...]
+    some_ended: bool
 
 
 class Goals:
@@ -149,6 +224,37 @@ class Goals:
         self.some_ended = False
         self._slots: Dict[str, Optional[Goal]] = {}
         self._waiting: Deque[Goal] = deque()
+
+    def snapshot(self, others: Iterable[Goal]) -> GoalsSnapshot:
+        """Returns what is known of all goals now.
+
+        Args:
+            others: Goals that have come, and are not known here yet or any more.
+        """
+        placed = [goal for goal in self._slots.values() if goal is not None]
+        goals = {goal.id: goal.snapshot() for goal in (*placed, *self._waiting, *others)}
+        return GoalsSnapshot(
+            tuple(goals.values()),
+            tuple((slot, None if goal is None else goal.id) for slot, goal in self._slots.items()),
+            tuple(goal.id for goal in self._waiting),
+            self.some_ended,
+        )
+
+    def restore(self, saved: GoalsSnapshot, client: Callable[[str], GoalClient]) -> Dict[str, Goal]:
+        """Takes over the goals of a run that was interrupted.
+
+        Args:
+            saved: What was known of them.
+            client: Returns who has sent a goal, by its id.
+
+        Returns:
+            All goals, by their ids.
+        """
+        goals = {goal.id: Goal.restore(goal, client(goal.id)) for goal in saved.goals}
+        self._slots = {slot: None if key is None else goals[key] for slot, key in saved.slots}
+        self._waiting = deque(goals[key] for key in saved.waiting)
+        self.some_ended = saved.some_ended
+        return goals
 
     def set_slots(self, slots: Iterable[str], *, keep: bool = False) -> None:
         """Sets the ids that the planner has for goals, all free.

@@ -5,8 +5,8 @@ Nothing here needs ROS: the solvers, the world outside and the commands are argu
 
 from __future__ import annotations
 
-import dataclasses
 import time
+from dataclasses import dataclass, replace
 from typing import Any, Callable, Dict, Tuple
 
 import clingo
@@ -16,10 +16,26 @@ from rosclingo.wire.commands import Result
 from rosoclingo.errors import ControllerError, LoopError, PlannerError, ShutdownError
 from rosoclingo.loop import diagnosis
 from rosoclingo.loop.controller import Decider, Info
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.journal import SHUTDOWN
+from rosoclingo.loop.snapshot import decode, encode
 from rosoclingo.loop.solver import Planner, Solver
-from rosoclingo.loop.state import Environment, State
+from rosoclingo.loop.state import State, StateSnapshot
+
+
+@dataclass(frozen=True)
+class LoopSnapshot:
+    """What a :class:`Loop` is restored from.
+
+    Attributes:
+        controller: What the controller keeps, as it says it.
+        state: The state.
+    """
+
+    controller: str
+    state: StateSnapshot
 
 
 class Loop:
@@ -94,6 +110,30 @@ class Loop:
             self.end(f"internal error: {err!r}")
             raise
 
+    def snapshot(self) -> str:
+        """Returns all that the loop knows, as JSON; called by its thread between two steps."""
+        return encode(LoopSnapshot(self._controller.snapshot(), self.state.snapshot()))
+
+    def restore(self, saved: str, client: Callable[[str], GoalClient]) -> Dict[str, Goal]:
+        """Goes on where another loop was, in the place of :meth:`prepare`.
+
+        The planner has to be as it was for that one; the inbox has what came since then.
+
+        Args:
+            saved: The snapshot.
+            client: Returns who has sent a goal, by its id.
+
+        Returns:
+            All goals, by their ids.
+
+        Raises:
+            ValueError: The text is no snapshot.
+            ControllerError: The controller cannot be prepared.
+        """
+        snapshot = decode(LoopSnapshot, saved)
+        self._controller.restore(snapshot.controller)
+        return self.state.restore(snapshot.state, client)
+
     def prepare(self) -> None:
         """Prepares the controller."""
         self._controller.prepare()
@@ -111,8 +151,8 @@ class Loop:
         if state.mail.inbox.closed:
             raise ShutdownError(SHUTDOWN)
         if state.ended:
-            state.rest()
-        state.take_mail()
+            state.waiting.rest()
+        state.mail.take(may_ask=True)
         mail = state.mail
         needed = state.needed_horizon
         info = Info(
@@ -151,7 +191,7 @@ class Loop:
             probable.update(pending_actions=True)
         elif name == "idle":
             probable.update(new_messages=True, pending_actions=False)
-        return dataclasses.replace(info, **probable)
+        return replace(info, **probable)
 
     def _check(self) -> None:
         for part in self._parts:

@@ -2,24 +2,80 @@
 
 from __future__ import annotations
 
-import math
 import time
-from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple, Union
+from dataclasses import dataclass
+from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
 from rosoclingo.loop.atoms import canonical, event
-from rosoclingo.loop.demand import Pair, ToldVocabulary
+from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.externals import PlannerExternals
 from rosoclingo.loop.goals import Goal, Goals
 from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message
 from rosoclingo.loop.journal import FOR_A_REPLAY
-from rosoclingo.loop.vocabulary import Vocabulary
-
-Ask = Callable[[Sequence[Pair]], object]
-"""Has it learned whether the planner knows events."""
 
 _RESERVED_IDS = ("commit", "save")
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
 _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
+
+
+@dataclass(frozen=True)
+class ActingSnapshot:
+    """An actuator that was told to act in the current step.
+
+    Attributes:
+        actuator: Its id.
+        seconds: Since when, in seconds before the snapshot.
+        overdue: Whether its time is over.
+        answer: What it has answered.
+    """
+
+    actuator: str
+    seconds: float
+    overdue: bool
+    answer: Optional[str]
+
+
+@dataclass(frozen=True)
+class HeldSnapshot:
+    """Something of which nobody can say yet whether the planner knows it.
+
+    Attributes:
+        kind: ``message``, ``goal`` or ``cancel``.
+        id: A message's id, or the goal's.
+        value: A message's value.
+    """
+
+    kind: str
+    id: str
+    value: str = ""
+
+
+@dataclass(frozen=True)
+class MailSnapshot:
+    """What :class:`Mail` is restored from; goals are given by their ids.
+
+    Attributes:
+        dynamic: Whether the mode takes messages and goals.
+        rejection: Why no goal can be taken, if that is so.
+        messages: Pairs of id and value.
+        cancels: Goals that are to be cancelled.
+        new_goals: Whether a goal has come, or a slot for one that waits.
+        held: What is held back, in order of arrival.
+        news: How much has come that the controller does not know of.
+        acting: The current step's actuators.
+        undeclared: Actuators of whose answers a warning was logged.
+    """
+
+    dynamic: bool
+    rejection: str
+    messages: Tuple[Tuple[str, str], ...]
+    cancels: Tuple[str, ...]
+    new_goals: bool
+    held: Tuple[HeldSnapshot, ...]
+    news: int
+    acting: Tuple[ActingSnapshot, ...]
+    undeclared: Tuple[str, ...]
 
 
 class Mail:
@@ -33,7 +89,6 @@ class Mail:
 
     Attributes:
         inbox: Where everything comes in.
-        goals: The goals.
         dynamic: Whether the mode takes messages and goals.
         rejection: Why no goal can be taken, if that is so.
         messages: Pairs of id and value.
@@ -45,28 +100,73 @@ class Mail:
         self,
         inbox: Inbox,
         goals: Goals,
+        externals: PlannerExternals,
         warn: Callable[[str], None],
         note: Callable[..., None],
     ) -> None:
         self.inbox = inbox
-        self.goals = goals
+        self._goals = goals
         self.dynamic = True
         self.rejection = ""
         self.messages: List[Tuple[str, str]] = []
         self.cancels: List[Goal] = []
         self.new_goals = False
+        self._externals = externals
         self._warn = warn
         self._note = note
-        self._vocabulary: Union[Vocabulary, ToldVocabulary] = Vocabulary()
-        self._grounded = 0  # steps; none before the planner is initialised
         self._held: List[Item] = []  # nobody can say yet whether the planner knows it
         self._arrivals = 0  # how much news has come
         self._told = 0  # how much of it the controller knows of
         self._acting: Dict[str, float] = {}  # the current step's actuators: when they were told
+        self._overdue: Set[str] = set()  # those of them whose time is over
         self._reminded: Dict[str, float] = {}  # when it was said last that one does not answer
         self._answers: Dict[str, str] = {}  # of those that answered in it
         self._undeclared: Set[str] = set()  # actuators of whose answers a warning was logged
         self._command_began: Optional[float] = None  # that which is carried out
+
+    def snapshot(self) -> MailSnapshot:
+        """Returns what has come and is not told yet, and who acts."""
+        now = time.monotonic()
+        return MailSnapshot(
+            self.dynamic,
+            self.rejection,
+            tuple(self.messages),
+            tuple(goal.id for goal in self.cancels),
+            self.new_goals,
+            tuple(map(_held, self._held)),
+            self._arrivals - self._told,
+            tuple(
+                ActingSnapshot(one, now - begin, one in self._overdue, self._answers.get(one))
+                for one, begin in self._acting.items()
+            ),
+            tuple(sorted(self._undeclared)),
+        )
+
+    def restore(self, saved: MailSnapshot, goals: Dict[str, Goal]) -> None:
+        """Takes over what had come in a run that was interrupted.
+
+        Args:
+            saved: What had come.
+            goals: The goals by their ids.
+        """
+        self.dynamic, self.rejection = saved.dynamic, saved.rejection
+        self.messages = list(saved.messages)
+        self.cancels = [goals[key] for key in saved.cancels]
+        self.new_goals = saved.new_goals
+        self._held = [_item(held, goals) for held in saved.held]
+        self._arrivals, self._told = saved.news, 0
+        now = time.monotonic()
+        self._acting = {one.actuator: now - one.seconds for one in saved.acting}
+        self._reminded = dict.fromkeys(self._acting, now)
+        self._overdue = {one.actuator for one in saved.acting if one.overdue}
+        self._answers = {one.actuator: one.answer for one in saved.acting if one.answer is not None}
+        self._undeclared = set(saved.undeclared)
+
+    @property
+    def goals_spoken_of(self) -> List[Goal]:
+        """The goals that are to be cancelled, or that nobody can judge yet."""
+        held = [item.goal if isinstance(item, Cancel) else item for item in self._held]
+        return [*self.cancels, *(item for item in held if isinstance(item, Goal))]
 
     # What the controller is told.
 
@@ -92,31 +192,20 @@ class Mail:
 
     # What comes in.
 
-    def begin(self, vocabulary: Union[Vocabulary, ToldVocabulary], *, keep: bool = False) -> None:
+    def begin(self, *, keep: bool = False) -> None:
         """The planner is initialised, and knows nothing yet.
 
         Args:
-            vocabulary: Which events its encoding knows.
             keep: Whether what has come and was not told yet is still to be told.
         """
-        self._vocabulary = vocabulary
-        self._grounded = 1
         if not keep:
             self.messages.clear()
             self.cancels.clear()
         self.begin_step()
 
-    def set_grounded(self, steps: int) -> None:
-        """Says how many steps are grounded, step 0 included."""
-        self._grounded = steps
-
-    def learn(self, externals: Iterable[str]) -> None:
-        """Looks at the planner's externals."""
-        self._vocabulary.learn(externals, self._grounded)
-
     def explain(self, slot: str, request: str, step: int) -> str:
         """Returns the reason why a goal is rejected that the planner declares no external for."""
-        why = self._vocabulary.explain(slot, request)
+        why = self._externals.explain(slot, request)
         atom = shorten(event(slot, request, step))
         return f"the planner does not know it: {why} (there is no external {atom})"
 
@@ -142,12 +231,12 @@ class Mail:
     def _waits(self) -> None:
         self._note("waiting", "", FOR_A_REPLAY)
 
-    def take(self, ask: Ask = lambda pairs: None) -> None:
+    def take(self, *, may_ask: bool = False) -> None:
         """Takes what has come, and drops what is wrong.
 
         Args:
-            ask: Has it learned whether the planner knows some pairs of id and content; without it,
-                what is unknown is held back.
+            may_ask: Whether the planner may be asked now whether it knows something; else what is
+                unknown is held back.
         """
         new = self.inbox.take()
         if not (new or self._held):
@@ -162,19 +251,19 @@ class Mail:
             self._note(*_event(item), seconds)
         for number, item in enumerate(items):
             try:
-                is_news = self._take(item, ask, dropped)
+                is_news = self._take(item, may_ask, dropped)
             except Exception:  # nothing is lost when the planner does not answer
                 self._held += items[number:]
                 raise
             if is_news and number >= len(held):
                 self._arrivals += 1
         self._log_dropped(dropped)
-        self.goals.tell_positions()
+        self._goals.tell_positions()
 
-    def _take(self, item: Item, ask: Ask, dropped: List[str]) -> bool:
+    def _take(self, item: Item, may_ask: bool, dropped: List[str]) -> bool:
         """Takes one thing, and returns whether it is news for the controller."""
         if isinstance(item, Cancel):
-            if self.goals.cancel(item.goal):
+            if self._goals.cancel(item.goal):
                 self.cancels.append(item.goal)
                 return True
             return False
@@ -182,33 +271,33 @@ class Mail:
             self._held.append(item)
             return True
         if isinstance(item, Message):
-            return self.dynamic and self._take_message(item, ask, dropped)
-        return self._take_goal(item, ask)
+            return self.dynamic and self._take_message(item, may_ask, dropped)
+        return self._take_goal(item, may_ask)
 
-    def _take_goal(self, goal: Goal, ask: Ask) -> bool:
+    def _take_goal(self, goal: Goal, may_ask: bool) -> bool:
         if self.rejection:
-            self.goals.end(goal, "rejected", self.rejection)
+            self._goals.end(goal, "rejected", self.rejection)
             return False
         if goal.request == "cancel":
             reason = "cancel is no request; a goal is cancelled by a cancel request of its action"
-            self.goals.end(goal, "rejected", reason)
+            self._goals.end(goal, "rejected", reason)
             return False
-        slots = self.goals.slots
+        slots = self._goals.slots
         pairs = [(slot, goal.request) for slot in slots]
-        if self._hold(goal, pairs, ask):
+        if self._hold(goal, pairs, may_ask):
             return True
-        if slots and not self._vocabulary.knows(pairs, self._grounded):
-            step = self._grounded - 1
-            self.goals.end(goal, "rejected", self.explain(slots[0], goal.request, step))
+        if slots and not self._externals.knows(pairs):
+            step = len(self._externals.grounded) - 1
+            self._goals.end(goal, "rejected", self.explain(slots[0], goal.request, step))
             return False
-        self.goals.add(goal)
+        self._goals.add(goal)
         # One for which there will be no slot in the next step either is no news.
-        news = self.goals.has_free_slot(next_step=True)
+        news = self._goals.has_free_slot(next_step=True)
         self.new_goals |= news
         return news
 
-    def _take_message(self, message: Message, ask: Ask, dropped: List[str]) -> bool:
-        if not self._grounded:  # the slots' ids are not known
+    def _take_message(self, message: Message, may_ask: bool, dropped: List[str]) -> bool:
+        if not self._externals.grounded:  # the slots' ids are not known
             self._held.append(message)
             return True
         try:
@@ -218,11 +307,11 @@ class Mail:
             return False
         if source in _RESERVED_IDS or (source == "info" and value == "passed"):
             reason = "these are rosoclingo's own"
-        elif self.goals.is_slot(source):
+        elif self._goals.is_slot(source):
             reason = "the id is a goal's slot, and goals are changed by the action only"
-        elif self._hold(message, [(source, value)], ask):
+        elif self._hold(message, [(source, value)], may_ask):
             return True
-        elif not self._vocabulary.knows([(source, value)], self._grounded):
+        elif not self._externals.knows([(source, value)]):
             if source in self._acting and source not in self._answers:
                 self._take_undeclared_answer(source, value)
                 return True
@@ -248,28 +337,30 @@ class Mail:
                 f"#external {shorten(f'event({source},{value},t)')}; this is said once"
             )
 
-    def _hold(self, item: Item, pairs: List[Pair], ask: Ask) -> bool:
+    def _hold(self, item: Item, pairs: List[Pair], may_ask: bool) -> bool:
         """Keeps an item for later if nobody can say whether the planner knows one of the pairs."""
-        vocabulary = self._vocabulary
-        if not (
-            vocabulary.knows(pairs, self._grounded) or vocabulary.is_sure(pairs, self._grounded)
-        ):
-            ask(pairs)
-            if not vocabulary.is_sure(pairs, self._grounded):
-                self._held.append(item)
-                return True
-        return False
+        externals = self._externals
+        if externals.knows(pairs) or externals.is_sure(pairs):
+            return False
+        if may_ask:
+            externals.ask(pairs)
+            if externals.is_sure(pairs):
+                return False
+        self._held.append(item)
+        return True
 
     # What the commands do.
 
     def begin_step(self) -> None:
         """Nobody acts yet in the step that begins."""
         self._acting.clear()
+        self._overdue.clear()
         self._answers.clear()
 
     def acts(self, actuator: str) -> None:
         """Notes that an actuator was told to act: what it answered was to another action."""
         self._acting[actuator] = self._reminded[actuator] = time.monotonic()
+        self._overdue.discard(actuator)
         self._answers.pop(actuator, None)
 
     def is_acting(self, actuator: str) -> bool:
@@ -279,7 +370,7 @@ class Mail:
     def overdue(self, seconds: float) -> List[str]:
         """Returns the actuators without an answer since so many seconds; each action's once."""
         late = [actuator for actuator, silence in self._silent() if silence >= seconds]
-        self._acting.update(dict.fromkeys(late, math.inf))
+        self._overdue.update(late)
         return late
 
     def late(self, seconds: float) -> List[Tuple[str, float]]:
@@ -298,8 +389,18 @@ class Mail:
         return [
             (actuator, now - begin)
             for actuator, begin in self._acting.items()
-            if actuator not in self._answers
+            if actuator not in self._answers and actuator not in self._overdue
         ]
+
+    def note_goals(self) -> None:
+        """Takes note that goals wait for which there is a slot."""
+        self.new_goals = True
+
+    def take_cancels(self) -> List[Goal]:
+        """Removes the cancel requests and returns their goals; all goals are placed next."""
+        cancels, self.cancels = self.cancels, []
+        self.new_goals = False
+        return cancels
 
     def take_messages(self, step: int) -> Dict[str, Tuple[str, str]]:
         """Removes the messages, and returns their events with id and value, in order of arrival."""
@@ -333,3 +434,17 @@ def _event(item: Item) -> Tuple[str, str, str, Sequence[str]]:
     if isinstance(item, Cancel):
         return "cancel", item.goal.id, "", ()
     return "goal", item.id, item.request, item.information
+
+
+def _held(item: Item) -> HeldSnapshot:
+    if isinstance(item, Message):
+        return HeldSnapshot("message", item.id, item.value)
+    if isinstance(item, Cancel):
+        return HeldSnapshot("cancel", item.goal.id)
+    return HeldSnapshot("goal", item.id)
+
+
+def _item(held: HeldSnapshot, goals: Dict[str, Goal]) -> Item:
+    if held.kind == "message":
+        return Message(held.id, held.value)
+    return Cancel(goals[held.id]) if held.kind == "cancel" else goals[held.id]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Set
-
 from rosclingo.wire.commands import Outcome, Result
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop import diagnosis
@@ -14,62 +12,54 @@ from rosoclingo.loop.state import State
 _FIRST_DOUBT = 8  # searches without a plan, after which the program itself is looked at
 
 
-class Search:
-    """Searches of one planner, from when it is initialised. One thread makes the calls."""
+def search(state: State) -> None:
+    """Searches once for a plan; what comes from outside ends the search.
 
-    def __init__(self, state: State) -> None:
-        self._state = state
-        self._failures = 0  # searches in a row that found that there is no plan
-        self._shown: Set[str] = set()  # of what has to be seen
+    Raises:
+        PlannerError: The encoding hides what rosoclingo has to see.
+        LoopError: The program has no answer set, whatever is asked for.
+    """
+    state.externals.release_now()
+    state.waiting.begin_planning()
+    outcome = state.planner.search(state.step, state.horizon, state.interrupted)
+    state.result = outcome.result
+    if outcome.result is Result.SAT:
+        _look(state, outcome)
+        state.found(Plan(outcome.symbols), is_best=not outcome.interrupted)
+    elif outcome.result is Result.UNSAT and state.planner.needed is not None:
+        state.failures = 0  # there is a plan, for a horizon farther away
+    elif outcome.result is Result.UNSAT:
+        state.failures += 1
+        if _is_in_doubt(state) and diagnosis.mend_contradiction(state):
+            state.result = None  # search again
 
-    def run(self) -> None:
-        """Searches once; what comes from outside ends the search.
 
-        Raises:
-            PlannerError: The encoding hides what rosoclingo has to see.
-            LoopError: The program has no answer set, whatever is asked for.
-        """
-        state = self._state
-        state.release_now()
-        state.begin_planning()
-        outcome = state.planner.search(state.step, state.horizon, state.interrupted)
-        state.result = outcome.result
-        if outcome.result is Result.SAT:
-            self._look(outcome)
-            self._failures = 0
-            state.found(Plan(outcome.symbols), is_best=not outcome.interrupted)
-        elif outcome.result is Result.UNSAT and state.planner.needed is not None:
-            self._failures = 0  # there is a plan, for a horizon farther away
-        elif outcome.result is Result.UNSAT:
-            self._failures += 1
-            if self._is_in_doubt() and diagnosis.mend_contradiction(state):
-                state.result = None  # search again
+def _is_in_doubt(state: State) -> bool:
+    """Whether the program itself may be the reason why there is no plan.
 
-    def _is_in_doubt(self) -> bool:
-        """Whether the program itself may be the reason why there is no plan.
+    After a message, before the horizon grows because of it; and, twice as rarely each time, when it
+    has grown for long.
+    """
+    after_message, state.after_message = state.after_message, False
+    failures = state.failures
+    return after_message or (failures >= _FIRST_DOUBT and not failures & (failures - 1))
 
-        After a message, before the horizon grows because of it; and, twice as rarely each time,
-        when it has grown for long.
-        """
-        after_message, self._state.after_message = self._state.after_message, False
-        failures = self._failures
-        return after_message or (failures >= _FIRST_DOUBT and not failures & (failures - 1))
 
-    def _look(self, outcome: Outcome) -> None:
-        """Looks whether the encoding hides actions or statuses by ``#show``.
+def _look(state: State, outcome: Outcome) -> None:
+    """Looks whether the encoding hides actions or statuses by ``#show``.
 
-        Without them a goal would succeed though nothing is done, or would never end.
+    Without them a goal would succeed though nothing is done, or would never end.
 
-        Raises:
-            PlannerError: It does.
-        """
-        for name, arity in SEEN.items():
-            if name in self._shown or (name == "status" and not self._state.mail.dynamic):
-                continue
-            if any(symbol.startswith(f"{name}(") for symbol in outcome.symbols):
-                self._shown.add(name)
-            elif f"{HAS}({name})" in outcome.symbols:
-                raise PlannerError(
-                    f"the planner's encoding hides {name}/{arity}, so that rosoclingo does not see "
-                    f"what it plans; add #show {name}/{arity}."
-                )
+    Raises:
+        PlannerError: It does.
+    """
+    for name, arity in SEEN.items():
+        if name in state.visible or (name == "status" and not state.mail.dynamic):
+            continue
+        if any(symbol.startswith(f"{name}(") for symbol in outcome.symbols):
+            state.visible.add(name)
+        elif f"{HAS}({name})" in outcome.symbols:
+            raise PlannerError(
+                f"the planner's encoding hides {name}/{arity}, so that rosoclingo does not see "
+                f"what it plans; add #show {name}/{arity}."
+            )

@@ -33,7 +33,7 @@ from rosclingo.wire.commands import (
 )
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import query
-from rosoclingo.loop.demand import Demand, Pair, needed_horizon
+from rosoclingo.loop.demand import Demand, DemandSnapshot, Pair, needed_horizon
 
 HAS = "rosoclingo_has"
 """A term that is shown with an answer set in which there is an atom, be that shown or not."""
@@ -104,11 +104,24 @@ class Forwarding:
 
 
 @dataclasses.dataclass(frozen=True)
-class _Kept:
+class KeptPlan:
     """A plan that stands until something is told, for horizons from one on."""
 
     outcome: Outcome
     horizon: int
+
+
+@dataclasses.dataclass(frozen=True)
+class PlannerSnapshot:
+    """What a :class:`Planner` is restored from.
+
+    Attributes:
+        demand: What its encoding is told by grounding, and asks for.
+        kept: The plan that stands.
+    """
+
+    demand: DemandSnapshot
+    kept: Optional[KeptPlan]
 
 
 class Planner:
@@ -124,9 +137,18 @@ class Planner:
         self._solver = solver
         self.demand = Demand()
         self.search_seconds = search_seconds
-        self._kept: Optional[_Kept] = None
+        self._kept: Optional[KeptPlan] = None
         # A dialect's translation may be in between.
         self._is_translated = bool(getattr(solver, "events_are_facts", False))
+
+    def snapshot(self) -> PlannerSnapshot:
+        """Returns what is known of the planner now."""
+        return PlannerSnapshot(self.demand.snapshot(), self._kept)
+
+    def restore(self, saved: PlannerSnapshot) -> None:
+        """Takes over what was known in a run that was interrupted, of a solver that is as then."""
+        self.demand.restore(saved.demand)
+        self._kept = saved.kept
 
     @property
     def events_are_facts(self) -> bool:
@@ -251,7 +273,7 @@ class Planner:
             needed = needed_horizon(outcome.symbols) if self.demand else None
             if needed is None or outcome.result is not Result.SAT:
                 return outcome
-            self._kept = _Kept(outcome, needed)
+            self._kept = KeptPlan(outcome, needed)
         if horizon < self._kept.horizon:
             return Outcome(Result.UNSAT)
         return self._kept.outcome

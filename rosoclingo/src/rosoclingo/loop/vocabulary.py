@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Iterable, List, Sequence, Set, Tuple
+from dataclasses import dataclass
+from typing import Dict, Iterable, List, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.solver.terms import split_term
+from rosoclingo.loop.demand import Demand, Pair
 
 ANY_EVENT = "_,_"
 """Stands for the source and content of any event, of a source that declares none of its own."""
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth")
+
+
+@dataclass(frozen=True)
+class VocabularySnapshot:
+    """What a :class:`Vocabulary` is restored from.
+
+    Attributes:
+        pairs: The events, without their steps.
+        grounded: How many steps were grounded when they were seen.
+    """
+
+    pairs: Tuple[str, ...] = ()
+    grounded: int = 0
 
 
 class Vocabulary:
@@ -19,6 +34,14 @@ class Vocabulary:
     def __init__(self) -> None:
         self._pairs: Set[str] = set()
         self._grounded = 0
+
+    def snapshot(self) -> VocabularySnapshot:
+        """Returns what is known now."""
+        return VocabularySnapshot(tuple(sorted(self._pairs)), self._grounded)
+
+    def restore(self, saved: VocabularySnapshot) -> None:
+        """Takes over what was known in a run that was interrupted."""
+        self._pairs, self._grounded = set(saved.pairs), saved.grounded
 
     def learn(self, externals: Iterable[str], grounded: int) -> None:
         """Adds the events among the planner's externals.
@@ -32,11 +55,11 @@ class Vocabulary:
                 self._pairs.add(atom[len("event(") : atom.rindex(",")])
         self._grounded = grounded
 
-    def knows(self, pairs: Sequence[Tuple[str, str]], grounded: int) -> bool:
+    def knows(self, pairs: Sequence[Pair], grounded: int) -> bool:
         """Whether there is one of these events; none is missed before a step after step 0."""
         return grounded <= 1 or any(self.has(*pair) for pair in pairs)
 
-    def is_sure(self, pairs: Sequence[Tuple[str, str]], grounded: int) -> bool:
+    def is_sure(self, pairs: Sequence[Pair], grounded: int) -> bool:
         """Whether it has seen all steps, if so many are grounded."""
         return self._grounded == grounded
 
@@ -52,6 +75,60 @@ class Vocabulary:
 
     def _of(self, prefix: str) -> List[str]:
         return sorted(pair for pair in self._pairs if pair.startswith(prefix)) if prefix else []
+
+
+class ToldVocabulary:
+    """The events that an encoding knows which is told them, as far as it was asked.
+
+    Its examples spare it questions: a request is unknown which has an argument that no example of
+    its form has at this place.
+    """
+
+    def __init__(self, demand: Demand, slots: Iterable[str]) -> None:
+        self._demand = demand
+        self._slots = frozenset(slots)  # requests come from them, and from nobody else
+        self._arguments: Dict[Tuple[str, int], List[Set[str]]] = {}  # of the examples of each form
+        for example in demand.examples:
+            name, arguments = split_term(example)
+            places = self._arguments.setdefault((name, len(arguments)), [set() for _ in arguments])
+            for known, argument in zip(places, arguments):
+                known.add(argument)
+
+    def knows(self, pairs: Sequence[Pair], grounded: int) -> bool:
+        """Whether the encoding knows one of the pairs."""
+        return any(self._demand.declared.get(pair, False) for pair in pairs)
+
+    def is_sure(self, pairs: Sequence[Pair], grounded: int) -> bool:
+        """Whether it was asked about all of the pairs, or need not be."""
+        return all(pair in self._demand.declared or self._is_foreign(pair) for pair in pairs)
+
+    def _is_foreign(self, pair: Pair) -> bool:
+        """Whether the examples exclude a request."""
+        source, content = pair
+        if not self._arguments or source not in self._slots:
+            return False
+        name, arguments = split_term(content)
+        places = self._arguments.get((name, len(arguments)))
+        return places is None or any(
+            argument not in known for known, argument in zip(places, arguments)
+        )
+
+    def snapshot(self) -> VocabularySnapshot:
+        """Returns nothing: what it knows is the demand's."""
+        return VocabularySnapshot()
+
+    def restore(self, saved: VocabularySnapshot) -> None:
+        """Takes over nothing."""
+
+    def learn(self, externals: object, grounded: int) -> None:
+        """Learns nothing: the encoding is asked about each pair."""
+
+    def explain(self, source: str, content: str) -> str:
+        """Says why there is no such event."""
+        if self._demand.examples:
+            return explain(content, sorted(self._demand.examples))
+        declared = self._demand.declared.items()
+        return no_request_like(content, [c for (s, c), known in declared if known and s == source])
 
 
 def explain(request: str, known: Sequence[str]) -> str:

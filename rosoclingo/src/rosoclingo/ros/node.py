@@ -22,14 +22,14 @@ from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscri
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.atoms import Action, canonical
 from rosoclingo.loop.controller import Controller, Decider
-from rosoclingo.loop.goals import Goal, Stage
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.goals import Goal, GoalClient, Stage
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.insistent import Insistent
 from rosoclingo.loop.journal import SHUTDOWN, Event
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.replay_inbox import ReplayInbox, decode
 from rosoclingo.loop.solver import Solver
-from rosoclingo.loop.state import Environment
 from rosoclingo.msg import (
     ROSoClingoAction,
     ROSoClingoEvent,
@@ -52,21 +52,17 @@ _SECONDS_TO_SEND = 0.3  # how long the results of aborted goals have until rospy
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
 
 
-class ActionGoal(Goal):
-    """A goal of the node's action."""
+class ActionClient(GoalClient):
+    """Who has sent a goal to the node's action."""
 
-    def __init__(
-        self, handle: actionlib.ServerGoalHandle, request: str, note: Callable[..., None]
-    ) -> None:
-        goal = handle.get_goal()
-        super().__init__(request, goal.information, handle.get_goal_id().id)
+    def __init__(self, handle: actionlib.ServerGoalHandle, note: Callable[..., None]) -> None:
         self._handle = handle
         self._note = note
 
-    def noted(self, word: str, reason: str) -> None:
+    def noted(self, goal: Goal, word: str, reason: str) -> None:
         """Adds the status to the journal."""
-        details = (self.slot or "",) if word == "accepted" else (self.slot or "", reason)
-        self._note("status", self.id, word, details)
+        details = (goal.slot or "",) if word == "accepted" else (goal.slot or "", reason)
+        self._note("status", goal.id, word, details)
 
     def accepted(self) -> None:
         """Accepts the goal."""
@@ -179,7 +175,7 @@ class Node:
         )
         self._ready = ready
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
-        self._goals: Dict[str, ActionGoal] = {}
+        self._goals: Dict[str, Goal] = {}
         self._server = LowLatencyActionServer(
             rospy.get_name(),
             ROSoClingoAction,
@@ -254,11 +250,13 @@ class Node:
             self._loop.state.note("status", identifier, "rejected", ("", str(err)))
             handle.set_rejected(ROSoClingoResult("rejected"), str(err))
             return
-        goal = ActionGoal(handle, request, self._loop.state.note)
+        client = ActionClient(handle, self._loop.state.note)
+        information, identifier = handle.get_goal().information, handle.get_goal_id().id
+        goal = Goal(request, information, identifier, client)
         self._goals = {
             key: other for key, other in self._goals.items() if other.stage is not Stage.ENDED
         }
-        self._goals[handle.get_goal_id().id] = goal
+        self._goals[identifier] = goal
         self._inbox.put(goal)
 
     def _on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:

@@ -11,17 +11,16 @@ from __future__ import annotations
 import enum
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Mapping, Optional, Sequence, Set, Tuple, Type
+from typing import Any, Callable, Mapping, Optional, Sequence, Type
 
 import clingo
 
 from rosclingo.errors import OptionsError
 from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import Result
-from rosoclingo.loop.atoms import event
 from rosoclingo.loop.controller import Info
-from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.goals import Stage as GoalStage
+from rosoclingo.loop.snapshot import decode, encode
 from rosoclingo.loop.state import State
 from rosoclingo.single.dialects import Dialect2, PaperDialect
 
@@ -72,7 +71,7 @@ class Algorithm1:
 
     Attributes:
         dynamic: Whether it takes messages and goals, which it does.
-        position: Where it is; it goes on from there when that is set.
+        position: Where it is.
     """
 
     dynamic = True
@@ -104,6 +103,14 @@ class Algorithm1:
             Stage.ADVANCE: lambda _: self._advance(),
         }
         self.prepare()
+
+    def snapshot(self) -> str:
+        """Returns the position, as JSON."""
+        return encode(self.position)
+
+    def restore(self, saved: str) -> None:
+        """Goes on from a snapshot."""
+        self.position = decode(Position, saved)
 
     def prepare(self) -> None:
         """Begins anew."""
@@ -230,34 +237,14 @@ def commands_for(
     class Commands(commands):
         """The commands, and ``abort(R,T)`` of ROSoClingo 1.0."""
 
-        def __init__(self, state: State) -> None:
-            super().__init__(state)
-            self._aborts: Set[Tuple[str, int]] = set()
-
         def commit_actions(self, step: clingo.Symbol) -> None:
             """Publishes the actions of a step that are not published yet, and its aborts."""
             super().commit_actions(step)
             for actuator in self.state.plan.aborts(step.number):
-                if (actuator, step.number) not in self._aborts:
-                    self._aborts.add((actuator, step.number))
-                    self.state.environment.publish(actuator, "abort")
+                self.state.publish_abort(actuator)
 
     class PaperCommands(Commands):
         """Of an encoding that does not say how goals end: they do when the plan is through."""
-
-        def __init__(self, state: State) -> None:
-            super().__init__(state)
-            self._canceled: Set[Goal] = set()
-
-        def assign_messages(self, step: clingo.Symbol) -> None:
-            """Makes the event of each message, goal and cancel request that has come true."""
-            canceled = [(goal, goal.slot or "") for goal in self.state.mail.cancels]
-            super().assign_messages(step)
-            self._canceled.update(
-                goal
-                for goal, slot in canceled
-                if self.state.is_true(event(slot, "cancel", step.number))
-            )
 
         def status_update(self, step: clingo.Symbol) -> None:
             """Sets the goals' statuses as the plan has them in a step."""
@@ -268,9 +255,7 @@ def commands_for(
                     continue
                 self.state.set_status(slot, "accepted")
                 if step.number == self.state.horizon:
-                    canceled = goal in self._canceled
-                    self._canceled.discard(goal)
-                    self.state.set_status(slot, "canceled" if canceled else "succeeded")
+                    self.state.set_status(slot, "canceled" if goal.cancel_told else "succeeded")
 
     ends_with_plan = issubclass(dialect, PaperDialect) and not has_status
     return PaperCommands if ends_with_plan else Commands

@@ -1,0 +1,257 @@
+"""The events of the planner's program: which its encoding knows, and which are true."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Dict, Iterable, List, Sequence, Set, Tuple, Union
+
+from rosclingo.wire.commands import AssignExternal, ReleaseExternal, Truth
+from rosoclingo.loop.atom_text import last_argument
+from rosoclingo.loop.atoms import event
+from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.vocabulary import ToldVocabulary, Vocabulary, VocabularySnapshot
+
+SAVE = "event(save,"
+"""How the event begins by which the planner learns what holds in the beginning."""
+
+
+@dataclass(frozen=True)
+class ExternalsSnapshot:
+    """What :class:`PlannerExternals` is restored from.
+
+    Attributes:
+        grounded: The steps that are grounded.
+        told: The events that were made true since the last plan was found, in order; each with
+            whether it came from outside.
+        true: The events that are true.
+        kept: Other externals that the mode has made true.
+        to_release: The steps whose unused externals are to be released.
+        vocabulary: Which events the encoding declares.
+    """
+
+    grounded: Tuple[int, ...]
+    told: Tuple[Tuple[str, bool], ...]
+    true: Tuple[str, ...]
+    kept: Tuple[str, ...]
+    to_release: Tuple[int, ...]
+    vocabulary: VocabularySnapshot
+
+
+class PlannerExternals:
+    """What is known of the planner's externals, and what was done to them.
+
+    Only the loop's thread uses it, or who asks whether its search is to stop.
+
+    Attributes:
+        grounded: The steps that are grounded; none before the planner is initialised.
+        told: The events that were made true since the last plan was found, in order; each with
+            whether it came from outside.
+    """
+
+    def __init__(self, planner: Planner) -> None:
+        self._planner = planner
+        self.grounded: Set[int] = set()
+        self.told: Dict[str, bool] = {}
+        self._true: Set[str] = set()  # events
+        self._kept: Set[str] = set()  # other externals that the mode has made true
+        self._to_release: List[int] = []
+        self._vocabulary: Union[Vocabulary, ToldVocabulary] = Vocabulary()
+        self._by_step: Dict[int, List[str]] = {}  # externals that can be released, when last seen
+        self._seen = 0  # how many steps were grounded then
+
+    def begin(self, slots: Sequence[str]) -> None:
+        """Takes note that the planner is initialised, and has these ids for goals."""
+        demand = self._planner.demand
+        self._vocabulary = ToldVocabulary(demand, slots) if demand.tells else Vocabulary()
+        self.grounded = {0}
+        self.told.clear()
+        self._true.clear()
+        self._kept.clear()
+        self._to_release.clear()
+        self._seen = 0
+
+    def snapshot(self) -> ExternalsSnapshot:
+        """Returns what is known now."""
+        return ExternalsSnapshot(
+            tuple(sorted(self.grounded)),
+            tuple(self.told.items()),
+            tuple(sorted(self._true)),
+            tuple(sorted(self._kept)),
+            tuple(self._to_release),
+            self._vocabulary.snapshot(),
+        )
+
+    def restore(self, saved: ExternalsSnapshot, slots: Sequence[str]) -> None:
+        """Takes over what was known in a run that was interrupted.
+
+        Args:
+            saved: What was known; of the same planner, which is restored already.
+            slots: The ids that the planner has for goals.
+        """
+        self.begin(slots)
+        self.grounded = set(saved.grounded)
+        self.told = dict(saved.told)
+        self._true, self._kept = set(saved.true), set(saved.kept)
+        self._to_release = list(saved.to_release)
+        self._vocabulary.restore(saved.vocabulary)
+
+    # What the encoding knows.
+
+    def read(self) -> Dict[str, Truth]:
+        """Returns the planner's externals with their values."""
+        externals = self._planner.externals()
+        self._vocabulary.learn(externals, len(self.grounded))
+        self._by_step = {}
+        for atom, value in externals.items():
+            step = last_argument(atom)
+            if step is not None and value is not Truth.TRUE and not atom.startswith(SAVE):
+                self._by_step.setdefault(step, []).append(atom)
+        self._seen = len(self.grounded)
+        return externals
+
+    def ask(self, pairs: Sequence[Pair]) -> None:
+        """Asks the planner whether it knows events, whatever the step."""
+        if self._planner.demand.tells:
+            self._planner.declare(pairs)
+        else:
+            self.read()
+
+    def knows(self, pairs: Sequence[Pair]) -> bool:
+        """Whether the planner knows one of some events, as far as it was asked."""
+        return self._vocabulary.knows(pairs, len(self.grounded))
+
+    def is_sure(self, pairs: Sequence[Pair]) -> bool:
+        """Whether the planner need not be asked whether it knows one of some events."""
+        return self._vocabulary.is_sure(pairs, len(self.grounded))
+
+    def explain(self, source: str, content: str) -> str:
+        """Says why the planner does not know an event."""
+        return self._vocabulary.explain(source, content)
+
+    def declares(self, source: str, content: str) -> bool:
+        """Asks the planner whether its encoding declares an event."""
+        if self._planner.demand.tells:
+            self._planner.declare([(source, content)])
+            return self._planner.demand.declared[source, content]
+        return any(atom.startswith(f"event({source},{content},") for atom in self.read())
+
+    # What is true.
+
+    def is_true(self, atom: str) -> bool:
+        """Whether an event was made true since the last reset."""
+        return atom in self._true
+
+    @property
+    def saved(self) -> List[str]:
+        """Which events are true that say what held in the beginning."""
+        return sorted(atom for atom in self._true if atom.startswith(SAVE))
+
+    @property
+    def kept(self) -> List[str]:
+        """Which externals that are no events the mode has made true."""
+        return sorted(self._kept)
+
+    def make_true(self, atoms: List[str], *, from_outside: bool = False) -> List[Tuple[str, str]]:
+        """Makes externals of the planner true, until the next reset.
+
+        Args:
+            atoms: The externals.
+            from_outside: Whether somebody has asked for or announced this, who may be wrong;
+                nothing else is ever taken back.
+
+        Returns:
+            The atoms that are no externals, each with the reason.
+        """
+        missing = self._planner.tell(atoms)
+        unknown = {atom for atom, _ in missing}
+        told = [atom for atom in atoms if atom not in unknown]
+        self._true.update(told)
+        self.told.update(dict.fromkeys(told, from_outside))
+        return missing
+
+    def from_outside(self) -> List[str]:
+        """Returns those of the told events that may be taken back, in order."""
+        return [atom for atom, from_outside in self.told.items() if from_outside]
+
+    def take_back(self, atom: str) -> None:
+        """Makes an external of the planner false that was made true."""
+        self._planner.assign([atom], Truth.FALSE)
+        self._true.discard(atom)
+        self.told.pop(atom, None)
+
+    def note_assigned(self, atom: str, true: bool) -> None:
+        """Takes note of an external that the mode itself has set."""
+        noted = self._true if atom.startswith("event(") else self._kept
+        if true:
+            noted.add(atom)
+        else:
+            noted.discard(atom)
+
+    def reset(self, fluents: Iterable[str]) -> bool:
+        """Makes fluents the initial ones, and forgets what happened.
+
+        Returns:
+            Whether the planner knows any of them now.
+        """
+        self._to_release.clear()  # those steps come again
+        true = {event("save", fluent, 0) for fluent in fluents}
+        if self._planner.demand.tells:
+            self._restart(sorted(true))
+        else:
+            externals = self.read()
+            true &= externals.keys()
+            false = sorted(self._true.intersection(externals) - true)
+            commands = [AssignExternal(atom, Truth.FALSE) for atom in false]
+            commands += [AssignExternal(atom, Truth.TRUE) for atom in sorted(true)]
+            self._planner.run(*commands)
+        self._true = true
+        self.told.clear()
+        return bool(true)
+
+    def _restart(self, saved: Sequence[str]) -> None:
+        """Has the planner begin again with what is saved: facts cannot be taken back."""
+        self._planner.begin(saved)
+        self._planner.ground_steps(sorted(self.grounded - {0}))
+        self._planner.assign(self.kept, Truth.TRUE)
+
+    def can_be_saved(self) -> bool:
+        """Whether the planner declares events that say what holds in the beginning."""
+        return self._planner.demand.tells or any(atom.startswith(SAVE) for atom in self.read())
+
+    # What is not needed any more.
+
+    def release(self, atom: str) -> None:
+        """Makes an external false for good, if there is one."""
+        if atom in self.read():
+            self._planner.run(ReleaseExternal(atom))
+            self._seen = 0  # what was seen is out of date
+        self.note_assigned(atom, False)
+
+    def release_later(self, step: int) -> None:
+        """Notes a step whose unused externals are to be released.
+
+        An encoding that is told its events has none for each step, but that of its query.
+        """
+        if not self._planner.demand.tells:
+            self._to_release.append(step)
+
+    def release_now(self) -> None:
+        """Releases the unused externals of the steps that were noted.
+
+        That takes a while, so it is done when the actions of the next step are on their way, and
+        before the planner is asked for anything that it could change.
+        """
+        steps, self._to_release = self._to_release, []
+        if steps and self._seen != len(self.grounded):
+            self.read()
+        release = [
+            ReleaseExternal(atom)
+            for step in steps
+            for atom in self._by_step.pop(step, ())
+            if atom not in self._true
+            and atom not in self._kept
+            and atom not in (f"query({step})", event("info", "passed", step))
+        ]
+        if release:
+            self._planner.run(*release)

@@ -1,0 +1,150 @@
+"""How the loop waits, and what it says meanwhile."""
+
+from __future__ import annotations
+
+import time
+from typing import Callable, Optional
+
+from rosoclingo.errors import ShutdownError
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.goals import Goals
+from rosoclingo.loop.inbox import Message
+from rosoclingo.loop.journal import SHUTDOWN
+from rosoclingo.loop.mail import Mail
+
+_LOOK_SECONDS = 1.0  # how often it is seen, while waiting, whether the solvers are there
+_SILENT_SECONDS = 1.0  # how long the goals hear nothing while a plan is searched for
+_REMINDER_SECONDS = 30.0  # how often it is said that an actuator does not answer
+
+
+class Waiting:
+    """Waits for what comes from outside. Only the loop's thread uses it, or who asks for it.
+
+    Attributes:
+        reminded: Whether the controller has been told that goals wait for the next step.
+    """
+
+    def __init__(
+        self,
+        mail: Mail,
+        goals: Goals,
+        environment: Environment,
+        note: Callable[[str], None],
+        *,
+        check: Callable[[], None],
+        action_timeout: float,
+    ) -> None:
+        """Waits for nothing yet.
+
+        Args:
+            mail: What has come.
+            goals: The goals.
+            environment: Where warnings go.
+            note: Adds an event of a kind to the journal.
+            check: Called now and then; raises an error if a solver went away.
+            action_timeout: From when on an action without an answer counts as failed, in seconds
+                since it was published; 0 for never.
+        """
+        self.reminded = False
+        self._mail = mail
+        self._goals = goals
+        self._environment = environment
+        self._note = note
+        self._check = check
+        self._action_timeout = action_timeout
+        self._look_at = 0.0  # when it is time to look again
+        self._planning_since: Optional[float] = None
+
+    def wait(self, step: int) -> None:
+        """Waits for something that the controller does not know of.
+
+        Args:
+            step: The current step.
+
+        Raises:
+            ShutdownError: The node is shutting down.
+            RosclingoError: A solver went away.
+        """
+        mail = self._mail
+        mail.take(may_ask=True)
+        if not (mail.pending_actions or mail.has_news):
+            self._goals.tell(f"waiting in step {step}: the plan has no action for now")
+        noted = False
+        while not (mail.has_news or self._step_is_awaited(step)):
+            if mail.inbox.closed:
+                raise ShutdownError(SHUTDOWN)
+            if not noted:
+                noted = True
+                self._note("waiting")
+            mail.inbox.wait(max(0.0, self._look_at - time.monotonic()))
+            self._look()
+            mail.take(may_ask=True)
+
+    def _look(self) -> None:
+        """Looks now and then, whatever comes, whether the solvers and the actuators are there."""
+        if time.monotonic() < self._look_at:
+            return
+        self._look_at = time.monotonic() + _LOOK_SECONDS
+        self._check()
+        for actuator, seconds in self._mail.late(_REMINDER_SECONDS):
+            self._environment.warn(
+                f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "
+                "run, and does its terminal say why it waits?"
+            )
+        if self._action_timeout > 0:
+            for actuator in self._mail.overdue(self._action_timeout):
+                self._environment.warn(
+                    f"{actuator} has not answered for {self._action_timeout:g} s "
+                    "(~action_timeout): its action counts as failed"
+                )
+                self._mail.inbox.put(Message(actuator, "failure"))
+
+    def _step_is_awaited(self, step: int) -> bool:
+        """Whether goals wait for a slot that is free as soon as the next step begins.
+
+        The mode is told once in each step, as of a goal that has just come. If it waits again
+        nevertheless, nobody moves the step on, and these goals end here.
+        """
+        goals = self._goals
+        if self._mail.pending_actions or not (
+            goals.waiting and goals.has_free_slot(next_step=True)
+        ):
+            return False
+        if not self.reminded:
+            self.reminded = True
+            self._mail.note_goals()
+            return True
+        if goals.all_ended():
+            goals.end_waiting(
+                "aborted",
+                f"the mode waits in step {step}, and all slots belong to goals that ended in "
+                "it; the maximal horizon may be reached (-c steps=N)",
+            )
+        return False
+
+    def rest(self) -> None:
+        """Refuses goals until the node is shut down.
+
+        Raises:
+            ShutdownError: The node is shutting down.
+        """
+        inbox = self._mail.inbox
+        while not inbox.closed:
+            self._mail.take()
+            inbox.wait(_LOOK_SECONDS)
+        raise ShutdownError(SHUTDOWN)
+
+    def begin_planning(self) -> None:
+        """Takes note that a plan is needed; what is known may last for many searches."""
+        if self._planning_since is None:
+            self._planning_since = time.monotonic()
+
+    def tell_progress(self, horizon: int) -> None:
+        """Tells the goals how far the planner is, once they have waited for a while."""
+        begin = self._planning_since
+        if begin is not None and time.monotonic() - begin > _SILENT_SECONDS:
+            self._goals.tell(f"planning, horizon {horizon}")
+
+    def end_planning(self) -> None:
+        """Takes note that there is a plan."""
+        self._planning_since = None
