@@ -24,9 +24,20 @@ def test_an_answer_that_was_recorded_after_what_followed_from_it(what: str) -> N
     assert ordered == [ACTION, ANSWER, followed, followed, ACTION]
 
 
+def test_an_answer_that_was_recorded_after_the_action_that_followed_from_it() -> None:
+    other = ("out", "arm")
+    ordered = order(
+        (ACTION, 1.0), (STATUS, 1.5), (other, 1.51), (ACTION, 1.52), (ANSWER, 1.53), (ANSWER, 2.0)
+    )
+    assert ordered == [ACTION, ANSWER, STATUS, other, ACTION, ANSWER]
+
+
 @pytest.mark.parametrize(
     "recorded",
     [
+        [(ACTION, 1.0), (ACTION, 1.1), (ANSWER, 2.0)],  # another plan in the same step
+        [(ACTION, 1.0), (GOAL, 1.1), (ACTION, 1.11), (ANSWER, 1.12), (ANSWER, 1.2)],
+        [(ACTION, 1.0), (("in", "info"), 1.1), (ACTION, 1.11), (ANSWER, 1.12), (ANSWER, 1.2)],
         [(ACTION, 1.0), (STATUS, 1.1), (ANSWER, 2.0)],  # long before
         [(ACTION, 1.0), (STATUS, 1.1), (GOAL, 1.2), (ANSWER, 1.21)],
         [(ACTION, 1.0), (GOAL, 1.1), (STATUS, 1.2), (ANSWER, 1.21)],  # the goal may have caused it

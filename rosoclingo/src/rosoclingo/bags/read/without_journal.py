@@ -10,7 +10,20 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Set, Tuple
+from itertools import takewhile
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    Iterable,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Sequence,
+    Set,
+    Tuple,
+)
 
 from rosoclingo.loop.journal import Event
 
@@ -44,26 +57,53 @@ class Said(NamedTuple):
 def in_order(recorded: Iterable[Said]) -> List[Said]:
     """Returns messages in the bag's order, but each answer before what followed from it.
 
-    While the loop waits for an answer, it changes the status of a goal only if a goal or a cancel
-    request comes. So statuses just before the answer show that it was recorded too late.
+    While the loop waits for an answer, it changes the status of a goal, or tells the same actuator
+    to do something else, only if a goal, a cancel request or a message comes. So such statuses and
+    actions just before the answer show that it was recorded too late.
     """
     ordered: List[Said] = []
-    acting: Set[str] = set()
+    pending: Dict[str, int] = {}  # how many actions of an actuator have no answer
     for said in recorded:
         place = len(ordered)
         if said.topic == "out":
-            acting.add(said.message.id)
-        elif said.topic == "in" and said.message.id in acting:
-            acting.remove(said.message.id)
-            earliest = said.seconds - _SWAPPED_SECONDS
-            while (
-                ordered[place - 1].topic in _ABOUT_GOALS and ordered[place - 1].seconds > earliest
-            ):
-                place -= 1
-            if ordered[place - 1].topic in ("goal", "cancel"):  # from which they may have followed
-                place = len(ordered)
+            pending[said.message.id] = pending.get(said.message.id, 0) + 1
+        elif said.topic == "in" and pending.get(said.message.id):
+            place = _place(ordered, said, pending)
+            followed = (one for one in ordered[place:] if one.topic == "out")
+            pending[said.message.id] = sum(one.message.id == said.message.id for one in followed)
         ordered.insert(place, said)
     return ordered
+
+
+def _place(ordered: Sequence[Said], answer: Said, pending: Mapping[str, int]) -> int:
+    """Returns where an answer belongs that came last.
+
+    Args:
+        ordered: What was recorded before it, in order.
+        answer: The answer.
+        pending: How many actions of each actuator have no answer.
+    """
+    later = pending[answer.message.id] - 1  # actions that may have followed from it
+    earliest = answer.seconds - _SWAPPED_SECONDS
+    last = takewhile(
+        lambda one: one.seconds > earliest and one.topic in ("out", *_ABOUT_GOALS),
+        reversed(ordered),
+    )
+    followed = list(last)  # from the answer, the last first
+    own = [
+        number
+        for number, one in enumerate(followed)
+        if one.topic == "out" and one.message.id == answer.message.id
+    ]
+    if not (later and own):
+        followed = list(takewhile(lambda one: one.topic != "out", followed))
+    elif len(own) > later:
+        followed = followed[: own[later]]
+    place = len(ordered) - len(followed)
+    before = ordered[place - 1]
+    is_other = before.topic == "in" and before.message.id not in pending
+    is_cause = before.topic in ("goal", "cancel") or (is_other and later > 0)
+    return len(ordered) if is_cause else place
 
 
 class Historian:
