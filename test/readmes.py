@@ -1,4 +1,4 @@
-"""What READMEs and CONTRIBUTING.md print, by section and in order: commands and other blocks."""
+"""What the documents print, by section and in order: commands and other blocks."""
 
 from __future__ import annotations
 
@@ -10,11 +10,6 @@ from pathlib import Path
 from typing import Iterator, List, Tuple
 
 ROOT = Path(__file__).resolve().parents[1]
-FILES = [
-    *ROOT.glob("*.md"), *ROOT.glob("*/README.md"), ROOT / "test/bags/README.md",
-]  # fmt: skip
-READMES = sorted(str(file.relative_to(ROOT)) for file in FILES)
-
 _NOT_OURS = {"build", "devel", "install", "demo"}  # what building and running leave behind
 
 PROGRAMS = (
@@ -58,6 +53,9 @@ def documents(root: Path = ROOT) -> List[str]:
         folders[:] = [name for name in folders if name[0] != "." and name not in left_out]
         found += [os.path.relpath(os.path.join(folder, name), root) for name in files]
     return sorted(name for name in found if name.endswith(".md"))
+
+
+DOCUMENTS = documents()
 
 
 def prose(readme: str) -> str:
@@ -146,7 +144,7 @@ def _is_complete(line: str) -> bool:
 
 
 if __name__ == "__main__":
-    for name in READMES:
+    for name in DOCUMENTS:
         for title, printed in sections(name):
             for piece in printed:
                 print(f"{name} | {title} | {piece.kind} | {piece.text}")

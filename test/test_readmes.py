@@ -1,4 +1,4 @@
-"""Types every command that READMEs and CONTRIBUTING.md print, literally and in their order.
+"""Types every command that the documents print, literally and in their order.
 
 A test takes one section: it has to type all that stands there, but for what ``NOT_TYPED`` names,
 and each command has to do what the text says. Needs a sourced workspace.
@@ -18,11 +18,14 @@ from typing import Iterator, List
 
 import pytest
 import yaml
-from readmes import READMES, ROOT, Piece, check_output, section, sections
+from readmes import DOCUMENTS, ROOT, Piece, check_output, section, sections
 from screen import screen
 from terminals import Terminal, Terminals, wait_for
 from typist import pipe
 
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Ground, Part
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 
 __all__ = ["screen"]
@@ -56,8 +59,9 @@ NOT_TYPED = {
 # Where a section's output is compared with what is really printed.
 COMPARED = {
     ("README.md", "Try it"): "rosoclingo_gazebo/test/system/test_demo.py",
-    ("rosoclingo/README.md", "replay.py"): "rosoclingo/test/system/test_replay.py",
-    ("rosoclingo/README.md", "compare.py"): "test/test_readmes.py",
+    ("docs/bags.md", "replay.py"): "rosoclingo/test/system/test_replay.py",
+    ("docs/bags.md", "compare.py"): "test/test_readmes.py",
+    ("rosoclingo/README.md", "rosoclingo"): "test/test_readmes.py",
 }
 
 ASP = ROOT / "rosoclingo_aspprograms" / "mailbot"
@@ -139,7 +143,8 @@ class Page:
 
 def is_left_out(piece: Piece) -> bool:
     is_for_a_shell = piece.kind in ("command", "variable")
-    return piece.kind == "output" or (is_for_a_shell and piece.text.startswith(tuple(NOT_TYPED)))
+    is_to_look_at = piece.kind in ("output", "mermaid")
+    return is_to_look_at or (is_for_a_shell and piece.text.startswith(tuple(NOT_TYPED)))
 
 
 def of(readme: str, heading: str) -> pytest.MarkDecorator:
@@ -169,7 +174,7 @@ def test_nothing_is_forgotten() -> None:
     tests = [test for name, test in globals().items() if name.startswith("test_")]
     marks = [mark for test in tests for mark in getattr(test, "pytestmark", [])]
     tested = {mark.args for mark in marks if mark.name == "readme"}
-    printed = [(name, *part) for name in READMES for part in sections(name)]
+    printed = [(name, *part) for name in DOCUMENTS for part in sections(name)]
     pieces = [piece for _, _, found in printed for piece in found]
     for readme, heading, found in printed:
         typed = [piece for piece in found if not is_left_out(piece)]
@@ -263,9 +268,12 @@ def test_use_it_from_python(page: Page) -> None:
 
 @of("rosoclingo/README.md", "rosoclingo")
 def test_rosoclingo(page: Page) -> None:
-    page.has(task_lp=LINE)
     page.type("rosoclingo.launch")
     page.hears("/rosoclingo/about")
+    fulfill = page.type("fulfill.py")
+    page.run("/rosoclingo/goal")
+    fulfill.wait_for("go(3): success")
+    check_output("rosoclingo/README.md", "rosoclingo", fulfill.output)
     page.interrupt()
 
     page.type("roscore")
@@ -273,8 +281,9 @@ def test_rosoclingo(page: Page) -> None:
         page.type("run.py")
     page.hears("/rosoclingo/about")
 
-    page.interrupt()
-    page.terminals.start_master()
+
+@of("rosoclingo/README.md", "The manual's example")
+def test_the_blocks_world(page: Page) -> None:
     for _ in range(3):
         page.type("run.py")
     page.type("rostopic echo").wait_for("do(arm,putdown(3),14)")
@@ -289,14 +298,14 @@ def test_one_node(page: Page) -> None:
         page.interrupt()
 
 
-@of("rosoclingo/README.md", "record.py")
+@of("docs/bags.md", "record.py")
 def test_record(page: Page) -> None:
     page.type("record.py").wait_for("recording /rosoclingo in")
     page.interrupt()
     page.type("record:=run.bag").wait_for(f"{page.folder}/run.bag")
 
 
-@of("rosoclingo/README.md", "rosbag play")
+@of("docs/bags.md", "rosbag play")
 def test_rosbag_play(page: Page) -> None:
     page.has(run_bag=BAGS / "mailbot_dynamic_recording.bag")
     started = page.terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch")
@@ -305,11 +314,29 @@ def test_rosbag_play(page: Page) -> None:
     started.wait_for("mailbot: go(")
 
 
-@of("rosoclingo/README.md", "replay.py")
+@of("docs/bags.md", "replay.py")
 def test_replay(page: Page) -> None:
     page.has(run_bag=BAGS / "mailbot_dynamic_recording.bag")
     assert "no difference" in page.run("replay.py")
+
     assert ET.fromstring(page.block("xml")).attrib["type"] == "replay.py"
+
+
+@of("docs/grounding_on_demand.md", "Asking")
+def test_asking(tmp_path: Path) -> None:
+    """The parts find what can be reached, each place once and by the shortest way."""
+    (program,) = [piece.text for piece in section("docs/grounding_on_demand.md", "Asking")]
+    file = tmp_path / "reach.lp"
+    file.write_text(
+        f"way(1,(2;3)). way(2,3). way(3,(1;4)). #program from(k). reach(k,k,0). {program}"
+        "#show reach/3."
+    )
+    engine = Engine(Options(files=(str(file),)))
+    engine.apply(Ground((Part("base"),)))
+    engine.apply(Ground((Part("from", ("1",)),)))
+    engine.apply(Ground((Part("spread", ("1", "1")),), asking=True))
+    expected = ["reach(1,1,0)", "reach(1,2,1)", "reach(1,3,1)", "reach(1,4,2)"]
+    assert sorted(engine.solve().symbols) == expected
 
 
 def has_rosbags(page: Page) -> None:
@@ -319,7 +346,7 @@ def has_rosbags(page: Page) -> None:
     )
 
 
-@of("rosoclingo/README.md", "compare.py")
+@of("docs/bags.md", "compare.py")
 def test_compare(page: Page) -> None:
     page.has(
         yesterday_bag=BAGS / "scenario1_recording.bag", today_bag=BAGS / "scenario2_recording.bag"
@@ -328,10 +355,10 @@ def test_compare(page: Page) -> None:
     for word in ("rosrun", "python3 -m"):
         compared = page.type(word)
         assert compared.wait() == 1, compared.output
-        check_output("rosoclingo/README.md", "compare.py", compared.output)
+        check_output("docs/bags.md", "compare.py", compared.output)
 
 
-@of("rosoclingo/README.md", "report.py")
+@of("docs/bags.md", "report.py")
 def test_report(page: Page) -> None:
     page.has(run_bag=BAGS / "scenario1_single.bag")
     has_rosbags(page)

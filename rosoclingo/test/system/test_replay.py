@@ -308,7 +308,7 @@ def test_differences(terminals: Terminals, recorder: Recorder, tmp_path: Path) -
     changed.write_text(Path(line()).read_text() + "#program transition(t). :- do(robot,_,t), t=3.")
     ended = replay(terminals, bag, "--planner", f"-f {changed}")
     assert divergence(ended) == ["3/4", "robot:", "go(3)", "robot:", "go(3)"]  # a step later
-    check_output("rosoclingo/README.md", "replay.py", ended.output)
+    check_output("docs/bags.md", "replay.py", ended.output)
 
     mode = package("rosoclingo") / "modes" / "dynamic.incremental.dyn_reset.lp"
     ended = replay(terminals, bag, "--controller", f"-f {mode} -c steps=20")
