@@ -88,3 +88,17 @@ def test_ros_is_needed_only_where_it_is_said(package: str) -> None:
         needs += [t for t in ours if t.split(".")[1] in (*GENERATED, "ros")]
         wrong += [f"{module} imports {target}" for target in needs]
     assert not wrong
+
+
+def test_each_folder_says_what_is_in_it() -> None:
+    """Its docstring begins with a line about it, and docs/architecture.md names it."""
+    tables = (ROOT / "docs/architecture.md").read_text()
+    wrong: List[str] = []
+    for file in sorted(ROOT.glob("*/src/**/__init__.py")):
+        folder = "/".join(file.parent.relative_to(ROOT).parts[2:])
+        line = (ast.get_docstring(ast.parse(file.read_text())) or "").partition("\n")[0]
+        if not line.endswith("."):
+            wrong.append(f"{file} does not say what is in its folder")
+        if f"`{folder}/`" not in tables and "/" in folder:
+            wrong.append(f"docs/architecture.md does not name {folder}/")
+    assert not wrong
