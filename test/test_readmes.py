@@ -61,6 +61,7 @@ COMPARED = {
     ("README.md", "Try it"): "rosoclingo_gazebo/test/system/test_demo.py",
     ("docs/bags.md", "replay.py"): "rosoclingo/test/system/test_replay.py",
     ("docs/bags.md", "compare.py"): "test/test_readmes.py",
+    ("rosclingo/README.md", "rosclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "rosoclingo"): "test/test_readmes.py",
 }
 
@@ -234,6 +235,16 @@ def test_regression_bags(page: Page) -> None:
 
 @of("rosclingo/README.md", "rosclingo")
 def test_rosclingo(page: Page) -> None:
+    page.type("roscore")
+    page.type("run.py")
+    said = page.run("start.py")
+    check_output("rosclingo/README.md", "rosclingo", said)
+    assert "'do(arm,pickup(4),1)'" in said
+    assert "'do(arm,putdown(3),14)'" in said
+
+
+@of("rosclingo/README.md", "Your own files")
+def test_files(page: Page) -> None:
     page.has(instance_lp=TOWER / "instance.lp", encoding_lp=TOWER / "toh.lp")
     page.type("run.py")
     page.sees("/rosclingo/control")

@@ -25,7 +25,7 @@ All else is handed to clingo, for instance:
   --opt-mode=optN       enumerate the optimal answer sets
   --configuration=NAME  use another configuration of the solver, such as jumpy
 
-Private parameters: ~allow_scripts, ~load_path, ~max_request_bytes (see the package's README).
+Private parameters: ~allow_scripts, ~load_path, ~max_request_bytes (see docs/protocol.md).
 """
 _MOST_CHOICES = 20  # files of a folder that are named, where one is missing
 
