@@ -63,6 +63,9 @@ COMPARED = {
     ("docs/bags.md", "compare.py"): "test/test_readmes.py",
     ("rosclingo/README.md", "rosclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "rosoclingo"): "test/test_readmes.py",
+    ("rosoclingo_aspprograms/README.md", "rosoclingo_aspprograms"): "test/test_readmes.py",
+    ("rosoclingo_examples/README.md", "rosoclingo_examples"): "test/test_readmes.py",
+    ("rosoclingo_interfaces/README.md", "rosoclingo_interfaces"): "test/test_readmes.py",
 }
 
 ASP = ROOT / "rosoclingo_aspprograms" / "mailbot"
@@ -384,7 +387,10 @@ def test_report(page: Page) -> None:
 def test_aspprograms(page: Page) -> None:
     for _ in range(3):
         page.type("run.py")
-    page.type("rostopic echo").wait_for("do(mailbot,deliver(1),6)")
+    heard = page.type("rostopic echo")
+    heard.wait_for("do(mailbot,deliver(1),6)")
+    assert "do(mailbot,go(1),1)" in heard.output
+    check_output("rosoclingo_aspprograms/README.md", "rosoclingo_aspprograms", heard.output)
     page.interrupt()
     page.type("run-1.0.py")
     page.hears("/rosoclingo/about")
@@ -420,7 +426,8 @@ def test_goal_information(page: Page) -> None:
 @of("rosoclingo_examples/README.md", "rosoclingo_examples")
 def test_examples(page: Page) -> None:
     page.type("mailbot_dynamic.launch")
-    assert "1 delivery" in page.run("mailbot_manual.py", lines="1 3\n")
+    said = page.run("mailbot_manual.py", lines="1 3\n")
+    check_output("rosoclingo_examples/README.md", "rosoclingo_examples", said)
 
 
 @of("rosoclingo_examples/README.md", "mailbot_manual.py and mailbot.py")
@@ -574,11 +581,12 @@ class base:
 
 @of("rosoclingo_interfaces/README.md", "rosoclingo_interfaces")
 def test_interfaces(page: Page) -> None:
-    action = ("rostopic", "pub", "/rosoclingo/out", "rosoclingo/ROSoClingoOut", "mailbot", "go(c3)")
-    published = page.terminals.start(*action)
     fulfill = page.type("fulfill.py")
+    published = page.type("rostopic pub")
     fulfill.wait_for("mailbot: go(c3): success")
-    page.interrupt()
+    check_output("rosoclingo_interfaces/README.md", "rosoclingo_interfaces", fulfill.output)
+    fulfill.interrupt()
+    fulfill.wait()
     first, _, rest = page.block("python").partition("\n")
     script = page.folder / "robot.py"
     script.write_text(f"{first}\n{ROBOT}\n{rest}")
