@@ -66,6 +66,8 @@ COMPARED = {
     ("rosoclingo_aspprograms/README.md", "rosoclingo_aspprograms"): "test/test_readmes.py",
     ("rosoclingo_examples/README.md", "rosoclingo_examples"): "test/test_readmes.py",
     ("rosoclingo_interfaces/README.md", "rosoclingo_interfaces"): "test/test_readmes.py",
+    ("rosoclingo_gazebo/README.md", "rosoclingo_gazebo"): "test/test_readmes.py",
+    ("rosoclingo_simulator/README.md", "rosoclingo_simulator"): "test/test_readmes.py",
 }
 
 ASP = ROOT / "rosoclingo_aspprograms" / "mailbot"
@@ -469,6 +471,7 @@ def test_gazebo(page: Page) -> None:
     client = page.type("mailbot.py", lines=REQUEST)
     client.wait_for("step 2 of")
     assert "mailbot: go(c6): success" in office.output
+    check_output("rosoclingo_gazebo/README.md", "rosoclingo_gazebo", client.output)
 
 
 @of("rosoclingo_gazebo/README.md", "mailbot_scenario.launch")
@@ -522,12 +525,21 @@ def house(page: Page, description: str) -> Path:
 @of("rosoclingo_rviz/README.md", "rosoclingo_rviz")
 def test_rviz(page: Page, screen: str) -> None:
     page.terminals.environment["DISPLAY"] = screen
+    page.type("rviz:=true")
+    hears_markers(page)
+
+
+@of("rosoclingo_rviz/README.md", "rviz.launch")
+def test_a_graph_in_rviz(page: Page, screen: str) -> None:
+    page.terminals.environment["DISPLAY"] = screen
     page.has(graph_lp=OFFICE)
-    for word in ("rviz:=true", "rviz.launch"):
-        page.type(word)
-        markers = ("rostopic", "info", "/graph_markers/markers")
-        wait_for(lambda: "* /rviz" in page.terminals.run(*markers).output)  # noqa: B023
-        page.interrupt()
+    page.type("rviz.launch")
+    hears_markers(page)
+
+
+def hears_markers(page: Page) -> None:
+    markers = ("rostopic", "info", "/graph_markers/markers")
+    wait_for(lambda: "* /rviz" in page.terminals.run(*markers).output)
 
 
 @of("rosoclingo_rviz/README.md", "graph_markers.py")
@@ -540,7 +552,9 @@ def test_graph_markers(page: Page) -> None:
 @of("rosoclingo_simulator/README.md", "rosoclingo_simulator")
 def test_simulator(page: Page) -> None:
     page.type("embedded.launch")
-    page.hears("/map")
+    page.sees("/simulator/obstacle")
+    said = page.run("/simulator/obstacle")
+    check_output("rosoclingo_simulator/README.md", "rosoclingo_simulator", said)
     page.interrupt()
     pieces = section("rosoclingo_simulator/README.md", "The office, and a world of your own")
     made = house(page, next(piece.text for piece in pieces if piece.kind == "yaml"))
