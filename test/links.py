@@ -1,4 +1,4 @@
-"""Looks whether what the documents point to is there.
+"""Looks whether what the documents point to is there, and whether their lines are short.
 
 That is: relative links and their headings, files and modules in commands and in backticks, and the
 documents that code cites. ``.venv/bin/python test/links.py`` prints what is missing, and has the
@@ -29,11 +29,12 @@ _NAME = re.compile(
     r"`((?!my_)[a-z0-9_.][\w./-]*\.(?:action|launch|lp|md|msg|pgm|py|rostest|rviz|srv|world|xml|yaml))`"
 )
 _FOLDERS = {"rosrun": "nodes", "roslaunch": "launch", "rostest": "test"}
+_LONGEST = 120  # characters of a line
 _ROOT = "{root}"  # in a command; a topic may begin like the repository's real path
 
 
 def broken(root: Path = ROOT) -> List[str]:
-    """Returns what is not there of all that the documents below a folder point to."""
+    """Returns what is wrong in the documents below a folder, and with what code cites of them."""
     found = []
     for name in documents(root):
         file = root / name
@@ -52,6 +53,9 @@ def _packages(root: Path) -> List[Path]:
 
 
 def _of_document(file: Path, root: Path) -> Iterator[str]:
+    for number, line in enumerate(file.read_text().splitlines(), 1):
+        if len(line) > _LONGEST:
+            yield f"line {number} has {len(line)} characters, more than {_LONGEST}"
     text = prose(str(file))
     for link in _LINK.findall(re.sub(r"`[^`]*`", "", text)):
         if not _URL.match(link):
@@ -160,5 +164,5 @@ def _of_source(file: Path, package: Path, root: Path) -> Iterator[str]:
 
 if __name__ == "__main__":
     wrong = broken()
-    print("\n".join(wrong) or "all that the documents point to is there")
+    print("\n".join(wrong) or "the documents are well")
     sys.exit(1 if wrong else 0)

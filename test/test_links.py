@@ -38,6 +38,7 @@ GOOD = [
     "    scripts/test units\n    python3 -m rosoclingo_x.part file",
     "```python\nfrom rosoclingo_x.part import a\nfrom rosoclingo_x.msg import B\n```",
     "`nodes/run.py`, `a.lp`, `my_file.py`, `FILE.lp`, `[a](b)`",
+    "word " * 23 + "words",
 ]
 
 
@@ -70,6 +71,7 @@ def test_a_topic_that_begins_like_the_repository(root: Path) -> None:
         ("```python\nfrom rosoclingo_x.parts import a\n```", "no module rosoclingo_x.parts"),
         ("```xml\n<a b='$(find rosoclingo_x)/b.lp'/>\n```", "there is no"),
         ("`nodes/walk.py`", "there is no file nodes/walk.py"),
+        ("word " * 24 + "s", "line 3 has 121 characters"),
     ],
 )
 def test_what_is_not(root: Path, text: str, said: str) -> None:
