@@ -30,7 +30,7 @@ def _numbers(events: List[Received]) -> List[int]:
     return [int.from_bytes(event.data[8:12], "little") for event in events]
 
 
-def test_backlog_after_newer_events() -> None:
+def test_history_after_newer_events() -> None:
     journal = Journal()
     assert _numbers(journal.sort([_event(4), _event(1), _event(2), _event(4)])) == [1, 2, 4]
     assert _numbers(journal.sort([_event(3), _event(2), _event(5)])) == [3, 5]
@@ -74,8 +74,8 @@ def test_a_long_journal_takes_little_memory() -> None:
     grown, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert grown < 3 * 2**20
-    backlog = [_stamped(number, number) for number in range(78_001, 80_001)]
-    assert journal.sort(backlog) == []
+    history = [_stamped(number, number) for number in range(78_001, 80_001)]
+    assert journal.sort(history) == []
 
 
 @given(st.lists(st.integers(1, 30)), st.integers(1, 8))

@@ -24,10 +24,10 @@ class HistoryPublisher:
             message: Type of the messages.
             length: How many messages are kept.
         """
-        # Guards the backlog and the topic: rospy does not guard what goes to one subscriber from
+        # Guards the history and the topic: rospy does not guard what goes to one subscriber from
         # what goes to all. rospy's own lock is taken under it, and never the other way round.
         self._lock = threading.Lock()
-        self._backlog: Deque[Any] = deque(maxlen=length)
+        self._history: Deque[Any] = deque(maxlen=length)
         self._publisher = publisher(name, message, on_subscriber=self._on_subscriber)
 
     def publish(self, message: Any, keep: bool = True) -> None:
@@ -39,11 +39,11 @@ class HistoryPublisher:
         """
         with self._lock:
             if keep:
-                self._backlog.append(message)
+                self._history.append(message)
             if self._publisher.get_num_connections():
                 self._publisher.publish(message)
 
     def _on_subscriber(self, send: Callable[[Any], None]) -> None:
         with self._lock:
-            for message in self._backlog:
+            for message in self._history:
                 send(message)

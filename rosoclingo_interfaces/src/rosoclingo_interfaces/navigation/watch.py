@@ -67,10 +67,10 @@ class Watch:
         if self._way is None:
             self._way = self._make_way(position)
             self._metres = self._way.length
-        stray = self._way.distance(position)
-        if 0 < self._max_stray < stray:
+        cross_track = self._way.distance(position)
+        if 0 < self._max_stray < cross_track:
             raise DriveError(
-                f"the robot is {stray:.1f} m off the way to {self._name}, more than "
+                f"the robot is {cross_track:.1f} m off the way to {self._name}, more than "
                 f"{self._max_stray:g} m (~max_stray): the way is blocked"
             )
 

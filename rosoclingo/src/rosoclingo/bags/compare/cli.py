@@ -41,7 +41,7 @@ def run(
     program: str,
     options: argparse.Namespace,
     suite: junit.Suite,
-    judge: Callable[[], Tuple[Comparison, float]],
+    compare: Callable[[], Tuple[Comparison, float]],
 ) -> int:
     """Compares, writes the results, and returns the exit status.
 
@@ -49,14 +49,14 @@ def run(
         program: What messages begin with.
         options: The options of :func:`add_options`.
         suite: What the results are called.
-        judge: Compares and prints, and returns what came out and how many seconds it took.
+        compare: Compares and prints, and returns what came out and how many seconds it took.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a bag's texts may have any character
             stream.reconfigure(errors="backslashreplace")
     results = [file for file in (options.junit, options.gtest_output) if file is not None]
     try:
-        comparison, seconds = judge()
+        comparison, seconds = compare()
         for file in results:
             junit.write_results(file, suite, comparison, seconds)
     except BagError as err:

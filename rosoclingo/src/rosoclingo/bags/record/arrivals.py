@@ -9,7 +9,7 @@ from typing import Deque, List, NamedTuple, Set, Tuple
 from rosoclingo.bags.record.writer import Source
 
 _EVENT = struct.Struct("<III")  # how a ROSoClingoEvent begins: the time and the number
-_REMEMBERED = 10_000  # events that may come again; a backlog has 2,000
+_REMEMBERED = 10_000  # events that may come again; a history has 2,000
 
 
 class Received(NamedTuple):
@@ -23,7 +23,7 @@ class Received(NamedTuple):
 class Journal:
     """Puts the events of a journal in order and drops those that come twice.
 
-    A subscriber that connects while events are published gets some of them from the backlog and
+    A subscriber that connects while events are published gets some of them from the history and
     directly, and newer ones before older ones. The time and the number tell events apart: a node
     that is started again counts anew. Whatever has no number is kept; readers say that it has none.
     """

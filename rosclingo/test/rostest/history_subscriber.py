@@ -15,7 +15,7 @@ def _show(message: String, topic: str) -> None:
 
 
 if __name__ == "__main__":
-    rospy.init_node("backlog_subscriber", anonymous=True, disable_rosout=True)
+    rospy.init_node("history_subscriber", anonymous=True, disable_rosout=True)
     print("ready", flush=True)
     for line in sys.stdin:
         rospy.Subscriber(line.strip(), String, _show, line.strip(), tcp_nodelay=True)

@@ -1,4 +1,4 @@
-"""A topic with a backlog, and subscribers in other processes that come at any time."""
+"""A topic with a history, and subscribers in other processes that come at any time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Subscriber:
     """A process that subscribes when it is told to, and what it has received."""
 
     def __init__(self) -> None:
-        script = Path(__file__).resolve().with_name("backlog_subscriber.py")
+        script = Path(__file__).resolve().with_name("history_subscriber.py")
         self.received: Dict[str, List[int]] = defaultdict(list)
         self.ready = threading.Event()
         self._process = subprocess.Popen(
@@ -82,7 +82,7 @@ def parts(numbers: List[int]) -> List[List[int]]:
     return found
 
 
-class TestBacklog(unittest.TestCase):
+class TestHistory(unittest.TestCase):
     subscribers: List[Subscriber]
 
     @classmethod
@@ -107,13 +107,13 @@ class TestBacklog(unittest.TestCase):
             topic = Topic(f"~round{number}", MESSAGES)
             topic.publish(1, 1)
             early.subscribe(topic.name)
-            wait_for(lambda: early.received[topic.name])  # noqa: B023  # its backlog has ended
+            wait_for(lambda: early.received[topic.name])  # noqa: B023  # its history has ended
             self.publish_while_they_come(topic, late)
             self.wait_for_numbers(topic, early, MESSAGES)
             self.assertEqual(early.received[topic.name], everything)
             for subscriber in late:
                 self.wait_for_numbers(topic, subscriber, MESSAGES)
-                # What was published before the backlog was sent may come first, too.
+                # What was published before the history was sent may come first, too.
                 *before, rest = parts(subscriber.received[topic.name])
                 self.assertLessEqual(len(before), 1)
                 self.assertEqual(rest, everything[: len(rest)])
@@ -128,7 +128,7 @@ class TestBacklog(unittest.TestCase):
         topic.wait_for_connections(1 + len(late))
         topic.publish(first, MESSAGES)
 
-    def test_the_backlog_has_a_limit(self) -> None:
+    def test_the_history_has_a_limit(self) -> None:
         topic = Topic("~few", 20)
         topic.publish(1, 100)
         topic.publish(1_000, 1_001, keep=False)
@@ -160,5 +160,5 @@ class TestBacklog(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("test_backlog")
-    rostest.rosrun("rosclingo", "test_backlog", TestBacklog, sys.argv)
+    rospy.init_node("test_history")
+    rostest.rosrun("rosclingo", "test_history", TestHistory, sys.argv)
