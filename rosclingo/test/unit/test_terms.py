@@ -11,9 +11,10 @@ import pytest
 from clingo import Function, Number, String
 from hypothesis import given
 from hypothesis import strategies as st
+from symbols import GROUND
 
 from rosclingo.errors import TermError
-from rosclingo.solver.terms import is_plain, parse_term, quote, split_term
+from rosclingo.solver.terms import parse_term, quote
 
 
 @pytest.mark.parametrize(
@@ -174,17 +175,6 @@ def test_a_refused_term_stays_refused() -> None:
             parse_term("p(X)")
 
 
-GROUND = st.recursive(
-    st.integers(-(2**31) + 1, 2**31 - 1).map(Number)
-    | st.text(st.characters(min_codepoint=1, exclude_categories=["Cs"]), max_size=5).map(String)
-    | st.sampled_from([clingo.Infimum, clingo.Supremum, Function("a"), Function("a", [], False)]),
-    lambda inner: st.builds(
-        Function, st.sampled_from(["f", "_g'", ""]), st.lists(inner, min_size=1, max_size=3)
-    ),
-    max_leaves=8,
-)
-
-
 @given(GROUND)
 def test_what_clingo_writes_is_read_back(term: clingo.Symbol) -> None:
     assert parse_term(str(term)) == term
@@ -195,57 +185,6 @@ def test_what_clingo_writes_is_read_back(term: clingo.Symbol) -> None:
 def test_any_text_is_a_term_or_refused(text: str) -> None:
     with contextlib.suppress(TermError):
         assert isinstance(parse_term(re.sub(r"[/\\]", "", text)), clingo.Symbol)
-
-
-@given(st.text("fa1_'(,)not ", max_size=12))
-def test_a_plain_term_is_one_that_clingo_prints_so(text: str) -> None:
-    if is_plain(text):
-        assert str(parse_term(text)) == text
-
-
-@pytest.mark.parametrize(
-    "text", ["f", "0", "17", "_f'", "bring(o9,x17)", "f(g(1,a),h(_b'(2)),nota)", "not_(1)"]
-)
-def test_plain(text: str) -> None:
-    assert is_plain(text)
-    assert str(parse_term(text)) == text
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "not",
-        "f(not)",
-        "X",
-        "f(X)",
-        "01",
-        "1a",
-        "f()",
-        "f(1)g(2)",
-        "f(1)(2)",
-        "f(1,)",
-        "(1,2)",
-        "-1",
-        "f(1+1)",
-        "f( 1)",
-        '"a"',
-        "\u00e4",
-        "9" * 10,
-        "a\n",
-        "f(" * 11 + "1" + ")" * 11,
-        "f(" + "a," * 500 + "a)",
-    ],
-)
-def test_not_plain(text: str) -> None:
-    assert not is_plain(text)
-
-
-@given(GROUND)
-def test_split(term: clingo.Symbol) -> None:
-    is_function = term.type is clingo.SymbolType.Function
-    name, arguments = (term.name, term.arguments) if is_function else ("", [])
-    assert split_term(str(term)) == (name, [str(argument) for argument in arguments])
 
 
 def test_quote() -> None:

@@ -11,26 +11,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Deque, Dict, FrozenSet, Hashable, Iterable, List, Optional, Set, Tuple
 
+from rosclingo.wire.term_text import split_term
+
 Edge = FrozenSet[str]
-_CALL = re.compile(r"(\w+)\((.*)\)", re.DOTALL)
 _FACT = re.compile(r"(connection|office|start)\(([^()]*)\)\.")
 _ENDS = ("rejected", "succeeded", "canceled", "aborted")
 
 
 def arguments(term: str, name: str) -> List[str]:
     """Returns the arguments of a term such as ``bring(o9,o14)``, or nothing if it is another."""
-    match = _CALL.fullmatch(term.replace(" ", ""))
-    if match is None or match.group(1) != name:
-        return []
-    parts = [""]
-    depth = 0
-    for character in match.group(2):
-        depth += {"(": 1, ")": -1}.get(character, 0)
-        if character == "," and depth == 0:
-            parts.append("")
-        else:
-            parts[-1] += character
-    return parts
+    found, terms = split_term(term.replace(" ", ""))
+    return terms if found == name else []
 
 
 @dataclass

@@ -1,10 +1,10 @@
-"""Text to ground terms."""
+"""Any text to ground terms, by clingo; :mod:`rosclingo.wire.term_text` takes them apart."""
 
 from __future__ import annotations
 
 import re
 from functools import lru_cache
-from typing import List, Optional, Tuple
+from typing import Optional
 
 import clingo
 
@@ -18,13 +18,6 @@ _NOTABLE = re.compile(
     r"|[/\\]\s*(?=[1-9][0-9]*(?![0-9]|\s*\*\*))"
     r"|(?P<division>[/\\])"
     r'|(?P<stray>["%])'  # a quote that begins no string, or a comment
-)
-
-_FLAT = r"(?:(?!not(?![\w']))_*[a-z][\w']*|0|[1-9][0-9]{0,8})"
-_FLAT_TERM = re.compile(_FLAT, re.ASCII)
-_FLAT_CALL = re.compile(
-    rf"(?<![\w'])(?![0-9]){_FLAT}\({_FLAT}(?:,{_FLAT})*\)(?![\w'(])",
-    re.ASCII,
 )
 
 
@@ -46,47 +39,6 @@ def parse_term(text: str) -> clingo.Symbol:
     if len(text) > 1000:
         return _parse(text)
     return _parse_short(text)
-
-
-def is_plain(text: str) -> bool:
-    """Whether a text is a ground term as clingo prints it, of nothing but names and numbers.
-
-    clingo keeps each term for as long as the process lives, so it does not get to see such terms of
-    strangers. Thread-safe.
-
-    Args:
-        text: The text. One that is longer than 1000 characters, or nests deeper than 10 levels, is
-            not plain.
-    """
-    for _ in range(10 if len(text) <= 1000 else 0):
-        if _FLAT_TERM.fullmatch(text):
-            return True
-        text = _FLAT_CALL.sub("x", text)
-    return False
-
-
-def split_term(text: str) -> Tuple[str, List[str]]:
-    """Returns the name and the arguments of a ground term, as clingo prints it. Thread-safe.
-
-    Returns:
-        No name for what has none, such as a number. No arguments for a constant.
-    """
-    if not is_plain(text):
-        symbol = parse_term(text)
-        if symbol.type is not clingo.SymbolType.Function:
-            return "", []
-        return symbol.name, [str(argument) for argument in symbol.arguments]
-    if text[0].isdigit():
-        return "", []
-    name, _, rest = text.partition("(")
-    arguments, depth = [""] if rest else [], 0
-    for character in rest[:-1]:
-        depth += (character == "(") - (character == ")")
-        if character == "," and not depth:
-            arguments.append("")
-        else:
-            arguments[-1] += character
-    return name, arguments
 
 
 def quote(text: str) -> str:

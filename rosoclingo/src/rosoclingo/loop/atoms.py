@@ -7,14 +7,14 @@ the same way, so equal texts mean equal terms.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Dict, List, Optional, Sequence, Tuple
-
-import clingo
+from typing import Dict, List, Sequence, Tuple
 
 from rosclingo.errors import TermError, XmlError
-from rosclingo.solver.terms import is_plain, parse_term, quote
+from rosclingo.solver.terms import parse_term, quote
+from rosclingo.wire.term_text import is_plain, last_number, split_term
 from rosclingo.wire.xml_codec import check_text
-from rosoclingo.loop.atom_text import last_argument
+
+_READ = ("do(", "status(", "abort(")
 
 
 @dataclass(frozen=True)
@@ -48,20 +48,17 @@ class Plan:
         self._statuses: Dict[int, List[Tuple[str, str]]] = {}
         self._aborts: Dict[int, List[str]] = {}
         for text in symbols:
-            if text.startswith("do("):
-                arguments = _arguments(text, "do", 3)
-                if arguments is not None:
-                    action = Action(str(arguments[0]), str(arguments[1]), arguments[2].number)
-                    self._actions.setdefault(action.step, []).append(action)
-            elif text.startswith("status("):
-                arguments = _arguments(text, "status", 3)
-                if arguments is not None:
-                    status = (str(arguments[0]), str(arguments[1]))
-                    self._statuses.setdefault(arguments[2].number, []).append(status)
-            elif text.startswith("abort("):
-                arguments = _arguments(text, "abort", 2)
-                if arguments is not None:
-                    self._aborts.setdefault(arguments[1].number, []).append(str(arguments[0]))
+            step = last_number(text) if text.startswith(_READ) else None
+            if step is None:
+                continue
+            name, arguments = split_term(text)
+            if (name, len(arguments)) == ("do", 3):
+                action = Action(arguments[0], arguments[1], step)
+                self._actions.setdefault(step, []).append(action)
+            elif (name, len(arguments)) == ("status", 3):
+                self._statuses.setdefault(step, []).append((arguments[0], arguments[1]))
+            elif (name, len(arguments)) == ("abort", 2):
+                self._aborts.setdefault(step, []).append(arguments[0])
 
     def actions(self, step: int) -> Sequence[Action]:
         """Returns the actions of a step."""
@@ -82,17 +79,13 @@ class Plan:
 
     def fluents(self, step: int) -> List[str]:
         """Returns the fluents that are true at a step."""
-        fluents = []
-        for text in self.symbols:
-            if text.startswith("holds(") and text.endswith(f",{step})"):
-                arguments = _arguments(text, "holds", 2)
-                if arguments is not None:
-                    fluents.append(str(arguments[0]))
-        return fluents
+        atoms = (text for text in self.symbols if text.startswith("holds("))
+        terms = (split_term(text)[1] for text in atoms if text.endswith(f",{step})"))
+        return [arguments[0] for arguments in terms if len(arguments) == 2]
 
     def last_fluents(self, step: int) -> List[str]:
         """Returns the fluents of the last step up to one, of which the plan shows any."""
-        steps = [last_argument(text) for text in self.symbols if text.startswith("holds(")]
+        steps = [last_number(text) for text in self.symbols if text.startswith("holds(")]
         past = [shown for shown in steps if shown is not None and shown <= step]
         return self.fluents(max(past)) if past else []
 
@@ -118,12 +111,3 @@ def canonical(text: str) -> str:
         return text if is_plain(text) else str(parse_term(check_text(text)))
     except XmlError as err:
         raise TermError(f"{quote(text)} cannot be sent to a solver: {err}") from err
-
-
-def _arguments(text: str, name: str, arity: int) -> Optional[Sequence[clingo.Symbol]]:
-    """Returns an atom's arguments if it is of this signature and its last one is a step."""
-    symbol = parse_term(text)
-    if not symbol.match(name, arity):
-        return None
-    arguments = symbol.arguments
-    return arguments if arguments[-1].type is clingo.SymbolType.Number else None

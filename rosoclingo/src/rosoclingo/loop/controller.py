@@ -33,13 +33,10 @@ from rosclingo.wire.commands import (
     Result,
     Truth,
 )
+from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import ControllerError
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.solver import Solver
-
-_COMMAND = "do(controller,"
-_FLUENT = "holds("
-_END = ",1)"
 
 
 @dataclass(frozen=True)
@@ -258,8 +255,9 @@ class Controller:
         """
         if fluent not in self._save_events:
             spellings = [fluent]
-            if fluent.startswith("val(") and fluent.endswith(",true)"):
-                spellings.append(fluent[len("val(") : -len(",true)")])
+            name, arguments = split_term(fluent)
+            if name == "val" and arguments[1:] == ["true"]:
+                spellings.append(arguments[0])
             atoms = (event("save", spelling, 0) for spelling in spellings)
             self._save_events[fluent] = next((a for a in atoms if a in self._declared), "")
         return self._save_events[fluent]
@@ -275,14 +273,11 @@ def _situation(info: Info, true: Iterable[str], symbols: Sequence[str]) -> str:
 
 def _split(symbols: Sequence[str]) -> Tuple[List[str], List[str]]:
     """Returns the commands and the fluents for the next decision in an answer set."""
-    commands = [
-        text[len(_COMMAND) : -len(_END)]
-        for text in symbols
-        if text.startswith(_COMMAND) and text.endswith(_END)
-    ]
-    fluents = [
-        text[len(_FLUENT) : -len(_END)]
-        for text in symbols
-        if text.startswith(_FLUENT) and text.endswith(_END)
-    ]
+    commands, fluents = [], []
+    for text in symbols:
+        name, arguments = split_term(text)
+        if name == "do" and len(arguments) == 3 and arguments[::2] == ["controller", "1"]:
+            commands.append(arguments[1])
+        elif name == "holds" and arguments[1:] == ["1"]:
+            fluents.append(arguments[0])
     return commands, fluents

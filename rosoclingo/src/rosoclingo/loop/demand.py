@@ -11,11 +11,9 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Deque, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
-from clingo import SymbolType
-
 from rosclingo.errors import shorten
-from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import AssignExternal, Command, Ground, Part, Truth
+from rosclingo.wire.term_text import number, split_term
 from rosoclingo.errors import PlannerError
 
 Pair = Tuple[str, str]
@@ -119,8 +117,8 @@ class Demand:
     def learn_examples(self, externals: Iterable[str]) -> None:
         """Looks for examples of requests among the externals of a fresh solver."""
         if self.tells:
-            atoms = (parse_term(atom) for atom in externals if atom.startswith("event("))
-            self.examples = [str(a.arguments[1]) for a in atoms if a.match(*_EVENT)]
+            events = (split_term(atom)[1] for atom in externals if atom.startswith("event("))
+            self.examples = [arguments[1] for arguments in events if len(arguments) == _EVENT[1]]
 
     # What it is told.
 
@@ -131,8 +129,7 @@ class Demand:
     def tell(self, atoms: Sequence[str]) -> None:
         """Takes events, which are told before the next command is run."""
         for atom in atoms:
-            arguments = tuple(map(str, parse_term(atom).arguments))
-            self._pending.append(Part("event", arguments))
+            self._pending.append(Part("event", tuple(split_term(atom)[1])))
             self._has_news = True
 
     def set_query(self, query: str, value: Truth) -> None:
@@ -194,18 +191,17 @@ class Demand:
         for text in symbols:
             if not text.startswith(_ASKS) or text in self._grounded:
                 continue
-            symbol = parse_term(text)
-            if not symbol.match("ground", 1):
+            asked = split_term(text)[1]
+            if len(asked) != 1:
                 continue
-            part = symbol.arguments[0]
-            name = part.name if part.type is SymbolType.Function else ""
-            if not name or name == "base" or name in _RESERVED:
+            name, arguments = split_term(asked[0])
+            if not name or name == "base" or name in _RESERVED or name.startswith("-"):
                 raise PlannerError(
-                    f"the planner's answer set asks for {shorten(str(part))} by {shorten(text)}, "
+                    f"the planner's answer set asks for {shorten(asked[0])} by {shorten(text)}, "
                     "which cannot be asked for"
                 )
             self._grounded.add(text)
-            parts.append(Part(name, tuple(map(str, part.arguments))))
+            parts.append(Part(name, tuple(arguments)))
         return parts
 
 
@@ -214,7 +210,7 @@ def needed_horizon(symbols: Sequence[str]) -> Optional[int]:
     needed = None
     for text in symbols:
         if text.startswith(_HORIZON):
-            symbol = parse_term(text)
-            if symbol.match("horizon", 1) and symbol.arguments[0].type is SymbolType.Number:
-                needed = max(symbol.arguments[0].number, needed or 0)
+            horizon = number(text[len(_HORIZON) : -1])
+            if horizon is not None:
+                needed = max(horizon, needed or 0)
     return needed

@@ -10,8 +10,8 @@ import time
 from typing import Callable, List, Optional, Sequence
 
 from rosclingo.errors import shorten
-from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import Ground, Part, Restart, Truth
+from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import LoopError, PlannerError
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.goals import Goal
@@ -123,7 +123,7 @@ def mend_contradiction(state: State) -> bool:
         _begin_again(state)
     for atom in causes:
         reason = f"the program has no answer set with {shorten(atom)}, even without a goal"
-        source, content, _ = map(str, parse_term(atom).arguments)
+        source, content, _ = split_term(atom)[1]
         own = state.goals.occupant(source)
         if own is None:
             state.mail.drop([(source, content, reason)])

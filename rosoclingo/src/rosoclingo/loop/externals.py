@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Dict, Iterable, List, Sequence, Set, Tuple, Union
 
 from rosclingo.wire.commands import AssignExternal, ReleaseExternal, Truth
-from rosoclingo.loop.atom_text import last_argument
+from rosclingo.wire.term_text import last_number
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.solver import Planner
@@ -104,7 +104,7 @@ class PlannerExternals:
         self._vocabulary.learn(externals, len(self.grounded))
         self._by_step = {}
         for atom, value in externals.items():
-            step = last_argument(atom)
+            step = last_number(atom)
             if step is not None and value is not Truth.TRUE and not atom.startswith(SAVE):
                 self._by_step.setdefault(step, []).append(atom)
         self._seen = len(self.grounded)

@@ -11,7 +11,6 @@ import time
 from typing import Callable, Dict, Iterable, List, Optional, Protocol, Sequence, Tuple
 
 from rosclingo.errors import shorten
-from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import (
     Add,
     AssignExternal,
@@ -31,6 +30,7 @@ from rosclingo.wire.commands import (
     Result,
     Truth,
 )
+from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import query
 from rosoclingo.loop.demand import Demand, DemandSnapshot, Pair, needed_horizon
@@ -421,7 +421,7 @@ def _is_false_query(commands: Sequence[Command], index: int) -> bool:
 
 def _pair(atom: str) -> Pair:
     """Returns the source and the content of an event."""
-    source, content, _ = map(str, parse_term(atom).arguments)
+    source, content, _ = split_term(atom)[1]
     return source, content
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Dict, Iterable, List, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
-from rosclingo.solver.terms import split_term
+from rosclingo.wire.term_text import split_term
 from rosoclingo.loop.demand import Demand, Pair
 
 ANY_EVENT = "_,_"

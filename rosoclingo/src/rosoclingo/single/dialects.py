@@ -18,7 +18,6 @@ from clingo import ast
 from rosclingo.errors import OptionsError
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
-from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import (
     Add,
     AssignExternal,
@@ -35,6 +34,7 @@ from rosclingo.wire.commands import (
     Restart,
     Truth,
 )
+from rosclingo.wire.term_text import split_term
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.solver import HAS, Forwarding, Solver
 from rosoclingo.loop.vocabulary import ANY_EVENT
@@ -99,17 +99,17 @@ class _Translation(Dialect2, abc.ABC):
         return [command]
 
     def _tell(self, command: AssignExternal) -> List[Command]:
-        source, content, step = parse_term(command.name).arguments
+        source, content, step = split_term(command.name)[1]
         if command.value is not Truth.TRUE:
             return []  # what has happened has happened, and nothing else is true
         if command.name.startswith(_PASSED):
-            is_open = str(step) in self._open
-            self._open.discard(str(step))
-            return [self._passes(str(step))] if is_open else []
-        if str(source) == "commit":
-            actuator, action = content.arguments
-            return [self._acts(str(actuator), str(action), str(step))]
-        return [self._happens(str(source), str(content), str(step))]
+            is_open = step in self._open
+            self._open.discard(step)
+            return [self._passes(step)] if is_open else []
+        if source == "commit":
+            actuator, action = split_term(content)[1]
+            return [self._acts(actuator, action, step)]
+        return [self._happens(source, content, step)]
 
     def _translate_back(self, externals: Externals) -> Externals:
         passed = (event("info", "passed", int(step)) for step in sorted(self._open))
@@ -209,9 +209,9 @@ class PaperDialect(_Translation):
         if atom.startswith("query("):
             return f"horizon{atom[len('query') :]}"
         if atom.startswith("event("):
-            source, content, step = parse_term(atom).arguments
-            if str(source) in self._slots:
-                return event("request", f"({source},{content})", step.number)
+            source, content, step = split_term(atom)[1]
+            if source in self._slots:
+                return f"event(request,({source},{content}),{step})"
         return atom
 
     def _translate_back(self, externals: Externals) -> Externals:
@@ -225,10 +225,11 @@ class PaperDialect(_Translation):
     def _name_back(self, atom: str) -> str:
         if atom.startswith("horizon("):
             return f"query{atom[len('horizon') :]}"
-        if atom.startswith("event(request,("):
-            _, content, step = parse_term(atom).arguments
-            if len(content.arguments) == 2 and not content.name:
-                return event(str(content.arguments[0]), str(content.arguments[1]), step.number)
+        name, arguments = split_term(atom)
+        if name == "event" and arguments[:1] == ["request"] and len(arguments) == 3:
+            name, request = split_term(arguments[1])
+            if not name and len(request) == 2:
+                return f"event({request[0]},{request[1]},{arguments[2]})"
         return atom
 
     def _acts(self, actuator: str, action: str, step: str) -> Command:

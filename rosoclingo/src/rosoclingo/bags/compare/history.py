@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
 from typing import Dict, List, Optional, Sequence, Tuple
 
+from rosclingo.wire.term_text import last_number, split_list
 from rosoclingo.bags.compare.outputs import INPUTS, Output, Reader
 from rosoclingo.bags.model import Entry
 from rosoclingo.loop.journal import Event
 
 OPEN = "open"
 """The outcome of a goal that has not ended."""
-
-_STEP = re.compile(r",(-?\d+)\)(?=, do\(|\Z)")  # of an action in a published plan
 
 
 @dataclass(frozen=True)
@@ -129,4 +127,5 @@ class History:
 
 def _length(output: Output) -> int:
     """Returns in how many steps a published plan has actions; 0 for anything else."""
-    return len(set(_STEP.findall(output.text))) if output.kind == "plan" else 0
+    steps = set(map(last_number, split_list(output.text))) if output.kind == "plan" else set()
+    return len(steps - {None})

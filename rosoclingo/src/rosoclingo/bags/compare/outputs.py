@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Dict, Iterable, List, Optional, Sequence, Tuple
 
+from rosclingo.wire.term_text import last_number
 from rosoclingo.bags.model import Entry
-from rosoclingo.loop.atom_text import last_argument
 from rosoclingo.loop.journal import RECALLED, SHUTDOWN, Event
 
 INPUTS = ("goal", "cancel", "message")
@@ -165,5 +165,5 @@ def _shutdown(entries: Sequence[Entry]) -> Optional[int]:
 
 
 def _place(atom: str) -> Tuple[int, str]:
-    step = last_argument(atom)
+    step = last_number(atom)
     return (0 if step is None else step), atom

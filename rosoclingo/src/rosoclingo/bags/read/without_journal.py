@@ -25,6 +25,7 @@ from typing import (
     Tuple,
 )
 
+from rosclingo.wire.term_text import split_list
 from rosoclingo.loop.journal import Event
 
 TOPICS = ("goal", "cancel", "in", "out", "status", "feedback", "result")
@@ -180,8 +181,7 @@ class Historian:
 
     def _out(self, message: Any) -> Iterator[Event]:
         if message.id == "solver":  # the whole plan of a static mode
-            plan = message.action.strip("[]")
-            yield self._event("plan", "", "", *re.findall(r"do\(.*?\)(?=, do\(|$)", plan))
+            yield self._event("plan", "", "", *split_list(message.action.strip("[]")))
             return
         if self._acting <= self._answered:
             self._step += 1

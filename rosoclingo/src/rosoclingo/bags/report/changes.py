@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import bisect
-import re
 from dataclasses import dataclass
 from typing import Dict, List, Sequence, Set, Tuple
 
+from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.bags.report.run import Cause, Change
 
-_ATOM = re.compile(r"do\((.*),(-?\d+)\)", re.DOTALL)
 _ROUTINE = frozenset({"success"})
 
 Planned = Dict[int, Set[str]]
@@ -41,9 +40,10 @@ def planned(atoms: Sequence[str]) -> Planned:
     """Returns the actions of a plan, given as ``do(Actuator,Action,Step)``."""
     plan: Planned = {}
     for atom in atoms:
-        match = _ATOM.fullmatch(atom)
-        if match:
-            plan.setdefault(int(match.group(2)), set()).add(": ".join(_halves(match.group(1))))
+        name, arguments = split_term(atom)
+        step = last_number(atom)
+        if name == "do" and step is not None:
+            plan.setdefault(step, set()).add(": ".join(arguments[:-1]))
     return plan
 
 
@@ -94,18 +94,3 @@ def _explain(causes: Sequence[Cause], is_first: bool) -> Tuple[Cause, ...]:
     """Returns the causes that matter: what goes as planned does so only if there is no other."""
     special = tuple(dict.fromkeys(cause for cause in causes if cause.kind not in _ROUTINE))
     return special or tuple(dict.fromkeys(causes)) or (Cause("start" if is_first else "none"),)
-
-
-def _halves(arguments: str) -> Sequence[str]:
-    """Splits two arguments at the comma between them."""
-    depth, in_text, escaped = 0, False, False
-    for place, letter in enumerate(arguments):
-        if in_text:
-            in_text = letter != '"' or escaped
-            escaped = letter == "\\" and not escaped
-        elif letter == "," and not depth:
-            return arguments[:place], arguments[place + 1 :]
-        else:
-            in_text = letter == '"'
-            depth += (letter in "([{") - (letter in ")]}")
-    return (arguments,)
