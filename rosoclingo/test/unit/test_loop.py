@@ -201,11 +201,12 @@ def test_no_command_two_commands_unknown_command(system: Make, tmp_path: Path) -
         "#external event(save,x,0). holds(x,1).": "has 0 commands",
         "do(controller,(solve;idle),1).": "has 2 commands",
         "do(controller,solve,1). {a}. :- a. :- not a.": "no answer set",
-        "do(controller,dance(3),1).": r"no command dance\(3\); there are .*commit_actions",
-        "do(controller,state,1).": "no command state",
-        "do(controller,7,1).": "no command 7",
-        "do(controller,solve(3),1).": r"wrong arguments in the command solve\(3\)",
-        "do(controller,__init__,1).": "no command __init__",
+        "do(controller,dance(3),1).": r"for the command dance\(3\): ROSCommands has .*, commit_",
+        "do(controller,-idle,1).": "no method for the command -idle",
+        "do(controller,state,1).": "no method for the command state",
+        "do(controller,7,1).": "no method for the command 7",
+        "do(controller,solve(3),1).": r"solve\(3\) does not fit the method solve\(\).*: too",
+        "do(controller,__init__,1).": "no method for the command __init__",
     }
     for program, message in cases.items():
         file.write_text(program)

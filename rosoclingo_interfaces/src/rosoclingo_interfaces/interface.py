@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 from typing import Any, Optional, Sequence, Union
 
 import clingo
 
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
+from rosoclingo.loop.dispatch import bind, find
 from rosoclingo_interfaces.errors import ActionError
 from rosoclingo_interfaces.execution import Execution, current
 
@@ -84,47 +84,15 @@ class ActionInterface:
 
     def knows(self, action: clingo.Symbol) -> bool:
         """Whether this interface does an action, maybe badly."""
-        return _method(self, action) is not None
+        return find(self, action, ActionInterface) is not None
 
     def perform(self, action: clingo.Symbol) -> Answer:
         """Does an action, in a thread of its own; calls the action's method.
 
         Raises:
-            ActionError: There is no such method, or not with these arguments.
+            DispatchError: There is no such method, or not with these arguments.
         """
-        method = _method(self, action)
-        if method is None:
-            known = ", ".join(name for name in dir(self) if _is_action(self, name)) or "none"
-            raise ActionError(
-                f"there is no method for the action {action}: {type(self).__name__} has {known}"
-            )
-        arguments = [_value(argument) for argument in action.arguments]
-        try:
-            inspect.signature(method).bind(*arguments)
-        except TypeError as err:
-            raise ActionError(
-                f"the action {action} does not fit the method "
-                f"{action.name}{inspect.signature(method)}: {err}"
-            ) from err
-        return method(*arguments)
-
-
-def _method(interface: ActionInterface, action: clingo.Symbol) -> Any:
-    """Returns the method for an action, or None."""
-    # A term such as -go(c3) or (a,b) has no method, and neither has a number.
-    if action.type is clingo.SymbolType.Function and action.positive:
-        for name in (action.name, f"{action.name}_"):
-            if _is_action(interface, name):
-                return getattr(interface, name)
-    return None
-
-
-def _is_action(interface: ActionInterface, name: str) -> bool:
-    return (
-        not name.startswith("_")
-        and not hasattr(ActionInterface, name)
-        and callable(getattr(type(interface), name, None))
-    )
+        return bind(self, action, "action", base=ActionInterface, value=_value)()
 
 
 def answer_text(answer: Any) -> str:

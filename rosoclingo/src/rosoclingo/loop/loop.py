@@ -16,6 +16,7 @@ from rosclingo.wire.commands import Result
 from rosoclingo.errors import ControllerError, LoopError, PlannerError, ShutdownError
 from rosoclingo.loop import diagnosis
 from rosoclingo.loop.controller import Decider, Info
+from rosoclingo.loop.dispatch import DispatchError, bind
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.inbox import Inbox
@@ -198,26 +199,14 @@ class Loop:
             part.check()
 
     def _call(self, command: clingo.Symbol, info: Info) -> None:
-        is_function = command.type is clingo.SymbolType.Function
-        name = command.name if is_function else ""
-        known = [
-            key
-            for key in dir(self._commands)
-            if not key.startswith("_") and callable(getattr(self._commands, key))
-        ]
-        if name not in known:
-            raise ControllerError(
-                f"there is no command {command}; there are {', '.join(known)}; "
-                f"{self._controller.describe(info)}"
-            )
         try:
-            getattr(self._commands, name)(*command.arguments)
+            run = bind(self._commands, command, "command")
+        except DispatchError as err:
+            raise ControllerError(f"{err}; {self._controller.describe(info)}") from err
+        try:
+            run()
         except PlannerError as err:
             diagnosis.recover(self.state, err)
-        except TypeError as err:
-            if err.__traceback__ is not None and err.__traceback__.tb_next is None:
-                raise ControllerError(f"wrong arguments in the command {command}: {err}") from err
-            raise
 
     def end(self, reason: str) -> None:
         """Aborts the open goals and has those that are still to come rejected."""
