@@ -1,16 +1,14 @@
-"""Reads a bag: with rosbags, or without the index if that is broken. Needs no ROS."""
+"""Reads a bag, also a damaged one. Needs no ROS."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Callable, Dict, List, NamedTuple, Tuple
-
-from rosbags.rosbag1 import Reader
+from typing import Callable, List, NamedTuple, Tuple
 
 from rosoclingo.bags.errors import BagSizeError, BagVersionError, DamagedBagError, NoBagError
-from rosoclingo.bags.read.decompress import Expander, ExpansionError
-from rosoclingo.bags.read.recovery import Records, check_chunks, read_records
+from rosoclingo.bags.read.decompress import ExpansionError
+from rosoclingo.bags.read.records import Records, read_records
 from rosoclingo.bags.wire import Connection, Message
 
 _MAGIC = re.compile(rb"#ROSBAG V(\d+)\.(\d+)\r?\n")
@@ -47,15 +45,7 @@ def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
     try:
         with file.open("rb") as opened:
             opened.seek(begin)
-            check_chunks(opened)  # decompresses all chunks once more: rosbags knows no limit
-            try:
-                return _read_indexed(file, size, wanted)
-            except ExpansionError:
-                raise
-            except Exception as err:  # rosbags does not say in which ways it fails at damage
-                opened.seek(begin)
-                reason = " ".join(str(err).split()).rstrip(".") or type(err).__name__
-                return _repair(file, read_records(opened, wanted), size, reason)
+            records = read_records(opened, wanted)
     except OSError as err:
         raise NoBagError(f"{file}: {err.strerror}; give the path of a bag") from err
     except ExpansionError as err:
@@ -64,47 +54,27 @@ def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
             f"installation: rosbag decompress {file.name}"
         ) from err
 
-
-def _read_indexed(file: Path, size: int, wanted: Callable[[Connection], bool]) -> Bag:
-    limit = Expander(size)
-    with Reader(str(file)) as reader:
-        connections: Dict[int, Connection] = {
-            connection.id: Connection(
-                connection.topic,
-                connection.msgtype.replace("/msg/", "/"),
-                connection.digest,
-                str(getattr(connection.msgdef, "data", connection.msgdef)),  # a text until 0.9
-            )
-            for connection in reader.connections
-        }
-        chosen = [one for one in reader.connections if wanted(connections[one.id])]
-        messages: List[Message] = []
-        for connection, time, data in reader.messages(chosen) if chosen else ():
-            try:
-                limit.add(len(data))  # an index may name a message again and again
-            except ExpansionError as err:
-                raise ExpansionError(f"message {len(messages) + 1} {err}") from err
-            messages.append(Message(connections[connection.id], time, bytes(data)))
-        return Bag(messages, list(connections.values()), (), size)
+    return _judge(file, records, size)
 
 
-def _repair(file: Path, records: Records, size: int, reason: str) -> Bag:
+def _judge(file: Path, records: Records, size: int) -> Bag:
     if records.encryptor:
         raise BagVersionError(
             f"{file}: the bag is encrypted; decrypt it in a ROS installation: "
             f"rosbag decrypt {file.name}"
         )
-    reason = records.fault or reason
-    if not records.connections:
-        lost = records.losses[0] if records.losses else reason
+    if not records.connections and (records.losses or records.fault):
+        lost = [*records.losses, records.fault][0]
         raise DamagedBagError(f"{file}: nothing can be read of the bag: {lost}; record again")
     messages = sorted(records.messages, key=lambda message: message.time)
-    remark = (
-        f"the bag has no intact index ({reason}); it was read from its beginning on, and "
-        f"{len(messages)} messages of the system were found"
-    )
-    losses = [f"lost: {loss}" for loss in records.losses]
-    return Bag(messages, records.connections, (remark, *losses), size)
+    remarks = [f"lost: {loss}" for loss in records.losses]
+    if records.fault:
+        remarks.insert(
+            0,
+            f"the bag has no intact index ({records.fault}); it was read from its beginning on, "
+            f"and {len(messages)} messages of the system were found",
+        )
+    return Bag(messages, records.connections, tuple(remarks), size)
 
 
 def _check(file: Path) -> Tuple[int, int]:

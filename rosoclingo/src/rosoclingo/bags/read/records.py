@@ -1,4 +1,4 @@
-"""Reads the records of a damaged bag from its beginning to its end. Needs no ROS.
+"""Reads the records of a bag from its beginning to its end. Needs no ROS.
 
 The format is http://wiki.ros.org/Bags/Format/2.0: a line, and records of a header and data, each
 after its length. Chunks hold records again, all but their index. What is damaged ends the reading
@@ -10,7 +10,6 @@ length is believed that goes beyond the end of the file.
 
 from __future__ import annotations
 
-import contextlib
 import os
 import struct
 from io import BytesIO
@@ -67,33 +66,6 @@ def read_records(file: BinaryIO, wanted: Callable[[Connection], bool]) -> Record
         scan.find_fault(),
         scan.losses,
     )
-
-
-def check_chunks(file: BinaryIO) -> None:
-    """Checks what the chunks expand to, as far as the records are intact.
-
-    Args:
-        file: The bag, at its first record.
-
-    Raises:
-        ExpansionError: One expands to too much; the text says which.
-    """
-    size = os.fstat(file.fileno()).st_size
-    expander = Expander(size)
-    position = file.tell()
-    with contextlib.suppress(_DamageError, ValueError, KeyError):
-        while position < size:
-            header = _entries(_part(file, size))
-            length = _length(file)
-            begin = file.tell()
-            compression = _text(header, b"compression")
-            if compression not in ("", "none"):
-                try:
-                    expander.expand(compression, file.read(min(length, size - begin)))
-                except ExpansionError as err:
-                    raise ExpansionError(f"the chunk at byte {position} {err}") from err
-            position = begin + length
-            file.seek(position)
 
 
 class _Scan:
