@@ -42,7 +42,7 @@ def test_files_are_written_and_found(tmp_path: Path, arguments: List[str]) -> No
     changed, directory = unpack(program([*arguments, "-c", "f=task.lp"]), tmp_path)
     assert directory.is_dir()
     assert changed[-2:] == ["-c", "f=task.lp"]
-    file = Path(changed[-3].replace("--file=", "").replace("-f", "", 1))
+    file = Path(changed[-3])
     assert file.read_text() == FILES["/home/me/ws/task.lp"]
     assert (file.parent / "parts" / "map.lp").read_text() == "a."
     assert tmp_path in file.parents
@@ -80,6 +80,13 @@ def test_no_file_leaves_the_folder(tmp_path: Path) -> None:
 def test_a_file_that_the_bag_does_not_have(tmp_path: Path) -> None:
     with pytest.raises(ReplayError, match=r"does not have the file other\.lp of /planner"):
         unpack(program(["-f", "other.lp"]), tmp_path)
+
+
+@pytest.mark.parametrize("option", ["-f", "--const"])
+def test_an_option_of_the_bag_without_its_value(tmp_path: Path, option: str) -> None:
+    message = f"command line of /planner is wrong: option {option} needs a value"
+    with pytest.raises(ReplayError, match=message):
+        starts(recording(planner=program(["-f", "task.lp", option])), Changes(), tmp_path)
 
 
 def test_files_from_disk(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import glob
 import os
 import re
 from dataclasses import dataclass
-from typing import List, Sequence, Tuple
+from typing import Iterable, Iterator, List, NamedTuple, Sequence, Tuple
 
 from rosclingo.errors import OptionsError, TermError
 from rosclingo.solver.terms import parse_term
@@ -27,6 +27,7 @@ All else is handed to clingo, for instance:
 
 Private parameters: ~allow_scripts, ~load_path, ~max_request_bytes (see docs/protocol.md).
 """
+_OPTION = re.compile(r"(?:(--file|--const|--cons)(?:=(.*))?|(-[fc])(.+)?)", re.DOTALL)
 _MOST_CHOICES = 20  # files of a folder that are named, where one is missing
 
 
@@ -45,7 +46,38 @@ class Options:
     help: bool = False
 
 
-def parse_options(arguments: Sequence[str]) -> Options:
+class Argument(NamedTuple):
+    """An option with its value, or one word of what clingo gets.
+
+    Attributes:
+        option: ``-f`` or ``-c``, however it was spelled; else empty.
+        value: The value of the option, or the word.
+    """
+
+    option: str
+    value: str
+
+
+def arguments(words: Iterable[str]) -> Iterator[Argument]:
+    """Yields what a command line without program name and ROS remappings is made of.
+
+    Raises:
+        OptionsError: An option lacks its value.
+    """
+    rest = iter(words)
+    for word in rest:
+        match = _OPTION.fullmatch(word)
+        if match is None:
+            yield Argument("", word)
+            continue
+        name, value = (match[1], match[2]) if match[1] else (match[3], match[4])
+        value = next(rest, None) if value is None else value
+        if value is None:
+            raise OptionsError(f"option {word} needs a value after it")
+        yield Argument("-f" if name in ("-f", "--file") else "-c", value)
+
+
+def parse_options(words: Sequence[str]) -> Options:
     """Parses a command line without program name and ROS remappings.
 
     Raises:
@@ -53,34 +85,18 @@ def parse_options(arguments: Sequence[str]) -> Options:
     """
     files: List[str] = []
     clingo: List[str] = []
-    rest = list(arguments)
-    while rest:
-        argument = rest.pop(0)
-        if argument in ("-h", "--help"):
+    for option, value in arguments(words):
+        if option == "-f":
+            files.append(_existing(value))
+        elif option == "-c":
+            clingo += ["-c", _checked_const(value)]
+        elif value in ("-h", "--help"):
             return Options(help=True)
-        if argument in ("-f", "--file"):
-            files.append(_existing(_value(argument, rest)))
-        elif argument.startswith("--file="):
-            files.append(_existing(argument[len("--file=") :]))
-        elif argument.startswith("-f"):
-            files.append(_existing(argument[len("-f") :]))
-        elif argument in ("-c", "--cons", "--const"):
-            clingo += ["-c", _checked_const(_value(argument, rest))]
-        elif argument.startswith(("--cons=", "--const=")):
-            clingo += ["-c", _checked_const(argument.partition("=")[2])]
-        elif argument.startswith("-c"):
-            clingo += ["-c", _checked_const(argument[len("-c") :])]
-        elif argument.endswith(".lp") and not argument.startswith("-"):
-            raise OptionsError(f"'{argument}' needs -f before it to be loaded as an encoding")
+        elif value.endswith(".lp") and not value.startswith("-"):
+            raise OptionsError(f"'{value}' needs -f before it to be loaded as an encoding")
         else:
-            clingo.append(argument)
+            clingo.append(value)
     return Options(tuple(files), tuple(clingo))
-
-
-def _value(option: str, rest: List[str]) -> str:
-    if not rest:
-        raise OptionsError(f"option {option} needs a value after it")
-    return rest.pop(0)
 
 
 def _existing(path: str) -> str:

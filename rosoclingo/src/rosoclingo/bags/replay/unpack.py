@@ -6,10 +6,12 @@ import os
 import posixpath
 import re
 from pathlib import Path
-from typing import Callable, Iterator, List, Mapping, Optional, Sequence, Tuple
+from typing import Callable, Iterator, List, Mapping, Optional, Tuple
 
 import rospkg
 
+from rosclingo.errors import OptionsError
+from rosclingo.solver.options import Argument, arguments
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Program
 
@@ -39,12 +41,10 @@ def unpack(program: Program, folder: Path) -> Tuple[List[str], Path]:
         file = _below(folder, path)
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(_move_includes(text, program.files, folder), encoding="utf-8")
-    arguments = with_files(
-        program.arguments, lambda path: str(_below(folder, _find(path, program)))
-    )
+    command_line = _with_files(program, lambda path: str(_below(folder, _find(path, program))))
     directory = _below(folder, _directory(program))
     directory.mkdir(parents=True, exist_ok=True)
-    return arguments, directory
+    return command_line, directory
 
 
 def from_disk(program: Program) -> List[str]:
@@ -68,7 +68,7 @@ def from_disk(program: Program) -> List[str]:
             "what the bag has"
         )
 
-    return with_files(program.arguments, existing)
+    return _with_files(program, existing)
 
 
 def _in_packages(path: str, packages: rospkg.RosPack) -> Iterator[str]:
@@ -81,23 +81,23 @@ def _in_packages(path: str, packages: rospkg.RosPack) -> Iterator[str]:
             continue
 
 
-def with_files(arguments: Sequence[str], change: Callable[[str], str]) -> List[str]:
-    """Returns a command line of rosclingo with other paths; see :mod:`rosclingo.solver.options`."""
+def _with_files(program: Program, change: Callable[[str], str]) -> List[str]:
+    """Returns a program's command line with other paths."""
     changed: List[str] = []
-    rest = list(arguments)
-    while rest:
-        argument = rest.pop(0)
-        if argument in ("-f", "--file") and rest:
-            changed += [argument, change(rest.pop(0))]
-        elif argument in ("-c", "--cons", "--const") and rest:
-            changed += [argument, rest.pop(0)]
-        elif argument.startswith("--file="):
-            changed.append("--file=" + change(argument[len("--file=") :]))
-        elif argument.startswith("-f") and argument != "-f":
-            changed.append("-f" + change(argument[len("-f") :]))
-        else:
-            changed.append(argument)
+    for option, value in _arguments(program):
+        changed += [option] if option else []
+        changed.append(change(value) if option == "-f" else value)
     return changed
+
+
+def _arguments(program: Program) -> List[Argument]:
+    try:
+        return list(arguments(program.arguments))
+    except OptionsError as err:
+        raise ReplayError(
+            f"the command line of {program.node} is wrong: {err}; give another one with --planner, "
+            "--controller or --single"
+        ) from err
 
 
 def _find(path: str, program: Program) -> str:
@@ -131,8 +131,7 @@ def _likeness(path: str, file: str) -> float:
 
 def _directory(program: Program) -> str:
     """Returns the working directory from which the command line's paths and includes fit."""
-    paths: List[str] = []
-    with_files(program.arguments, lambda path: paths.append(path) or path)  # type: ignore[func-returns-value]  # collects
+    paths = [value for option, value in _arguments(program) if option == "-f"]
     for text in program.files.values():
         paths += [match.group(2) for match in _INCLUDE.finditer(text)]
     for path in paths:
