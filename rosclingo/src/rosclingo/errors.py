@@ -26,6 +26,10 @@ class OptionsError(RosclingoError):
     """The command line is wrong, or clingo refuses an option of it."""
 
 
+class ParameterError(RosclingoError):
+    """A parameter of a node has a value that it may not have; the message names both."""
+
+
 class TermError(RosclingoError):
     """A text is not a single ground term."""
 

@@ -11,7 +11,7 @@ from typing import Any, Callable, Dict, List, Optional, Sequence
 import pytest
 from conftest import PACKAGE, TIMEOUT, RecordedGoal, System
 
-from rosclingo.errors import OptionsError
+from rosclingo.errors import ParameterError
 from rosclingo.wire.commands import Assumption, Improvement, Outcome, Result
 from rosoclingo.bags.compare import text_report
 from rosoclingo.bags.compare.comparison import compare
@@ -436,5 +436,5 @@ def test_the_parameter() -> None:
         3,
         [1],
     ):
-        with pytest.raises(OptionsError, match="parameter ~replay"):
+        with pytest.raises(ParameterError, match="parameter ~replay"):
             decode(wrong)

@@ -5,10 +5,6 @@ from __future__ import annotations
 from rosclingo.errors import RosclingoError
 
 
-class ParameterError(RosclingoError):
-    """A parameter of a node has a value that it may not have; the message names both."""
-
-
 class ActionError(RosclingoError):
     """An action that cannot be done by this interface; the message names the action."""
 

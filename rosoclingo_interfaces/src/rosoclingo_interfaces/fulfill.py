@@ -8,9 +8,8 @@ from typing import NoReturn
 import clingo
 import rospy
 
-from rosoclingo_interfaces import parameters
+from rosclingo.ros import parameters
 from rosoclingo_interfaces.answers import ANSWERS, Answers
-from rosoclingo_interfaces.errors import ParameterError
 from rosoclingo_interfaces.interface import SUCCESS, ActionInterface, Answer
 from rosoclingo_interfaces.node import run
 
@@ -22,10 +21,10 @@ class Fulfill(ActionInterface):
 
     def __init__(self) -> None:
         sequence = parameters.words("sequence")
-        wrong = [word for word in sequence if word not in ANSWERS]
-        if wrong:
-            raise ParameterError(
-                f"parameter ~sequence: expected a list of {', '.join(ANSWERS)}: {wrong[0]}"
+        strange = [word for word in sequence if word not in ANSWERS]
+        if strange:
+            raise parameters.wrong(
+                "sequence", f"expected a list of {', '.join(ANSWERS)}: {strange[0]}"
             )
         seed = parameters.integer("seed", random.randrange(2**31))  # noqa: S311
         probability = parameters.number("fail_probability", 0.0, 1.0)

@@ -11,9 +11,10 @@ from typing import Callable, NoReturn
 import rospy
 
 from rosclingo.errors import RosclingoError
+from rosclingo.ros import parameters
 from rosclingo.ros.init import init_node, on_shutdown
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
-from rosoclingo_interfaces import clock, parameters
+from rosoclingo_interfaces import clock
 from rosoclingo_interfaces.executor import Executor
 from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.topics import topic, wait_for_node

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NoReturn, Union
 
-from rosoclingo_interfaces import parameters
+from rosclingo.ros import parameters
 from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.node import run
 

@@ -11,6 +11,7 @@ from actionlib_msgs.msg import GoalStatus
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rosclingo.errors import RosclingoError, TermError
+from rosclingo.ros import parameters
 from rosclingo.ros.init import init_node
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
@@ -19,10 +20,8 @@ from rosoclingo.msg import (
     ROSoClingoOut,
     ROSoClingoPlan,
 )
-from rosoclingo_interfaces import parameters
 from rosoclingo_interfaces.topics import topic
 from rosoclingo_rviz.drawing import draw
-from rosoclingo_rviz.errors import GraphError
 from rosoclingo_rviz.graph import Graph, read_graph
 from rosoclingo_rviz.messages import marker_array, read_markers
 from rosoclingo_rviz.situation import Situation
@@ -110,7 +109,7 @@ def main() -> NoReturn:
     try:
         files = parameters.words("instance")
         if not files:
-            raise GraphError("parameter ~instance: name the instance's files")
+            raise parameters.wrong("instance", "name the instance's files")
         world = parameters.words("world")
         background = [marker for file in world for marker in read_markers(file)]
         frames = [parameters.text(name, default) for name, default in _FRAMES]

@@ -132,7 +132,7 @@ class TestMarkers(unittest.TestCase):
         good = f"_instance:={instances}/graph_wg.lp"
         for number, (arguments, message) in enumerate(
             (
-                ([], "parameter ~instance: name the instance's files"),
+                ([], "/instance: name the instance's files"),
                 (["_instance:=/none.lp"], "there is no file /none.lp; check the path"),
                 ([f"_instance:={instances}/graph_bench.lp"], "no coordinates of 1, 2"),
                 ([good, "_world:=/none.yaml"], "cannot read /none.yaml"),

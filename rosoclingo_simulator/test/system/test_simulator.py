@@ -97,16 +97,22 @@ def test_what_is_wrong_is_named(terminals: Terminals) -> None:  # noqa: F811 - t
     wrong = (
         ("_map:=/nowhere.yaml", "cannot read the map /nowhere.yaml"),
         ("_waypoints:=/nowhere.yaml", "cannot read the waypoint file /nowhere.yaml"),
-        ("_physics:=magic", "parameter ~physics: expected kinematic or mujoco: magic"),
-        ("_speed:=0", "parameter ~speed: expected a number from 0.02 on: 0"),
-        ("_speed:=0.01", "parameter ~speed: expected a number from 0.02 on: 0.01"),
+        ("_physics:=magic", "parameter /simulator_2/physics: expected kinematic or mujoco: magic"),
+        ("_speed:=0", "parameter /simulator_3/speed: expected a number from 0.02 on: 0"),
+        ("_speed:=0.01", "parameter /simulator_4/speed: expected a number from 0.02 on: 0.01"),
         ("_speed:=fast", "expected a number from 0: fast"),
         ("_max_speed:=2", "expected a number from 0 to 0.5: 2"),
         ("_navigation:=maybe", "navigation: expected true or false: maybe"),
         ("_clock:=3", "clock: expected true or false: 3"),
-        ("_frame_prefix:=a b", "parameter ~frame_prefix: expected a name without blanks"),
+        (
+            "_frame_prefix:=a b",
+            "/simulator_9/frame_prefix: expected a name without blanks",
+        ),
         ("_x:=-3", "the robot cannot stand at (-3, -8)"),
-        ("_initial_pose:=here", "parameter ~initial_pose: expected a text such as"),
+        (
+            "_initial_pose:=here",
+            "parameter /simulator_11/initial_pose: expected a text such as",
+        ),
     )
     for number, (argument, message) in enumerate(wrong):
         # A name for each, because parameters of the command line outlive the node.

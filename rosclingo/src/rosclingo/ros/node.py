@@ -8,15 +8,16 @@ import queue
 import sys
 import threading
 import time
-from typing import Any, Dict, NoReturn, Optional, Sequence, Tuple
+from typing import Dict, NoReturn, Optional, Sequence, Tuple
 
 import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from std_msgs.msg import String
 
-from rosclingo.errors import LONGEST_MESSAGE, OptionsError, RosclingoError, XmlError, shorten
+from rosclingo.errors import LONGEST_MESSAGE, RosclingoError, XmlError, shorten
 from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
+from rosclingo.ros import parameters
 from rosclingo.ros.about import about
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import init_node, log_clingo, on_shutdown
@@ -87,12 +88,10 @@ class Node:
     """
 
     def __init__(self, engine: Engine, default: Policy) -> None:
-        self._max_request_bytes = int(_parameter("~max_request_bytes", 16 * 2**20, int))
-        if self._max_request_bytes < 1:
-            raise OptionsError("parameter ~max_request_bytes has to be positive")
+        self._max_request_bytes = parameters.integer("max_request_bytes", 16 * 2**20, least=1)
         engine.policy = Policy(
-            allow_scripts=_parameter("~allow_scripts", default.allow_scripts, bool),
-            load_path=_folders(_parameter("~load_path", default.load_path, (list, tuple, str))),
+            allow_scripts=parameters.flag("allow_scripts", default.allow_scripts),
+            load_path=_load_path(default),
         )
         self.worker = Worker(engine)
         self._jobs: Dict[str, GoalJob] = {}
@@ -229,19 +228,11 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
     sys.exit(0)
 
 
-def _parameter(name: str, default: Any, kind: Any) -> Any:
-    value = rospy.get_param(name, default)
-    if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
-        raise OptionsError(
-            f"parameter {rospy.resolve_name(name)} cannot be {value!r}; its default is {default!r}"
-        )
-    return value
-
-
-def _folders(value: Any) -> Tuple[str, ...]:
+def _load_path(default: Policy) -> Tuple[str, ...]:
     """Reads ~load_path: a list of folders, or one text with colons in between."""
-    folders = value.split(":") if isinstance(value, str) else value
-    return tuple(str(folder) for folder in folders if folder)
+    if rospy.get_param("~load_path", None) == "":  # no folder at all, and not the default
+        return ()
+    return tuple(filter(None, parameters.words("load_path", default.load_path, ":")))
 
 
 def _log_start(options: Options, policy: Policy) -> None:

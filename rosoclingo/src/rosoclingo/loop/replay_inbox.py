@@ -12,7 +12,7 @@ import json
 from collections import Counter, deque
 from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from rosclingo.errors import OptionsError
+from rosclingo.errors import ParameterError
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message
 
@@ -66,7 +66,7 @@ def decode(text: object) -> List[Due]:
     """Reads the value of the parameter ``~replay``.
 
     Raises:
-        OptionsError: It is something else than what :func:`encode` writes.
+        ParameterError: It is something else than what :func:`encode` writes.
     """
     try:
         if not isinstance(text, str):
@@ -76,7 +76,7 @@ def decode(text: object) -> List[Due]:
             for decision, phase, kind, name, value in json.loads(text)
         ]
     except (TypeError, ValueError) as err:
-        raise OptionsError(
+        raise ParameterError(
             f"parameter ~replay: not what replay.py writes ({err}); only replay.py sets it"
         ) from err
     return dues

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 import threading
@@ -13,7 +12,8 @@ import actionlib
 import rospy
 from std_msgs.msg import Empty, String
 
-from rosclingo.errors import OptionsError, RosclingoError, TermError
+from rosclingo.errors import ParameterError, RosclingoError, TermError
+from rosclingo.ros import parameters
 from rosclingo.ros.about import about
 from rosclingo.ros.client import Client
 from rosclingo.ros.history_publisher import HistoryPublisher
@@ -46,6 +46,7 @@ usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
               [_abort_unreachable:=true] [_search_seconds:=SECONDS] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
+_SOLVERS = ("controller", "planner")
 _JOURNAL_LENGTH = 2_000  # events that late subscribers get
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
 _SECONDS_TO_SEND = 0.3  # how long the results of aborted goals have until rospy ends connections
@@ -155,11 +156,11 @@ class Node:
             description: What :func:`rosclingo.ros.about.about` says of the node.
 
         Raises:
-            OptionsError: A parameter is wrong.
+            ParameterError: A parameter is wrong.
         """
-        timeout = _seconds("~action_timeout")
-        abort_unreachable = _flag("~abort_unreachable")
-        search_seconds = _seconds("~search_seconds")
+        timeout = parameters.number("action_timeout", 0.0, what="seconds")
+        abort_unreachable = parameters.flag("abort_unreachable", False)
+        search_seconds = parameters.number("search_seconds", 0.0, what="seconds")
         self.failure: Optional[str] = None
         self._inbox = inbox
         environment = RosEnvironment(description)
@@ -286,8 +287,10 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     """
     init_node("rosoclingo", usage=_USAGE)
     inbox = open_inbox()  # closed before the clients are, so that the loop knows why
-    controller = Client(rospy.get_param("~controller", "controller"))
-    planner = Client(rospy.get_param("~planner", "planner"))
+    try:
+        controller, planner = (Client(parameters.text(name, name)) for name in _SOLVERS)
+    except ParameterError as err:
+        _refuse(err)
 
     def ready() -> None:
         controller.wait()
@@ -308,7 +311,7 @@ def open_inbox() -> Inbox:
     recorded = rospy.get_param("~replay", None)
     try:
         inbox = Inbox() if recorded is None else ReplayInbox(decode(recorded))
-    except OptionsError as err:
+    except ParameterError as err:
         _refuse(err)
     on_shutdown(inbox.close)
     if isinstance(inbox, ReplayInbox):
@@ -317,7 +320,7 @@ def open_inbox() -> Inbox:
     return inbox
 
 
-def _refuse(err: OptionsError) -> NoReturn:
+def _refuse(err: ParameterError) -> NoReturn:
     rospy.logfatal("%s", err)
     rospy.signal_shutdown(str(err))
     sys.exit(2)
@@ -339,7 +342,7 @@ def run(
     """
     try:
         node = Node(controller, planner, commands, inbox, ready=ready, description=description)
-    except OptionsError as err:
+    except ParameterError as err:
         _refuse(err)
     node.start()
     node.spin()
@@ -354,32 +357,3 @@ def run(
         sys.stderr.flush()
         os._exit(status)
     sys.exit(status)
-
-
-def _seconds(name: str) -> float:
-    """Reads a parameter that is a time from 0 on, in seconds.
-
-    Raises:
-        OptionsError: It is something else.
-    """
-    value = rospy.get_param(name, 0.0)
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not (is_number and 0 <= value < math.inf):
-        raise OptionsError(
-            f"parameter {rospy.resolve_name(name)}: expected seconds from 0 on: {value!r}"
-        )
-    return float(value)
-
-
-def _flag(name: str) -> bool:
-    """Reads a parameter that is true or false; false if it is not set.
-
-    Raises:
-        OptionsError: It is something else.
-    """
-    value = rospy.get_param(name, False)
-    if not isinstance(value, bool):
-        raise OptionsError(
-            f"parameter {rospy.resolve_name(name)}: expected true or false: {value!r}"
-        )
-    return value

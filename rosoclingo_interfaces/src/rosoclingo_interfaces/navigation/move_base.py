@@ -9,10 +9,10 @@ from typing import Callable, Dict, NoReturn, Optional, Tuple, Union
 
 import rospy
 
+from rosclingo.ros import parameters
 from rosoclingo.msg import ROSoClingoIn
-from rosoclingo_interfaces import parameters
 from rosoclingo_interfaces.announcements import SOURCE
-from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError, ParameterError
+from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.execution import Execution
 from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.navigation.client import Base
@@ -125,9 +125,9 @@ def _time_limit() -> Optional[TimeLimit]:
     """Returns how long drives may take by their lengths; None if ~timeout says it for all."""
     base, speed = parameters.number("timeout_base", 30.0), parameters.number("slowest_speed", 0.2)
     if speed == 0:
-        raise ParameterError(
-            f"parameter {rospy.resolve_name('~slowest_speed')}: expected a number greater than 0, "
-            "in m/s; for no time limit, set ~timeout to 0"
+        raise parameters.wrong(
+            "slowest_speed",
+            "expected a number greater than 0, in m/s; for no time limit, set ~timeout to 0",
         )
     return TimeLimit(base, speed) if rospy.get_param("~timeout", "") == "" else None
 
@@ -135,9 +135,10 @@ def _time_limit() -> Optional[TimeLimit]:
 def _start(waypoints: Waypoints) -> Optional[str]:
     name = parameters.text("start", "")
     if name and name not in waypoints.places:
-        raise ParameterError(
-            f"parameter {rospy.resolve_name('~start')}: there is no waypoint {name} in "
-            f"{waypoints.file}; give the one where the robot is at first, or an empty text"
+        raise parameters.wrong(
+            "start",
+            f"there is no waypoint {name} in {waypoints.file}; give the one where the robot is at "
+            "first, or an empty text",
         )
     return name or None
 

@@ -10,8 +10,7 @@ import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from sensor_msgs.msg import CameraInfo, Image
 
-from rosoclingo_interfaces.errors import ParameterError
-from rosoclingo_interfaces.parameters import integer, number
+from rosclingo.ros.parameters import integer, number
 from rosoclingo_simulator.simulator.headless import OpenGLError
 from rosoclingo_simulator.simulator.messages import BASE_HEIGHT, Frames
 from rosoclingo_simulator.simulator.mujoco_physics import MujocoPhysics
@@ -138,10 +137,4 @@ def _side(name: str, default: int) -> int:
     Raises:
         ParameterError: It is something else.
     """
-    value = integer(name, default)
-    if not 1 <= value <= _MOST_PIXELS:
-        raise ParameterError(
-            f"parameter {rospy.resolve_name('~' + name)}: expected pixels from 1 to "
-            f"{_MOST_PIXELS}: {value}"
-        )
-    return value
+    return integer(name, default, _MOST_PIXELS, least=1)

@@ -9,10 +9,8 @@ from pathlib import Path
 from typing import Dict
 
 import rospkg
-import rospy
 
-from rosoclingo_interfaces import parameters
-from rosoclingo_interfaces.errors import ParameterError
+from rosclingo.ros import parameters
 from rosoclingo_simulator.simulator.follower import Limits
 from rosoclingo_simulator.simulator.physics import LINEAR_SPEED, Pose
 
@@ -70,13 +68,13 @@ def read_settings() -> Settings:
     packages = rospkg.RosPack()
     here = Path(packages.get_path("rosoclingo_simulator"))
     interfaces = Path(packages.get_path("rosoclingo_interfaces"))
-    physics = _text("physics", KINDS[0])
+    physics = parameters.text("physics", KINDS[0])
     if physics not in KINDS:
-        raise ParameterError(f"parameter ~physics: expected {' or '.join(KINDS)}: {physics}")
+        raise parameters.wrong("physics", f"expected {' or '.join(KINDS)}: {physics}")
     return Settings(
-        map=Path(_text("map", str(here / "maps" / "office.yaml"))),
-        waypoints=Path(_text("waypoints", str(interfaces / "config" / "graph_wg.yaml"))),
-        world=Path(_text("world", str(here / "worlds" / "office.xml"))),
+        map=Path(parameters.text("map", str(here / "maps" / "office.yaml"))),
+        waypoints=Path(parameters.text("waypoints", str(interfaces / "config" / "graph_wg.yaml"))),
+        world=Path(parameters.text("world", str(here / "worlds" / "office.xml"))),
         physics=physics,
         speed=_speed(),
         clock=parameters.flag("clock", True),
@@ -85,11 +83,11 @@ def read_settings() -> Settings:
         frame_prefix=_prefix(),
         pose=_pose(),
         limits=Limits(
-            speed=_positive("max_speed", LINEAR_SPEED, LINEAR_SPEED),
-            xy_tolerance=_positive("xy_tolerance", Limits.xy_tolerance),
-            yaw_tolerance=_positive("yaw_tolerance", Limits.yaw_tolerance),
+            speed=parameters.positive("max_speed", LINEAR_SPEED, LINEAR_SPEED),
+            xy_tolerance=parameters.positive("xy_tolerance", Limits.xy_tolerance),
+            yaw_tolerance=parameters.positive("yaw_tolerance", Limits.yaw_tolerance),
         ),
-        progress_timeout=_positive("progress_timeout", 10.0),
+        progress_timeout=parameters.positive("progress_timeout", 10.0),
     )
 
 
@@ -117,46 +115,32 @@ def parse_pose(text: str) -> Pose:
 
 def _pose() -> Pose:
     try:
-        pose = parse_pose(_text("initial_pose", DEFAULT_POSE))
+        pose = parse_pose(parameters.text("initial_pose", DEFAULT_POSE))
     except ValueError as err:
-        raise ParameterError(f"parameter ~initial_pose: {err}") from err
-    return Pose(_coordinate("x", pose.x), _coordinate("y", pose.y), _coordinate("yaw", pose.theta))
+        raise parameters.wrong("initial_pose", err) from err
+    x, y, yaw = (
+        parameters.number(name, default, least=-math.inf)
+        for name, default in (("x", pose.x), ("y", pose.y), ("yaw", pose.theta))
+    )
+    return Pose(x, y, yaw)
 
 
 def _speed() -> float:
     speed = parameters.number("speed", 1.0)
     if speed < LEAST_SPEED:
-        raise ParameterError(
-            f"parameter ~speed: expected a number from {LEAST_SPEED:g} on: {speed:g}; "
-            "with less, the clock stands still for seconds, and others take it for dead"
+        raise parameters.wrong(
+            "speed",
+            f"expected a number from {LEAST_SPEED:g} on: {speed:g}; with less, the clock stands "
+            "still for seconds, and others take it for dead",
         )
     return speed
 
 
 def _prefix() -> str:
     """Returns what comes before a frame's name: ``robot1`` and ``robot1/`` mean the same."""
-    prefix = _text("frame_prefix", "").strip("/")
+    prefix = parameters.text("frame_prefix", "").strip("/")
     if any(letter.isspace() for letter in prefix):
-        raise ParameterError(
-            f"parameter ~frame_prefix: expected a name without blanks, such as robot1: {prefix!r}"
+        raise parameters.wrong(
+            "frame_prefix", f"expected a name without blanks, such as robot1: {prefix!r}"
         )
     return f"{prefix}/" if prefix else ""
-
-
-def _coordinate(name: str, default: float) -> float:
-    value = rospy.get_param(f"~{name}", default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ParameterError(f"parameter ~{name}: expected a number: {value}")
-    return float(value)
-
-
-def _positive(name: str, default: float, most: float = math.inf) -> float:
-    value = parameters.number(name, default, most)
-    if value == 0:
-        raise ParameterError(f"parameter ~{name}: expected a number greater than 0: {value:g}")
-    return value
-
-
-def _text(name: str, default: str) -> str:
-    # A launch file hands over an argument that is not set as an empty text.
-    return parameters.text(name) if rospy.get_param(f"~{name}", "") != "" else default
