@@ -11,12 +11,12 @@ from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
 from rosclingo.ros.low_latency import LowLatencyActionClient
+from rosclingo.ros.reminder import Reminder
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoGoal
 from rosoclingo_examples.orders import ENDS, Bring, Order, Orders
 
 _POLL_SECONDS = 0.05  # how often is looked whether the server is there
 _SECONDS_GONE = 0.5  # after so long without a connection the server has gone
-_REMINDER_SECONDS = 5.0  # how often it is said what is waited for
 
 
 class Client:
@@ -54,15 +54,13 @@ class Client:
 
     def reminder(self) -> Callable[[], bool]:
         """Returns :meth:`there`, which says every five seconds that the server is waited for."""
-        due = time.monotonic() + 1.0
+        reminder = Reminder()
 
         def there() -> bool:
-            nonlocal due
             if self.there():
                 return True
-            if time.monotonic() > due:
+            if reminder.due():
                 self._say(f"waiting for the server {self.name}; is rosoclingo running?")
-                due = time.monotonic() + _REMINDER_SECONDS
             return False
 
         return there

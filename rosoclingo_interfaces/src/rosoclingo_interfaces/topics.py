@@ -8,8 +8,9 @@ from typing import Callable
 import rosgraph
 import rospy
 
+from rosclingo.ros.reminder import Reminder
+
 _POLL_SECONDS = 0.01  # how often a wait looks whether a connection is there
-_REMINDER_SECONDS = 5.0  # how often it is said what is waited for
 _SECONDS_FOR_OTHERS = 2.0  # for known subscribers to connect, when others are there already
 
 
@@ -48,13 +49,12 @@ def wait_for_subscribers(
     Returns:
         Whether there is a subscriber.
     """
-    reminder = time.monotonic() + 1.0
+    reminder = Reminder()
     while not publisher.get_num_connections():
         if stopped():
             return False
-        if time.monotonic() > reminder:
+        if reminder.due():
             say(f"waiting for a subscriber of {publisher.resolved_name}; is rosoclingo running?")
-            reminder = time.monotonic() + _REMINDER_SECONDS
         time.sleep(_POLL_SECONDS)
     end = time.monotonic() + _SECONDS_FOR_OTHERS
     while not _all_connected(publisher) and time.monotonic() < end and not stopped():

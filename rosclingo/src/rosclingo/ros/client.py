@@ -22,6 +22,7 @@ from rosclingo.msg import (
 from rosclingo.ros.init import on_shutdown
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosclingo.ros.presence import Presence, presence
+from rosclingo.ros.reminder import Reminder
 from rosclingo.solver.worker import Stop
 from rosclingo.srv import ROSClingoControl
 from rosclingo.wire.commands import Answer, Assumption, Command, Improvement, Outcome, Reply, Result
@@ -30,7 +31,6 @@ from rosclingo.wire.xml_codec import decode_reply, encode_assumptions, encode_co
 _POLL_SECONDS = 0.01  # how often a waiting call looks whether it is to stop
 _LOST = (rospy.ServiceException, rospy.ROSException, TransportException, OSError)
 _PATIENCE_SECONDS = 2.0  # a node that was started at the same time is there by then
-_REMINDER_SECONDS = 5.0  # how often it is said what is waited for
 
 
 class _Search:
@@ -84,20 +84,18 @@ class Client:
             ServiceError: The node did not come, or this process is shutting down.
         """
         begin = time.monotonic()
-        reminder = begin + _PATIENCE_SECONDS
+        reminder = Reminder(_PATIENCE_SECONDS)
         seen = False
         while not (self._connected() and self._has_service()):
-            now = time.monotonic()
             if rospy.is_shutdown():
                 raise ServiceError(f"shut down while waiting for {self.name}")
-            if timeout is not None and now - begin > timeout:
+            if timeout is not None and time.monotonic() - begin > timeout:
                 raise ServiceError(f"there is no solver {self.name}; {self._how_to_start()}")
-            if now > reminder:
+            if reminder.due():
                 known = presence(self.name)
                 seen |= known is not Presence.UNKNOWN
                 # A warning, so that it goes to stderr and a client's output stays as it is.
                 rospy.logwarn("waiting for the solver %s: %s", self.name, self._why(known, seen))
-                reminder = now + _REMINDER_SECONDS
             time.sleep(_POLL_SECONDS)
 
     def _why(self, known: Presence, seen: bool) -> str:

@@ -16,6 +16,7 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseGoal
 from std_srvs.srv import Empty
 
 from rosclingo.ros.low_latency import LowLatencyActionClient
+from rosclingo.ros.reminder import Reminder
 from rosoclingo_interfaces.clock import reason as clock_stands_still
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.navigation.cross_track import Point
@@ -25,7 +26,6 @@ from rosoclingo_interfaces.watchdog import Watchdog
 
 # All in wall time.
 _POLL_SECONDS = 0.05  # how often a wait looks at its conditions
-_REMINDER_SECONDS = 5.0  # how often it is said what is waited for
 _SILENCE_SECONDS = 5.0  # a server or a clock that says nothing for so long is gone
 _SECONDS_TO_STOP = 0.5  # for the server to confirm that the robot stops
 _SECONDS_TO_CLEAR = 0.5  # for the server to clear its costmaps
@@ -69,17 +69,15 @@ class Base:
             GoneError: The server did not come.
         """
         begin = time.monotonic()
-        reminder = begin + 1.0
+        reminder = Reminder()
         while not self.connected:
-            now = time.monotonic()
-            if 0 < seconds < now - begin:
+            if 0 < seconds < time.monotonic() - begin:
                 raise GoneError(f"{self.name} did not come within {round(seconds, 1):g} s")
-            if now > reminder:
+            if reminder.due():
                 rospy.loginfo(
                     "waiting for the action %s; is the robot's navigation or a simulator running?",
                     self.name,
                 )
-                reminder = now + _REMINDER_SECONDS
             if canceled.wait(_POLL_SECONDS):
                 raise CanceledError("cancelled before the drive began")
 
