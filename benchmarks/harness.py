@@ -23,12 +23,11 @@ import clingo
 import rosgraph
 import rospy
 
-from rosclingo.ros.ports import free_port
+from rosclingo.ros.local_master import LocalMaster
 
 RESULTS = Path(__file__).resolve().parent / "results"
 
 _START_SECONDS = 30.0
-_STOP_SECONDS = 5.0
 _POLL_SECONDS = 0.05
 _Returned = TypeVar("_Returned")
 
@@ -38,7 +37,7 @@ class HarnessError(Exception):
 
 
 class RosSystem:
-    """A roscore on a port of its own, and nodes; leaving the context ends what was started here.
+    """A ROS master on a port of its own, and nodes; leaving the context ends what was started here.
 
     Entering it sets ROS's environment variables for this process too, so call
     ``rospy.init_node`` inside. Output and logs of the processes go to a temporary folder.
@@ -47,30 +46,25 @@ class RosSystem:
     def __init__(self) -> None:
         self._folder = Path()
         self._before: Dict[str, Optional[str]] = {}
-        self._processes: Dict[str, subprocess.Popen[bytes]] = {}
 
     def __enter__(self) -> RosSystem:
-        """Starts the roscore and waits for it.
+        """Starts the master and what ``roscore`` starts beside it, and waits for them.
 
         Raises:
-            HarnessError: It did not start.
+            RosclingoError: They did not start.
         """
         # As Ctrl-C does, so that no process is left behind.
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
         self._folder = Path(tempfile.mkdtemp(prefix="ros-benchmark-"))
-        port = free_port()
-        environment = {
-            "ROS_MASTER_URI": f"http://localhost:{port}",
-            "ROS_HOSTNAME": "localhost",  # nothing to look up, nothing that leaves the machine
-            "ROS_HOME": str(self._folder),
-            "ROS_LOG_DIR": str(self._folder / "log"),
-        }
-        self._before = {name: os.environ.get(name) for name in [*environment, "ROS_IP"]}
+        self._master = LocalMaster(self._folder)
+        environment = {**self._master.environment(), "ROS_HOME": str(self._folder)}
+        changed = {name for name, value in environment.items() if os.environ.get(name) != value}
+        self._before = {name: os.environ.get(name) for name in [*changed, "ROS_IP"]}
         os.environ.update(environment)
         os.environ.pop("ROS_IP", None)
         try:
-            self.start("roscore", ["roscore", "-p", str(port)])
-            self._wait("roscore", rosgraph.is_master_online)
+            self._master.__enter__()
+            self.rosrun("rosout", "rosout", name="rosout")
         except BaseException:
             self._close()
             raise
@@ -79,8 +73,8 @@ class RosSystem:
     def __exit__(self, kind: Optional[Type[BaseException]], *_: object) -> None:
         """Ends the processes, the last one first, and shows their output if there was an error."""
         if kind is not None and issubclass(kind, Exception):
-            for name in self._processes:
-                print(f"--- output of {name}\n{self._output(name)}", file=sys.stderr)
+            for name, process in self._master.processes.items():
+                print(f"--- output of {name}\n{process.output}", file=sys.stderr)
         self._close()
 
     def rosrun(self, package: str, executable: str, *arguments: str, name: str) -> int:
@@ -102,16 +96,11 @@ class RosSystem:
             name: What to call it in messages.
             command: Program and arguments.
         """
-        with open(self._folder / f"{name}.out", "wb") as output:
-            # A session of its own, so that Ctrl-C does not end it before its turn.
-            process = subprocess.Popen(
-                command, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
-            )
-        self._processes[name] = process
+        self._master.start(name, command)
 
     def end(self, name: str) -> None:
         """Ends a process that :meth:`start` or :meth:`rosrun` started, and waits for it."""
-        _end(self._processes.pop(name))
+        self._master.end(name)
 
     def node_pid(self, name: str) -> int:
         """Waits for a node that :meth:`start` started and returns the process id it says.
@@ -134,7 +123,7 @@ class RosSystem:
         return found[-1]
 
     def _wait(self, name: str, ready: Callable[[], bool]) -> None:
-        process = self._processes[name]
+        process = self._master.processes[name].process
         end = time.monotonic() + _START_SECONDS
         while not ready():
             if process.poll() is not None:
@@ -143,30 +132,14 @@ class RosSystem:
                 raise HarnessError(f"{name} did not start within {_START_SECONDS:.0f} s")
             time.sleep(_POLL_SECONDS)
 
-    def _output(self, name: str) -> str:
-        return (self._folder / f"{name}.out").read_text(errors="replace")
-
     def _close(self) -> None:
-        while self._processes:
-            # SIGINT is ROS's way: roscore then ends the processes that it started itself.
-            _end(self._processes.popitem()[1])
+        self._master.close()
         for name, value in self._before.items():
             if value is None:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
         shutil.rmtree(self._folder, ignore_errors=True)
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-        if process.poll() is None:
-            process.send_signal(number)
-            try:
-                process.wait(_STOP_SECONDS)
-            except subprocess.TimeoutExpired:
-                continue
-        return
 
 
 def measure(name: str, run: Callable[[RosSystem, Path, Report], object]) -> int:

@@ -78,44 +78,10 @@ source_ros() {
   set -u
 }
 
-# Prints a TCP port that is free now, for a ROS master apart from any that runs.
-free_port() {
-  PYTHONPATH=rosclingo/src .venv/bin/python -c 'from rosclingo.ros.ports import free_port; print(free_port())'
-}
-
 # Runs a command, and shows what it printed only if it fails.
 quietly() {
   local log
   log=$(mktemp)
   "$@" >"$log" 2>&1 || { cat "$log"; rm -f "$log"; fail "$1 failed"; }
   rm -f "$log"
-}
-
-# Starts a command in the background: start LOG COMMAND... ; end_all ends all that were started.
-started=()
-start() {
-  local log=$1
-  shift
-  "$@" >>"$log" 2>&1 &
-  started=("$!" ${started[@]+"${started[@]}"})
-}
-
-end_all() {
-  local process
-  for process in ${started[@]+"${started[@]}"}; do
-    kill -INT "$process" 2>/dev/null || true
-    wait "$process" 2>/dev/null || true
-  done
-  started=()
-}
-
-# Waits until the ROS master of ROS_MASTER_URI answers; else shows its log: wait_for_master LOG
-wait_for_master() {
-  local attempt
-  for attempt in $(seq 100); do
-    rosparam list >/dev/null 2>&1 && return
-    sleep 0.1
-  done
-  cat "$1"
-  fail "the ROS master at $ROS_MASTER_URI did not answer in $attempt attempts"
 }

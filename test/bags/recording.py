@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -13,7 +11,7 @@ from typing import Callable, Dict, List, NamedTuple
 import rospy
 from driver import TIMEOUT, Driver
 
-from rosclingo.ros.ports import free_port
+from rosclingo.ros.local_master import LocalMaster
 
 HERE = Path(__file__).resolve().parent
 ROUTES = {
@@ -139,26 +137,17 @@ def cases() -> Dict[str, Case]:
 
 def record(name: str, case: Case) -> None:
     """Records a run in the bag of this name, in place of the one that is there."""
-    port = free_port()
     bag = HERE / f"{name}.bag"
-    environment = {**os.environ, "ROS_MASTER_URI": f"http://localhost:{port}"}
     with tempfile.TemporaryDirectory() as folder:
-        new, log = Path(folder) / bag.name, Path(folder) / "log"
-        with log.open("wb") as output:
-            system = subprocess.Popen(
-                ["roslaunch", "-p", str(port), *case.launch, f"record:={new}"],
-                env=environment, stdout=output, stderr=subprocess.STDOUT,
-            )  # fmt: skip
-        try:
+        new = Path(folder) / bag.name
+        with LocalMaster(Path(folder)) as master:
+            system = master.start("system", ["roslaunch", *case.launch, f"record:={new}"])
             command = [sys.executable, __file__, "--drive", name]
             status = subprocess.run(
-                command, check=False, env=environment, timeout=5 * TIMEOUT
+                command, check=False, env=master.environment(), timeout=5 * TIMEOUT
             ).returncode
-        finally:
-            system.send_signal(signal.SIGINT)
-            system.wait(TIMEOUT)
         if status or not new.exists():
-            sys.exit(f"{name} could not be recorded:\n{log.read_text(errors='replace')}")
+            sys.exit(f"{name} could not be recorded:\n{system.output}")
         subprocess.run(["rosbag", "compress", "--bz2", "--quiet", str(new)], check=True)
         bag.write_bytes(new.read_bytes())
     print(f"{bag.name}: {bag.stat().st_size} bytes", flush=True)

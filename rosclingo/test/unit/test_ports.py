@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
@@ -19,6 +20,17 @@ def test_a_free_port_is_none_that_is_taken(monkeypatch: pytest.MonkeyPatch) -> N
         with pytest.raises(OSError, match="no free TCP port"):
             ports.free_port()
         server.bind(("", other))
+
+
+def test_a_reserved_port_is_for_one_master(monkeypatch: pytest.MonkeyPatch) -> None:
+    with ports.reserve_port() as reserved:
+        port = reserved.getsockname()[1]
+        monkeypatch.setattr(ports, "_PORTS", [port])
+        with pytest.raises(OSError, match="no free TCP port"):
+            ports.free_port()
+        with SimpleXMLRPCServer(("", port)) as server:  # of which the master's is made
+            assert server.server_address[1] == port
+    assert ports.free_port() == port
 
 
 def test_outgoing_connections_take_other_ports() -> None:

@@ -11,20 +11,39 @@ _PORTS = range(15_000, 32_000)
 _ATTEMPTS = 100
 
 
-def free_port() -> int:
-    """Returns a TCP port that is free now, and that only such masters use.
+def reserve_port() -> socket.socket:
+    """Reserves a TCP port for a master.
+
+    As long as the socket is open, nobody else who looks for a port gets this one; a master can
+    listen on it all the same, as servers in Python may share the port with who does not listen.
+
+    Returns:
+        A socket that is bound to the port.
 
     Raises:
         OSError: Many ports were tried, and none is free.
     """
     for _ in range(_ATTEMPTS):
         port = random.choice(_PORTS)  # noqa: S311 (no secret)
-        with socket.socket() as server:
-            try:
-                server.bind(("", port))
-            except OSError as err:
-                if err.errno not in (errno.EADDRINUSE, errno.EACCES):
-                    raise
-            else:
-                return port
+        reserved = socket.socket()
+        try:
+            reserved.bind(("", port))
+        except OSError as err:
+            reserved.close()
+            if err.errno not in (errno.EADDRINUSE, errno.EACCES):
+                raise
+        else:
+            reserved.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            return reserved
     raise OSError(errno.EADDRINUSE, f"no free TCP port among {_ATTEMPTS} from {_PORTS}")
+
+
+def free_port() -> int:
+    """Returns a TCP port that is free now, and that only such masters use.
+
+    Raises:
+        OSError: Many ports were tried, and none is free.
+    """
+    with reserve_port() as reserved:
+        port: int = reserved.getsockname()[1]
+        return port

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import Callable, List, Optional, Sequence, Tuple
 
+from rosclingo.errors import RosclingoError
 from rosoclingo.bags.compare import comparable, junit, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level
 from rosoclingo.bags.errors import BagError
@@ -59,7 +60,7 @@ def run(
         comparison, seconds = compare()
         for file in results:
             junit.write_results(file, suite, comparison, seconds)
-    except BagError as err:
+    except RosclingoError as err:
         return _give_up(program, results, suite, str(err))
     except BrokenPipeError:  # who reads it has seen enough, such as head
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

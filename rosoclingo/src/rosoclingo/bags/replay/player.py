@@ -13,6 +13,7 @@ import rospy
 from actionlib_msgs.msg import GoalID, GoalStatusArray
 from std_msgs.msg import Empty
 
+from rosclingo.ros.local_master import LocalMaster
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.bags.compare.comparison import Stall
 from rosoclingo.bags.compare.outputs import is_open, matters, outputs, tidy
@@ -21,7 +22,6 @@ from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.inputs import Input, inputs
 from rosoclingo.bags.replay.schedule import Schedule, commands
 from rosoclingo.bags.replay.startup import Start
-from rosoclingo.bags.replay.system import System
 from rosoclingo.bags.replay.unpack import ReplayError
 from rosoclingo.loop.journal import Event
 from rosoclingo.loop.replay_inbox import encode
@@ -160,14 +160,15 @@ def play(
         progress: Called now and then with the number of inputs that were sent, and of all.
 
     Raises:
+        ProcessError: A process cannot be started.
         ReplayError: The system does not start.
     """
     entries = tidy(recording.entries)
     planned = inputs(entries, recording.has_journal)
     expected = outputs(entries, recording.has_journal)
     done = commands(entries) if recording.has_journal else None
-    with System(folder) as system:
-        _initialise(system, folder)
+    with LocalMaster(folder) as system:
+        _initialise(system)
         if recording.has_journal:
             rospy.set_param(f"{recording.name}/replay", encode(input_schedule(recording.entries)))
         connection = Connection(recording.name, recording.has_journal)
@@ -175,10 +176,10 @@ def play(
             planned, expected,
             commands=done, arrived=connection.arrived, is_open=is_open(entries), rate=rate,
         )  # fmt: skip
-        system.start(processes[0])
+        _start(system, processes[0])
         _connect(connection, system, recording.name)
         for start in processes[1:]:  # only now, so that nothing is missed
-            system.start(start)
+            _start(system, start)
         patience = _patience(entries, planned, rate, timeout)
         play_on = _Player(connection, schedule, system, patience)
         failure = play_on.run(lambda: progress(schedule.sent + schedule.skipped, len(planned)))
@@ -193,7 +194,7 @@ class _Player:
     """Sends what is due until nothing is left or nothing comes any more."""
 
     def __init__(
-        self, connection: Connection, schedule: Schedule, system: System, patience: float
+        self, connection: Connection, schedule: Schedule, system: LocalMaster, patience: float
     ) -> None:
         self.entries: List[Entry] = []
         self._connection = connection
@@ -268,7 +269,7 @@ class _Player:
             self._hear(_POLL_SECONDS)
             if self._schedule.is_finished(time.monotonic()):
                 return ""
-        log = self._system.log(name)
+        log = self._system.processes[name].last_lines
         if self._last is None:
             raise ReplayError(f"{name} does not start; the end of what it says:\n{log}")
         return f"{name} has ended by itself; the end of what it said:\n{log}"
@@ -277,8 +278,8 @@ class _Player:
         if self._last is None:
             logs = "\n".join(
                 f"{name}: {line}"
-                for name in self._system.pids()
-                for line in self._system.log(name).splitlines()
+                for name, process in self._system.processes.items()
+                for line in process.last_lines.splitlines()
             )
             raise ReplayError(f"the system has done nothing for {seconds:.0f} s; it says:\n{logs}")
         last = self._last
@@ -288,24 +289,25 @@ class _Player:
         )
 
 
-def _initialise(system: System, folder: Path) -> None:
-    os.environ.update(
-        ROS_MASTER_URI=system.uri, ROS_HOSTNAME="localhost", ROS_LOG_DIR=str(folder / "log")
-    )
+def _initialise(system: LocalMaster) -> None:
+    os.environ.update(system.environment())
     for name in ("ROS_IP", "ROS_NAMESPACE"):
         os.environ.pop(name, None)
     # Remappings are for another master, such as that of rostest.
     rospy.init_node("replay", argv=sys.argv[:1], disable_signals=True, disable_rosout=True)
 
 
-def _connect(connection: Connection, system: System, name: str) -> None:
+def _start(system: LocalMaster, start: Start) -> None:
+    system.start(start.name, start.command, namespace=start.namespace, directory=start.directory)
+
+
+def _connect(connection: Connection, system: LocalMaster, name: str) -> None:
     end = time.monotonic() + _CONNECT_SECONDS
     while not connection.is_complete:
         ended = system.failure()
         if ended is not None:
-            raise ReplayError(
-                f"{ended} does not start; the end of what it says:\n{system.log(ended)}"
-            )
+            log = system.processes[ended].last_lines
+            raise ReplayError(f"{ended} does not start; the end of what it says:\n{log}")
         if time.monotonic() > end:
             raise ReplayError(f"there is no node {name} after {_CONNECT_SECONDS:.0f} s")
         time.sleep(_POLL_SECONDS)
