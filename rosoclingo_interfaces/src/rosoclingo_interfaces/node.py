@@ -12,7 +12,7 @@ import rospy
 
 from rosclingo.errors import RosclingoError
 from rosclingo.ros import parameters
-from rosclingo.ros.init import init_node, on_shutdown
+from rosclingo.ros.init import give_up, init_node, on_shutdown
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
 from rosoclingo_interfaces import clock
 from rosoclingo_interfaces.executor import Executor
@@ -89,9 +89,7 @@ def run(interface: Callable[[], ActionInterface], name: str) -> NoReturn:
     try:
         node = InterfaceNode(interface())
     except RosclingoError as err:
-        rospy.logfatal("%s", err)
-        rospy.signal_shutdown(str(err))
-        sys.exit(2)
+        give_up(err)
     rospy.spin()
     del node
     sys.exit(0)

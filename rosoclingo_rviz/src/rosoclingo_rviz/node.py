@@ -12,7 +12,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.ros import parameters
-from rosclingo.ros.init import init_node
+from rosclingo.ros.init import give_up, init_node
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
     ROSoClingoActionResult,
@@ -115,9 +115,7 @@ def main() -> NoReturn:
         frames = [parameters.text(name, default) for name, default in _FRAMES]
         node = MarkerNode(read_graph(files), background, *frames)
     except RosclingoError as err:
-        rospy.logfatal("%s", err)
-        rospy.signal_shutdown(str(err))
-        sys.exit(2)
+        give_up(err)
     rospy.spin()
     del node
     sys.exit(0)

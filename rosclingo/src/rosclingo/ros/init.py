@@ -7,7 +7,7 @@ import signal
 import sys
 import threading
 from types import FrameType
-from typing import Callable, Optional
+from typing import Callable, NoReturn, Optional
 
 import rosgraph
 import rospy
@@ -60,6 +60,13 @@ def on_shutdown(hook: Callable[[], object]) -> None:
     rospy.on_shutdown(hook)
     if rospy.is_shutdown():
         hook()
+
+
+def give_up(reason: object, status: int = 2) -> NoReturn:
+    """Says why the node ends, and ends the process with an exit status."""
+    rospy.logfatal("%s", reason)
+    rospy.signal_shutdown(str(reason))
+    sys.exit(status)
 
 
 def log_clingo(message: str) -> None:

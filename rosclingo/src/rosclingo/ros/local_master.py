@@ -23,8 +23,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from types import TracebackType
-from typing import Dict, Iterable, List, Mapping, Optional, Sequence, Type
+from typing import Dict, Iterable, List, Mapping, Optional, Sequence
 
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.ports import reserve_port
@@ -149,12 +148,7 @@ class LocalMaster:
             raise
         return self
 
-    def __exit__(
-        self,
-        kind: Optional[Type[BaseException]],
-        error: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Ends everything."""
         self.close()
 

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import threading
 import time
-from types import TracebackType
-from typing import Callable, List, Optional, Type
+from typing import Callable, List, Optional
 
 POLL_SECONDS = 0.01
 """How often a search looks whether it is to stop."""
@@ -43,12 +42,7 @@ class Watch:
         _WATCHER.add(self)
         return self
 
-    def __exit__(
-        self,
-        kind: Optional[Type[BaseException]],
-        error: Optional[BaseException],
-        traceback: Optional[TracebackType],
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Ends the watch; raises what has_to_stop raised."""
         _WATCHER.remove(self)
         with self._lock:

@@ -17,7 +17,7 @@ from rosclingo.ros import parameters
 from rosclingo.ros.about import about
 from rosclingo.ros.client import Client
 from rosclingo.ros.history_publisher import HistoryPublisher
-from rosclingo.ros.init import init_node, on_shutdown
+from rosclingo.ros.init import give_up, init_node, on_shutdown
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.atoms import Action, canonical
@@ -290,7 +290,7 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     try:
         controller, planner = (Client(parameters.text(name, name)) for name in _SOLVERS)
     except ParameterError as err:
-        _refuse(err)
+        give_up(err)
 
     def ready() -> None:
         controller.wait()
@@ -300,7 +300,7 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     description = about("rosoclingo run.py", [], {}, solvers=solvers)
     decider = Controller(Insistent(controller, controller.name, rospy.logwarn))
     insistent = Insistent(planner, planner.name, rospy.logwarn)
-    run(decider, insistent, commands, inbox, ready=ready, description=description)
+    run(lambda: Node(decider, insistent, commands, inbox, ready=ready, description=description))
 
 
 def open_inbox() -> Inbox:
@@ -312,7 +312,7 @@ def open_inbox() -> Inbox:
     try:
         inbox = Inbox() if recorded is None else ReplayInbox(decode(recorded))
     except ParameterError as err:
-        _refuse(err)
+        give_up(err)
     on_shutdown(inbox.close)
     if isinstance(inbox, ReplayInbox):
         held = inbox
@@ -320,30 +320,18 @@ def open_inbox() -> Inbox:
     return inbox
 
 
-def _refuse(err: ParameterError) -> NoReturn:
-    rospy.logfatal("%s", err)
-    rospy.signal_shutdown(str(err))
-    sys.exit(2)
-
-
-def run(
-    controller: Decider,
-    planner: Solver,
-    commands: Callable[..., Any],
-    inbox: Inbox,
-    *,
-    ready: Callable[[], None] = lambda: None,
-    description: str = "{}",
-) -> NoReturn:
+def run(make: Callable[[], Node]) -> NoReturn:
     """Runs a node that is initialised until it is shut down, and ends the process.
 
-    The arguments are those of :class:`Node`. The exit status is 0, 1 when the loop had to end, or
-    2 when a parameter is wrong.
+    Args:
+        make: Makes the node.
+
+    The exit status is 0, 1 when the loop had to end, or 2 when a parameter is wrong.
     """
     try:
-        node = Node(controller, planner, commands, inbox, ready=ready, description=description)
+        node = make()
     except ParameterError as err:
-        _refuse(err)
+        give_up(err)
     node.start()
     node.spin()
     status = 0

@@ -13,7 +13,7 @@ from rosclingo.ros.about import about
 from rosclingo.ros.init import init_node, log_clingo
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
-from rosoclingo.ros.node import open_inbox, run
+from rosoclingo.ros.node import Node, open_inbox, run
 from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
 from rosoclingo.single.dialects import detect, says_status
 
@@ -67,9 +67,11 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
         " ".join(options.clingo) or "none",
     )
     run(
-        Algorithm1(dialect.first_step, last),
-        dialect(engine),
-        commands_for(dialect, commands, has_status),
-        inbox,
-        description=about("rosoclingo run-1.0.py", arguments, engine.files),
+        lambda: Node(
+            Algorithm1(dialect.first_step, last),
+            dialect(engine),
+            commands_for(dialect, commands, has_status),
+            inbox,
+            description=about("rosoclingo run-1.0.py", arguments, engine.files),
+        )
     )

@@ -187,15 +187,7 @@ class MujocoPhysics:
         self._touches = self._hull in data.contact.geom
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
-        """Returns what a laser in the robot's centre measures.
-
-        Args:
-            angles: Directions of the beams from the robot's own, in radians.
-            longest: The laser's range, in metres.
-
-        Returns:
-            Distances in metres, infinity where there is nothing within the range.
-        """
+        """Returns what a laser measures; see :class:`.physics.Physics`."""
         pose = self.pose
         start = np.array([pose.x, pose.y, LASER_HEIGHT])
         directions = np.zeros((len(angles), 3))

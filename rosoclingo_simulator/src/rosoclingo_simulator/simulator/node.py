@@ -12,7 +12,7 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 
 from rosclingo.errors import RosclingoError
-from rosclingo.ros.init import init_node
+from rosclingo.ros.init import give_up, init_node
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_simulator.simulator import messages
@@ -222,8 +222,6 @@ def main() -> NoReturn:
             _warn_of_another_clock()
         node = SimulatorNode(settings)
     except RosclingoError as err:
-        rospy.logfatal("%s", err)
-        rospy.signal_shutdown(str(err))
-        sys.exit(2)
+        give_up(err)
     node.run()
     sys.exit(0)

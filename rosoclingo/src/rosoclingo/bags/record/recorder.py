@@ -13,7 +13,7 @@ from typing import Any, Dict, List, NoReturn, Set
 
 import rospy
 
-from rosclingo.ros.init import init_node
+from rosclingo.ros.init import give_up, init_node
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.record.arrivals import Journal, Received
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter, Source
@@ -132,9 +132,7 @@ def main() -> NoReturn:
     except BagError as err:
         closed.set()
         stopping.set()
-        rospy.logfatal("%s", err)
-        rospy.signal_shutdown(str(err))
-        sys.exit(1)
+        give_up(err, status=1)
     if writer.count:
         print(
             f"recorded {writer.count} messages of {name} in {file}\n"

@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 import struct
 from pathlib import Path
-from types import TracebackType
-from typing import Dict, NamedTuple, Optional, Type
+from typing import Dict, NamedTuple
 
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer
@@ -86,12 +85,7 @@ class BagWriter:
         """Returns the writer itself."""
         return self
 
-    def __exit__(
-        self,
-        kind: Optional[Type[BaseException]],
-        error: Optional[BaseException],
-        trace: Optional[TracebackType],
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Closes the bag."""
         self.close()
 
