@@ -267,6 +267,22 @@ def test_bad_start(tmp_path: Path, arguments: List[str], pieces: List[str]) -> N
 
 
 @pytest.mark.install_space
+def test_wrong_parameters(terminals: Terminals) -> None:
+    wrong = {
+        "_max_request_bytes:=0": "parameter /n0/max_request_bytes: expected an integer from 1: 0",
+        "_allow_scripts:=7": "parameter /n1/allow_scripts: expected true or false: 7",
+        "_load_path:=7": "parameter /n2/load_path: expected a list of words: 7",
+    }
+    run = ("rosrun", "rosclingo", "run.py")
+    nodes = [terminals.start(*run, f"__name:=n{n}", text) for n, text in enumerate(wrong)]
+    nowhere = terminals.start(*run, "_load_path:=")
+    for node, text in zip(nodes, wrong.values()):
+        assert node.wait() == 2
+        assert text in node.output
+        assert "Traceback" not in node.output
+    nowhere.wait_for("clients may load from: nowhere")
+
+
 def test_help() -> None:
     output = subprocess.check_output(["rosrun", "rosclingo", "run.py", "--help"], text=True)
     assert output.startswith("usage: run.py [-f FILE]")

@@ -188,7 +188,7 @@ class Planner:
         self.demand.learn_examples(externals)
         slots = [atom for atom in externals if atom.startswith(f"{_SLOT}(")]
         self.run(*(ReleaseExternal(atom) for atom in slots))
-        return [atom[len(_SLOT) + 1 : -1] for atom in slots]
+        return [split_term(atom)[1][0] for atom in slots]
 
     def _programs(self) -> Sequence[Tuple[str, int]]:
         """Returns the program parts; none if the solver is one that cannot tell."""

@@ -51,7 +51,7 @@ class Vocabulary:
             grounded: How many steps are grounded.
         """
         for atom in externals:
-            if atom.startswith("event("):
+            if atom.startswith("event("):  # there may be a million, too many for split_term
                 self._pairs.add(atom[len("event(") : atom.rindex(",")])
         self._grounded = grounded
 

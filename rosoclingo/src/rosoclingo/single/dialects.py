@@ -218,7 +218,7 @@ class PaperDialect(_Translation):
         translated = []
         for atom, value in super()._translate_back(externals).values:
             if atom.startswith(_SLOT):
-                self._slots.add(atom[len(_SLOT) : -1])
+                self._slots.add(split_term(atom)[1][0])
             translated.append((self._name_back(atom), value))
         return Externals(tuple(translated))
 
