@@ -275,7 +275,7 @@ def test_wrong_parameters(terminals: Terminals) -> None:
     }
     run = ("rosrun", "rosclingo", "run.py")
     nodes = [terminals.start(*run, f"__name:=n{n}", text) for n, text in enumerate(wrong)]
-    nowhere = terminals.start(*run, "_load_path:=")
+    nowhere = terminals.start(*run, '_load_path:=""')
     for node, text in zip(nodes, wrong.values()):
         assert node.wait() == 2
         assert text in node.output
