@@ -23,6 +23,7 @@ import rospy
 from harness import HarnessError, Report, RosSystem, Row, Samples, measure, milliseconds
 from rosclingo.ros.client import Client
 from rosclingo.wire.commands import GetStats, Stats
+from rosoclingo.loop.journal import CommandDone, decode
 from rosoclingo.loop.solver import EMPTY_PARTS
 from rosoclingo.msg import ROSoClingoEvent, ROSoClingoOut
 
@@ -125,11 +126,12 @@ class Nodes:
             HarnessError: There is no plan.
         """
         plans: queue.Queue[float] = queue.Queue()
-        commands: List[ROSoClingoEvent] = []
+        commands: List[Tuple[ROSoClingoEvent, CommandDone]] = []
 
-        def note(event: ROSoClingoEvent) -> None:
-            if event.kind == "command":
-                commands.append(event)
+        def note(message: ROSoClingoEvent) -> None:
+            event = decode(message)
+            if isinstance(event, CommandDone):
+                commands.append((message, event))
 
         listeners = [
             rospy.Subscriber(
@@ -146,16 +148,16 @@ class Nodes:
             end = plans.get(timeout=_TIMEOUT_SECONDS)
         except queue.Empty:
             raise HarnessError("no plan came") from None
-        while not (commands and commands[-1].text == "publish"):  # another connection
+        while not (commands and commands[-1][1].publishes):  # another connection
             time.sleep(0.01)
         for listener in listeners:
             listener.unregister()
         self._system.end(self._name)
-        first = commands[0]
-        begin = first.stamp.to_sec() - first.seconds
+        first, done = commands[0]
+        begin = first.stamp.to_sec() - done.seconds
         (stats,) = self._planner.control(GetStats())
         assert isinstance(stats, Stats)
-        return (end - begin) * 1e3, Effort(commands[-1].horizon, _conflicts(stats.values))
+        return (end - begin) * 1e3, Effort(commands[-1][0].horizon, _conflicts(stats.values))
 
     def close(self) -> None:
         """Ends the solvers."""

@@ -18,6 +18,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result, Truth
 from rosoclingo.loop.atoms import Plan, event
+from rosoclingo.loop.journal import LoopWaits, decode
 from rosoclingo.loop.solver import Planner
 from rosoclingo.msg import (
     ROSoClingoAction,
@@ -116,8 +117,8 @@ class Run:
         self._plans: queue.Queue[Tuple[float, ROSoClingoPlan]] = queue.Queue()
         idle = threading.Event()
 
-        def note(event: ROSoClingoEvent) -> None:
-            if event.kind == "waiting":
+        def note(message: ROSoClingoEvent) -> None:
+            if isinstance(decode(message), LoopWaits):
                 idle.set()
 
         self._in = publisher(f"{name}/in", ROSoClingoIn)

@@ -19,6 +19,7 @@ from terminals import Terminal, Terminals, package, terminals, wait_for
 
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.loop.journal import CommandDone, LoopWaits
 
 __all__ = ["terminals"]
 
@@ -163,8 +164,9 @@ def is_through(bag: Path) -> bool:
     except BagError:
         return False
     loop = recording.programs.get("/rosoclingo")
-    done = [one.event for one in recording.entries if one.event.kind in ("command", "waiting")]
-    rests = done[-1].kind == "waiting" or done[-1].text == "publish"
+    events = [entry.event for entry in recording.entries]
+    last = [event for event in events if isinstance(event, (CommandDone, LoopWaits))][-1]
+    rests = isinstance(last, LoopWaits) or last.publishes
     return rests and loop is not None and {*loop.solvers.values()} <= set(recording.programs)
 
 

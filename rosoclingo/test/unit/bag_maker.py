@@ -13,6 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosoclingo.bags.record.writer import BagWriter, Source
 from rosoclingo.bags.topics import LOOP_TYPES, SOLVER_TYPES
 from rosoclingo.bags.wire import rosbags_type
+from rosoclingo.loop.journal import encode
 
 ROOT = Path(__file__).resolve().parents[3]
 BEGIN = 1_700_000_000 * 10**9  # ns
@@ -133,7 +134,7 @@ def run(name: str = "/rosoclingo", events: int = 20) -> Maker:
 
 def texts(recording: Any) -> Sequence[str]:
     """Returns the texts of a recording's events."""
-    return [entry.event.text for entry in recording.entries]
+    return [encode(entry.event).text for entry in recording.entries]
 
 
 # Programs that read bags.

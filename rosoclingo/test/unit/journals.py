@@ -8,7 +8,7 @@ from typing import List, Sequence
 from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.report.run import Statistics
 from rosoclingo.bags.report.statistics import compute
-from rosoclingo.loop.journal import Event
+from rosoclingo.loop.journal import Fields, decode
 
 
 class Journal:
@@ -29,8 +29,9 @@ class Journal:
         seconds: float = 0.0,
     ) -> Journal:
         self.seconds += 1
-        event = Event(kind, identifier, text, tuple(details), seconds, self.step, self.horizon)
-        self.entries.append(Entry(len(self.entries) + 1, self.seconds, event))
+        event = decode(Fields(kind, identifier, text, tuple(details), seconds))
+        number = len(self.entries) + 1
+        self.entries.append(Entry(event, self.step, self.horizon, number, self.seconds))
         return self
 
     def goal(self, identifier: str, request: str, *information: str) -> Journal:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Iterable, List, Sequence, Tuple
+from typing import List, Sequence, Tuple
 
 from rosoclingo.bags.model import Entry
-from rosoclingo.loop.journal import Event
+from rosoclingo.bags.read.run import Run
+from rosoclingo.loop.journal import Fields, Record, decode
 
 Made = Tuple[str, str, str, int]
 """Kind, id, text and step."""
@@ -36,14 +37,24 @@ END: List[Made] = [("waiting", "", "", 2)]
 RUN: List[Made] = ASK + status("accepted", 1) + drive(2, 3) + status("succeeded", 2) + END
 
 
-def entries(made: Sequence[Made], gap: float = 1.0) -> Tuple[Entry, ...]:
-    """Makes a journal whose events follow each other after so many seconds."""
-    return tuple(Entry(number, number * gap, event) for number, event in enumerate(events(made), 1))
+def run(made: Sequence[Made], gap: float = 1.0, has_journal: bool = True) -> Run:
+    """Makes a run whose events follow each other after so many seconds."""
+    return run_of(records(made), gap, has_journal)
 
 
-def events(made: Iterable[Made]) -> List[Event]:
+def run_of(made: Sequence[Record], gap: float = 1.0, has_journal: bool = True) -> Run:
+    return Run(
+        [
+            Entry(record.event, record.step, record.horizon, number, number * gap)
+            for number, record in enumerate(made, 1)
+        ],
+        has_journal,
+    )
+
+
+def records(made: Sequence[Made]) -> List[Record]:
     """Makes events; goals with a status have the slot 1."""
     return [
-        Event(kind, identifier, text, ("1",) if kind == "status" else (), 0.0, step)
+        Record(decode(Fields(kind, identifier, text, ("1",) if kind == "status" else ())), step)
         for kind, identifier, text, step in made
     ]

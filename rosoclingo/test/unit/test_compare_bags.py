@@ -13,6 +13,7 @@ from replay_maker import ASK, END, RUN, Made, drive, status
 from rosoclingo.bags.compare import comparable
 from rosoclingo.bags.compare.command import main
 from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.bags.read.run import Run
 
 FAILS = ASK + status("accepted", 1) + drive(2) + status("aborted", 2) + END
 
@@ -185,7 +186,8 @@ def test_nothing_to_compare(bags: List[Path], capsys: pytest.CaptureFixture[str]
     ],
 )
 def test_what_a_replay_can_be_compared_with(tmp_path: Path, made: List[Made], empty: bool) -> None:
-    assert comparable.is_empty(read_recording(maker(made).write(tmp_path / "a.bag"))) == empty
+    recording = read_recording(maker(made).write(tmp_path / "a.bag"))
+    assert comparable.is_empty(Run.of(recording)) == empty
 
 
 def test_a_bag_without_a_journal_has_no_gaps(bags: List[Path]) -> None:

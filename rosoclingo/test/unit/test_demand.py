@@ -5,16 +5,24 @@ from __future__ import annotations
 import queue
 import re
 from pathlib import Path
-from typing import Any, Callable, List, Sequence
+from typing import Any, Callable, List, Optional, Sequence
 
 import pytest
 from conftest import PACKAGE, TIMEOUT, System
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import AssignExternal, Command, GetExternals, Ground, Outcome, Reply
+from rosclingo.wire.commands import (
+    AssignExternal,
+    Command,
+    GetExternals,
+    Ground,
+    Outcome,
+    Reply,
+    Result,
+)
 from rosoclingo.loop import demand
-from rosoclingo.loop.journal import BEST_SO_FAR, Event
+from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 from rosoclingo.loop.solver import Forwarding
 from rosoclingo.loop.vocabulary import ToldVocabulary
 
@@ -204,8 +212,8 @@ def test_an_answer_as_planned_asks_for_nothing(system: Callable[..., System]) ->
 
 def test_a_failure_after_a_search_that_expected_success(system: Callable[..., System]) -> None:
     run = told(system, "recording")
-    commands: queue.Queue[str] = queue.Queue()
-    run.world.note = lambda event: commands.put(f"{event.id} {event.text}")  # type: ignore[method-assign]
+    commands: queue.Queue[Event] = queue.Queue()
+    run.world.note = lambda record: commands.put(record.event)  # type: ignore[method-assign]
     run.world.answer = lambda actuator, action: None
     run.start()
     goal = run.goal("visit(2)")
@@ -213,8 +221,10 @@ def test_a_failure_after_a_search_that_expected_success(system: Callable[..., Sy
     while not commands.empty():
         commands.get()
     run.send("info", "open(5)")
-    while commands.get(timeout=TIMEOUT) != "sat solve":
-        pass
+    searched: Optional[Event] = None
+    while not (isinstance(searched, CommandDone) and searched.result is Result.SAT):
+        searched = commands.get(timeout=TIMEOUT)
+    assert searched.command == "solve"
     run.send("robot", "failure")
     run.world.wait_for(lambda world: world.actions == ["go(2)", "go(2)"])
     assert goal.words == ["accepted"]
@@ -297,8 +307,9 @@ def test_a_search_that_has_found_a_plan_ends_after_a_while(
     file.write_text(HARD)
     run = system("dynamic.incremental.recording", encoding=(str(file),))
     run.loop.state.planner.search_seconds = 0.2
-    plans: List[Event] = []
-    run.world.note = lambda event: plans.append(event) if event.kind == "plan" else None  # type: ignore[method-assign]
+    events: List[Event] = []
+    run.world.note = lambda record: events.append(record.event)  # type: ignore[method-assign]
     run.start()
     assert run.goal("work").wait() == "succeeded"
-    assert [plan.text for plan in plans if plan.details] == [BEST_SO_FAR]
+    plans = [event for event in events if isinstance(event, PlanFound) and event.actions]
+    assert [plan.is_best for plan in plans] == [False]

@@ -21,6 +21,7 @@ from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.inbox import Message
+from rosoclingo.loop.journal import PlanFound, Record
 from rosoclingo.loop.solver import Planner
 
 Make = Callable[..., System]
@@ -495,15 +496,15 @@ def test_nothing_is_shown_beyond_the_horizon(system: Make, tmp_path: Path) -> No
         show(step, horizon, actions)
 
     made.world.show_plan = listen  # type: ignore[method-assign]
-    plans: List[Any] = []
-    made.world.note = (  # type: ignore[method-assign]
-        lambda event: plans.append(event) if event.kind == "plan" else None
-    )
+    noted: List[Record] = []
+    made.world.note = noted.append  # type: ignore[method-assign, assignment]
     made.start()
     for target in (6, 4, 5):
         assert made.goal(f"visit({target})").wait() == "succeeded"
     made.world.wait_for(lambda world: (world.step, world.horizon, world.plan) == (0, 0, []))
     assert beyond == []
-    for plan in plans:
-        steps = [int(text.rpartition(",")[2].rstrip(")")) for text in plan.details]
-        assert all(step <= max(plan.step, plan.horizon) for step in steps)
+    plans = [(one, one.event.actions) for one in noted if isinstance(one.event, PlanFound)]
+    assert plans
+    for record, actions in plans:
+        steps = [int(text.rpartition(",")[2].rstrip(")")) for text in actions]
+        assert all(step <= max(record.step, record.horizon) for step in steps)

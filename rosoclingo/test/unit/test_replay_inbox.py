@@ -10,21 +10,32 @@ from typing import Any, Callable, Dict, List, Optional, Sequence
 
 import pytest
 from conftest import PACKAGE, TIMEOUT, RecordedGoal, System
+from replay_maker import run_of
 
 from rosclingo.errors import ParameterError
 from rosclingo.wire.commands import Assumption, Improvement, Outcome, Result
 from rosoclingo.bags.compare import text_report
 from rosoclingo.bags.compare.comparison import compare
-from rosoclingo.bags.compare.outputs import is_open, outputs, tidy
 from rosoclingo.bags.model import Entry
+from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.bags.replay.inputs import inputs
 from rosoclingo.bags.replay.schedule import Schedule
-from rosoclingo.bags.replay.schedule import commands as done
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Cancel, Inbox, Message
-from rosoclingo.loop.journal import FOR_A_REPLAY, RECALLED, Event
-from rosoclingo.loop.replay_inbox import Due, Phase, ReplayInbox, decode, encode
+from rosoclingo.loop.journal import (
+    ActionPublished,
+    CancelArrived,
+    CommandDone,
+    Event,
+    GoalArrived,
+    LoopWaits,
+    MessageArrived,
+    Reason,
+    Record,
+    Status,
+    StatusSet,
+)
+from rosoclingo.loop.replay_inbox import Due, Kind, Phase, ReplayInbox, decode, encode
 from rosoclingo.loop.solver import Solver
 
 GOALS = 10
@@ -38,22 +49,22 @@ PAPER = str(PACKAGE / "example" / "line_paper.lp")
 class NotedGoal(RecordedGoal):
     """A goal that the journal knows of, as one of the node's action."""
 
-    def __init__(self, run: Run, identifier: str, request: str) -> None:
+    def __init__(self, run: Session, identifier: str, request: str) -> None:
         super().__init__(request, identifier)
         self._run = run
 
     def noted(self, goal: Goal, word: str, reason: str) -> None:
-        self._run.note("status", self.id, word, (self.slot or "", reason))
+        self._run.note(StatusSet(self.id, Status(word), self.slot or "", reason))
 
 
-class Run:
+class Session:
     """A system's run, with its journal."""
 
     def __init__(self, system: System, answer: Callable[[str, str], Optional[str]]) -> None:
         self.entries: List[Entry] = []
         self.inbox = system.inbox
         self.goals: Dict[str, NotedGoal] = {}
-        self.note: Callable[..., None] = system.loop.state.note
+        self.note: Callable[[Event], None] = system.loop.state.note
         self._changed = threading.Condition()
         self._system = system
         system.world.answer = answer
@@ -77,20 +88,24 @@ class Run:
                 lambda: condition([entry.event for entry in self.entries]), TIMEOUT
             ), self.entries[-9:]
 
-    def _add(self, event: Event) -> None:
+    def _add(self, record: Record) -> None:
         with self._changed:
-            self.entries.append(Entry(len(self.entries) + 1, time.monotonic(), event))
+            number = len(self.entries) + 1
+            self.entries.append(
+                Entry(record.event, record.step, record.horizon, number, time.monotonic())
+            )
             self._changed.notify_all()
 
 
 def commands(events: Sequence[Event]) -> List[str]:
-    return [event.text for event in events if event.kind == "command"]
+    return [event.command for event in events if isinstance(event, CommandDone)]
 
 
 def rests(events: Sequence[Event]) -> bool:
     """Whether the loop has taken the last message, and waits."""
-    kinds = [event.kind for event in events if event.kind in ("command", "waiting")]
-    return LAST in [event.text for event in events] and kinds[-1] == "waiting"
+    done = [event for event in events if isinstance(event, (CommandDone, LoopWaits))]
+    came = [event.value for event in events if isinstance(event, MessageArrived)]
+    return LAST in came and isinstance(done[-1], LoopWaits)
 
 
 class Slow:
@@ -143,7 +158,7 @@ def record(system: System, seed: int) -> List[Entry]:
         later(lambda: system.inbox.put(Message(actuator, value)), 0.005)
         return None
 
-    run = Run(system, answer)
+    run = Session(system, answer)
     run.start()
     for number in range(GOALS):
         name = f"g{number}"
@@ -169,29 +184,26 @@ def record(system: System, seed: int) -> List[Entry]:
 def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
     """Sends everything as soon as it may come, or a little later."""
     chance = random.Random(seed)
-    run = Run(system, lambda actuator, action: None)
-    tidied = tidy(recorded)
-    schedule = Schedule(
-        inputs(tidied), outputs(tidied), commands=done(tidied), is_open=is_open(tidied)
-    )
+    run = Session(system, lambda actuator, action: None)
+    schedule = Schedule(Run(recorded))
     seen = 0
     run.start()
     end = time.monotonic() + TIMEOUT
     while not schedule.is_finished(time.monotonic()):
         assert time.monotonic() < end, run.entries[-9:]
         for entry in run.entries[seen:]:
-            schedule.see(entry.event, time.monotonic())
+            schedule.see(entry, time.monotonic())
             seen += 1
         planned = schedule.due(time.monotonic())
         assert schedule.in_step
         if planned is not None:
             event = planned.event
-            if event.kind == "goal":
-                run.goal(event.id, event.text)
-            elif event.kind == "cancel":
-                run.cancel(event.id)
+            if isinstance(event, GoalArrived):
+                run.goal(event.goal, event.request)
+            elif isinstance(event, CancelArrived):
+                run.cancel(event.goal)
             else:
-                run.inbox.put(Message(event.id, event.text))
+                run.inbox.put(Message(event.source, event.value))
         if planned is None or chance.random() < 0.5:
             time.sleep(0.003 * chance.random())
     return list(run.entries)
@@ -214,8 +226,8 @@ def test_a_replay_is_the_same(
         return system(f"dynamic.incremental.{mode}", "-c", "steps=80", inbox=inbox)
 
     recorded = record(slow(make(Inbox()), seed), seed)
-    again = replay(slow(make(ReplayInbox(input_schedule(recorded))), seed), recorded, seed)
-    comparison = compare(recorded, again)
+    again = replay(slow(make(ReplayInbox(input_schedule(Run(recorded)))), seed), recorded, seed)
+    comparison = compare(Run(recorded), Run(again))
     assert not comparison.differences, text_report.describe(comparison)
     old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
     assert new[: len(old)] == old
@@ -237,7 +249,7 @@ class Waits:
 
 
 def due(decision: int, phase: Phase, item: Message) -> Due:
-    return Due(decision, phase, "message", item.id, item.value)
+    return Due(decision, phase, Kind.MESSAGE, item.id, item.value)
 
 
 def test_it_waits_for_what_came_before_a_decision() -> None:
@@ -296,7 +308,9 @@ def test_a_goal_is_recalled_when_it_was() -> None:
     goal = RecordedGoal("visit(1)")
     goal.id = "g"
     gate, waits = (
-        ReplayInbox([Due(1, Phase.BEFORE, "recall", "g"), Due(2, Phase.BEFORE, "cancel", "g")]),
+        ReplayInbox(
+            [Due(1, Phase.BEFORE, Kind.RECALL, "g"), Due(2, Phase.BEFORE, Kind.CANCEL, "g")]
+        ),
         Waits(),
     )
     gate.cancel(goal)
@@ -325,7 +339,11 @@ def test_what_is_not_known_is_let_through() -> None:
 def test_nothing_is_held_back_for_ever(how: str) -> None:
     goal = RecordedGoal("visit(1)")
     goal.id = "g"
-    dues = [due(0, Phase.BEFORE, A), due(0, Phase.BEFORE, B), Due(1, Phase.BEFORE, "cancel", "g")]
+    dues = [
+        due(0, Phase.BEFORE, A),
+        due(0, Phase.BEFORE, B),
+        Due(1, Phase.BEFORE, Kind.CANCEL, "g"),
+    ]
     gate, waits = ReplayInbox(dues), Waits()
     gate.put(B)
     gate.cancel(goal)
@@ -348,17 +366,15 @@ def test_nothing_is_held_back_for_ever(how: str) -> None:
 
 
 def made(*events: Event) -> List[Due]:
-    return input_schedule(
-        [Entry(number, float(number), event) for number, event in enumerate(events, 1)]
-    )
+    return input_schedule(run_of(list(map(Record, events))))
 
 
 def test_when_something_was_taken() -> None:
     """Before a decision, in a command that did not wait for it, or in one that did."""
-    message = Event("message", "robot", "success")
+    message = MessageArrived("robot", "success")
     late = replace(message, seconds=0.1)
-    idle, waiting = Event("command", text="idle"), Event("waiting")
-    cut_off, solved = (Event("command", word, "solve") for word in ("unknown", "sat"))
+    idle, waiting = CommandDone("idle"), LoopWaits()
+    cut_off, solved = (CommandDone("solve", result) for result in (Result.UNKNOWN, Result.SAT))
     for events, moment in (
         ([idle, message, idle], (1, Phase.BEFORE)),
         ([idle, waiting, late, idle], (1, Phase.WAIT)),
@@ -366,34 +382,35 @@ def test_when_something_was_taken() -> None:
         ([idle, late, cut_off], (1, Phase.DURING)),
         ([idle, late, solved], (2, Phase.BEFORE)),  # it had no effect on the search
         ([idle, late], (1, Phase.DURING)),  # the recording ends
-        ([idle, replace(waiting, text=FOR_A_REPLAY), message], (1, Phase.BEFORE)),  # of a replay
+        ([idle, LoopWaits(for_a_replay=True), message], (1, Phase.BEFORE)),
     ):
-        assert made(*events) == [Due(*moment, "message", "robot", "success")]
+        assert made(*events) == [Due(*moment, Kind.MESSAGE, "robot", "success")]
 
 
 def test_when_a_goal_was_recalled() -> None:
-    goal, cancel = Event("goal", "g", "visit(1)"), Event("cancel", "g")
-    canceled = Event("status", "g", "canceled", ("", RECALLED), 0.0, 7)
-    done = Event("command", text="commit_actions(7)", step=7)
-    action = Event("action", "robot", "go(1)", step=7)
-    for events, decision in (
+    goal, cancel = Record(GoalArrived("g", "visit(1)")), Record(CancelArrived("g"))
+    canceled = Record(StatusSet("g", Status.CANCELED, reason=Reason.RECALLED), 7)
+    done = Record(CommandDone("commit_actions(7)"), 7)
+    action = Record(ActionPublished("robot", "go(1)"), 7)
+    for rest, decision in (
         ([canceled, done, cancel], 2),
         ([action, canceled, done, cancel], 3),
         ([replace(canceled, step=8), replace(done, step=8), cancel], 3),  # it had moved on already
     ):
-        recall = Due(decision, Phase.BEFORE, "recall", "g")
-        assert made(goal, done, done, *events)[1] == recall
+        assert input_schedule(run_of([goal, done, done, *rest]))[1] == Due(
+            decision, Phase.BEFORE, Kind.RECALL, "g"
+        )
 
 
 def test_a_goal_that_was_recalled_when_it_was_just_taken() -> None:
     """The loop takes it when the cancel request is there: else it might have ended before."""
-    waiting, done = Event("waiting"), Event("command", text="idle")
-    taken = [Event("goal", name, "visit(99)", seconds=0.1) for name in "gh"]
-    canceled = [Event("status", name, "canceled", ("", RECALLED)) for name in "gh"]
-    cancels = [Event("cancel", name, seconds=0.1) for name in "gh"]
+    waiting, done = LoopWaits(), CommandDone("idle")
+    taken = [GoalArrived(name, "visit(99)", seconds=0.1) for name in "gh"]
+    canceled = [StatusSet(name, Status.CANCELED, reason=Reason.RECALLED) for name in "gh"]
+    cancels = [CancelArrived(name, seconds=0.1) for name in "gh"]
     found = made(waiting, *taken, *reversed(canceled), *cancels, done)
     kinds = [(due.kind, due.id) for due in found]
-    assert kinds[:4] == [("recall", "g"), ("goal", "g"), ("recall", "h"), ("goal", "h")]
+    assert kinds[:4] == [(Kind.RECALL, "g"), (Kind.GOAL, "g"), (Kind.RECALL, "h"), (Kind.GOAL, "h")]
     assert {due.moment for due in found} == {(0, Phase.WAIT)}
 
     gate = ReplayInbox(found)
@@ -413,16 +430,16 @@ def test_a_goal_that_was_recalled_when_it_was_just_taken() -> None:
 
 def test_what_the_loop_did_not_take() -> None:
     """Goals that are no terms, and cancel requests of goals that had ended."""
-    rejected = Event("status", "g", "rejected", ("", "it is no term"))
-    events = [Event("goal", "g", "visit("), rejected, Event("cancel", "g")]
+    rejected = StatusSet("g", Status.REJECTED, reason="it is no term")
+    events = [GoalArrived("g", "visit("), rejected, CancelArrived("g")]
     assert made(*events) == []
-    assert made(*events, Event("message", "g", "success")) == [
-        Due(0, Phase.BEFORE, "message", "g", "success")
+    assert made(*events, MessageArrived("g", "success")) == [
+        Due(0, Phase.BEFORE, Kind.MESSAGE, "g", "success")
     ]
 
 
 def test_the_parameter() -> None:
-    dues = [due(3, Phase.WAIT, Message("a\x00b", "\n\u2028")), Due(4, Phase.BEFORE, "goal", "g")]
+    dues = [due(3, Phase.WAIT, Message("a\x00b", "\n\u2028")), Due(4, Phase.BEFORE, Kind.GOAL, "g")]
     assert decode(encode(dues)) == dues
     assert decode(encode([])) == []
     for wrong in (

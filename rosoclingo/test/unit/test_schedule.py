@@ -2,43 +2,46 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import List, Optional, Sequence, Tuple
+from typing import List, Optional, Sequence
 
 import pytest
-from replay_maker import ASK, END, RUN, Made, drive, entries, events, status
+from replay_maker import ASK, END, RUN, Made, drive, records, run, run_of, status
 
-from rosoclingo.bags.compare.outputs import is_open, outputs, tidy
-from rosoclingo.bags.model import Entry
-from rosoclingo.bags.replay.inputs import Point, inputs
-from rosoclingo.bags.replay.schedule import Schedule, commands
-from rosoclingo.loop.journal import FOR_A_REPLAY, Event
+from rosoclingo.bags.read.run import Run
+from rosoclingo.bags.replay.inputs import Input, Point, inputs
+from rosoclingo.bags.replay.schedule import Schedule
+from rosoclingo.loop.journal import (
+    CancelArrived,
+    GoalArrived,
+    MessageArrived,
+    Reason,
+    Record,
+    Status,
+    StatusSet,
+)
 
 
 class Replay:
     """A schedule with a clock, and what it has had sent."""
 
-    def __init__(
-        self, recorded: Sequence[Entry], rate: Optional[float] = None, has_gate: bool = False
-    ) -> None:
-        recorded = tidy(recorded)
-        self.schedule = Schedule(
-            inputs(recorded), outputs(recorded), is_open=is_open(recorded), rate=rate,
-            commands=commands(recorded) if has_gate else None,
-        )  # fmt: skip
+    def __init__(self, recorded: Run, rate: Optional[float] = None, has_gate: bool = False) -> None:
+        self.schedule = Schedule(recorded, has_gate=has_gate, rate=rate)
         self.now = 100.0
         self.sent: List[str] = []
 
     def see(self, made: Sequence[Made]) -> None:
-        for event in events(made):
-            self.schedule.see(event, self.now)
+        self.see_records(*records(made))
+
+    def see_records(self, *made: Record) -> None:
+        for record in made:
+            self.schedule.see(record, self.now)
 
     def send(self) -> List[str]:
         """Sends all that is due, and returns it."""
         sent: List[str] = []
         planned = self.schedule.due(self.now)
         while planned is not None:
-            sent.append(" ".join(filter(None, (planned.event.id, planned.event.text))))
+            sent.append(said(planned))
             planned = self.schedule.due(self.now)
         self.sent += sent
         return sent
@@ -48,8 +51,15 @@ class Replay:
         return self.schedule.is_finished(self.now)
 
 
+def said(planned: Input) -> str:
+    event = planned.event
+    if isinstance(event, MessageArrived):
+        return f"{event.source} {event.value}"
+    return f"{event.goal} {event.request}" if isinstance(event, GoalArrived) else event.goal
+
+
 def test_a_run_that_is_the_same() -> None:
-    replay = Replay(entries(RUN))
+    replay = Replay(run(RUN))
     sent = []
     for event in RUN:
         if event[0] in ("goal", "message"):
@@ -66,7 +76,7 @@ def test_a_run_that_is_the_same() -> None:
 
 def test_an_answer_comes_after_its_action_even_if_the_loop_does_not_wait() -> None:
     recorded = [made for made in RUN if made[0] != "waiting" or made[3] == 0] + END
-    replay = Replay(entries(recorded))
+    replay = Replay(run(recorded))
     replay.see(ASK[:1])
     assert replay.send() == ["g visit(3)"]
     replay.see([*ASK[1:], *status("accepted", 1)])
@@ -79,7 +89,7 @@ def test_an_answer_comes_after_its_action_even_if_the_loop_does_not_wait() -> No
 def test_what_came_while_the_loop_waited_is_sent_when_it_waits_again() -> None:
     second: List[Made] = [("goal", "h", "visit(1)", 1), ("command", "", "idle", 1)]
     recorded = ASK + drive(2)[:3] + second + drive(2)[2:] + END
-    replay = Replay(entries(recorded))
+    replay = Replay(run(recorded))
     replay.see(ASK[:1])
     assert replay.send() == ["g visit(3)"]
     replay.see(ASK[1:] + drive(2)[:2])
@@ -95,23 +105,20 @@ def test_what_came_while_the_loop_waited_is_sent_when_it_waits_again() -> None:
 
 def test_what_was_taken_together_is_sent_together() -> None:
     both: List[Made] = [("message", "info", "a", 0), ("message", "info", "b", 0)]
-    replay = Replay(entries([ASK[0], *both, ASK[2], *END]))
+    replay = Replay(run([ASK[0], *both, ASK[2], *END]))
     assert replay.send() == []
     replay.see(ASK[:1])
     assert replay.send() == ["info a", "info b"]
 
 
 def test_what_interrupted_a_search_is_sent_when_it_has_begun() -> None:
-    recorded = entries([
+    made = records([
         *ASK, ("command", "", "assign_messages(1)", 1), ("message", "info", "late", 1),
         ("command", "unknown", "solve", 1), *END,
     ])  # fmt: skip
-    late = [
-        replace(entry, event=replace(entry.event, seconds=0.2))
-        if entry.event.text == "late"
-        else entry
-        for entry in recorded
-    ]
+    recorded = run_of(made)
+    made[4] = Record(MessageArrived("info", "late", seconds=0.2), 1)
+    late = run_of(made)
     assert [one.point for one in inputs(recorded)] == [Point.WAITING, Point.BUSY]
     assert [one.point for one in inputs(late)] == [Point.WAITING, Point.SEARCHING]
     replay = Replay(late)
@@ -123,46 +130,42 @@ def test_what_interrupted_a_search_is_sent_when_it_has_begun() -> None:
     assert replay.send() == ["info late"]
 
 
-RECALL = Event("status", "h", "canceled", ("", "recalled before it had a slot"))
-
-
-def numbered(made: Sequence[Event]) -> Tuple[Entry, ...]:
-    return tuple(Entry(number, float(number), event) for number, event in enumerate(made, 1))
+RECALL = Record(StatusSet("h", Status.CANCELED, reason=Reason.RECALLED))
+GOAL = Record(GoalArrived("h", "visit(1)"))
+CANCEL = Record(CancelArrived("h"))
 
 
 @pytest.mark.parametrize("is_taken", [True, False])
 def test_a_goal_that_was_recalled(is_taken: bool) -> None:
     """Its status is noted before the cancel request, or both, which nevertheless are the cause."""
-    goal = events([("goal", "h", "visit(1)", 0)])
-    before, after = (goal, []) if is_taken else ([], goal)
-    rest = events([("message", "info", "a", 0), ("cancel", "h", "", 0)])
-    replay = Replay(numbered([*events(ASK[:1]), *before, RECALL, *after, *rest]))
+    before, after = ([GOAL], []) if is_taken else ([], [GOAL])
+    rest = [Record(MessageArrived("info", "a")), CANCEL]
+    replay = Replay(run_of([*records(ASK[:1]), *before, RECALL, *after, *rest]))
     replay.see(ASK[:1])
     assert replay.send() == ["h visit(1)"]
     replay.now += 1.1  # lets it arrive, since what comes next takes another way
     assert replay.send() == ["h"]
     replay.now += 1.1
     assert replay.send() == []
-    replay.schedule.see(RECALL, replay.now)
+    replay.see_records(RECALL)
     replay.now += 1.1
     assert replay.send() == ["info a"]
 
 
 def test_a_recording_that_ends_with_a_recall_is_heard_to_its_cancel_request() -> None:
-    goal, cancel = events([("goal", "h", "visit(1)", 0), ("cancel", "h", "", 0)])
-    replay = Replay(numbered([*events(ASK[:1]), goal, RECALL, cancel]), has_gate=True)
+    replay = Replay(run_of([*records(ASK[:1]), GOAL, RECALL, CANCEL]), has_gate=True)
     replay.see(ASK[:1])
     assert replay.send() == ["h visit(1)"]
     replay.now += 1.1
     assert replay.send() == ["h"]
-    for event in (RECALL, goal, cancel):
+    for record in (RECALL, GOAL, CANCEL):
         assert not replay.finished
-        replay.schedule.see(event, replay.now)
+        replay.see_records(record)
     assert replay.finished
 
 
 def test_a_replay_that_goes_another_way_is_noted_and_goes_on() -> None:
-    replay = Replay(entries(RUN))
+    replay = Replay(run(RUN))
     replay.see(ASK[:1])
     replay.send()
     replay.see(ASK[1:] + status("accepted", 1) + drive(5)[:3])
@@ -177,7 +180,7 @@ def test_a_replay_that_goes_another_way_is_noted_and_goes_on() -> None:
 
 def test_a_missing_answer_is_noted_where_it_is_missing() -> None:
     recorded = [made for place, made in enumerate(RUN) if place != RUN.index(drive(2)[3])]
-    replay = Replay(entries(recorded))
+    replay = Replay(run(recorded))
     replay.see(ASK[:1])
     replay.send()
     replay.see(ASK[1:] + status("accepted", 1) + drive(2)[:3])
@@ -187,7 +190,7 @@ def test_a_missing_answer_is_noted_where_it_is_missing() -> None:
 
 
 def test_an_input_that_is_never_taken_is_given_up() -> None:
-    replay = Replay(entries(RUN))
+    replay = Replay(run(RUN))
     replay.see(ASK[:1])
     replay.send()
     assert replay.send() == []
@@ -199,7 +202,7 @@ def test_an_input_that_is_never_taken_is_given_up() -> None:
 
 
 def test_the_end() -> None:
-    replay = Replay(entries([*RUN[:-1], ("end", "", "no plan", 2)]))
+    replay = Replay(run([*RUN[:-1], ("end", "", "no plan", 2)]))
     replay.see(ASK[:1])
     replay.send()
     replay.see([*ASK[1:], ("end", "", "no plan", 1)])
@@ -209,7 +212,7 @@ def test_the_end() -> None:
 
 def test_a_plan_that_is_published() -> None:
     made: List[Made] = [("plan", "", "", 0), ("command", "", "publish", 0)]
-    replay = Replay(entries(made))
+    replay = Replay(run(made))
     replay.see(made[:1])
     assert not replay.finished
     replay.see(made[1:])
@@ -217,7 +220,7 @@ def test_a_plan_that_is_published() -> None:
 
 
 def test_a_recording_that_ends_in_between_needs_no_more_than_it_has() -> None:
-    replay = Replay(entries(RUN[: RUN.index(drive(3, first=2)[0]) + 1]))
+    replay = Replay(run(RUN[: RUN.index(drive(3, first=2)[0]) + 1]))
     for place, made in enumerate(RUN):
         replay.send()
         if made == drive(3, first=2)[0]:
@@ -229,7 +232,7 @@ def test_a_recording_that_ends_in_between_needs_no_more_than_it_has() -> None:
 
 
 def test_in_real_time() -> None:
-    replay = Replay(entries(RUN, gap=3.0), rate=2.0)
+    replay = Replay(run(RUN, gap=3.0), rate=2.0)
     replay.see(ASK[:1])
     assert replay.send() == []
     assert replay.schedule.wake(replay.now) <= 1.5
@@ -241,7 +244,7 @@ def test_in_real_time() -> None:
 
 def test_not_too_many_at_once() -> None:
     many: List[Made] = [("message", "sensor", f"reading({n})", 0) for n in range(5000)]
-    replay = Replay(entries([ASK[0], *many, ASK[2], *END], gap=0.001))
+    replay = Replay(run([ASK[0], *many, ASK[2], *END], gap=0.001))
     replay.see(ASK[:1])
     sent = replay.send()
     assert len(sent) < 5000
@@ -251,18 +254,18 @@ def test_not_too_many_at_once() -> None:
     assert len(replay.sent) == 5000
 
 
-HELD: Made = ("waiting", "", FOR_A_REPLAY, 0)
+HELD: Made = ("waiting", "", "for the replay", 0)
 
 
 def test_with_a_gate_nothing_waits_for_the_loop() -> None:
     both: List[Made] = [("goal", "h", "visit(1)", 0), ("message", "info", "a", 0)]
-    replay = Replay(entries([*ASK, *both, *status("accepted", 1), *drive(2), *END]), has_gate=True)
+    replay = Replay(run([*ASK, *both, *status("accepted", 1), *drive(2), *END]), has_gate=True)
     assert replay.send() == ["g visit(3)", "h visit(1)", "info a"]
     assert replay.schedule.in_step
 
 
 def test_a_command_that_differs_ends_the_step() -> None:
-    replay = Replay(entries(RUN), has_gate=True)
+    replay = Replay(run(RUN), has_gate=True)
     replay.see(ASK[1:])
     assert replay.schedule.in_step
     replay.see([("command", "", "ground(1)", 0)])
@@ -272,7 +275,7 @@ def test_a_command_that_differs_ends_the_step() -> None:
 def test_a_loop_that_its_gate_has_let_go_on_may_take_its_time() -> None:
     """Such as to ground for long: it does not wait in vain."""
     recorded = [("goal", "g", "visit(3)", 0), *status("accepted", 1), *drive(2), *END]
-    replay = Replay(entries(recorded), has_gate=True)
+    replay = Replay(run(recorded), has_gate=True)
     replay.see([HELD])
     assert replay.send() == ["g visit(3)"]
     replay.see(recorded[:1])
@@ -286,7 +289,7 @@ def test_a_loop_that_its_gate_has_let_go_on_may_take_its_time() -> None:
 
 def test_a_loop_that_its_gate_has_wait_in_vain() -> None:
     recorded = [*status("accepted", 1), *drive(2), *END]
-    replay = Replay(entries(recorded), has_gate=True)
+    replay = Replay(run(recorded), has_gate=True)
     replay.see([HELD])
     assert replay.send() == []
     assert replay.schedule.stalls
@@ -295,7 +298,7 @@ def test_a_loop_that_its_gate_has_wait_in_vain() -> None:
 
 def test_a_gate_gets_all_that_it_waits_for() -> None:
     many: List[Made] = [("message", "sensor", f"reading({n})", 0) for n in range(5000)]
-    replay = Replay(entries([*many, *END]), has_gate=True)
+    replay = Replay(run([*many, *END]), has_gate=True)
     assert len(replay.send()) < 5000
     replay.see([HELD])
     replay.send()
@@ -304,13 +307,12 @@ def test_a_gate_gets_all_that_it_waits_for() -> None:
 
 def test_a_goal_whose_cancel_request_is_missing_was_not_recalled() -> None:
     """The recording has ended in between."""
-    goal = events([("goal", "h", "visit(1)", 0)])
-    assert [entry.event for entry in tidy(numbered([*goal, RECALL]))] == goal
+    assert [entry.event for entry in run_of([GOAL, RECALL]).entries] == [GOAL.event]
 
 
 @pytest.mark.parametrize("quiet", [0.5, 5.0])
 def test_without_a_journal(quiet: float) -> None:
     """After some quiet, the loop is taken to have waited."""
     made: List[Made] = [("goal", "g", "visit(3)", 0), ("message", "info", "a", 0)]
-    points = [one.point for one in inputs(entries(made, gap=quiet), has_journal=False)]
+    points = [one.point for one in inputs(run(made, gap=quiet, has_journal=False))]
     assert points == [Point.WAITING, Point.WAITING if quiet > 1 else Point.BUSY]

@@ -17,12 +17,11 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Part, Result
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ShutdownError
-from rosoclingo.loop import snapshot
+from rosoclingo.loop import journal, snapshot
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
 from rosoclingo.loop.inbox import Inbox, Message
-from rosoclingo.loop.journal import Event
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.snapshot import decode, encode
 from rosoclingo.single.algorithm1 import Algorithm1, commands_for
@@ -102,8 +101,9 @@ class Run(Inbox, Environment):
         if actuator != "solver" and action != "abort":
             self._acting[actuator] = action
 
-    def note(self, event: Event) -> None:
-        self.seen.append(replace(event, seconds=0.0))
+    def note(self, record: journal.Record) -> None:
+        fields = journal.encode(record.event)._replace(seconds=0.0)
+        self.seen.append((fields, record.step, record.horizon))
 
     def warn(self, text: str) -> None:
         self.seen.append(("warn", text))

@@ -12,7 +12,7 @@ from rosoclingo.bags.model import Entry, Program, Recording
 from rosoclingo.bags.replay.replayable import check
 from rosoclingo.bags.replay.startup import Changes, starts
 from rosoclingo.bags.replay.unpack import ReplayError, from_disk, unpack
-from rosoclingo.loop.journal import Event
+from rosoclingo.loop.journal import LoopWaits
 
 FILES = {"/home/me/ws/task.lp": '#include "parts/map.lp".', "/home/me/ws/parts/map.lp": "a."}
 
@@ -188,7 +188,7 @@ def test_a_bag_that_renames_nodes_is_refused(tmp_path: Path, argument: str) -> N
 
 
 def test_scripts_of_a_bag_have_to_be_allowed() -> None:
-    entries = (Entry(1, 0.0, Event("waiting")),)
+    entries = (Entry(LoopWaits()),)
     text = "#script (python) print(1) #end."
     hostile = recording(planner=program(["-f", "task.lp"], {"/home/me/ws/task.lp": text}))
     hostile = dataclasses.replace(hostile, entries=entries)
@@ -199,6 +199,6 @@ def test_scripts_of_a_bag_have_to_be_allowed() -> None:
 
 @pytest.mark.parametrize("name", ["/a b", "/..", "", "/1x", "x"])
 def test_a_node_whose_name_is_none_is_refused(name: str) -> None:
-    odd = dataclasses.replace(recording(), name=name, entries=(Entry(1, 0.0, Event("waiting")),))
+    odd = dataclasses.replace(recording(), name=name, entries=(Entry(LoopWaits()),))
     with pytest.raises(ReplayError, match="is no name of a node"):
         check(Path("a.bag"), odd, allow_scripts=False)

@@ -16,6 +16,7 @@ from typist import Typist, pipe
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.loop.journal import ActionPublished, GoalArrived
 
 __all__ = ["terminals"]
 
@@ -57,8 +58,9 @@ def check(recording: Recording) -> None:
     """Checks that the delivery is recorded, with what the nodes were started with."""
     events = [entry.event for entry in recording.entries]
     assert [entry.number for entry in recording.entries] == list(range(1, len(events) + 1))
-    assert [event.text for event in events if event.kind == "action"] == ACTIONS
-    assert [event.text for event in events if event.kind == "goal"] == ["bring(1,3)"]
+    assert [event.action for event in events if isinstance(event, ActionPublished)] == ACTIONS
+    goals = [event for event in events if isinstance(event, GoalArrived)]
+    assert [goal.request for goal in goals] == ["bring(1,3)"]
     assert set(recording.programs) == {"/rosoclingo", "/controller", "/planner"}
     mode = package("rosoclingo") / "modes" / "dynamic.incremental.recording.lp"
     assert recording.programs["/controller"].files[str(mode)] == mode.read_text()

@@ -8,6 +8,7 @@ from typing import Callable, List
 import rosgraph
 import rospy
 
+from rosoclingo.loop.journal import Event, decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_interfaces.topics import topic
 
@@ -21,7 +22,7 @@ class JournalReader:
 
     def __init__(self) -> None:
         """Subscribes."""
-        self._events: List[ROSoClingoEvent] = []
+        self._events: List[Event] = []
         self._last = time.monotonic()
         self._ready = False
         self._subscriber = rospy.Subscriber(
@@ -56,7 +57,7 @@ class JournalReader:
         self._events = []
         return True
 
-    def events(self) -> List[ROSoClingoEvent]:
+    def events(self) -> List[Event]:
         """Returns what has happened since :meth:`begin`."""
         return list(self._events)
 
@@ -67,6 +68,6 @@ class JournalReader:
             return False
         return bool(publishers.get(self.name))
 
-    def _on_event(self, event: ROSoClingoEvent) -> None:
+    def _on_event(self, message: ROSoClingoEvent) -> None:
         self._last = time.monotonic()
-        self._events.append(event)
+        self._events.append(decode(message))

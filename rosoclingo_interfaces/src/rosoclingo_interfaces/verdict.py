@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Iterable, Optional, Protocol
+from typing import Iterable, Optional
 
-from rosclingo.errors import shorten
+from rosoclingo.loop.journal import CommandDone, Event, MessageArrived, MessageDropped, naming
 from rosoclingo_interfaces.announcements import SOURCE
 
 TAKEN = ""
 """The verdict on an announcement that the planner was told."""
-
-
-class Event(Protocol):
-    """What is needed of a message ``ROSoClingoEvent``."""
-
-    kind: str
-    id: str
-    text: str
 
 
 def verdict(events: Iterable[Event], value: str) -> Optional[str]:
@@ -29,13 +21,13 @@ def verdict(events: Iterable[Event], value: str) -> Optional[str]:
     Returns:
         :data:`TAKEN`, the reason for which it was dropped, or None if that is not known yet.
     """
-    dropped = f"id {SOURCE}, value {shorten(value)}: "
+    dropped = naming(SOURCE, value)
     heard = False
     for event in events:
-        if event.kind == "message":
-            heard |= (event.id, event.text) == (SOURCE, value)
-        elif heard and event.kind == "dropped" and event.text.startswith(dropped):
-            return event.text[len(dropped) :]
-        elif heard and event.kind == "command" and event.text.startswith("assign_messages("):
+        if isinstance(event, MessageArrived):
+            heard |= (event.source, event.value) == (SOURCE, value)
+        elif heard and isinstance(event, MessageDropped) and event.reason.startswith(dropped):
+            return event.reason[len(dropped) :]
+        elif heard and isinstance(event, CommandDone) and event.name == "assign_messages":
             return TAKEN
     return None

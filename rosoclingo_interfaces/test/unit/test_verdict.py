@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-from typing import List, NamedTuple, Optional
+from typing import List, Optional
 
 import pytest
 
+from rosoclingo.loop.journal import Event, Fields, decode
 from rosoclingo_interfaces.verdict import TAKEN, verdict
 
-
-class Event(NamedTuple):
-    """An event of the journal."""
-
-    kind: str
-    id: str
-    text: str
-
-
-MESSAGE = Event("message", "info", "blocked(c3,c4)")
-OTHER = Event("message", "info", "blocked(c1,c2)")
-DROPPED = Event("dropped", "", "id info, value blocked(c3,c4): it is unknown")
-OTHER_DROPPED = Event("dropped", "", "id info, value blocked(c1,c2): it is unknown")
-SOLVE = Event("command", "sat", "solve")
-ASSIGN = Event("command", "", "assign_messages(4)")
+MESSAGE = decode(Fields("message", "info", "blocked(c3,c4)"))
+OTHER = decode(Fields("message", "info", "blocked(c1,c2)"))
+DROPPED = decode(Fields("dropped", "", "id info, value blocked(c3,c4): it is unknown"))
+OTHER_DROPPED = decode(Fields("dropped", "", "id info, value blocked(c1,c2): it is unknown"))
+SOLVE = decode(Fields("command", "sat", "solve"))
+ASSIGN = decode(Fields("command", "", "assign_messages(4)"))
 
 
 @pytest.mark.parametrize(

@@ -5,23 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Mapping, Tuple
 
-from rosoclingo.loop.journal import Event
+from rosoclingo.loop.journal import Record
 
 
 @dataclass(frozen=True)
-class Entry:
-    """An event of the journal.
+class Entry(Record):
+    """An event of a recorded journal.
 
     Attributes:
         number: Its number in the journal, from 1.
         seconds: When it happened, in seconds of wall time since the recording began; negative for
             what was published before.
-        event: What happened.
     """
 
-    number: int
-    seconds: float
-    event: Event
+    number: int = 1
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True)

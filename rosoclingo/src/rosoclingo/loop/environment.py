@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Sequence
 
 from rosoclingo.loop.atoms import Action
-from rosoclingo.loop.journal import Event
+from rosoclingo.loop.journal import Record
 
 
 class Environment:
@@ -17,7 +17,7 @@ class Environment:
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Shows what is planned, from the current step on."""
 
-    def note(self, event: Event) -> None:
+    def note(self, record: Record) -> None:
         """Adds an event to the journal; may be called from any thread."""
 
     def info(self, text: str) -> None:

@@ -9,7 +9,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Callable, Deque, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
-from rosoclingo.loop.journal import RECALLED
+from rosoclingo.loop.journal import Reason
 
 
 class Stage(enum.Enum):
@@ -159,8 +159,8 @@ class Goal:
                 return
             self.stage = Stage.ENDED
             self.recalled = True
-            self._client.noted(self, "canceled", RECALLED)  # before the loop can see it
-        self._client.ended("canceled", RECALLED)
+            self._client.noted(self, "canceled", Reason.RECALLED)  # before the loop can see it
+        self._client.ended("canceled", Reason.RECALLED)
 
     def place(self, slot: str) -> bool:
         """Gives the goal a slot, unless it has been recalled, and returns whether it was not."""

@@ -1,52 +1,284 @@
-"""What the planning loop has learned and done, event by event. Needs no ROS."""
+"""What the planning loop has learned and done, event by event. Needs no ROS.
+
+A class for each kind of event; on the wire all are a ``ROSoClingoEvent``, whose fields mean
+something else for each kind. Only :func:`encode` and :func:`decode` know how::
+
+    fields = encode(ActionPublished("robot", "go(3)"))
+    assert fields == Fields(kind="action", id="robot", text="go(3)")
+    assert decode(fields) == ActionPublished("robot", "go(3)")
+"""
 
 from __future__ import annotations
 
+import enum
 from dataclasses import dataclass
-from typing import Tuple
+from typing import Any, Callable, Mapping, NamedTuple, Optional, Tuple, Union
 
-KINDS = (
-    "goal", "cancel", "message", "dropped", "command", "plan", "action", "status", "waiting", "end",
-)  # fmt: skip
-"""The kinds of events, explained in ``ROSoClingoEvent.msg``."""
+from rosclingo.errors import shorten
+from rosclingo.wire.commands import Result
+from rosclingo.wire.term_text import last_number
 
-FOR_A_REPLAY = "for the replay"
-"""Text of an event of the kind ``waiting``: it waits for what had come by then when recorded."""
 
-SHUTDOWN = "the node is shutting down"
-"""Text of an event of the kind ``end``, and reason of a status: the process was told to end."""
+class Status(enum.Enum):
+    """A goal's status; its value is the word on the wire."""
 
-RECALLED = "recalled before it had a slot"
-"""Reason of a status: the goal was canceled without the planner."""
+    ACCEPTED = "accepted"
+    REJECTED = "rejected"
+    SUCCEEDED = "succeeded"
+    CANCELED = "canceled"
+    ABORTED = "aborted"
 
-BEST_SO_FAR = "the best so far"
-"""Text of an event of the kind ``plan``: the search had no more time (``~search_seconds``)."""
+
+class Reason(str, enum.Enum):
+    """A reason by which readers of the journal go; all others are words for people."""
+
+    SHUTDOWN = "the node is shutting down"  # the process was told to end
+    RECALLED = "recalled before it had a slot"  # the goal was canceled without the planner
+
+    __str__ = str.__str__
+
+    @classmethod
+    def of(cls, text: str) -> str:
+        """Returns the reason with a text, or the text itself if it is another one."""
+        return next((reason for reason in cls if reason.value == text), text)
+
+
+class Event:
+    """Something that the loop has learned or done."""
 
 
 @dataclass(frozen=True)
-class Event:
-    """One thing that the loop has learned or done; see ``ROSoClingoEvent.msg``.
+class GoalArrived(Event):
+    """A goal was taken.
 
     Attributes:
-        kind: One of :data:`KINDS`.
-        id: Who or what it is about.
-        text: What it is.
-        details: More about it.
-        seconds: How long a command took, in seconds of wall time; for a goal, cancel request or
-            message that was taken while a command was carried out, how long that had taken by then.
-        step: The current step.
-        horizon: The step that is planned up to.
+        goal: That of actionlib.
+        request: The request.
+        information: What came with it.
+        seconds: If it was taken while a command was carried out, how long that had taken by then,
+            in seconds of wall time; else 0.
     """
+
+    goal: str
+    request: str
+    information: Tuple[str, ...] = ()
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class CancelArrived(Event):
+    """A cancel request for a goal was taken; ``seconds`` as in :class:`GoalArrived`."""
+
+    goal: str
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class MessageArrived(Event):
+    """A message was taken, as it came; ``seconds`` as in :class:`GoalArrived`."""
+
+    source: str
+    value: str
+    seconds: float = 0.0
+
+
+Arrival = Union[GoalArrived, CancelArrived, MessageArrived]
+ARRIVALS = (GoalArrived, CancelArrived, MessageArrived)
+"""What comes from outside."""
+
+
+@dataclass(frozen=True)
+class MessageDropped(Event):
+    """A message was dropped; most reasons begin with :func:`naming` of it."""
+
+    reason: str
+
+
+def naming(source: str, value: str) -> str:
+    """Returns the words for a message with which the reason begins why it is dropped."""
+    return f"id {shorten(source)}, value {shorten(value)}: "
+
+
+@dataclass(frozen=True)
+class CommandDone(Event):
+    """The controller gave a command, which was carried out.
+
+    What readers of the journal know of commands is here.
+
+    Attributes:
+        command: The command, as clingo prints it.
+        result: That of the search, if it was one that came to its end or was interrupted.
+        seconds: How long it took, in seconds of wall time.
+    """
+
+    command: str
+    result: Optional[Result] = None
+    seconds: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """The command without its arguments."""
+        return self.command.partition("(")[0]
+
+    @property
+    def is_search(self) -> bool:
+        """Whether it searches for a plan, be it for another horizon or not."""
+        return self.name in ("solve", "plan")
+
+    @property
+    def waits(self) -> bool:
+        """Whether the loop may have waited in it, which is no work."""
+        return self.name == "idle"
+
+    @property
+    def resets_to(self) -> Optional[int]:
+        """The step that it has made number 0; None if it is no reset."""
+        return last_number(self.command) if self.name == "reset" else None
+
+    @property
+    def publishes(self) -> bool:
+        """Whether it has published the whole plan, after which a static mode is through."""
+        return self.name == "publish"
+
+
+@dataclass(frozen=True)
+class PlanFound(Event):
+    """A plan was found.
+
+    Attributes:
+        actions: Its actions from the current step on, as ``do(Actuator,Action,Step)``.
+        is_best: Whether the search was through, and did not end because of ``~search_seconds``.
+    """
+
+    actions: Tuple[str, ...]
+    is_best: bool = True
+
+
+@dataclass(frozen=True)
+class ActionPublished(Event):
+    """An actuator was told to act."""
+
+    actuator: str
+    action: str
+
+
+@dataclass(frozen=True)
+class StatusSet(Event):
+    """A goal's status has changed.
+
+    Attributes:
+        goal: That of actionlib.
+        status: The status.
+        slot: The planner's id for the goal; empty if it has none.
+        reason: Why, which may be a :class:`Reason`; that of an accepted goal is not on the wire.
+    """
+
+    goal: str
+    status: Status
+    slot: str = ""
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class LoopWaits(Event):
+    """The loop waits for something to come.
+
+    Attributes:
+        for_a_replay: Whether it would not wait, but waited for nothing when it was recorded.
+    """
+
+    for_a_replay: bool = False
+
+
+@dataclass(frozen=True)
+class LoopEnded(Event):
+    """The loop has ended; the reason may be a :class:`Reason`."""
+
+    reason: str
+
+
+class Fields(NamedTuple):
+    """The fields of a ``ROSoClingoEvent`` that say what happened; explained there."""
 
     kind: str
     id: str = ""
     text: str = ""
     details: Tuple[str, ...] = ()
     seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Unknown(Event):
+    """What this version does not know, such as a kind that a newer one has written."""
+
+    fields: Fields
+
+
+@dataclass(frozen=True)
+class Record:
+    """An event, and where in its plan the loop was."""
+
+    event: Event
     step: int = 0
     horizon: int = 0
 
-    @property
-    def is_search(self) -> bool:
-        """Whether it is a command that searches for a plan, be it for another horizon or not."""
-        return self.kind == "command" and self.text.partition("(")[0] in ("solve", "plan")
+
+_BEST_SO_FAR = "the best so far"
+_FOR_A_REPLAY = "for the replay"
+
+_ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
+    GoalArrived: lambda e: Fields("goal", e.goal, e.request, e.information, e.seconds),
+    CancelArrived: lambda e: Fields("cancel", e.goal, seconds=e.seconds),
+    MessageArrived: lambda e: Fields("message", e.source, e.value, seconds=e.seconds),
+    MessageDropped: lambda e: Fields("dropped", text=e.reason),
+    CommandDone: lambda e: Fields(
+        "command", e.result.value if e.result else "", e.command, seconds=e.seconds
+    ),
+    PlanFound: lambda e: Fields("plan", "", "" if e.is_best else _BEST_SO_FAR, e.actions),
+    ActionPublished: lambda e: Fields("action", e.actuator, e.action),
+    StatusSet: lambda e: Fields(
+        "status", e.goal, e.status.value,
+        (e.slot,) if e.status is Status.ACCEPTED else (e.slot, str(e.reason)),
+    ),
+    LoopWaits: lambda e: Fields("waiting", text=_FOR_A_REPLAY if e.for_a_replay else ""),
+    LoopEnded: lambda e: Fields("end", text=str(e.reason)),
+    Unknown: lambda e: e.fields,
+}  # fmt: skip
+
+_DECODERS: Mapping[str, Callable[[Fields], Event]] = {
+    "goal": lambda f: GoalArrived(f.id, f.text, f.details, f.seconds),
+    "cancel": lambda f: CancelArrived(f.id, f.seconds),
+    "message": lambda f: MessageArrived(f.id, f.text, f.seconds),
+    "dropped": lambda f: MessageDropped(f.text),
+    "command": lambda f: CommandDone(f.text, Result(f.id) if f.id else None, f.seconds),
+    "plan": lambda f: PlanFound(f.details, f.text != _BEST_SO_FAR),
+    "action": lambda f: ActionPublished(f.id, f.text),
+    "status": lambda f: StatusSet(f.id, Status(f.text), *_slot_and_reason(*f.details)),
+    "waiting": lambda f: LoopWaits(f.text == _FOR_A_REPLAY),
+    "end": lambda f: LoopEnded(Reason.of(f.text)),
+}
+
+
+def encode(event: Event) -> Fields:
+    """Returns what a ``ROSoClingoEvent`` says of an event."""
+    return _ENCODERS[type(event)](event)
+
+
+def decode(message: Any) -> Event:
+    """Returns the event that a ``ROSoClingoEvent`` tells, be it of rospy or of a bag.
+
+    One of an unknown kind, or with a word for a status or a result that is unknown, is an
+    :class:`Unknown`; what is missing is empty.
+    """
+    fields = Fields(
+        message.kind, message.id, message.text, tuple(map(str, message.details)),
+        float(message.seconds),
+    )  # fmt: skip
+    try:
+        return _DECODERS[fields.kind](fields)
+    except (KeyError, ValueError):
+        return Unknown(fields)
+
+
+def _slot_and_reason(slot: str = "", reason: str = "", *_: str) -> Tuple[str, str]:
+    return slot, Reason.of(reason)

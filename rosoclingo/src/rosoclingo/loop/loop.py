@@ -20,7 +20,7 @@ from rosoclingo.loop.dispatch import DispatchError, bind
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.journal import SHUTDOWN
+from rosoclingo.loop.journal import LoopEnded, Reason
 from rosoclingo.loop.snapshot import decode, encode
 from rosoclingo.loop.solver import Planner, Solver
 from rosoclingo.loop.state import State, StateSnapshot
@@ -150,7 +150,7 @@ class Loop:
         state = self.state
         state.mail.begin_decision()
         if state.mail.inbox.closed:
-            raise ShutdownError(SHUTDOWN)
+            raise ShutdownError(Reason.SHUTDOWN)
         if state.ended:
             state.waiting.rest()
         state.mail.take(may_ask=True)
@@ -212,9 +212,9 @@ class Loop:
         """Aborts the open goals and has those that are still to come rejected."""
         mail = self.state.mail
         if mail.inbox.closed:
-            reason = SHUTDOWN
+            reason = Reason.SHUTDOWN
         mail.inbox.end(reason)
-        self.state.note("end", text=reason)
+        self.state.note(LoopEnded(reason))
         mail.refuse(reason)
         mail.take()
         self.state.goals.end_all("aborted", reason)

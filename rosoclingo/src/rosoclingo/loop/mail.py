@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
+from typing import Callable, Dict, List, Optional, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
+from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import canonical, event
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.externals import PlannerExternals
 from rosoclingo.loop.goals import Goal, Goals
 from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message
-from rosoclingo.loop.journal import FOR_A_REPLAY
 
 _RESERVED_IDS = ("commit", "save")
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
@@ -102,7 +102,7 @@ class Mail:
         goals: Goals,
         externals: PlannerExternals,
         warn: Callable[[str], None],
-        note: Callable[..., None],
+        note: Callable[[journal.Event], None],
     ) -> None:
         self.inbox = inbox
         self._goals = goals
@@ -229,7 +229,7 @@ class Mail:
         self._command_began = time.perf_counter()
 
     def _waits(self) -> None:
-        self._note("waiting", "", FOR_A_REPLAY)
+        self._note(journal.LoopWaits(for_a_replay=True))
 
     def take(self, *, may_ask: bool = False) -> None:
         """Takes what has come, and drops what is wrong.
@@ -248,7 +248,7 @@ class Mail:
         if self._command_began is not None:
             seconds = max(time.perf_counter() - self._command_began, _SHORTEST)
         for item in new:
-            self._note(*_event(item), seconds)
+            self._note(_arrival(item, seconds))
         for number, item in enumerate(items):
             try:
                 is_news = self._take(item, may_ask, dropped)
@@ -323,7 +323,7 @@ class Mail:
                 self._answers[source] = value
             self.messages.append((source, value))
             return True
-        dropped.append(f"id {shorten(source)}, value {shorten(value)}: {reason}")
+        dropped.append(f"{journal.naming(source, value)}{reason}")
         return False
 
     def _take_undeclared_answer(self, source: str, value: str) -> None:
@@ -414,26 +414,24 @@ class Mail:
         Args:
             messages: Id, value and reason of each.
         """
-        self._log_dropped(
-            [f"id {shorten(s)}, value {shorten(v)}: {shorten(why)}" for s, v, why in messages]
-        )
+        self._log_dropped([f"{journal.naming(s, v)}{shorten(why)}" for s, v, why in messages])
 
     def _log_dropped(self, dropped: List[str]) -> None:
         for reason in dropped:
-            self._note("dropped", "", reason, ())
+            self._note(journal.MessageDropped(reason))
         for reason in dropped[:_LOGGED_DROPS]:
             self._warn(f"dropped a message: {reason}")
         if len(dropped) > _LOGGED_DROPS:
             self._warn(f"dropped {len(dropped) - _LOGGED_DROPS} more messages like these")
 
 
-def _event(item: Item) -> Tuple[str, str, str, Sequence[str]]:
+def _arrival(item: Item, seconds: float) -> journal.Event:
     """Returns what the journal says of something that has come."""
     if isinstance(item, Message):
-        return "message", item.id, item.value, ()
+        return journal.MessageArrived(item.id, item.value, seconds)
     if isinstance(item, Cancel):
-        return "cancel", item.goal.id, "", ()
-    return "goal", item.id, item.request, item.information
+        return journal.CancelArrived(item.goal.id, seconds)
+    return journal.GoalArrived(item.id, item.request, item.information, seconds)
 
 
 def _held(item: Item) -> HeldSnapshot:

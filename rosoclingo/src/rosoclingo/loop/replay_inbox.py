@@ -25,21 +25,33 @@ class Phase(enum.IntEnum):
     WAIT = 2  # while the loop waited, which was decided
 
 
+class Kind(str, enum.Enum):
+    """What is taken."""
+
+    GOAL = "goal"
+    CANCEL = "cancel"
+    MESSAGE = "message"
+    RECALL = "recall"  # of a goal without a slot, by a cancel request that is taken later
+
+
+Key = Tuple[Kind, str, str]
+"""What identifies an input, whenever it comes: kind, id, and the value of a message."""
+
+
 class Due(NamedTuple):
     """Something that was taken, and when.
 
     Attributes:
         decision: How many decisions were carried out before.
         phase: When, seen from the next decision.
-        kind: ``goal``, ``cancel`` or ``message``; ``recall`` for the moment at which a cancel
-            request that is taken later has ended its goal, which had no slot.
+        kind: What it was.
         id: That of the goal or message.
         text: The message's value; else empty.
     """
 
     decision: int
     phase: Phase
-    kind: str
+    kind: Kind
     id: str
     text: str = ""
 
@@ -49,12 +61,9 @@ class Due(NamedTuple):
         return self.decision, self.phase
 
     @property
-    def key(self) -> _Key:
+    def key(self) -> Key:
         """What has to have come for it."""
-        return "cancel" if self.kind == "recall" else self.kind, self.id, self.text
-
-
-_Key = Tuple[str, str, str]
+        return Kind.CANCEL if self.kind is Kind.RECALL else self.kind, self.id, self.text
 
 
 def encode(dues: Sequence[Due]) -> str:
@@ -72,7 +81,7 @@ def decode(text: object) -> List[Due]:
         if not isinstance(text, str):
             raise TypeError("no text")
         dues = [
-            Due(int(decision), Phase(phase), str(kind), str(name), str(value))
+            Due(int(decision), Phase(phase), Kind(kind), str(name), str(value))
             for decision, phase, kind, name, value in json.loads(text)
         ]
     except (TypeError, ValueError) as err:
@@ -96,10 +105,10 @@ class ReplayInbox(Inbox):
         """
         super().__init__()
         self._dues: Deque[Due] = deque(dues)
-        self._expected = Counter(due.key for due in dues if due.kind != "recall")
-        self._held: Dict[_Key, Deque[Item]] = {}  # has come, and is not taken yet
+        self._expected = Counter(due.key for due in dues if due.kind is not Kind.RECALL)
+        self._held: Dict[Key, Deque[Item]] = {}  # has come, and is not taken yet
         self._moment = -1, Phase.WAIT
-        self._missing: Counter[_Key] = Counter()  # is due, and has not come
+        self._missing: Counter[Key] = Counter()  # is due, and has not come
         self._is_open = False
 
     def put(self, item: Item) -> None:
@@ -131,7 +140,7 @@ class ReplayInbox(Inbox):
             if self._is_open:
                 return
             self._is_open = True
-            dues = (due for due in self._dues if due.kind != "recall")
+            dues = (due for due in self._dues if due.kind is not Kind.RECALL)
             rest = [self._held[due.key].popleft() for due in dues if self._has(due)]
             self._dues.clear()
             self._missing.clear()
@@ -177,10 +186,10 @@ class ReplayInbox(Inbox):
                     return items
                 self._dues.popleft()
                 held = self._held[due.key]
-                item = held[0] if due.kind == "recall" else held.popleft()
+                item = held[0] if due.kind is Kind.RECALL else held.popleft()
                 if not held:
                     del self._held[due.key]
-            if due.kind == "recall":
+            if due.kind is Kind.RECALL:
                 assert isinstance(item, Cancel)
                 item.goal.recall()  # not under the lock, which actionlib may wait for
             else:
@@ -202,18 +211,18 @@ class ReplayInbox(Inbox):
     def _has(self, due: Due) -> bool:
         return bool(self._held.get(due.key))
 
-    def _find_missing(self) -> Counter[_Key]:
+    def _find_missing(self) -> Counter[Key]:
         """Returns what is due and has not come."""
         due = list(itertools.takewhile(lambda due: due.moment <= self._moment, self._dues))
-        needed = Counter(one.key for one in due if one.kind != "recall")
+        needed = Counter(one.key for one in due if one.kind is not Kind.RECALL)
         # The cancel request that recalls a goal comes once, and is taken later.
-        needed |= Counter({one.key: 1 for one in due if one.kind == "recall"})
+        needed |= Counter({one.key: 1 for one in due if one.kind is Kind.RECALL})
         return needed - Counter({key: len(self._held.get(key, ())) for key in needed})
 
 
-def _key(item: Item) -> _Key:
+def _key(item: Item) -> Key:
     if isinstance(item, Message):
-        return "message", item.id, item.value
+        return Kind.MESSAGE, item.id, item.value
     if isinstance(item, Cancel):
-        return "cancel", item.goal.id, ""
-    return "goal", item.id, ""
+        return Kind.CANCEL, item.goal.id, ""
+    return Kind.GOAL, item.id, ""

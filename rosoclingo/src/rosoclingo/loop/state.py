@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.wire.commands import Result
+from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action, Plan, event
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.externals import SAVE, ExternalsSnapshot, PlannerExternals
 from rosoclingo.loop.goals import STATUSES, Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.journal import BEST_SO_FAR, Event
 from rosoclingo.loop.mail import Mail, MailSnapshot
 from rosoclingo.loop.solver import Planner, PlannerSnapshot
 from rosoclingo.loop.waiting import Waiting
@@ -222,23 +222,13 @@ class State:
             self._warned.add(kind)
             self.environment.warn(text)
 
-    def note(
-        self,
-        kind: str,
-        identifier: str = "",
-        text: str = "",
-        details: Sequence[str] = (),
-        seconds: float = 0.0,
-    ) -> None:
-        """Adds an event to the journal. Thread-safe; the arguments are those of :class:`Event`."""
-        self.environment.note(
-            Event(kind, identifier, text, tuple(details), seconds, self.step, self.horizon)
-        )
+    def note(self, event: journal.Event) -> None:
+        """Adds an event to the journal. Thread-safe."""
+        self.environment.note(journal.Record(event, self.step, self.horizon))
 
     def note_command(self, command: str, seconds: float) -> None:
         """Adds a command that was carried out to the journal, with the result of a search."""
-        result = "" if self.result is None else self.result.value
-        self.note("command", result, command, seconds=seconds)
+        self.note(journal.CommandDone(command, self.result, seconds))
 
     # What comes from outside.
 
@@ -347,7 +337,7 @@ class State:
         self._published.add(action)
         self.mail.acts(action.actuator)
         self.environment.publish(action.actuator, action.name)
-        self.note("action", action.actuator, action.name)
+        self.note(journal.ActionPublished(action.actuator, action.name))
 
     def publish_abort(self, actuator: str) -> None:
         """Tells an actuator to end what it does, once in a step; nobody answers that."""
@@ -372,8 +362,7 @@ class State:
         self.planned, self.tries, self.after_message = self.horizon, 0, False
         self.failures = 0
         self.waiting.end_planning()
-        text = "" if is_best else BEST_SO_FAR
-        self.note("plan", text=text, details=[str(action) for action in self.ahead()])
+        self.note(journal.PlanFound(tuple(map(str, self.ahead())), is_best))
         self.goals.tell(f"plan {self.horizon} step{'' if self.horizon == 1 else 's'}")
 
     def ahead(self) -> List[Action]:

@@ -9,7 +9,7 @@ from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goals
 from rosoclingo.loop.inbox import Message
-from rosoclingo.loop.journal import SHUTDOWN
+from rosoclingo.loop.journal import Event, LoopWaits, Reason
 from rosoclingo.loop.mail import Mail
 
 _LOOK_SECONDS = 1.0  # how often it is seen, while waiting, whether the solvers are there
@@ -29,7 +29,7 @@ class Waiting:
         mail: Mail,
         goals: Goals,
         environment: Environment,
-        note: Callable[[str], None],
+        note: Callable[[Event], None],
         *,
         check: Callable[[], None],
         action_timeout: float,
@@ -40,7 +40,7 @@ class Waiting:
             mail: What has come.
             goals: The goals.
             environment: Where warnings go.
-            note: Adds an event of a kind to the journal.
+            note: Adds an event to the journal.
             check: Called now and then; raises an error if a solver went away.
             action_timeout: From when on an action without an answer counts as failed, in seconds
                 since it was published; 0 for never.
@@ -72,10 +72,10 @@ class Waiting:
         noted = False
         while not (mail.has_news or self._step_is_awaited(step)):
             if mail.inbox.closed:
-                raise ShutdownError(SHUTDOWN)
+                raise ShutdownError(Reason.SHUTDOWN)
             if not noted:
                 noted = True
-                self._note("waiting")
+                self._note(LoopWaits())
             mail.inbox.wait(max(0.0, self._look_at - time.monotonic()))
             self._look()
             mail.take(may_ask=True)
@@ -132,7 +132,7 @@ class Waiting:
         while not inbox.closed:
             self._mail.take()
             inbox.wait(_LOOK_SECONDS)
-        raise ShutdownError(SHUTDOWN)
+        raise ShutdownError(Reason.SHUTDOWN)
 
     def begin_planning(self) -> None:
         """Takes note that a plan is needed; what is known may last for many searches."""

@@ -20,13 +20,13 @@ from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import give_up, init_node, on_shutdown
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
 from rosoclingo.errors import ShutdownError
+from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action, canonical
 from rosoclingo.loop.controller import Controller, Decider
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.insistent import Insistent
-from rosoclingo.loop.journal import SHUTDOWN, Event
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.replay_inbox import ReplayInbox, decode
 from rosoclingo.loop.solver import Solver
@@ -56,14 +56,15 @@ _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ende
 class ActionClient(GoalClient):
     """Who has sent a goal to the node's action."""
 
-    def __init__(self, handle: actionlib.ServerGoalHandle, note: Callable[..., None]) -> None:
+    def __init__(
+        self, handle: actionlib.ServerGoalHandle, note: Callable[[journal.Event], None]
+    ) -> None:
         self._handle = handle
         self._note = note
 
     def noted(self, goal: Goal, word: str, reason: str) -> None:
         """Adds the status to the journal."""
-        details = (goal.slot or "",) if word == "accepted" else (goal.slot or "", reason)
-        self._note("status", goal.id, word, details)
+        self._note(journal.StatusSet(goal.id, journal.Status(word), goal.slot or "", reason))
 
     def accepted(self) -> None:
         """Accepts the goal."""
@@ -105,17 +106,16 @@ class RosEnvironment(Environment):
         """Publishes to ``~plan``."""
         self._plan.publish(step, horizon, [str(action) for action in actions])
 
-    def note(self, event: Event) -> None:
+    def note(self, record: journal.Record) -> None:
         """Publishes to ``~journal``. Thread-safe."""
         with self._lock:
             self._number += 1
             stamp = rospy.Time.from_sec(time.time())  # of wall time, whatever a simulator's clock
             self._journal.publish(
                 ROSoClingoEvent(
-                    stamp, self._number, event.step, event.horizon, event.kind, event.id,
-                    event.text, event.details, event.seconds,
+                    stamp, self._number, record.step, record.horizon, *journal.encode(record.event)
                 )
-            )  # fmt: skip
+            )
 
     def info(self, text: str) -> None:
         """Logs at level INFO."""
@@ -213,7 +213,7 @@ class Node:
         self._thread.join(_SECONDS_TO_END)
         if self._thread.is_alive():  # a solver in this process that grounds cannot be interrupted
             for goal in self._goals.values():
-                goal.set_status("aborted", SHUTDOWN)
+                goal.set_status("aborted", journal.Reason.SHUTDOWN)
         if self._goals:
             time.sleep(_SECONDS_TO_SEND)
 
@@ -247,8 +247,9 @@ class Node:
         except TermError as err:
             rospy.logwarn("goal rejected: %s", err)
             identifier, goal = handle.get_goal_id().id, handle.get_goal()
-            self._loop.state.note("goal", identifier, goal.request, goal.information)
-            self._loop.state.note("status", identifier, "rejected", ("", str(err)))
+            note = self._loop.state.note
+            note(journal.GoalArrived(identifier, goal.request, tuple(goal.information)))
+            note(journal.StatusSet(identifier, journal.Status.REJECTED, reason=str(err)))
             handle.set_rejected(ROSoClingoResult("rejected"), str(err))
             return
         client = ActionClient(handle, self._loop.state.note)

@@ -11,6 +11,7 @@ from rosoclingo.bags.compare import cli, comparable, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level, compare
 from rosoclingo.bags.compare.junit import Suite
 from rosoclingo.bags.errors import IncompleteBagError
+from rosoclingo.bags.read.run import Run
 
 _PROGRAM = "compare"
 
@@ -35,8 +36,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
 
 def _compare(options: argparse.Namespace) -> Tuple[Comparison, float]:
     bag, seen_bag = options.bag, options.seen
-    expected = cli.read(_PROGRAM, bag, options.name)
-    seen = cli.read(_PROGRAM, seen_bag, options.seen_name or options.name)
+    expected = Run.of(cli.read(_PROGRAM, bag, options.name))
+    seen = Run.of(cli.read(_PROGRAM, seen_bag, options.seen_name or options.name))
     if comparable.is_empty(expected) and (comparable.is_empty(seen) or comparable.is_cut(expected)):
         raise IncompleteBagError(
             f"{bag}: nothing can be compared with {seen_bag}: no goal has got a status, and the "
@@ -49,14 +50,7 @@ def _compare(options: argparse.Namespace) -> Tuple[Comparison, float]:
             _PROGRAM, f"{seen_bag}: the recording ends while the loop was at work; what is missing "
             "at the end may have happened after it"
         )  # fmt: skip
-    comparison = compare(
-        expected.entries,
-        seen.entries,
-        Level(options.level),
-        has_journal=expected.has_journal,
-        seen_has_journal=seen.has_journal,
-        is_replay=False,
-    )
+    comparison = compare(expected, seen, Level(options.level), is_replay=False)
     cli.tell(comparison)
     print(text_report.summary(comparison))
     return comparison, 0.0

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import List, Sequence
 
-from rosoclingo.bags.compare.outputs import is_open, outputs, tidy
 from rosoclingo.bags.errors import IncompleteBagError
 from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.read.run import Run
 
 _GAPS_SHOWN = 5
 
@@ -38,17 +38,14 @@ def check(bag: Path, recording: Recording) -> None:
         )
 
 
-def is_empty(recording: Recording) -> bool:
-    """Whether there is nothing in a recording that another run could do differently."""
-    entries = tidy(recording.entries)
-    if outputs(entries, recording.has_journal):
-        return False
-    return is_open(entries) or not any(entry.event.kind == "goal" for entry in entries)
+def is_empty(run: Run) -> bool:
+    """Whether there is nothing in a run that another one could do differently."""
+    return not any(run.outputs) and (run.is_open or not run.requests)
 
 
-def is_cut(recording: Recording) -> bool:
+def is_cut(run: Run) -> bool:
     """Whether the recording ends while the loop was at work, as far as it tells."""
-    return recording.has_journal and is_open(tidy(recording.entries))
+    return run.has_journal and run.is_open
 
 
 def _gaps(entries: Sequence[Entry]) -> List[str]:

@@ -6,12 +6,12 @@ import difflib
 import enum
 from dataclasses import dataclass, replace
 from itertools import groupby, takewhile, zip_longest
-from typing import Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 from rosoclingo.bags.compare.history import OPEN, Cell, Goal, History
-from rosoclingo.bags.compare.outputs import Output, Reader, is_open, tidy
 from rosoclingo.bags.compare.pairing import Moved, moved, with_ids_of
-from rosoclingo.bags.model import Entry
+from rosoclingo.bags.read.run import Output, Run
+from rosoclingo.loop.journal import ActionPublished, StatusSet
 
 _MOST_TO_ALIGN = 2000  # rows; longer ones are compared one by one
 
@@ -115,24 +115,20 @@ class Comparison:
 
 
 def compare(
-    expected: Sequence[Entry],
-    seen: Sequence[Entry],
+    expected: Run,
+    seen: Run,
     level: Level = Level.EXACT,
     *,
-    has_journal: bool = True,
-    seen_has_journal: bool = True,
     is_replay: bool = True,
     stalls: Sequence[Stall] = (),
     failure: str = "",
 ) -> Comparison:
-    """Compares two journals.
+    """Compares two runs; steps only if both have a journal.
 
     Args:
         expected: The recorded one.
-        seen: That of the replay, or of another run.
+        seen: The replay, or another run.
         level: How much has to be the same.
-        has_journal: Whether the recording has a journal; else steps are not compared.
-        seen_has_journal: Whether the other one has, likewise.
         is_replay: Whether the second run has the inputs of the first, with their goals' ids.
         stalls: Where the replay waited in vain.
         failure: Why the replay was given up, if it was.
@@ -141,13 +137,11 @@ def compare(
         What is the same. If the recording ends while the loop was at work, what the replay has done
         afterwards is left out.
     """
-    expected, seen = tidy(expected), tidy(seen)
     if not is_replay:
         seen = with_ids_of(expected, seen)
-    is_cut = is_open(expected)
-    knows_steps = has_journal and seen_has_journal
-    old = History(expected, knows_steps, Reader(has_journal))
-    new = History(seen, knows_steps, Reader(seen_has_journal))
+    is_cut = expected.is_open
+    knows_steps = expected.has_journal and seen.has_journal
+    old, new = History(expected, knows_steps), History(seen, knows_steps)
     new.numbers = _numbers(old, new)
     goals = [_pair(one, old, new, level, is_cut) for one in old.requests]
     goals += [GoalPair(one, new.requests[one], None, new.goals[one], False)
@@ -209,7 +203,7 @@ def _rows(old: History, new: History, is_cut: bool) -> List[Row]:
     place = 0
     for left, right in _align(expected, seen):
         inputs = old.inputs.get(place, ()) if left else ()
-        rows.append(Row(left, right, tuple(old.input(event).text for event in inputs)))
+        rows.append(Row(left, right, tuple(old.input(entry).text for entry in inputs)))
         place += left is not None
     while is_cut and rows and rows[-1].expected is None:
         rows.pop()
@@ -219,14 +213,19 @@ def _rows(old: History, new: History, is_cut: bool) -> List[Row]:
 def _sorted(history: History) -> List[Output]:
     """Puts what is done at the same time in an order: actions by name, statuses by goal."""
     ordered: List[Output] = []
-    for key, group in groupby(history.timeline, lambda output: (output.kind, output.step)):
-        if key[0] == "action" and key[1] is not None:
-            ordered += sorted(group, key=lambda output: output.key)
-        elif key[0] == "status":
-            ordered += sorted(group, key=lambda output: history.numbers[output.id])
+    for (kind, step), group in groupby(history.timeline, lambda one: (type(one.event), one.step)):
+        if (kind is ActionPublished and step is not None) or kind is StatusSet:
+            ordered += sorted(group, key=lambda output: _place(history, output))
         else:
             ordered += group
     return ordered
+
+
+def _place(history: History, output: Output) -> Tuple[Any, ...]:
+    event = output.event
+    if isinstance(event, StatusSet):
+        return (history.numbers[event.goal],)
+    return (event.actuator, event.action) if isinstance(event, ActionPublished) else ()
 
 
 def _inputs_before_difference(old: History, new: History, rows: Sequence[Row]) -> Tuple[Moved, ...]:
@@ -237,8 +236,8 @@ def _inputs_before_difference(old: History, new: History, rows: Sequence[Row]) -
 def _inputs(history: History, outputs: int) -> Tuple[List[Cell], List[Cell]]:
     """Returns the inputs until so many outputs were there, and those that came later."""
     halves: Tuple[List[Cell], List[Cell]] = [], []
-    for place, events in history.inputs.items():
-        halves[place > outputs].extend(map(history.input, events))
+    for place, entries in history.inputs.items():
+        halves[place > outputs].extend(map(history.input, entries))
     return halves
 
 

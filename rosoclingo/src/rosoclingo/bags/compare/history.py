@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Tuple, Union
 
-from rosclingo.wire.term_text import last_number, split_list
-from rosoclingo.bags.compare.outputs import INPUTS, Output, Reader
+from rosclingo.wire.term_text import last_number
 from rosoclingo.bags.model import Entry
-from rosoclingo.loop.journal import Event
+from rosoclingo.bags.read.run import Output, Run
+from rosoclingo.loop import journal
 
 OPEN = "open"
 """The outcome of a goal that has not ended."""
@@ -38,94 +38,111 @@ class Cell:
 
 
 class History:
-    """What a journal says of its goals, and what its loop has put out."""
+    """What became of the goals of a run, and what its loop has put out.
 
-    def __init__(self, entries: Sequence[Entry], has_journal: bool, reader: Reader) -> None:
-        self.requests: Dict[str, str] = {}
-        self.numbers: Dict[str, int] = {}  # of the goals, in the order in which they came
-        self.goals: Dict[str, Goal] = {}
+    Attributes:
+        requests: What was asked for, by the ids of the goals, in the order in which they came.
+        numbers: Their numbers, likewise.
+        goals: What became of them.
+        steps: In how many steps there were actions.
+        timeline: The outputs that have an order.
+        places: For each output, how many of the timeline come before it.
+        inputs: What has come, by the place in the timeline that it precedes.
+    """
+
+    def __init__(self, run: Run, knows_steps: bool) -> None:
+        """Goes through a run.
+
+        Args:
+            run: The run.
+            knows_steps: Whether steps are told.
+        """
+        self.requests = run.requests
+        self.numbers = {goal: number for number, goal in enumerate(run.requests, 1)}
+        self.goals = {goal: Goal() for goal in run.requests}
         self.steps = 0
         self.timeline: List[Output] = []
-        self.places: List[int] = []  # for each output, how many of the timeline come before it
-        self.inputs: Dict[int, List[Event]] = {}  # by the place in the timeline that they precede
-        self._published: List[Output] = []
-        self._has_journal = has_journal
+        self.places: List[int] = []
+        self.inputs: Dict[int, List[Entry]] = {}
+        self._published: List[Union[journal.PlanFound, journal.LoopEnded]] = []
+        self._knows_steps = knows_steps
         self._begins: Dict[str, int] = {}
-        self._acted: Optional[int] = None  # the step of the last action
-        for entry in entries:  # before the rest: a status that comes before its goal is no harm
-            if entry.event.kind == "goal" and entry.event.id not in self.requests:
-                self.requests[entry.event.id] = entry.event.text
-                self.numbers[entry.event.id] = len(self.numbers) + 1
-                self.goals[entry.event.id] = Goal()
-        for entry in entries:
-            output = reader.output(entry.event)
+        acted: Optional[int] = None  # the step of the last action
+        for entry, output in zip(run.entries, run.outputs):
+            event = entry.event
             if output is not None:
                 self.places.append(len(self.timeline))
                 self._take_output(output)
-            if entry.event.kind in INPUTS:
-                self.inputs.setdefault(len(self.timeline), []).append(entry.event)
-                if entry.event.kind == "goal":
-                    self._begins.setdefault(entry.event.id, self.steps)
-            elif entry.event.kind == "action" and entry.event.step != self._acted:
-                self._acted = entry.event.step
+            if isinstance(event, journal.ARRIVALS):
+                self.inputs.setdefault(len(self.timeline), []).append(entry)
+                if isinstance(event, journal.GoalArrived):
+                    self._begins.setdefault(event.goal, self.steps)
+            elif isinstance(event, journal.ActionPublished) and entry.step != acted:
+                acted = entry.step
                 self.steps += 1
-            elif entry.event.kind == "command" and entry.event.text.startswith("reset("):
-                self._acted = None  # steps count from 0 again
+            elif isinstance(event, journal.CommandDone) and event.resets_to is not None:
+                acted = None  # steps count from 0 again
         for identifier, goal in self.goals.items():
             if goal.outcome == OPEN:
                 steps = self.steps - self._begins.get(identifier, 0)
                 self.goals[identifier] = replace(goal, steps=steps)
 
-    def ends(self, with_lengths: bool) -> List[Tuple[str, int]]:
+    def ends(self, with_lengths: bool) -> List[Tuple[type, int]]:
         """Returns which plans were published, maybe with lengths, and whether the loop ended."""
-        return [(output.kind, _length(output) if with_lengths else 0) for output in self._published]
+        return [(type(event), _length(event) if with_lengths else 0) for event in self._published]
 
     def cell(self, output: Output) -> Cell:
         """Describes an output."""
-        step = output.step if self._has_journal else None
-        if output.kind == "action":
-            return Cell(step, f"{output.id}: {output.text}")
-        if output.kind == "status":
-            return Cell(step, f"{self.label(output.id)}: {output.text}")
-        if output.kind == "plan":
-            return Cell(None, f"published: [{output.text}]")
-        return Cell(step, f"the end: {output.text}")
+        event, step = output.event, self._known(output.step)
+        if isinstance(event, journal.ActionPublished):
+            return Cell(step, f"{event.actuator}: {event.action}")
+        if isinstance(event, journal.StatusSet):
+            return Cell(step, f"{self.label(event.goal)}: {event.status.value}")
+        if isinstance(event, journal.PlanFound):
+            return Cell(step, f"published: [{', '.join(event.actions)}]")
+        return Cell(step, f"the end: {event.reason}")
 
-    def input(self, event: Event) -> Cell:
+    def input(self, entry: Entry) -> Cell:
         """Describes an input."""
-        step = event.step if self._has_journal else None
-        if event.kind == "message":
-            return Cell(step, f"message {event.id}: {event.text}")
-        name = self.label(event.id) if event.id in self.requests else event.id
-        return Cell(step, f"{name} {'came' if event.kind == 'goal' else 'is to be cancelled'}")
+        event, step = entry.event, self._known(entry.step)
+        assert isinstance(event, journal.ARRIVALS)
+        if isinstance(event, journal.MessageArrived):
+            return Cell(step, f"message {event.source}: {event.value}")
+        name = self.label(event.goal) if event.goal in self.requests else event.goal
+        return Cell(
+            step,
+            f"{name} {'came' if isinstance(event, journal.GoalArrived) else 'is to be cancelled'}",
+        )
 
     def label(self, identifier: str) -> str:
         """Names a goal, by its number in the order of arrival and its request."""
         return f"goal {self.numbers[identifier]} {self.requests[identifier]}"
 
-    def _take_output(self, output: Output) -> None:
-        if output.kind in ("plan", "end"):
-            self._published.append(output)
-            self.steps += _length(output)
-        if output.kind == "status":
-            self._take_status(output)
-            if output.step is None or not self._has_journal:
-                return  # another thread may have set it: there is no order to the rest
-        if self._has_journal or output.kind != "end":
-            self.timeline.append(output)
+    def _known(self, step: Optional[int]) -> Optional[int]:
+        return step if self._knows_steps else None
 
-    def _take_status(self, output: Output) -> None:
-        goal = self.goals[output.id]
-        at_step = output.step is not None and self._has_journal
-        word = f"{output.text} in step {output.step}" if at_step else output.text
-        self.goals[output.id] = Goal(
-            (*goal.statuses, word),
-            OPEN if output.text == "accepted" else output.text,
-            self.steps - self._begins.get(output.id, 0),
+    def _take_output(self, output: Output) -> None:
+        event, step = output.event, self._known(output.step)
+        if isinstance(event, (journal.PlanFound, journal.LoopEnded)):
+            self._published.append(event)
+            self.steps += _length(event)
+        if isinstance(event, journal.StatusSet):
+            self._take_status(event, step)
+        if isinstance(event, (journal.StatusSet, journal.LoopEnded)) and step is None:
+            return  # another thread may have set it: there is no order to the rest
+        self.timeline.append(output)
+
+    def _take_status(self, event: journal.StatusSet, step: Optional[int]) -> None:
+        word = event.status.value
+        self.goals[event.goal] = Goal(
+            (*self.goals[event.goal].statuses, word if step is None else f"{word} in step {step}"),
+            OPEN if event.status is journal.Status.ACCEPTED else word,
+            self.steps - self._begins.get(event.goal, 0),
         )
 
 
-def _length(output: Output) -> int:
-    """Returns in how many steps a published plan has actions; 0 for anything else."""
-    steps = set(map(last_number, split_list(output.text))) if output.kind == "plan" else set()
-    return len(steps - {None})
+def _length(event: Union[journal.PlanFound, journal.LoopEnded]) -> int:
+    """Returns in how many steps a published plan has actions; 0 for the end."""
+    if isinstance(event, journal.LoopEnded):
+        return 0
+    return len({last_number(action) for action in event.actions} - {None})

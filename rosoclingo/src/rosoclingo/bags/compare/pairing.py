@@ -7,10 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Deque, Dict, Optional, Sequence, Tuple
 
 from rosoclingo.bags.compare.history import Cell
-from rosoclingo.bags.model import Entry
-
-_OF_GOALS = ("goal", "cancel", "status")  # kinds of events whose id is a goal's
-
+from rosoclingo.bags.read.run import Run
+from rosoclingo.loop.journal import CancelArrived, Event, GoalArrived, StatusSet
 
 Inputs = Tuple[Sequence[Cell], Sequence[Cell]]
 """What a run has taken before a place, and after it."""
@@ -31,36 +29,37 @@ class Moved:
     in_time: Tuple[bool, bool]
 
 
-def with_ids_of(expected: Sequence[Entry], seen: Sequence[Entry]) -> Tuple[Entry, ...]:
+def with_ids_of(expected: Run, seen: Run) -> Run:
     """Gives the goals of a run the ids, and the spelling, that they have in another one.
 
     Clients make the ids of the time, so that each run has its own. The first goal with a request
     belongs to the first one with this request in the other run, the second to the second.
 
     Args:
-        expected: The journal whose ids are taken.
-        seen: The journal that is changed.
+        expected: The run whose ids are taken.
+        seen: The run that is changed.
     """
-    requests = _goals(expected)
     free: Dict[str, Deque[str]] = defaultdict(deque)
-    for identifier, request in requests.items():
+    for identifier, request in expected.requests.items():
         free[_compact(request)].append(identifier)
     ids: Dict[str, str] = {}
-    for identifier, request in _goals(seen).items():
+    for identifier, request in seen.requests.items():
         same = free[_compact(request)]
         if same:
             ids[identifier] = same.popleft()
-        elif identifier in requests:
+        elif identifier in expected.requests:
             ids[identifier] = f"{identifier}, seen"
-    changed = []
-    for entry in seen:
-        event = entry.event
-        if event.kind in _OF_GOALS and event.id in ids:
-            event = replace(event, id=ids[event.id])
-            if event.kind == "goal":
-                event = replace(event, text=requests.get(event.id, event.text))
-        changed.append(replace(entry, event=event))
-    return tuple(changed)
+
+    def changed(event: Event) -> Event:
+        if not isinstance(event, (GoalArrived, CancelArrived, StatusSet)) or event.goal not in ids:
+            return event
+        goal = ids[event.goal]
+        if isinstance(event, GoalArrived):
+            return replace(event, goal=goal, request=expected.requests.get(goal, event.request))
+        return replace(event, goal=goal)
+
+    entries = [replace(entry, event=changed(entry.event)) for entry in seen.recorded]
+    return Run(entries, seen.has_journal)
 
 
 def moved(expected: Inputs, seen: Inputs) -> Tuple[Moved, ...]:
@@ -79,15 +78,6 @@ def moved(expected: Inputs, seen: Inputs) -> Tuple[Moved, ...]:
     return tuple(
         one for key, one in inputs.items() if one.in_time != (True, True) or old[key] != new[key]
     )
-
-
-def _goals(entries: Sequence[Entry]) -> Dict[str, str]:
-    """Returns the goals' requests, in the order in which they came."""
-    requests: Dict[str, str] = {}
-    for entry in entries:
-        if entry.event.kind == "goal":
-            requests.setdefault(entry.event.id, entry.event.text)
-    return requests
 
 
 def _compact(request: str) -> str:

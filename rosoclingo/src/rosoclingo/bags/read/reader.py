@@ -13,7 +13,7 @@ from rosoclingo.bags.read.decode import Decoder
 from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said, in_order
 from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about, solvers, text_entries
 from rosoclingo.bags.wire import Connection, Message
-from rosoclingo.loop.journal import Event
+from rosoclingo.loop.journal import Record, decode
 
 _OWN_TYPES = {kind for kind in LOOP_TYPES.values() if kind.startswith("rosoclingo/")}
 _RUNS = ("journal", "goal", "in", "out")  # topics of which one at least shows that there is a run
@@ -150,7 +150,7 @@ class _Reading:
 
     def _read_journal(self) -> Tuple[Entry, ...]:
         begin = self._begin
-        runs: List[Dict[int, Tuple[int, Event]]] = [{}]
+        runs: List[Dict[int, Tuple[int, Record]]] = [{}]
         topic = f"{self._name}/journal"
         unnumbered = 0
         for _, said in self._messages({topic: LOOP_TYPES["journal"]}):
@@ -161,13 +161,8 @@ class _Reading:
             known = runs[-1].get(said.number)
             if known is not None and known[0] != stamp:
                 runs.append({})  # the node was started again
-            runs[-1][said.number] = (
-                stamp,
-                Event(
-                    said.kind, said.id, said.text, tuple(map(str, said.details)),
-                    float(said.seconds), int(said.step), int(said.horizon),
-                ),
-            )  # fmt: skip
+            record = Record(decode(said), int(said.step), int(said.horizon))
+            runs[-1][said.number] = stamp, record
         if len(runs) > 1:
             self._remarks.append(
                 f"{self._name} was started {len(runs)} times during the recording; this is its "
@@ -183,7 +178,7 @@ class _Reading:
         if lost > 0:
             self._remarks.append(f"{lost} events of the journal are missing")
         return tuple(
-            Entry(number, (stamp - begin) * 1e-9, event) for number, (stamp, event) in numbered
+            _entry(record, number, (stamp - begin) * 1e-9) for number, (stamp, record) in numbered
         )
 
     def _read_topics(self) -> Tuple[Entry, ...]:
@@ -196,9 +191,9 @@ class _Reading:
         historian = Historian(said.message.id for said in recorded if said.topic == "out")
         entries: List[Entry] = []
 
-        def add(seconds: float, events: Iterator[Event]) -> None:
-            for event in events:
-                entries.append(Entry(len(entries) + 1, seconds, event))
+        def add(seconds: float, records: Iterator[Record]) -> None:
+            for record in records:
+                entries.append(_entry(record, len(entries) + 1, seconds))
 
         for said in in_order(recorded):
             add(said.seconds, historian.take(said))
@@ -226,6 +221,10 @@ class _Reading:
         if len(described) < len(found):
             self._remarks.append(f"what {topic} says of the node cannot be read")
         return described
+
+
+def _entry(record: Record, number: int, seconds: float) -> Entry:
+    return Entry(record.event, record.step, record.horizon, number, seconds)
 
 
 def _program(node: str, described: Dict[str, Any]) -> Program:

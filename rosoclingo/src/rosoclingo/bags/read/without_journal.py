@@ -26,16 +26,16 @@ from typing import (
 )
 
 from rosclingo.wire.term_text import split_list
-from rosoclingo.loop.journal import Event
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Event, Reason, Record, Status
 
 TOPICS = ("goal", "cancel", "in", "out", "status", "feedback", "result")
 """What the events are made from."""
 
-_WORDS = {
-    1: "accepted", 2: "canceled", 3: "succeeded", 4: "aborted", 5: "rejected", 6: "accepted",
-    7: "accepted", 8: "canceled",
+_STATUSES = {
+    1: Status.ACCEPTED, 2: Status.CANCELED, 3: Status.SUCCEEDED, 4: Status.ABORTED,
+    5: Status.REJECTED, 6: Status.ACCEPTED, 7: Status.ACCEPTED, 8: Status.CANCELED,
 }  # fmt: skip
-_ENDS = (2, 3, 4, 5, 8)  # of actionlib's statuses
 _ABOUT_GOALS = ("status", "feedback", "result")
 _SWAPPED_SECONDS = 0.2  # how much too early or too late an answer may be recorded
 _HORIZON = re.compile(r"plan (\d+) steps?")
@@ -123,7 +123,7 @@ class Historian:
         self._acting: Set[str] = set()
         self._answered: Set[str] = set()
         self._goals: Dict[str, float] = {}  # open ones: when they were sent, in seconds
-        self._words: Dict[str, str] = {}
+        self._statuses: Dict[str, Status] = {}
         self._takers: Mapping[str, Callable[[Any], Iterator[Event]]] = {
             "goal": self._goal,
             "cancel": self._cancel,
@@ -134,37 +134,38 @@ class Historian:
             "result": self._result,
         }
 
-    def take(self, said: Said) -> Iterator[Event]:
+    def take(self, said: Said) -> Iterator[Record]:
         """Yields the events that a message makes known."""
         topic, seconds, message = said
         yield from self.release(seconds - _SWAPPED_SECONDS)
         if topic == "in" and self._is_early(message.id):
             self._held[message.id] = seconds, message
             return
-        yield from self._takers[topic](message)
+        yield from self._record(self._takers[topic](message))
         if topic == "out" and message.id in self._held:
-            yield from self._in(self._held.pop(message.id)[1])
+            yield from self._record(self._in(self._held.pop(message.id)[1]))
 
-    def release(self, until: float = math.inf) -> Iterator[Event]:
+    def release(self, until: float = math.inf) -> Iterator[Record]:
         """Yields the events of messages until a time that were held back, by default all."""
         for identifier, (seconds, message) in list(self._held.items()):
             if seconds < until:
                 del self._held[identifier]
-                yield from self._in(message)
+                yield from self._record(self._in(message))
+
+    def _record(self, events: Iterator[Event]) -> Iterator[Record]:
+        for event in events:
+            yield Record(event, self._step, self._horizon)
 
     def _is_early(self, identifier: str) -> bool:
         is_acting = identifier in self._acting and identifier not in self._answered
         return identifier in self._actuators and not is_acting and identifier not in self._held
 
-    def _event(self, kind: str, identifier: str, text: str = "", *details: str) -> Event:
-        return Event(kind, identifier, text, details, 0.0, self._step, self._horizon)
-
     def _goal(self, message: Any) -> Iterator[Event]:
         identifier = message.goal_id.id
-        if identifier not in self._goals and identifier not in self._words:
+        if identifier not in self._goals and identifier not in self._statuses:
             self._goals[identifier] = _seconds(message.goal_id.stamp)
             goal = message.goal
-            yield self._event("goal", identifier, goal.request, *map(str, goal.information))
+            yield journal.GoalArrived(identifier, goal.request, tuple(map(str, goal.information)))
 
     def _cancel(self, message: Any) -> Iterator[Event]:
         # As actionlib has it: a goal, all until a time, or all.
@@ -172,23 +173,24 @@ class Historian:
         for identifier, sent in list(self._goals.items()):
             is_all = not message.id and not until
             if identifier == message.id or is_all or sent <= until:
-                yield self._event("cancel", identifier)
+                yield journal.CancelArrived(identifier)
 
     def _in(self, message: Any) -> Iterator[Event]:
-        yield self._event("message", message.id, message.value)
+        yield journal.MessageArrived(message.id, message.value)
         if message.id in self._acting:
             self._answered.add(message.id)
 
     def _out(self, message: Any) -> Iterator[Event]:
         if message.id == "solver":  # the whole plan of a static mode
-            yield self._event("plan", "", "", *split_list(message.action.strip("[]")))
+            yield journal.PlanFound(tuple(split_list(message.action.strip("[]"))))
+            yield journal.CommandDone("publish")
             return
         if self._acting <= self._answered:
             self._step += 1
             self._acting.clear()
             self._answered.clear()
         self._acting.add(message.id)
-        yield self._event("action", message.id, message.action)
+        yield journal.ActionPublished(message.id, message.action)
 
     def _status(self, message: Any) -> Iterator[Event]:
         for status in message.status_list:
@@ -205,13 +207,15 @@ class Historian:
         yield from self._change(status.goal_id.id, status.status, status.text)
 
     def _change(self, identifier: str, code: int, text: str) -> Iterator[Event]:
-        word = _WORDS.get(code)
-        if identifier not in self._goals or word is None or self._words.get(identifier) == word:
+        status = _STATUSES.get(code)
+        if identifier not in self._goals or not status or self._statuses.get(identifier) is status:
             return
-        self._words[identifier] = word
-        if code in _ENDS:
+        self._statuses[identifier] = status
+        if status is Status.ACCEPTED:
+            yield journal.StatusSet(identifier, status)
+        else:
             del self._goals[identifier]
-        yield self._event("status", identifier, word, "", *([text] if code in _ENDS else []))
+            yield journal.StatusSet(identifier, status, reason=Reason.of(text))
 
 
 def _seconds(stamp: Any) -> float:

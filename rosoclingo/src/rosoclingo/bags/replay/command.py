@@ -19,10 +19,11 @@ from rosoclingo.bags.compare.comparison import Comparison, Level, compare
 from rosoclingo.bags.compare.junit import Suite
 from rosoclingo.bags.errors import IncompleteBagError
 from rosoclingo.bags.model import Recording
+from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.player import Replayed, play
 from rosoclingo.bags.replay.replayable import check
 from rosoclingo.bags.replay.startup import Changes, starts
-from rosoclingo.loop.journal import BEST_SO_FAR, Event
+from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 
 _PROGRESS_SECONDS = 2.0
 
@@ -48,12 +49,13 @@ def main() -> NoReturn:
 
 def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
     recording = cli.read("replay", options.bag, options.name)
-    if comparable.is_empty(recording):
+    run = Run.of(recording)
+    if comparable.is_empty(run):
         raise IncompleteBagError(
             f"{options.bag}: nothing can be compared: no goal has got a status, and the loop of "
             f"{recording.name} has put out nothing; record a run that does something"
         )
-    if comparable.is_cut(recording):
+    if comparable.is_cut(run):
         cli.say("replay", f"{options.bag}: {text_report.CUT}")
     check(options.bag, recording, options.allow_scripts or options.files == "disk")
     changes = Changes(
@@ -63,25 +65,21 @@ def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
     with tempfile.TemporaryDirectory(prefix="replay-") as name:
         folder = Path(name)
         replayed = play(
-            recording,
+            recording.name,
+            run,
             starts(recording, changes, folder / "files"),
             folder,
             rate=options.rate,
             timeout=options.timeout,
             progress=_progress(),
         )
-    return _judge(recording, replayed, Level(options.level)), replayed.seconds
+    return _judge(recording, run, replayed, Level(options.level)), replayed.seconds
 
 
-def _judge(recording: Recording, replayed: Replayed, level: Level) -> Comparison:
+def _judge(recording: Recording, run: Run, replayed: Replayed, level: Level) -> Comparison:
     """Compares, and prints what is different."""
     comparison = compare(
-        recording.entries,
-        replayed.entries,
-        level,
-        has_journal=recording.has_journal,
-        stalls=replayed.stalls,
-        failure=replayed.failure,
+        run, Run(replayed.entries), level, stalls=replayed.stalls, failure=replayed.failure
     )
     cli.tell(comparison)
     cut_off = sum(_is_cut_off(entry.event) for entry in recording.entries)
@@ -99,8 +97,9 @@ def _judge(recording: Recording, replayed: Replayed, level: Level) -> Comparison
 
 
 def _is_cut_off(event: Event) -> bool:
-    is_command = event.kind == "command" and event.id == Result.UNKNOWN.value
-    return is_command or (event.kind == "plan" and event.text == BEST_SO_FAR)
+    if isinstance(event, CommandDone):
+        return event.result is Result.UNKNOWN
+    return isinstance(event, PlanFound) and not event.is_best
 
 
 def _progress() -> Callable[[int, int], None]:

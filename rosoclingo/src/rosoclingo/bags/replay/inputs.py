@@ -1,19 +1,20 @@
-"""The recorded inputs, with what the loop was doing when it took them. Needs no ROS."""
+"""The recorded inputs, with what the loop was doing when it took them. Needs no ROS.
+
+The latter matters where a replay goes another way than the recorded run, or where that has no
+journal; else the loop takes the inputs by :mod:`rosoclingo.bags.replay.input_schedule`.
+"""
 
 from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import List, Sequence, Set, Tuple
+from typing import List, Set, Tuple
 
-from rosoclingo.bags.compare.outputs import INPUTS, Output, Reader
-from rosoclingo.bags.model import Entry
-from rosoclingo.loop.journal import FOR_A_REPLAY, Event
+from rosoclingo.bags.read.run import Output, Run
+from rosoclingo.loop import journal
+from rosoclingo.loop.replay_inbox import Key, Kind
 
 _QUIET_SECONDS = 1.0  # of a bag without a journal: so long without any event, and the loop waits
-
-Key = Tuple[str, str, str]
-"""What identifies an input or an output, whenever it comes."""
 
 
 class Point(enum.Enum):
@@ -38,7 +39,7 @@ class Input:
         answers: Whether it answers an action.
     """
 
-    event: Event
+    event: journal.Arrival
     point: Point
     before: Tuple[Output, ...]
     position: int
@@ -52,70 +53,84 @@ class Input:
         return input_key(self.event)
 
 
-def inputs(entries: Sequence[Entry], has_journal: bool = True) -> List[Input]:
-    """Returns the inputs of a tidy journal that matter, in its order.
+def inputs(run: Run) -> List[Input]:
+    """Returns the inputs of a run that matter, in its order.
 
     Those that do not are cancel requests that came too late.
-
-    Args:
-        entries: The journal.
-        has_journal: Whether there was one; else what the loop was doing is inferred from how long
-            nothing had happened.
     """
     found: List[Input] = []
-    reader = Reader(has_journal)
     before: List[Output] = []
     count = 0
     command = ""
     acting: Set[str] = set()
     ended: Set[str] = set()  # goals
-    waits = False
-    together = False  # the loop has done nothing since the input before
-    last = entries[0].seconds if entries else 0.0
-    for entry in entries:
+    loop = _Loop()
+    last = run.entries[0].seconds if run.entries else 0.0
+    for entry, output in zip(run.entries, run.outputs):
         event = entry.event
-        if event.kind == "status" and event.text != "accepted":
-            ended.add(event.id)
-        if event.kind == "cancel" and event.id in ended:
+        if isinstance(event, journal.StatusSet) and event.status is not journal.Status.ACCEPTED:
+            ended.add(event.goal)
+        if isinstance(event, journal.CancelArrived) and event.goal in ended:
             continue
-        if event.kind in INPUTS:
-            if not has_journal:
-                waits = not found or entry.seconds - last >= _QUIET_SECONDS
-                together = False
-            if waits and not together:
-                point = Point.WAITING
-            else:
-                is_search = event.seconds > 0 and not together
-                point = Point.SEARCHING if is_search else Point.BUSY
+        if isinstance(event, journal.ARRIVALS):
             gap = max(0.0, entry.seconds - last)
-            answers = event.kind == "message" and event.id in acting
+            point = loop.take(event) if run.has_journal else _guess(gap, is_first=not found)
+            answers = isinstance(event, journal.MessageArrived) and event.source in acting
             found.append(Input(event, point, tuple(before), count, command, gap, answers))
-            if event.kind == "message":
-                acting.discard(event.id)
-            before, together, last = [], True, entry.seconds
+            if isinstance(event, journal.MessageArrived):
+                acting.discard(event.source)
+            before, last = [], entry.seconds
             continue
-        output = reader.output(event)
+        loop.see(event)
         if output is not None:
             count += 1
-            if output.kind != "end":  # what the loop took when it had ended, had come before
+            if not isinstance(event, journal.LoopEnded):  # what it took then, had come before
                 before.append(output)
-        if event.kind == "action":
-            acting.add(event.id)
-        elif event.kind == "waiting":
-            waits |= begins_a_wait(event)
-        elif event.kind == "command":
-            command, waits = event.text, False
-        together = together and event.kind in ("dropped", "status")
+        if isinstance(event, journal.ActionPublished):
+            acting.add(event.actuator)
+        elif isinstance(event, journal.CommandDone):
+            command = event.command
         if output is not None or begins_a_wait(event):
             last = entry.seconds
     return found
 
 
-def begins_a_wait(event: Event) -> bool:
+class _Loop:
+    """What the loop is doing, as its journal says."""
+
+    def __init__(self) -> None:
+        self._waits = False
+        self._has_taken = False  # an input, and has done nothing since
+
+    def see(self, event: journal.Event) -> None:
+        """Takes an event that is no input."""
+        if isinstance(event, journal.CommandDone):
+            self._waits = False
+        self._waits |= begins_a_wait(event)
+        self._has_taken &= isinstance(event, (journal.MessageDropped, journal.StatusSet))
+
+    def take(self, event: journal.Arrival) -> Point:
+        """Takes an input, and returns what the loop was doing."""
+        is_with_another, self._has_taken = self._has_taken, True
+        if is_with_another:
+            return Point.BUSY
+        if self._waits:
+            return Point.WAITING
+        return Point.SEARCHING if event.seconds > 0 else Point.BUSY
+
+
+def _guess(gap: float, is_first: bool) -> Point:
+    """Returns what a loop without a journal was doing: after some quiet, it waits."""
+    return Point.WAITING if is_first or gap >= _QUIET_SECONDS else Point.BUSY
+
+
+def begins_a_wait(event: journal.Event) -> bool:
     """Whether the loop waits from now on, because it has nothing to do."""
-    return event.kind == "waiting" and event.text != FOR_A_REPLAY
+    return isinstance(event, journal.LoopWaits) and not event.for_a_replay
 
 
-def input_key(event: Event) -> Key:
-    """Returns what identifies an input in the journal."""
-    return event.kind, event.id, event.text if event.kind == "message" else ""
+def input_key(event: journal.Arrival) -> Key:
+    """Returns what identifies an input, whenever it is taken."""
+    if isinstance(event, journal.MessageArrived):
+        return Kind.MESSAGE, event.source, event.value
+    return Kind.GOAL if isinstance(event, journal.GoalArrived) else Kind.CANCEL, event.goal, ""

@@ -16,15 +16,13 @@ from std_msgs.msg import Empty
 from rosclingo.ros.local_master import LocalMaster
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.bags.compare.comparison import Stall
-from rosoclingo.bags.compare.outputs import is_open, matters, outputs, tidy
-from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.model import Entry
+from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.bags.replay.inputs import Input, inputs
-from rosoclingo.bags.replay.schedule import Schedule, commands
+from rosoclingo.bags.replay.schedule import Schedule
 from rosoclingo.bags.replay.startup import Start
 from rosoclingo.bags.replay.unpack import ReplayError
-from rosoclingo.loop.journal import Event
-from rosoclingo.loop.replay_inbox import encode
+from rosoclingo.loop import journal, replay_inbox
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoEvent, ROSoClingoGoal, ROSoClingoIn
 
 _CONNECT_SECONDS = 60.0  # how long the nodes may take to start on a busy machine
@@ -86,28 +84,28 @@ class Connection:
             topics.append(self._open)
         return all(topic.get_num_connections() for topic in topics)
 
-    def send(self, event: Event) -> None:
+    def send(self, event: journal.Arrival) -> None:
         """Sends a recorded goal, cancel request or message; does not wait."""
-        if event.kind == "goal":
-            goal = ROSoClingoGoal(event.text, list(event.details))
-            self._goal.publish(ROSoClingoActionGoal(goal_id=GoalID(id=event.id), goal=goal))
-        elif event.kind == "cancel":
-            self._cancel.publish(GoalID(id=event.id))
+        if isinstance(event, journal.GoalArrived):
+            goal = ROSoClingoGoal(event.request, list(event.information))
+            self._goal.publish(ROSoClingoActionGoal(goal_id=GoalID(id=event.goal), goal=goal))
+        elif isinstance(event, journal.CancelArrived):
+            self._cancel.publish(GoalID(id=event.goal))
         else:
-            self._in.publish(event.id, event.text)
+            self._in.publish(event.source, event.value)
 
     def open_gate(self) -> None:
         """Lets the loop take everything as soon as it comes."""
         self._open.publish()
 
-    def hear(self, timeout: float) -> Iterator[Tuple[int, float, Event]]:
+    def hear(self, timeout: float) -> Iterator[Entry]:
         """Waits for events, and yields those that came, in the journal's order.
 
         Args:
             timeout: Longest time to wait, in seconds.
 
         Yields:
-            The number, the time in seconds since 1970, and the event.
+            The events, with their times in seconds since 1970.
         """
         try:
             self._sort(self._received.get(timeout=timeout))
@@ -118,11 +116,8 @@ class Connection:
         while self._number + 1 in self._early:
             self._number += 1
             message = self._early.pop(self._number)
-            event = Event(
-                message.kind, message.id, message.text, tuple(message.details), message.seconds,
-                message.step, message.horizon,
-            )  # fmt: skip
-            yield self._number, message.stamp.to_sec(), event
+            event, seconds = journal.decode(message), message.stamp.to_sec()
+            yield Entry(event, message.step, message.horizon, self._number, seconds)
 
     def _on_status(self, message: GoalStatusArray) -> None:
         new = {status.goal_id.id for status in message.status_list} - self.arrived
@@ -137,7 +132,8 @@ class Connection:
 
 
 def play(
-    recording: Recording,
+    name: str,
+    run: Run,
     processes: Sequence[Start],
     folder: Path,
     *,
@@ -151,7 +147,8 @@ def play(
     be called once.
 
     Args:
-        recording: What is played.
+        name: Resolved name of the node with the planning loop.
+        run: What is played.
         processes: The system, that with the planning loop first.
         folder: Where logs are written.
         rate: How many times faster than recorded the inputs are sent; None for at once.
@@ -163,26 +160,20 @@ def play(
         ProcessError: A process cannot be started.
         ReplayError: The system does not start.
     """
-    entries = tidy(recording.entries)
-    planned = inputs(entries, recording.has_journal)
-    expected = outputs(entries, recording.has_journal)
-    done = commands(entries) if recording.has_journal else None
     with LocalMaster(folder) as system:
         _initialise(system)
-        if recording.has_journal:
-            rospy.set_param(f"{recording.name}/replay", encode(input_schedule(recording.entries)))
-        connection = Connection(recording.name, recording.has_journal)
-        schedule = Schedule(
-            planned, expected,
-            commands=done, arrived=connection.arrived, is_open=is_open(entries), rate=rate,
-        )  # fmt: skip
+        if run.has_journal:
+            rospy.set_param(f"{name}/replay", replay_inbox.encode(input_schedule(run)))
+        connection = Connection(name, run.has_journal)
+        schedule = Schedule(run, has_gate=run.has_journal, arrived=connection.arrived, rate=rate)
         _start(system, processes[0])
-        _connect(connection, system, recording.name)
+        _connect(connection, system, name)
         for start in processes[1:]:  # only now, so that nothing is missed
             _start(system, start)
-        patience = _patience(entries, planned, rate, timeout)
+        patience = _patience(run, schedule, rate, timeout)
         play_on = _Player(connection, schedule, system, patience)
-        failure = play_on.run(lambda: progress(schedule.sent + schedule.skipped, len(planned)))
+        count = len(schedule.planned)
+        failure = play_on.run(lambda: progress(schedule.sent + schedule.skipped, count))
         seconds = play_on.seconds
         rospy.signal_shutdown("the replay is over")
     return Replayed(
@@ -201,8 +192,7 @@ class _Player:
         self._schedule = schedule
         self._system = system
         self._patience = patience
-        self._begin = time.time()
-        self._last: Optional[Event] = None  # that was heard
+        self._last: Optional[Entry] = None  # that was heard
         self._plan: Optional[Entry] = None  # the last one
         self._begun: Optional[float] = None  # when the first event came
         self._gate_is_open = not schedule.in_step
@@ -245,23 +235,26 @@ class _Player:
 
     def _hear(self, timeout: float) -> bool:
         before = self._last
-        for number, seconds, event in self._connection.hear(timeout):
+        for entry in self._connection.hear(timeout):
             if self._begun is None:
                 self._begun = time.monotonic()
-            self._schedule.see(event, time.monotonic())
-            self._last = event
-            if matters(event):
-                self._keep(Entry(number, seconds - self._begin, event))
+            self._schedule.see(entry, time.monotonic())
+            self._last = entry
+            self._keep(entry)
         return self._last is not before
 
     def _keep(self, entry: Entry) -> None:
-        """Keeps an entry; of the plans, only that which is published: others need memory only."""
-        if entry.event.kind == "plan":
+        """Keeps what is compared; of the plans, only that which is published: they are long."""
+        event = entry.event
+        if isinstance(event, journal.PlanFound):
             self._plan = entry
-            return
-        if entry.event.text == "publish" and self._plan is not None:
-            self.entries.append(self._plan)
-        self.entries.append(entry)
+        elif isinstance(event, journal.CommandDone):
+            if event.publishes and self._plan is not None:
+                self.entries.append(self._plan)
+            if event.publishes or event.resets_to is not None:
+                self.entries.append(entry)
+        elif not isinstance(event, (journal.LoopWaits, journal.MessageDropped)):
+            self.entries.append(entry)
 
     def _end_of(self, name: str) -> str:
         end = time.monotonic() + _LAST_WORDS_SECONDS
@@ -285,7 +278,7 @@ class _Player:
         last = self._last
         return (
             f"there was no event for {seconds:.0f} s (--timeout); the last one was: "
-            f"{' '.join(filter(None, (last.kind, last.id, last.text)))}, in step {last.step}"
+            f"{' '.join(filter(None, journal.encode(last.event)[:3]))}, in step {last.step}"
         )
 
 
@@ -313,10 +306,9 @@ def _connect(connection: Connection, system: LocalMaster, name: str) -> None:
         time.sleep(_POLL_SECONDS)
 
 
-def _patience(
-    entries: Sequence[Entry], planned: Sequence[Input], rate: Optional[float], timeout: float
-) -> float:
+def _patience(run: Run, schedule: Schedule, rate: Optional[float], timeout: float) -> float:
     """Returns after how many seconds without an event a replay is given up."""
-    searches = [entry.event.seconds for entry in entries if entry.event.is_search]
-    gaps = [one.gap / rate for one in planned] if rate else []
+    events = (entry.event for entry in run.entries)
+    searches = [e.seconds for e in events if isinstance(e, journal.CommandDone) and e.is_search]
+    gaps = [one.gap / rate for one in schedule.planned] if rate else []
     return max(timeout, 2 * max(searches, default=0.0)) + max(gaps, default=0.0)

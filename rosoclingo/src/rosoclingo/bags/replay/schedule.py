@@ -10,13 +10,13 @@ noted, and the rest of the inputs is sent as far as it makes sense.
 from __future__ import annotations
 
 from collections import Counter
-from typing import AbstractSet, Dict, List, NamedTuple, Optional, Sequence, Set
+from typing import AbstractSet, Dict, List, Optional, Sequence, Set
 
 from rosoclingo.bags.compare.comparison import Stall
-from rosoclingo.bags.compare.outputs import INPUTS, Output, Reader, is_recall
-from rosoclingo.bags.model import Entry
-from rosoclingo.bags.replay.inputs import Input, Key, Point, begins_a_wait, input_key
-from rosoclingo.loop.journal import Event
+from rosoclingo.bags.read.run import Output, Outputs, Run
+from rosoclingo.bags.replay.inputs import Input, Point, begins_a_wait, input_key, inputs
+from rosoclingo.loop import journal
+from rosoclingo.loop.replay_inbox import Key, Kind
 
 _SETTLED_SECONDS = 1.0  # a loop that waits has nothing to do any more
 _LOST_SECONDS = 5.0  # what a loop that waits has not taken by then is lost, on a busy machine too
@@ -24,27 +24,11 @@ _ORDER_SECONDS = 1.0  # an input that takes another topic lets the one before it
 _MOST_ON_THEIR_WAY = 1000  # inputs that are sent and not taken; publishers have a limited queue
 
 
-class Command(NamedTuple):
-    """What the loop has done, with the result of a search."""
-
-    text: str
-    result: str
-
-
-def command(event: Event) -> Command:
-    """Returns what an event of the kind ``command`` says."""
-    return Command(event.text, event.id)
-
-
-def commands(entries: Sequence[Entry]) -> List[Command]:
-    """Returns what the loop has done in a journal."""
-    return [command(entry.event) for entry in entries if entry.event.kind == "command"]
-
-
 class Schedule:
     """Says what is to be sent, from what the replayed system's journal says. Not thread-safe.
 
     Attributes:
+        planned: The inputs, in order.
         stalls: Where the replay went another way and waited.
         skipped: How many inputs were not sent: answers to actions that never came.
         sent: How many inputs were sent.
@@ -54,43 +38,39 @@ class Schedule:
 
     def __init__(
         self,
-        planned: Sequence[Input],
-        expected: Sequence[Output],
+        run: Run,
         *,
-        commands: Optional[Sequence[Command]] = None,
+        has_gate: bool = True,
         arrived: AbstractSet[str] = frozenset(),
-        is_open: bool = False,
         rate: Optional[float] = None,
     ) -> None:
         """Begins before the first input.
 
         Args:
-            planned: The inputs, in order.
-            expected: All outputs of the recording.
-            commands: What the loop has done when it was recorded, by :func:`commands`; None if the
-                loop has no gate.
+            run: The recorded run.
+            has_gate: Whether the loop has a gate, which takes the inputs as recorded.
             arrived: The ids of goals that the node has; grows.
-            is_open: Whether the recording ends while the loop was at work.
             rate: How many times faster than recorded the inputs follow what they followed; None for
                 at once.
         """
+        self.planned = inputs(run)
         self.stalls: List[Stall] = []
         self.skipped = 0
         self.sent = 0
-        self.in_step = commands is not None
-        self._has_journal = commands is not None
-        self._commands = commands or ()
+        self.in_step = has_gate
+        self._has_gate = has_gate
+        self._commands = [e.event for e in run.entries if isinstance(e.event, journal.CommandDone)]
         self._done = 0  # commands
         self._arrived = arrived
-        self._planned = planned
-        self._expected = expected
-        self._is_open = is_open
+        self._expected = [output for output in run.outputs if output is not None]
+        self._is_open = run.is_open
         self._rate = rate
-        self._reader = Reader()
+        self._outputs = Outputs()
         self._next = 0
-        self._awaited: Counter[Key] = Counter()  # expected before the next input, less what came
+        # What is expected before the next input, less what came.
+        self._awaited: Counter[journal.Event] = Counter()
         self._missing = 0  # how many of them have not come
-        self._waived: Counter[Key] = Counter()  # given up, and may still come
+        self._waived: Counter[journal.Event] = Counter()  # given up, and may still come
         self._on_way: Counter[Key] = Counter()  # sent and not taken
         self._ended_goals: Set[str] = set()
         self._acting: Dict[str, None] = {}  # actuators without an answer, in order
@@ -101,50 +81,53 @@ class Schedule:
         self._is_held = False  # the loop rests because its gate has it wait
         self._seen_at = self._sent_at = 0.0
         self._begin = 0.0  # of the time until the next input
-        self._sent_kind = ""
+        self._sent_kind: Optional[Kind] = None
         self._expect()
 
     # What the replayed run does.
 
-    def see(self, event: Event, now: float) -> None:
+    def see(self, record: journal.Record, now: float) -> None:
         """Takes an event of the replayed journal.
 
         Args:
-            event: The event, in the journal's order.
+            record: The event, in the journal's order.
             now: The time, in seconds of a monotonic clock.
         """
+        event, output = record.event, self._outputs.find(record)
         self._seen_at = now
-        output = self._reader.output(event)
-        if output is not None or event.kind in INPUTS or begins_a_wait(event):
+        if output is not None or isinstance(event, journal.ARRIVALS) or begins_a_wait(event):
             self._begin = now
-        if event.kind in INPUTS:
+        if isinstance(event, journal.ARRIVALS):
             self._take(input_key(event))
             if self._is_held:  # the loop has got what it waited for, and goes on
                 self._is_held = self._rests = self._settled = False
-        elif event.kind == "waiting":
-            self._is_held = not begins_a_wait(event)
+        elif isinstance(event, journal.LoopWaits):
+            self._is_held = event.for_a_replay
             self._rests, self._settled = True, not self._on_way
-        elif event.kind == "command":
-            self._see_command(command(event))
-        elif event.kind == "action":
-            self._acting[event.id] = None
-        elif event.kind == "status":
-            if event.text != "accepted":
-                self._ended_goals.add(event.id)
-                if not is_recall(event):  # actionlib passes on none to an ended goal
-                    self._take(("cancel", event.id, ""))
-        elif event.kind == "end":
+        elif isinstance(event, journal.CommandDone):
+            self._see_command(event)
+        elif isinstance(event, journal.ActionPublished):
+            self._acting[event.actuator] = None
+        elif isinstance(event, journal.StatusSet) and event.status is not journal.Status.ACCEPTED:
+            self._ended_goals.add(event.goal)
+            if (
+                event.reason is not journal.Reason.RECALLED
+            ):  # actionlib passes on none to an ended goal
+                self._take((Kind.CANCEL, event.goal, ""))
+        elif isinstance(event, journal.LoopEnded):
             self._ended = True
         if output is not None:
             self._came(output.key)
 
-    def _see_command(self, seen: Command) -> None:
-        self._command = seen.text
+    def _see_command(self, seen: journal.CommandDone) -> None:
+        self._command = seen.command
         self._is_held = False
-        self._rests = seen.text == "publish"
+        self._rests = seen.publishes
         self._settled = self._rests and not self._on_way
-        if self._done < len(self._commands) and self._commands[self._done] != seen:
-            self.in_step = False
+        if self._done < len(self._commands):
+            expected = self._commands[self._done]
+            if (expected.command, expected.result) != (seen.command, seen.result):
+                self.in_step = False
         self._done += 1
 
     def _take(self, key: Key) -> None:
@@ -153,7 +136,7 @@ class Schedule:
             if not self._on_way[key]:
                 del self._on_way[key]
 
-    def _came(self, key: Key) -> None:
+    def _came(self, key: journal.Event) -> None:
         if self._waived[key] > 0:
             self._waived[key] -= 1
             return
@@ -174,14 +157,14 @@ class Schedule:
         Args:
             now: The time, in seconds of the clock of :meth:`see`.
         """
-        while self._next < len(self._planned) and not self._ended:
-            planned = self._planned[self._next]
+        while self._next < len(self.planned) and not self._ended:
+            planned = self.planned[self._next]
             ready = not self._missing and self._at(planned)
             if not (ready or self._is_settled(now)):
                 return None
             if self._missing:
                 self._stall()
-            if planned.answers and self.stalls and planned.event.id not in self._acting:
+            if planned.answers and self.stalls and planned.key[1] not in self._acting:
                 if not self._is_settled(now):
                     return None
                 self.skipped += 1
@@ -197,7 +180,7 @@ class Schedule:
         """Whether nothing is left to be sent, and nothing can come any more."""
         if self._ended:
             return True
-        if self._next < len(self._planned):
+        if self._next < len(self.planned):
             return False
         if self._is_open and not self._missing and not self._on_way:
             return True
@@ -211,8 +194,8 @@ class Schedule:
         """Returns in how many seconds something may be due even if no event comes."""
         latest = max(self._seen_at, self._sent_at)
         times = [latest + _SETTLED_SECONDS, latest + _LOST_SECONDS, self._sent_at + _ORDER_SECONDS]
-        if self._next < len(self._planned) and self._rate is not None:
-            gap = self._planned[self._next].gap / self._rate
+        if self._next < len(self.planned) and self._rate is not None:
+            gap = self.planned[self._next].gap / self._rate
             times.append(max(self._begin, self._sent_at) + gap)
         return min((time - now for time in times if time > now), default=_SETTLED_SECONDS)
 
@@ -239,23 +222,22 @@ class Schedule:
             return False
         if self.on_way >= _MOST_ON_THEIR_WAY and not self._is_held:  # a gate waits for all at once
             return False
-        kind = planned.event.kind
+        kind, identifier, _ = planned.key
         if now - self._sent_at >= _ORDER_SECONDS:
             return True
         if self.in_step:  # but for actionlib's order
-            identifier = planned.event.id
-            is_on_way = self._on_way[("goal", identifier, "")] and identifier not in self._arrived
-            return kind != "cancel" or not is_on_way
-        return not self._on_way or kind == self._sent_kind
+            is_on_way = self._on_way[Kind.GOAL, identifier, ""] and identifier not in self._arrived
+            return kind is not Kind.CANCEL or not is_on_way
+        return not self._on_way or kind is self._sent_kind
 
     def _send(self, planned: Input, now: float) -> None:
-        lost = planned.event.kind == "cancel" and planned.event.id in self._ended_goals
-        if not lost:
+        kind, identifier, _ = planned.key
+        if not (kind is Kind.CANCEL and identifier in self._ended_goals):  # else it is lost
             self._on_way[planned.key] += 1
             self._settled = False
-        if planned.event.kind == "message":
-            self._acting.pop(planned.event.id, None)
-        self._sent_at, self._sent_kind = now, planned.event.kind
+        if kind is Kind.MESSAGE:
+            self._acting.pop(identifier, None)
+        self._sent_at, self._sent_kind = now, kind
         self.sent += 1
         self._step()
 
@@ -265,14 +247,15 @@ class Schedule:
 
     def _expect(self) -> None:
         """Expects what comes between the input before and the next one."""
-        if self._next < len(self._planned):
-            new: Sequence[Output] = self._planned[self._next].before
+        if self._next < len(self.planned):
+            new: Sequence[Output] = self.planned[self._next].before
         else:
-            position = self._planned[-1].position if self._planned else 0
-            new = [output for output in self._expected[position:] if output.kind != "end"]
+            position = self.planned[-1].position if self.planned else 0
+            expected = self._expected[position:]
+            new = [output for output in expected if not isinstance(output.event, journal.LoopEnded)]
         for output in new:
-            is_another_thread = output.kind == "status" and output.step is None
-            if is_another_thread and self._has_journal and self._next < len(self._planned):
+            is_another_thread = isinstance(output.event, journal.StatusSet) and output.step is None
+            if is_another_thread and self._has_gate and self._next < len(self.planned):
                 continue  # the loop does not wait for it
             self._awaited[output.key] += 1
             if self._awaited[output.key] > 0:
@@ -284,7 +267,7 @@ class Schedule:
         missing = {key: count for key, count in self._awaited.items() if count > 0}
         before = 0
         if self._next:
-            before = self._planned[self._next - 1].position
+            before = self.planned[self._next - 1].position
         position = before
         for place, output in enumerate(self._expected[before:], before):
             if output.key in missing:

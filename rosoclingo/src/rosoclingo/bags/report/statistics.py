@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections import deque
 from dataclasses import replace
-from typing import Callable, Deque, Dict, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Deque, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
-from rosclingo.errors import shorten
+from rosclingo.wire.commands import Result
 from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.report.changes import Found, Planned, after_reset, changes, planned
 from rosoclingo.bags.report.run import (
@@ -21,9 +20,8 @@ from rosoclingo.bags.report.run import (
     Statistics,
     StepRun,
 )
-from rosoclingo.loop.journal import Event
+from rosoclingo.loop import journal
 
-_RESET = re.compile(r"reset\((\d+)\)")
 _RECENT = 1000  # a message is dropped soon after it has come
 
 
@@ -82,30 +80,29 @@ class _Reading:
         self._latest: Dict[str, int] = {}  # index of each actuator's last action
         self._causes: Dict[int, Cause] = {}  # messages that were not dropped, by position
         self._recent: Deque[_Taken] = deque(maxlen=_RECENT)
-        self._handlers: Mapping[str, Callable[[float, Event], None]] = {
-            "goal": self._on_goal,
-            "cancel": self._on_cancel,
-            "status": self._on_status,
-            "message": self._on_message,
-            "dropped": self._on_dropped,
-            "command": self._on_command,
-            "plan": self._on_plan,
-            "action": self._on_action,
-            "end": self._on_end,
+        self._handlers: Mapping[type, Callable[[Entry, Any], None]] = {
+            journal.GoalArrived: self._on_goal,
+            journal.CancelArrived: self._on_cancel,
+            journal.StatusSet: self._on_status,
+            journal.MessageArrived: self._on_message,
+            journal.MessageDropped: self._on_dropped,
+            journal.CommandDone: self._on_command,
+            journal.PlanFound: self._on_plan,
+            journal.ActionPublished: self._on_action,
+            journal.LoopEnded: self._on_end,
         }
 
     def read(self, position: int, entry: Entry) -> None:
         """Reads the next entry."""
         self._position = position
-        event = entry.event
-        if not self.steps or event.step > self.steps[-1].number:
-            self.steps.append(StepRun(entry.seconds, event.step, event.horizon))
-        elif (event.step, event.horizon) != (self.steps[-1].number, self.steps[-1].horizon):
+        if not self.steps or entry.step > self.steps[-1].number:
+            self.steps.append(StepRun(entry.seconds, entry.step, entry.horizon))
+        elif (entry.step, entry.horizon) != (self.steps[-1].number, self.steps[-1].horizon):
             # A reset renumbers the step, and begins none.
-            self.steps[-1] = replace(self.steps[-1], number=event.step, horizon=event.horizon)
-        handler = self._handlers.get(event.kind)
+            self.steps[-1] = replace(self.steps[-1], number=entry.step, horizon=entry.horizon)
+        handler = self._handlers.get(type(entry.event))
         if handler is not None:
-            handler(entry.seconds, event)
+            handler(entry, entry.event)
 
     def causes(self) -> List[Tuple[int, Cause]]:
         """Returns what may have changed a plan, with its position; once all is read."""
@@ -125,32 +122,33 @@ class _Reading:
         self._arrivals.setdefault(identifier, self._position)
         return self.goals.setdefault(identifier, GoalRun(identifier, seconds))
 
-    def _on_goal(self, seconds: float, event: Event) -> None:
-        goal = self._goal(seconds, event.id)
-        self.goals[event.id] = replace(goal, request=event.text, information=event.details)
+    def _on_goal(self, entry: Entry, event: journal.GoalArrived) -> None:
+        goal = self._goal(entry.seconds, event.goal)
+        self.goals[goal.id] = replace(goal, request=event.request, information=event.information)
 
-    def _on_cancel(self, seconds: float, event: Event) -> None:
-        goal = self._goal(seconds, event.id)
-        self._cancels.setdefault(event.id, self._position)
+    def _on_cancel(self, entry: Entry, event: journal.CancelArrived) -> None:
+        goal = self._goal(entry.seconds, event.goal)
+        self._cancels.setdefault(goal.id, self._position)
         if goal.cancels is None:
-            self.goals[event.id] = replace(goal, cancels=seconds)
+            self.goals[goal.id] = replace(goal, cancels=entry.seconds)
 
-    def _on_status(self, seconds: float, event: Event) -> None:
-        goal = self._goal(seconds, event.id)
-        slot, reason = (*event.details, "", "")[:2]
-        if event.text == "accepted":
-            self._accept(seconds, goal, slot)
+    def _on_status(self, entry: Entry, event: journal.StatusSet) -> None:
+        goal = self._goal(entry.seconds, event.goal)
+        if event.status is journal.Status.ACCEPTED:
+            self._accept(entry.seconds, goal, event.slot)
             return
         if goal.outcome != OPEN:
             return
-        is_recalled = event.text == "canceled" and not slot and goal.accepted is None
-        self.goals[event.id] = replace(
+        is_recalled = (
+            event.status is journal.Status.CANCELED and not event.slot and goal.accepted is None
+        )
+        self.goals[goal.id] = replace(
             goal,
-            slot=slot or goal.slot,
-            ended=seconds,
-            outcome=RECALLED if is_recalled else event.text,
-            reason=reason,
-            steps=len(self.steps) - self._steps_before.get(event.id, len(self.steps)),
+            slot=event.slot or goal.slot,
+            ended=entry.seconds,
+            outcome=RECALLED if is_recalled else event.status.value,
+            reason=str(event.reason),
+            steps=len(self.steps) - self._steps_before.get(goal.id, len(self.steps)),
         )
 
     def _accept(self, seconds: float, goal: GoalRun, slot: str) -> None:
@@ -164,79 +162,80 @@ class _Reading:
         behind = before.request if before is not None and is_queued else ""
         self.goals[goal.id] = replace(goal, accepted=seconds, slot=slot, behind=behind)
 
-    def _on_message(self, seconds: float, event: Event) -> None:
+    def _on_message(self, entry: Entry, event: journal.MessageArrived) -> None:
+        source, value = event.source, event.value
         self.received += 1
-        index = self._latest.get(_compact(event.id))
+        index = self._latest.get(_compact(source))
         if index is not None and self.actions[index].ended is None:
-            self.actions[index] = replace(self.actions[index], ended=seconds, answer=event.text)
-            kind = event.text if event.text in ("success", "failure") else "answer"
-            text = f"{event.id}: {self.actions[index].name}"
-            text += f" answered {event.text}" if kind == "answer" else ""
+            self.actions[index] = replace(self.actions[index], ended=entry.seconds, answer=value)
+            kind = value if value in ("success", "failure") else "answer"
+            text = f"{source}: {self.actions[index].name}"
+            text += f" answered {value}" if kind == "answer" else ""
         else:
             index = None
-            self.messages.append(MessageRun(seconds, event.id, event.text, event.step))
-            kind, text = "message", f"{event.id}: {event.text}"
+            self.messages.append(MessageRun(entry.seconds, source, value, entry.step))
+            kind, text = "message", f"{source}: {value}"
         self._causes[self._position] = Cause(kind, text)
-        prefixes = _prefixes(event.id, event.text)
+        prefixes = _prefixes(source, value)
         message = len(self.messages) - 1
-        self._recent.append(_Taken(self._position, event.id, event.text, prefixes, index, message))
+        self._recent.append(_Taken(self._position, source, value, prefixes, index, message))
 
-    def _on_dropped(self, seconds: float, event: Event) -> None:
-        reason = (_compact(event.text), event.text)
+    def _on_dropped(self, entry: Entry, event: journal.MessageDropped) -> None:
+        why, compact = event.reason, _compact(event.reason)
         for taken in reversed(self._recent):
             names, *quoted = taken.prefixes
-            is_named = reason[0].startswith(names) or reason[1].startswith(tuple(quoted))
+            is_named = compact.startswith(names) or why.startswith(tuple(quoted))
             if is_named and taken.position in self._causes:
                 break
         else:
-            self.messages.append(MessageRun(seconds, "", "", event.step, event.text))
+            self.messages.append(MessageRun(entry.seconds, "", "", entry.step, why))
             return
         del self._causes[taken.position]
         if taken.answered is None:
             message = self.messages[taken.message]
-            self.messages[taken.message] = replace(message, dropped=event.text)
+            self.messages[taken.message] = replace(message, dropped=why)
         else:  # it was no answer
-            self.messages.append(MessageRun(seconds, taken.id, taken.value, event.step, event.text))
+            self.messages.append(MessageRun(entry.seconds, taken.id, taken.value, entry.step, why))
             action = self.actions[taken.answered]
             is_latest = self._latest[_compact(taken.id)] == taken.answered
             ended = None if is_latest else action.ended
             self.actions[taken.answered] = replace(action, answer="", ended=ended)
 
-    def _on_command(self, seconds: float, event: Event) -> None:
+    def _on_command(self, entry: Entry, event: journal.CommandDone) -> None:
         step = self.steps[-1]
         if event.is_search:
+            result = event.result.value if event.result else ""
             self.searches.append(
-                Search(seconds, event.seconds, event.id, event.step, event.horizon)
+                Search(entry.seconds, event.seconds, result, entry.step, entry.horizon)
             )
             self.steps[-1] = replace(
                 step,
                 searches=step.searches + 1,
-                interrupted=step.interrupted + (event.id == "unknown"),
+                interrupted=step.interrupted + (event.result is Result.UNKNOWN),
                 solving=step.solving + event.seconds,
             )
-        elif event.text != "idle":
+        elif not event.waits:
             self.steps[-1] = replace(step, other=step.other + event.seconds)
-        reset = _RESET.fullmatch(event.text)
-        if reset:
-            self._plan = after_reset(self._plan, int(reset.group(1)))
+        if event.resets_to is not None:
+            self._plan = after_reset(self._plan, event.resets_to)
 
-    def _on_plan(self, seconds: float, event: Event) -> None:
-        before = {step: actions for step, actions in self._plan.items() if step >= event.step}
-        self._plan = planned(event.details)
+    def _on_plan(self, entry: Entry, event: journal.PlanFound) -> None:
+        before = {step: actions for step, actions in self._plan.items() if step >= entry.step}
+        self._plan = planned(event.actions)
         self.plans.append(
-            Found(self._position, seconds, event.step, event.horizon, before, self._plan)
+            Found(self._position, entry.seconds, entry.step, entry.horizon, before, self._plan)
         )
 
-    def _on_action(self, seconds: float, event: Event) -> None:
-        actuator = _compact(event.id)
+    def _on_action(self, entry: Entry, event: journal.ActionPublished) -> None:
+        actuator = _compact(event.actuator)
         index = self._latest.get(actuator)
         if index is not None and self.actions[index].ended is None:
-            self.actions[index] = replace(self.actions[index], ended=seconds)
+            self.actions[index] = replace(self.actions[index], ended=entry.seconds)
         self._latest[actuator] = len(self.actions)
-        self.actions.append(ActionRun(event.id, event.text, event.step, seconds))
+        self.actions.append(ActionRun(event.actuator, event.action, entry.step, entry.seconds))
 
-    def _on_end(self, _: float, event: Event) -> None:
-        self.end = event.text
+    def _on_end(self, _: Entry, event: journal.LoopEnded) -> None:
+        self.end = str(event.reason)
 
 
 def _compact(text: str) -> str:
@@ -246,5 +245,4 @@ def _compact(text: str) -> str:
 
 def _prefixes(source: str, value: str) -> Tuple[str, str, str]:
     """Returns how reasons to drop a message begin: the first without spaces."""
-    names = f"id {shorten(source)}, value {shorten(value)}:"
-    return _compact(names), f"{source!r} ", f"{value!r} "
+    return _compact(journal.naming(source, value)), f"{source!r} ", f"{value!r} "

@@ -1,0 +1,116 @@
+"""The journal's events as they are on the wire."""
+
+from __future__ import annotations
+
+from typing import Set, Tuple, Type
+
+import pytest
+
+from rosclingo.wire.commands import Result
+from rosoclingo.loop.journal import (
+    ActionPublished,
+    CancelArrived,
+    CommandDone,
+    Event,
+    Fields,
+    GoalArrived,
+    LoopEnded,
+    LoopWaits,
+    MessageArrived,
+    MessageDropped,
+    PlanFound,
+    Reason,
+    Status,
+    StatusSet,
+    Unknown,
+    decode,
+    encode,
+    naming,
+)
+
+EVENTS = [
+    (GoalArrived("g", "visit(1)", ("a", "b"), 0.5),
+     Fields("goal", "g", "visit(1)", ("a", "b"), 0.5)),
+    (CancelArrived("g", 0.5), Fields("cancel", "g", "", (), 0.5)),
+    (MessageArrived("r", "success", 0.5), Fields("message", "r", "success", (), 0.5)),
+    (MessageDropped("id r, value x: unknown"),
+     Fields("dropped", "", "id r, value x: unknown", (), 0.0)),
+    (CommandDone("solve", Result.SAT, 0.5), Fields("command", "sat", "solve", (), 0.5)),
+    (CommandDone("idle", None, 0.5), Fields("command", "", "idle", (), 0.5)),
+    (PlanFound(("do(r,a,1)",)), Fields("plan", "", "", ("do(r,a,1)",), 0.0)),
+    (PlanFound((), is_best=False), Fields("plan", "", "the best so far", (), 0.0)),
+    (ActionPublished("r", "go(1)"), Fields("action", "r", "go(1)", (), 0.0)),
+    (StatusSet("g", Status.ACCEPTED, "1"), Fields("status", "g", "accepted", ("1",), 0.0)),
+    (StatusSet("g", Status.SUCCEEDED, "1", "as planned"),
+     Fields("status", "g", "succeeded", ("1", "as planned"), 0.0)),
+    (StatusSet("g", Status.REJECTED), Fields("status", "g", "rejected", ("", ""), 0.0)),
+    (StatusSet("g", Status.CANCELED, "", Reason.RECALLED),
+     Fields("status", "g", "canceled", ("", "recalled before it had a slot"), 0.0)),
+    (StatusSet("g", Status.ABORTED, "1", Reason.SHUTDOWN),
+     Fields("status", "g", "aborted", ("1", "the node is shutting down"), 0.0)),
+    (LoopWaits(), Fields("waiting", "", "", (), 0.0)),
+    (LoopWaits(for_a_replay=True), Fields("waiting", "", "for the replay", (), 0.0)),
+    (LoopEnded("no plan"), Fields("end", "", "no plan", (), 0.0)),
+    (LoopEnded(Reason.SHUTDOWN), Fields("end", "", "the node is shutting down", (), 0.0)),
+    (Unknown(Fields("pause", "x")), Fields("pause", "x", "", (), 0.0)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("event", "fields"), EVENTS, ids=[repr(event) for event, _ in EVENTS])
+def test_there_and_back(event: Event, fields: Fields) -> None:
+    assert encode(event) == fields
+    assert decode(fields) == event
+    assert {type(text) for text in (*encode(event)[:3], *encode(event).details)} == {str}
+
+
+def test_every_kind_is_among_them() -> None:
+    kinds: Set[Type[Event]] = {type(event) for event, _ in EVENTS}
+    assert kinds == set(Event.__subclasses__())
+
+
+@pytest.mark.parametrize("reason", Reason)
+def test_reasons_by_which_readers_go_are_told_from_words(reason: Reason) -> None:
+    for event in (LoopEnded(str(reason)), StatusSet("g", Status.ABORTED, "", f"{reason}")):
+        again = decode(encode(event))
+        assert isinstance(again, (LoopEnded, StatusSet))
+        assert again.reason is reason
+    assert Reason.of(f"{reason}, or not") == f"{reason}, or not"
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        Fields("Goal", "g", "visit(1)"),
+        Fields("", "", "", ("",), 1.0),
+        Fields("status", "g", "paused", ("1", "soon")),
+        Fields("command", "perhaps", "solve"),
+    ],
+)
+def test_what_is_unknown_is_kept_as_it_is(fields: Fields) -> None:
+    assert decode(fields) == Unknown(fields)
+    assert encode(decode(fields)) == fields
+
+
+@pytest.mark.parametrize(
+    ("details", "slot", "reason"),
+    [((), "", ""), (("1",), "1", ""), (("1", "why", "more"), "1", "why")],
+)
+def test_what_a_status_lacks_is_empty(details: Tuple[str, ...], slot: str, reason: str) -> None:
+    status = decode(Fields("status", "g", "aborted", details))
+    assert status == StatusSet("g", Status.ABORTED, slot, reason)
+
+
+def test_commands() -> None:
+    searches = ["solve", "plan(7)", "solve(x)"]
+    others = ["idle", "publish", "ground(solve)", "planning", ""]
+    assert all(CommandDone(command).is_search for command in searches)
+    assert not any(CommandDone(command).is_search for command in others)
+    assert [c for c in searches + others if CommandDone(c).publishes] == ["publish"]
+    assert [c for c in [*searches, *others] if CommandDone(c).waits] == ["idle"]
+    resets = {"reset(4)": 4, "reset(x)": None, "reset": None, "rest(4)": None, "solve(4)": None}
+    assert {command: CommandDone(command).resets_to for command in resets} == resets
+
+
+def test_a_reason_names_its_message() -> None:
+    assert naming("info", "open(5)") == "id info, value open(5): "
+    assert len(naming("a" * 5000, "b")) < 300
