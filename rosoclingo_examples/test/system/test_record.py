@@ -16,7 +16,7 @@ from typist import Typist, pipe
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.loop.journal import ActionPublished, GoalArrived
+from rosoclingo.loop.journal import ActionPublished, GoalArrived, Status, StatusSet
 
 __all__ = ["terminals"]
 
@@ -47,7 +47,8 @@ def read(bag: Path) -> Recording:
         except BagError:
             return False
         found.append(recording)
-        has_ended = any(entry.event.text == "succeeded" for entry in recording.entries)
+        statuses = [e.event.status for e in recording.entries if isinstance(e.event, StatusSet)]
+        has_ended = Status.SUCCEEDED in statuses
         return has_ended and "/planner" in recording.programs
 
     wait_for(is_through)
