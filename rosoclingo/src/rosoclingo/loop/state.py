@@ -254,7 +254,7 @@ class State:
             if goal.slot is not None and self.goals.is_open(goal):
                 cancel = [event(goal.slot, "cancel", step)]
                 missing = self.externals.make_true(cancel, from_outside=True)
-                goal.cancel_told = not missing
+                goal.cancel_told |= not missing  # and stays so
                 for _, reason in missing:
                     self.environment.warn(f"the goal {goal.request} cannot be cancelled: {reason}")
         while self.goals.waiting and self.goals.has_free_slot():
