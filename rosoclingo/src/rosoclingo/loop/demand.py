@@ -35,6 +35,7 @@ class DemandSnapshot:
     declared: Tuple[Tuple[str, str, bool], ...]
     examples: Tuple[str, ...]
     pending: Tuple[Part, ...]
+    steps: Tuple[int, ...]
     queries: Tuple[Tuple[str, Truth], ...]
     grounded: Tuple[str, ...]
     count: int
@@ -57,6 +58,7 @@ class Demand:
         self.examples: List[str] = []
         self._unknown: Deque[Pair] = deque()  # in the order in which they were asked about
         self._pending: List[Part] = []  # told, and not grounded yet
+        self._steps: List[int] = []  # likewise: steps of a plan that stands
         self._queries: Dict[str, Truth] = {}  # likewise: which horizon is asked for
         self._grounded: Set[str] = set()  # what answer sets have asked for
         self._count = 0  # searches
@@ -74,6 +76,7 @@ class Demand:
             tuple((source, content, known) for (source, content), known in self.declared.items()),
             tuple(self.examples),
             tuple(self._pending),
+            tuple(self._steps),
             tuple(self._queries.items()),
             tuple(sorted(self._grounded)),
             self._count,
@@ -86,7 +89,8 @@ class Demand:
         self.declared = {(source, content): known for source, content, known in saved.declared}
         self._unknown = deque(pair for pair, known in self.declared.items() if not known)
         self.examples = list(saved.examples)
-        self._pending, self._queries = list(saved.pending), dict(saved.queries)
+        self._pending, self._steps = list(saved.pending), list(saved.steps)
+        self._queries = dict(saved.queries)
         self._grounded = set(saved.grounded)
         self._count, self._has_news = saved.count, saved.has_news
 
@@ -105,6 +109,7 @@ class Demand:
             )
         self.tells, self._searches = has_told, _SEARCH in parts
         self._pending.clear()
+        self._steps.clear()
         self._queries.clear()
         self._grounded.clear()
         self._count = 0
@@ -113,6 +118,10 @@ class Demand:
     def ground(self, parts: Sequence[Part]) -> Ground:
         """Returns the command that grounds parts, and all that they ask for."""
         return Ground(tuple(parts), asking=True, reserved=_RESERVED)
+
+    def ground_step(self, step: int) -> Ground:
+        """Returns the command that grounds a step, and all that it asks for."""
+        return self.ground(step_parts(step))
 
     def learn_examples(self, externals: Iterable[str]) -> None:
         """Looks for examples of requests among the externals of a fresh solver."""
@@ -136,11 +145,17 @@ class Demand:
         """Takes the value of an external ``query(T)``, which is told likewise."""
         self._queries[query] = value
 
+    def add_steps(self, steps: Iterable[int]) -> None:
+        """Takes steps, which are grounded likewise."""
+        self._steps += steps
+
     def take_pending(self) -> List[Command]:
-        """Removes what is to be told, and returns the commands that do so."""
+        """Removes what is to be grounded and told, and returns the commands that do so."""
         pending, self._pending = self._pending, []
+        steps, self._steps = self._steps, []
         queries, self._queries = self._queries, {}
-        commands: List[Command] = [AssignExternal(*query) for query in queries.items()]
+        commands: List[Command] = [self.ground_step(step) for step in steps]
+        commands += [AssignExternal(*query) for query in queries.items()]
         if pending:
             commands.append(self.ground(pending))
         return commands
@@ -203,6 +218,11 @@ class Demand:
             self._grounded.add(text)
             parts.append(Part(name, tuple(arguments)))
         return parts
+
+
+def step_parts(step: int) -> List[Part]:
+    """Returns the parts of a step after step 0."""
+    return [Part(name, (str(step),)) for name in ("state", "transition", "query")]
 
 
 def needed_horizon(symbols: Sequence[str]) -> Optional[int]:

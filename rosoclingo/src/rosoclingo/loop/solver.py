@@ -33,7 +33,7 @@ from rosclingo.wire.commands import (
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import query
-from rosoclingo.loop.demand import Demand, DemandSnapshot, Pair, needed_horizon
+from rosoclingo.loop.demand import Demand, DemandSnapshot, Pair, needed_horizon, step_parts
 
 HAS = "rosoclingo_has"
 """A term that is shown with an answer set in which there is an atom, be that shown or not."""
@@ -196,16 +196,22 @@ class Planner:
         return next((a.parts for a in reply.answers if isinstance(a, Programs)), ())
 
     def ground_steps(self, steps: Iterable[int]) -> None:
-        """Grounds state, transition and query of steps after step 0."""
-        self.run(*map(self._grounding, steps))
+        """Grounds state, transition and query of steps after step 0.
+
+        While there is a plan that stands, that has time until the planner is needed.
+        """
+        if self._kept is None:
+            self.run(*map(self._grounding, steps))
+        else:
+            self.demand.add_steps(steps)
 
     def _grounding(self, step: int) -> Ground:
-        arguments = (str(step),)
-        parts = [Part(name, arguments) for name in ("state", "transition", "query")]
-        return self.demand.ground(parts) if self.demand else Ground(tuple(parts))
+        return self.demand.ground_step(step) if self.demand else Ground(tuple(step_parts(step)))
 
     def query(self, horizon: int, before: Optional[int], steps: Sequence[int]) -> None:
         """Asks for plans with a horizon.
+
+        While there is a plan that stands, that has time until the planner is needed.
 
         Args:
             horizon: The step at which all has to be done.
@@ -215,6 +221,12 @@ class Planner:
         Raises:
             PlannerError: A command failed.
         """
+        if self._kept is not None:
+            self.demand.add_steps(steps)
+            if before is not None:
+                self.demand.set_query(query(before), Truth.FALSE)
+            self.demand.set_query(query(horizon), Truth.TRUE)
+            return
         old = [] if before is None else [AssignExternal(query(before), Truth.FALSE)]
         grounding = map(self._grounding, steps)
         self.run(*old, *grounding, AssignExternal(query(horizon), Truth.TRUE))
