@@ -227,7 +227,7 @@ def test_a_solver_that_goes_away(terminals: Terminals, gone: str) -> None:
     }
     node = terminals.start("rosrun", "rosoclingo", "run.py")
     results = terminals.start("rostopic", "echo", "/rosoclingo/result")
-    wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output)
+    wait_for(lambda: "/rosoclingo/goal" in terminals.names())
     terminals.start(
         "rostopic", "pub", "-1", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
         "{goal_id: {id: g}, goal: {request: visit(3)}}",

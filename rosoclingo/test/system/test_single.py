@@ -21,17 +21,15 @@ def listen(terminals: Terminals) -> Terminal:
     """Listens to the results, as soon as there is a node that sends any."""
     results = terminals.start("rostopic", "echo", "/rosoclingo/result")
 
-    def connected() -> bool:
-        about = terminals.run("rostopic", "info", "/rosoclingo/result").output
-        return "/rosoclingo (" in about and "/rostopic_" in about
-
-    wait_for(connected)
+    topic = "/rosoclingo/result"
+    wait_for(lambda: "/rosoclingo" in terminals.publishers(topic))
+    wait_for(lambda: any("/rostopic_" in node for node in terminals.subscribers(topic)))
     return results
 
 
 def ask(terminals: Terminals, request: str, name: str = "g") -> None:
     """Sends a goal as an old client may do, by the topic."""
-    wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output.split())
+    wait_for(lambda: "/rosoclingo/goal" in terminals.names())
     terminals.start(
         "rostopic", "pub", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
         f"{{goal_id: {{id: {name}}}, goal: {{request: '{request}'}}}}",
