@@ -67,7 +67,7 @@ def test_a_loop_survives_a_whole_bag(terminals: Terminals, tmp_path: Path) -> No
         return f"a search of /{solver} was ended by a goal" in system.output
 
     # The controller's searches are short: it takes some until one is hit.
-    rivals = [rival("controller", "500", "goal", "rosclingo/ROSClingoActionGoal")]
+    first = rival("controller", "500", "goal", "rosclingo/ROSClingoActionGoal")
     for number in range(100):
         if is_disturbed("controller"):
             break
@@ -75,7 +75,10 @@ def test_a_loop_survives_a_whole_bag(terminals: Terminals, tmp_path: Path) -> No
         visit(4 + number % 2, name)
         wait_for(lambda name=name: succeeded(name))
     assert is_disturbed("controller")
-    rivals += [
+    first.interrupt()
+    first.wait()
+
+    rivals = [
         rival("planner", "10", "goal", "rosclingo/ROSClingoActionGoal"),
         rival("planner", "10", "cancel", "actionlib_msgs/GoalID"),
     ]
