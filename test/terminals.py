@@ -121,24 +121,36 @@ class Terminals:
         """Returns the nodes, topics and services that the master knows; none without a master."""
         return {name for part in self._state() for named, nodes in part for name in [named, *nodes]}
 
-    def publishers(self, topic: str) -> Set[str]:
-        """Returns the nodes that publish on a topic."""
-        return set(dict(self._state()[0]).get(topic, []))
-
     def subscribers(self, topic: str) -> Set[str]:
         """Returns the nodes that listen to a topic."""
         return set(dict(self._state()[1]).get(topic, []))
 
+    def listen(self, node: str, topic: str) -> Terminal:
+        """Echoes a topic, from when its node sends to the terminal."""
+        echo = self.start("rostopic", "echo", topic)
+        name = f"/rostopic_{echo.process.pid}_"
+        wait_for(lambda: any(other.startswith(name) for other in self._receivers(node, topic)))
+        return echo
+
     def pid(self, node: str) -> int:
         """Waits for a node, and returns its process."""
         wait_for(lambda: node in self.names())
-        _, _, address = self.master.lookupNode("/test", node)
-        return int(cast(Any, ServerProxy(address)).getPid("/test")[2])
+        return int(self._ask(node).getPid("/test")[2])
+
+    def _receivers(self, node: str, topic: str) -> Set[str]:
+        """Returns the nodes that have a connection on which a node sends them a topic."""
+        if node not in self.names():
+            return set()
+        connections = self._ask(node).getBusInfo("/test")[2]
+        return {to for _, to, way, _, of, *_ in connections if (way, of) == ("o", topic)}
+
+    def _ask(self, node: str) -> Any:
+        return ServerProxy(self.master.lookupNode("/test", node)[2])
 
     def _state(self) -> List[List[Tuple[str, List[str]]]]:
         """Returns publishers, subscribers and services, by what they are of."""
         try:
-            return cast(Any, self.master.getSystemState("/test")[2])
+            return cast(List[Any], self.master.getSystemState("/test")[2])
         except OSError:
             return [[], [], []]
 

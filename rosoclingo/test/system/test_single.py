@@ -19,12 +19,7 @@ def line(dialect: str = "") -> str:
 
 def listen(terminals: Terminals) -> Terminal:
     """Listens to the results, as soon as there is a node that sends any."""
-    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
-
-    topic = "/rosoclingo/result"
-    wait_for(lambda: "/rosoclingo" in terminals.publishers(topic))
-    wait_for(lambda: any("/rostopic_" in node for node in terminals.subscribers(topic)))
-    return results
+    return terminals.listen("/rosoclingo", "/rosoclingo/result")
 
 
 def ask(terminals: Terminals, request: str, name: str = "g") -> None:

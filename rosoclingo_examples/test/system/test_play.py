@@ -33,10 +33,9 @@ def test_a_loop_survives_a_whole_bag(terminals: Terminals, tmp_path: Path) -> No
     )  # fmt: skip
     terminals.start("rosrun", "rosoclingo_interfaces", "fulfill.py")
     recorder = terminals.start("rosrun", "rosoclingo", "record.py", "-o", str(bag))
-    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
+    results = terminals.listen("/rosoclingo", "/rosoclingo/result")
 
     def visit(cell: int, name: str) -> None:
-        wait_for(lambda: "/rosoclingo/goal" in terminals.names())
         terminals.start(
             "rostopic", "pub", "-1", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
             f"{{goal_id: {{id: {name}}}, goal: {{request: visit({cell})}}}}",

@@ -58,7 +58,7 @@ def un_block(terminals: Terminals, *lines: str) -> Terminal:
 
 def test_an_interface_that_starts_late(terminals: Terminals, node: Terminal) -> None:
     """What was published before is still to be done; so it is when the interface starts again."""
-    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
+    results = terminals.listen("/rosoclingo", "/rosoclingo/result")
     visit(terminals, 4)
     node.wait_for("robot: go(2)")
 
@@ -91,7 +91,7 @@ def test_the_launch_file(terminals: Terminals, node: Terminal) -> None:
         "roslaunch", "rosoclingo_interfaces", "mailbot_interfaces.launch", "actuator:=robot",
         "navigation:=fulfill", "go_delay:=0.1",
     )  # fmt: skip
-    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
+    results = terminals.listen("/rosoclingo", "/rosoclingo/result")
     visit(terminals, 3)
     results.wait_for('result: "succeeded"')
     launch.wait_for("robot: go(3): success")
