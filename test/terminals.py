@@ -125,24 +125,24 @@ class Terminals:
         """Returns the nodes that listen to a topic."""
         return set(dict(self._state()[1]).get(topic, []))
 
+    def receivers(self, node: str, topic: str) -> Set[str]:
+        """Returns the nodes that have a connection on which a node sends them a topic."""
+        if node not in self.names():
+            return set()
+        connections = self._ask(node).getBusInfo("/test")[2]
+        return {to for _, to, way, _, of, *_ in connections if (way, of) == ("o", topic)}
+
     def listen(self, node: str, topic: str) -> Terminal:
         """Echoes a topic, from when its node sends to the terminal."""
         echo = self.start("rostopic", "echo", topic)
         name = f"/rostopic_{echo.process.pid}_"
-        wait_for(lambda: any(other.startswith(name) for other in self._receivers(node, topic)))
+        wait_for(lambda: any(other.startswith(name) for other in self.receivers(node, topic)))
         return echo
 
     def pid(self, node: str) -> int:
         """Waits for a node, and returns its process."""
         wait_for(lambda: node in self.names())
         return int(self._ask(node).getPid("/test")[2])
-
-    def _receivers(self, node: str, topic: str) -> Set[str]:
-        """Returns the nodes that have a connection on which a node sends them a topic."""
-        if node not in self.names():
-            return set()
-        connections = self._ask(node).getBusInfo("/test")[2]
-        return {to for _, to, way, _, of, *_ in connections if (way, of) == ("o", topic)}
 
     def _ask(self, node: str) -> Any:
         return ServerProxy(self.master.lookupNode("/test", node)[2])

@@ -686,7 +686,7 @@ def test_an_action_of_a_robot(page: Page) -> None:
     robot = page.type("my_robot.py")
     result = page.type("rostopic echo")
     page.hears("/rosoclingo/about")
-    listeners = functools.partial(page.terminals.subscribers, "/rosoclingo/result")
+    listeners = functools.partial(page.terminals.receivers, "/rosoclingo", "/rosoclingo/result")
     wait_for(lambda: any(name.startswith("/rostopic_") for name in listeners()))
     page.run("rostopic pub")
     result.wait_for('result: "succeeded"')

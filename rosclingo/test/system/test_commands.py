@@ -107,7 +107,10 @@ def test_launch_file_that_records(terminals: Terminals, tmp_path: Path) -> None:
     )  # fmt: skip
     heard = [f"rosclingo/{topic}" for topic in ("about", "control_log", "result")]
     wait_for(
-        lambda: all("/rosclingo_recorder" in terminals.subscribers(f"/{topic}") for topic in heard)
+        lambda: all(
+            "/rosclingo_recorder" in terminals.receivers("/rosclingo", f"/{topic}")
+            for topic in heard
+        )
     )
     assert terminals.run("python", f"{folder}/start.py").wait() == 0
     launch.interrupt()
