@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import signal
 import subprocess
 import time
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Set, cast
+from typing import Any, Callable, Dict, Iterator, List, Optional, Set, Tuple, cast
 from xmlrpc.client import ServerProxy
 
 import pytest
+from master import Master
 
 from rosclingo.ros.ports import free_port
 
 TIMEOUT = 60.0  # seconds; no more than a bound for what never comes
 POLL = 0.05  # seconds
+
+# By which rosrun finds executables.
+SEARCHED = ("CMAKE_PREFIX_PATH", "PATH", "ROS_PACKAGE_PATH")
 
 
 class Terminal:
@@ -56,10 +61,11 @@ class Terminal:
         return self.process.wait(timeout)
 
     def close(self) -> None:
-        """Ends the command if it still runs."""
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        """Ends the command if it still runs, which may have been interrupted before."""
+        for number in (None, signal.SIGTERM, signal.SIGKILL):
             if self.process.poll() is None:
-                os.killpg(self.process.pid, number)
+                if number is not None:
+                    os.killpg(self.process.pid, number)
                 try:
                     self.process.wait(10.0)
                 except subprocess.TimeoutExpired:
@@ -72,17 +78,24 @@ class Terminals:
 
     def __init__(self, folder: Path) -> None:
         self._port = free_port()
+        logs = folder / "log"
+        logs.mkdir()
         self.environment = {
             **os.environ,
             "ROS_MASTER_URI": f"http://localhost:{self._port}",
+            "ROS_LOG_DIR": str(logs),  # roslaunch looks how much there is
             "PYTHONUNBUFFERED": "1",
         }
         self._folder = folder
         self._open: List[Terminal] = []
+        self._master: Optional[Master] = None
 
     def start(self, *command: str) -> Terminal:
         """Starts a command and returns at once."""
         log = self._folder / f"{len(self._open)}.log"
+        if command[0] == "rosrun":
+            searched = tuple((name, self.environment.get(name, "")) for name in SEARCHED)
+            command = (executable(*command[1:3], searched), *command[3:])
         terminal = Terminal(list(command), self.environment, log)
         self._open.append(terminal)
         return terminal
@@ -93,25 +106,63 @@ class Terminals:
         terminal.wait()
         return terminal
 
-    def start_master(self) -> Terminal:
-        """Starts roscore and waits until it answers."""
-        master = self.start("roscore", "-p", str(self._port))
+    def start_master(self) -> None:
+        """Starts what roscore starts, and waits until it answers."""
+        self._master = Master(self._port)
+        self.start("rosrun", "rosout", "rosout")
         wait_for(lambda: "/rosout" in self.names())
-        return master
+
+    @property
+    def master(self) -> Any:
+        """What to ask the master, which answers with a status, a text, and what was asked for."""
+        return ServerProxy(self.environment["ROS_MASTER_URI"])
 
     def names(self) -> Set[str]:
         """Returns the nodes, topics and services that the master knows; none without a master."""
-        master = ServerProxy(self.environment["ROS_MASTER_URI"])
-        try:
-            _, _, state = cast(Any, master.getSystemState("/test"))
-        except OSError:
+        return {name for part in self._state() for named, nodes in part for name in [named, *nodes]}
+
+    def subscribers(self, topic: str) -> Set[str]:
+        """Returns the nodes that listen to a topic."""
+        return set(dict(self._state()[1]).get(topic, []))
+
+    def receivers(self, node: str, topic: str) -> Set[str]:
+        """Returns the nodes that have a connection on which a node sends them a topic."""
+        if node not in self.names():
             return set()
-        return {name for part in state for named, nodes in part for name in [named, *nodes]}
+        connections = self._ask(node).getBusInfo("/test")[2]
+        return {to for _, to, way, _, of, *_ in connections if (way, of) == ("o", topic)}
+
+    def listen(self, node: str, topic: str) -> Terminal:
+        """Echoes a topic, from when its node sends to the terminal."""
+        echo = self.start("rostopic", "echo", topic)
+        name = f"/rostopic_{echo.process.pid}_"
+        wait_for(lambda: any(other.startswith(name) for other in self.receivers(node, topic)))
+        return echo
+
+    def pid(self, node: str) -> int:
+        """Waits for a node, and returns its process."""
+        wait_for(lambda: node in self.names())
+        return int(self._ask(node).getPid("/test")[2])
+
+    def _ask(self, node: str) -> Any:
+        return ServerProxy(self.master.lookupNode("/test", node)[2])
+
+    def _state(self) -> List[List[Tuple[str, List[str]]]]:
+        """Returns publishers, subscribers and services, by what they are of."""
+        try:
+            return cast(List[Any], self.master.getSystemState("/test")[2])
+        except OSError:
+            return [[], [], []]
 
     def close(self) -> None:
-        """Ends what still runs, the last first; prints all output, for pytest to show."""
+        """Ends what still runs, all at once; prints all output, for pytest to show."""
+        for terminal in self._open:
+            if terminal.process.poll() is None:
+                terminal.interrupt()
         for terminal in reversed(self._open):
             terminal.close()
+        if self._master is not None:
+            self._master.close()
         for terminal in self._open:
             print(f"--- {terminal.command}\n{terminal.output}")
 
@@ -130,6 +181,14 @@ def terminals(tmp_path: Path) -> Iterator[Terminals]:
 def package(name: str) -> Path:
     """Returns the folder of a ROS package."""
     return Path(subprocess.check_output(["rospack", "find", name], text=True).strip())
+
+
+@functools.lru_cache(maxsize=None)
+def executable(package: str, name: str, searched: Tuple[Tuple[str, str], ...]) -> str:
+    """Returns what rosrun would run, for which it takes as long as a node to start."""
+    rosrun = ("rosrun", "--prefix", "echo", package, name)
+    environment = {**os.environ, **dict(searched)}
+    return subprocess.check_output(rosrun, env=environment, text=True).strip()
 
 
 def wait_for(condition: Callable[[], bool]) -> None:

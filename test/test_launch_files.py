@@ -12,7 +12,6 @@ import signal
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any, Dict, Iterator, Set, Tuple
-from xmlrpc.client import ServerProxy
 
 import pytest
 from roslaunch.arg_dump import get_args
@@ -129,20 +128,13 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminals]:
         opened.close()
 
 
-def process(terminals: Terminals, node: str) -> int:
-    master = ServerProxy(terminals.environment["ROS_MASTER_URI"])
-    _, _, address = master.lookupNode("/test", node)  # type: ignore[misc]
-    _, _, number = ServerProxy(str(address)).getPid("/test")  # type: ignore[misc]
-    return int(str(number))
-
-
 def start(terminals: Terminals, folder: Path, *words: str) -> Terminal:
     """Types a roslaunch in a folder where encodings are."""
     folder.mkdir()
     shutil.copy(LINE, folder)
     shutil.copy(MODE, folder)
     # An earlier launch file may have left it behind.
-    ServerProxy(terminals.environment["ROS_MASTER_URI"]).deleteParam("/test", "/use_sim_time")
+    terminals.master.deleteParam("/test", "/use_sim_time")
     return terminals.start("bash", "-c", 'cd "$0" && exec roslaunch "$@"', str(folder), *words)
 
 
@@ -197,7 +189,7 @@ def test_required(shared: Terminals, tmp_path: Path, file: Tuple[str, str], node
         launch = start(shared, tmp_path / "my robot", *file, *given)
         nodes = {namespace + name for name in load(file, *given)[0]}
         come_up(shared, launch, nodes)
-        os.kill(process(shared, namespace + node), signal.SIGKILL)
+        os.kill(shared.pid(namespace + node), signal.SIGKILL)
         launch.wait()
         assert f"REQUIRED process [{namespace[1:]}{node}" in launch.output
         assert not (nodes - {namespace + node}) & shared.names()

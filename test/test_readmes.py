@@ -7,6 +7,7 @@ and each command has to do what the text says. Needs a sourced workspace.
 from __future__ import annotations
 
 import ast
+import functools
 import os
 import re
 import shutil
@@ -538,8 +539,7 @@ def test_a_graph_in_rviz(page: Page, screen: str) -> None:
 
 
 def hears_markers(page: Page) -> None:
-    markers = ("rostopic", "info", "/graph_markers/markers")
-    wait_for(lambda: "* /rviz" in page.terminals.run(*markers).output)
+    wait_for(lambda: "/rviz" in page.terminals.subscribers("/graph_markers/markers"))
 
 
 @of("rosoclingo_rviz/README.md", "graph_markers.py")
@@ -686,8 +686,8 @@ def test_an_action_of_a_robot(page: Page) -> None:
     robot = page.type("my_robot.py")
     result = page.type("rostopic echo")
     page.hears("/rosoclingo/about")
-    heard = ("rostopic", "info", "/rosoclingo/result")
-    wait_for(lambda: "* /rostopic" in page.terminals.run(*heard).output)
+    listeners = functools.partial(page.terminals.receivers, "/rosoclingo", "/rosoclingo/result")
+    wait_for(lambda: any(name.startswith("/rostopic_") for name in listeners()))
     page.run("rostopic pub")
     result.wait_for('result: "succeeded"')
     assert "hello ann" in robot.output

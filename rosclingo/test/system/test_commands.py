@@ -10,7 +10,6 @@ import os
 import subprocess
 from pathlib import Path
 from typing import List
-from xmlrpc.client import ServerProxy
 
 import pytest
 from terminals import TIMEOUT, Terminal, Terminals, package, terminals, wait_for
@@ -42,7 +41,7 @@ def test_one_shot(terminals: Terminals) -> None:
     terminals.start(
         "rosrun", "rosclingo", "run.py", "-f", f"{folder}/instance.lp", "-f", f"{folder}/toh.lp"
     )
-    wait_for(lambda: "/rosclingo/control" in terminals.run("rosservice", "list").output)
+    wait_for(lambda: "/rosclingo/control" in terminals.names())
     for _ in range(2):  # the second run finds the solver as the first one left it
         ended = terminals.run("python", f"{folder}/start.py")
         lines = ended.output.splitlines()
@@ -71,7 +70,7 @@ def test_incremental(terminals: Terminals) -> None:
     terminals.start(
         "rosrun", "rosclingo", "run.py", "-f", f"{folder}/instance.lp", "-f", f"{folder}/itoh.lp"
     )
-    wait_for(lambda: "/rosclingo/control" in terminals.run("rosservice", "list").output)
+    wait_for(lambda: "/rosclingo/control" in terminals.names())
     for _ in range(2):
         ended = terminals.run("python", f"{folder}/istart.py")
         horizons = [f"solving with horizon {horizon}" for horizon in range(15)]
@@ -84,11 +83,9 @@ def test_incremental(terminals: Terminals) -> None:
 def test_names_move(terminals: Terminals) -> None:
     terminals.environment["ROS_NAMESPACE"] = "robot1"
     terminals.start("rosrun", "rosclingo", "run.py", "__name:=controller")
-    names = {f"/robot1/controller/{name}" for name in ("goal", "cancel", "status", "result")}
-    wait_for(lambda: names <= set(terminals.run("rostopic", "list").output.split()))
-    wait_for(
-        lambda: "/robot1/controller/control" in terminals.run("rosservice", "list").output.split()
-    )
+    words = ("goal", "cancel", "status", "result", "control")
+    names = {f"/robot1/controller/{word}" for word in words}
+    wait_for(lambda: names <= terminals.names())
 
 
 @pytest.mark.install_space
@@ -109,18 +106,18 @@ def test_launch_file_that_records(terminals: Terminals, tmp_path: Path) -> None:
         f"files:={folder}/instance.lp {folder}/toh.lp", "options:=-c max=14",
     )  # fmt: skip
     heard = [f"rosclingo/{topic}" for topic in ("about", "control_log", "result")]
-    wait_for(lambda: all(has_recorder(terminals, topic) for topic in heard))
+    wait_for(
+        lambda: all(
+            "/rosclingo_recorder" in terminals.receivers("/rosclingo", f"/{topic}")
+            for topic in heard
+        )
+    )
     assert terminals.run("python", f"{folder}/start.py").wait() == 0
     launch.interrupt()
     assert launch.wait() == 0, launch.output
     info = terminals.run("rosbag", "info", str(bag)).output
     for topic in heard:  # a goal may be too early for who has just heard of its client
         assert f" {topic} " in info
-
-
-def has_recorder(terminals: Terminals, topic: str) -> bool:
-    said = terminals.run("rostopic", "info", f"/{topic}").output
-    return "rosclingo_recorder" in said.partition("Subscribers:")[2]
 
 
 def test_a_client_without_a_solver_says_what_it_waits_for(
@@ -138,7 +135,7 @@ def test_a_client_without_a_solver_says_what_it_waits_for(
 
 def test_a_solver_that_was_killed_is_known_to_have_ended(terminals: Terminals) -> None:
     node = terminals.start("rosrun", "rosclingo", "run.py")
-    wait_for(lambda: "/rosclingo/control" in terminals.run("rosservice", "list").output)
+    wait_for(lambda: "/rosclingo/control" in terminals.names())
     node.process.kill()
     node.wait()
     client = terminals.start("python", f"{example()}/start.py")
@@ -226,8 +223,7 @@ def test_the_master_forgets_a_node_that_has_ended(terminals: Terminals) -> None:
     """It would shut down whoever gets the node's port, when the next one of its name starts."""
     node = terminals.run("python", "-c", LOGGING)
     assert node.wait() == 0
-    master = ServerProxy(terminals.environment["ROS_MASTER_URI"])
-    assert master.lookupNode("/test", "/logging") == [-1, "unknown node [/logging]", ""]
+    assert terminals.master.lookupNode("/test", "/logging") == [-1, "unknown node [/logging]", ""]
     assert "Traceback" not in node.output
 
 

@@ -5,11 +5,12 @@ Needs a sourced workspace, in devel or install space.
 
 from __future__ import annotations
 
+import functools
 import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Dict, List
+from typing import List, Mapping
 
 import pytest
 from terminals import TIMEOUT, Terminals, package, terminals
@@ -44,7 +45,8 @@ def prefix() -> Path:
     return Path(os.environ["CMAKE_PREFIX_PATH"].split(os.pathsep)[0])
 
 
-def shell() -> Dict[str, str]:
+@functools.lru_cache(maxsize=None)
+def shell() -> Mapping[str, str]:
     """Returns what a user has who sourced the workspace, and no Python but the system's."""
     variables = subprocess.check_output(
         ["bash", "-c", f". {prefix()}/setup.bash && env -0"],
@@ -95,7 +97,7 @@ def test_a_node_of_a_user_beside_ours(terminals: Terminals, tmp_path: Path) -> N
     (folder / "package.xml").write_text("<package><name>camera</name></package>")
     (folder / "node.py").write_text(NODE)
     (folder / "node.py").chmod(0o755)
-    sourced = shell()
+    sourced = dict(shell())
     sourced["ROS_PACKAGE_PATH"] += f":{tmp_path}"
     terminals.environment.update(sourced, ROS_MASTER_URI=terminals.environment["ROS_MASTER_URI"])
     terminals.start("rosrun", "rosclingo", "run.py")

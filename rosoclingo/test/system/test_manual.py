@@ -226,8 +226,7 @@ def test_a_solver_that_goes_away(terminals: Terminals, gone: str) -> None:
         "planner": planner(terminals, line),
     }
     node = terminals.start("rosrun", "rosoclingo", "run.py")
-    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
-    wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output)
+    results = terminals.listen("/rosoclingo", "/rosoclingo/result")
     terminals.start(
         "rostopic", "pub", "-1", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
         "{goal_id: {id: g}, goal: {request: visit(3)}}",

@@ -5,6 +5,7 @@ Needs a sourced workspace, in devel or install space.
 
 from __future__ import annotations
 
+import shutil
 import signal
 import struct
 import time
@@ -13,7 +14,7 @@ from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
 from xml.etree import ElementTree
 
 import pytest
-from readmes import check_output
+from readmes import ROOT, check_output
 from rosbags.rosbag1 import Reader, Writer
 from terminals import Terminal, Terminals, package, terminals, wait_for
 
@@ -23,6 +24,7 @@ from rosoclingo.loop.journal import CommandDone, LoopWaits
 
 __all__ = ["terminals"]
 
+BAGS = ROOT / "test" / "bags"
 RECORDING = "dynamic.incremental.recording"
 KIND = b"\x07\0\0\0message"  # of a journal's event, as it is on the wire
 EVENT = struct.Struct("<III")  # how it begins: the time and the number
@@ -223,12 +225,33 @@ def without(bag: Path, dropped: int, gap: int = 0) -> Path:
 
 
 @pytest.mark.install_space
+def test_a_bag_of_the_repository(terminals: Terminals, tmp_path: Path) -> None:
+    """It is the same as itself when it is replayed, and when it is compared."""
+    bag = BAGS / "line_single_2.0.bag"
+    ended = replay(terminals, bag)
+    assert ended.wait() == 0, ended.output
+    for other, status, text in (
+        (bag, 0, "no difference at level exact: "),
+        (tmp_path / "none.bag", 2, "No such file"),
+    ):
+        ended = terminals.run("rosrun", "rosoclingo", "compare.py", str(bag), str(other))
+        assert ended.wait() == status, ended.output
+        assert text in ended.output
+        assert "Traceback" not in ended.output
+
+
 def test_replays_what_was_recorded(
     terminals: Terminals, recorder: Recorder, tmp_path: Path
 ) -> None:
     bag = recorder.record(["visit(3)", "visit(5) visit(1)"], [line()], failures=[2])
     results = tmp_path / "results.xml"
-    for options in ((), ("--level", "equivalent"), ("--files", "disk", "--junit", str(results))):
+    launch = f"rosoclingo rosoclingo.launch mode:={RECORDING} steps:=20 encoding:={line()}"
+    for options in (
+        (),
+        ("--level", "equivalent"),
+        ("--files", "disk", "--junit", str(results)),
+        ("--system", launch),
+    ):
         ended = replay(terminals, bag, *options)
         assert ended.wait() == 0, ended.output
         assert "no difference" in ended.output
@@ -236,7 +259,6 @@ def test_replays_what_was_recorded(
     assert (suite.get("tests"), suite.get("failures")) == ("4", "0")
 
 
-@pytest.mark.install_space
 def test_compares_what_was_recorded(
     terminals: Terminals, recorder: Recorder, tmp_path: Path
 ) -> None:
@@ -249,7 +271,6 @@ def test_compares_what_was_recorded(
         ("b.bag", 0, ["no difference at level exact: 3 goals"]),
         ("c.bag", 1, ["<- first divergence",
                       "message robot: failure: expected in step 2, not seen"]),
-        ("none.bag", 2, ["No such file"]),
     ):  # fmt: skip
         files = (str(tmp_path / "a.bag"), str(tmp_path / name))
         ended = terminals.run("rosrun", "rosoclingo", "compare.py", *files)
@@ -359,18 +380,17 @@ LAUNCH = """
 """
 
 
-def test_a_line_in_a_rostest(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
+def test_a_line_in_a_rostest(terminals: Terminals, tmp_path: Path) -> None:
     """A user's package has a bag, and says what has to be the same."""
-    bag = recorder.record(["visit(3)", "visit(1)"], [line()])
     robots = tmp_path / "robots"
     (robots / "test").mkdir(parents=True)
     (robots / "package.xml").write_text(PACKAGE)
-    bag.rename(robots / "test" / "run.bag")
+    shutil.copy(BAGS / "line_single_2.0.bag", robots / "test" / "run.bag")
     paths = terminals.environment["ROS_PACKAGE_PATH"]
     terminals.environment["ROS_PACKAGE_PATH"] = f"{robots}:{paths}"
     terminals.environment["ROS_TEST_RESULTS_DIR"] = str(tmp_path / "results")
     small = f"--single '-f {line()} -c cells=2' --level outcome"
-    for options, failures in (("", "0"), ("--single '-f nothing.lp'", None), (small, "1")):
+    for options, failures in (("", "0"), ("--single '-f nothing.lp'", None), (small, "2")):
         (robots / "test" / "run.test").write_text(LAUNCH.format(options=options))
         ended = terminals.run("rostest", "robots", "run.test")
         assert (ended.wait() == 0) == (failures == "0"), ended.output
@@ -406,11 +426,11 @@ def children(pid: int) -> List[int]:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_nothing_is_left_when_it_is_interrupted(
-    terminals: Terminals, recorder: Recorder, number: signal.Signals
+    terminals: Terminals, number: signal.Signals
 ) -> None:
-    bag = recorder.record(["visit(3)"], [line()])
+    bag = BAGS / "mailbot_dynamic_recording.bag"
     started = terminals.start("rosrun", "rosoclingo", "replay.py", str(bag), "--rate", "0.001")
-    # rosrun looks for the programs first, by processes that may end a little later.
+    # It looks for the programs first, by processes that may end a little later.
     wait_for(lambda: len(children(started.process.pid)) >= 4)
     pids = children(started.process.pid)
     started.process.send_signal(number)
@@ -423,8 +443,8 @@ def is_late(topic: str, data: bytes) -> bool:
     return topic == "/rosoclingo/journal" and EVENT.unpack_from(data)[2] > 1
 
 
-def test_what_cannot_be_replayed(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
-    bag = recorder.record(["visit(3)"], [line()])
+def test_what_cannot_be_replayed(terminals: Terminals, tmp_path: Path) -> None:
+    bag = Path(shutil.copy(BAGS / "mailbot_dynamic_recording.bag", tmp_path))
     empty = tmp_path / "empty.bag"
     empty.touch()
     idle = copy(bag, "idle.bag", lambda topic, data: None if is_late(topic, data) else data)
@@ -443,10 +463,3 @@ def test_what_cannot_be_replayed(terminals: Terminals, recorder: Recorder, tmp_p
         assert ended.wait() == 2, ended.output
         assert text in ended.output
         assert "Traceback" not in ended.output
-
-
-def test_a_launch_file(terminals: Terminals, recorder: Recorder) -> None:
-    bag = recorder.record(["visit(3)"], [line()])
-    launch = f"rosoclingo rosoclingo.launch mode:={RECORDING} steps:=20 encoding:={line()}"
-    ended = replay(terminals, bag, "--system", launch)
-    assert ended.wait() == 0, ended.output

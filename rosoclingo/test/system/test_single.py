@@ -19,19 +19,12 @@ def line(dialect: str = "") -> str:
 
 def listen(terminals: Terminals) -> Terminal:
     """Listens to the results, as soon as there is a node that sends any."""
-    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
-
-    def connected() -> bool:
-        about = terminals.run("rostopic", "info", "/rosoclingo/result").output
-        return "/rosoclingo (" in about and "/rostopic_" in about
-
-    wait_for(connected)
-    return results
+    return terminals.listen("/rosoclingo", "/rosoclingo/result")
 
 
 def ask(terminals: Terminals, request: str, name: str = "g") -> None:
     """Sends a goal as an old client may do, by the topic."""
-    wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output.split())
+    wait_for(lambda: "/rosoclingo/goal" in terminals.names())
     terminals.start(
         "rostopic", "pub", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
         f"{{goal_id: {{id: {name}}}, goal: {{request: '{request}'}}}}",

@@ -20,8 +20,7 @@ def test_the_demo(terminals: Terminals, screen: str, tmp_path: Path) -> None:
         "roslaunch", "rosoclingo_gazebo", "mailbot_robot.launch", "simulator:=embedded",
         "speed:=10", "rviz:=true",
     )  # fmt: skip
-    markers = "/graph_markers/markers"
-    wait_for(lambda: "* /rviz" in terminals.run("rostopic", "info", markers).output)
+    wait_for(lambda: "/rviz" in terminals.subscribers("/graph_markers/markers"))
     demo = terminals.start("rosrun", "rosoclingo_gazebo", "demo.py", f"_output:={tmp_path / 'a'}")
     assert demo.wait(180.0) == 0, demo.output
     check_output("README.md", "Try it", demo.output)

@@ -24,7 +24,7 @@ def simulator(terminals: Terminals) -> Terminal:
         "roslaunch", "rosoclingo_gazebo", "mailbot_scenario.launch", "speed:=10"
     )
     # What starts next reads use_sim_time, which tells it whose clock to go by.
-    wait_for(lambda: terminals.run("rosparam", "get", "/use_sim_time").output.strip() == "true")
+    wait_for(lambda: terminals.master.getParam("/test", "/use_sim_time")[2] is True)
     return started
 
 
@@ -53,17 +53,6 @@ def un_block(terminals: Terminals, line: str) -> None:
         "bash", "-c", 'exec rosrun rosoclingo_interfaces un_block.py < <(echo "$1")', "bash", line
     )
     assert announced.wait() == 0, announced.output
-
-
-def pid(terminals: Terminals, node: str) -> int:
-    """Returns the process of a node that somebody else starts, to kill it at once later."""
-
-    def line() -> str:
-        lines = terminals.run("rosnode", "info", node).output.splitlines()
-        return next((line for line in lines if line.startswith("Pid:")), "")
-
-    wait_for(lambda: bool(line()))
-    return int(line().split()[1])
 
 
 def actions(node: Terminal) -> list[str]:
@@ -114,7 +103,7 @@ def test_the_simulator_dies(terminals: Terminals, tmp_path: Path) -> None:
     node = planner(terminals)
     started = interfaces(terminals)
     mailbot, typist = client(terminals, tmp_path)
-    process = pid(terminals, "/simulator")
+    process = terminals.pid("/simulator")
     typist.type("o9 o14 box\n")
     office.wait_for("goal (")  # the interface may have begun a go before, and waited for move_base
     os.kill(process, signal.SIGKILL)
@@ -134,7 +123,7 @@ def test_the_interface_dies(terminals: Terminals, tmp_path: Path) -> None:
     planner(terminals)
     started = interfaces(terminals)
     mailbot, typist = client(terminals, tmp_path)
-    process = pid(terminals, "/move_base_interface")
+    process = terminals.pid("/move_base_interface")
     typist.type("o10 o12 box\n")
     started.wait_for("mailbot: go(c6)")
     os.kill(process, signal.SIGKILL)
@@ -169,7 +158,7 @@ def test_another_simulator_comes(terminals: Terminals, tmp_path: Path) -> None:
     started = [simulator(terminals), planner(terminals), interfaces(terminals, "timeout:=40")]
     office, node, drives = started
     mailbot, typist = client(terminals, tmp_path)
-    process = pid(terminals, "/simulator")
+    process = terminals.pid("/simulator")
     typist.type("o1 o3 box\n")
     office.wait_for("goal (")
     os.kill(process, signal.SIGKILL)

@@ -36,7 +36,7 @@ def test_what_the_launch_file_says_counts(terminals: Terminals) -> None:
     launches[1].wait_for("simulates office")
     launches[3].wait_for("solver: [do(mailbot,")
     nodes = {"/move_base_interface", "/pickup_deliver"}
-    wait_for(lambda: nodes <= set(terminals.run("rosnode", "list").output.split()))
+    wait_for(lambda: nodes <= terminals.names())
     wait_for(lambda: "does the actions of mailbot from" in launches[2].output)
     assert not any("has died" in launch.output for launch in launches)
-    assert terminals.run("rosparam", "get", "/move_base_interface/start").output.strip() == "''"
+    assert terminals.master.getParam("/test", "/move_base_interface/start")[2] == ""

@@ -26,7 +26,7 @@ def start_system(terminals: Terminals, *more: str) -> Terminal:
     """Starts the system with this encoding and more files."""
     start_solvers(terminals, *more)
     started = terminals.start("rosrun", "rosoclingo", "run.py")
-    wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output)
+    wait_for(lambda: "/rosoclingo/goal" in terminals.names())
     return started
 
 
@@ -58,7 +58,7 @@ def un_block(terminals: Terminals, *lines: str) -> Terminal:
 
 def test_an_interface_that_starts_late(terminals: Terminals, node: Terminal) -> None:
     """What was published before is still to be done; so it is when the interface starts again."""
-    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
+    results = terminals.listen("/rosoclingo", "/rosoclingo/result")
     visit(terminals, 4)
     node.wait_for("robot: go(2)")
 
@@ -91,7 +91,7 @@ def test_the_launch_file(terminals: Terminals, node: Terminal) -> None:
         "roslaunch", "rosoclingo_interfaces", "mailbot_interfaces.launch", "actuator:=robot",
         "navigation:=fulfill", "go_delay:=0.1",
     )  # fmt: skip
-    results = terminals.start("rostopic", "echo", "/rosoclingo/result")
+    results = terminals.listen("/rosoclingo", "/rosoclingo/result")
     visit(terminals, 3)
     results.wait_for('result: "succeeded"')
     launch.wait_for("robot: go(3): success")
@@ -105,7 +105,7 @@ def test_a_clock_that_an_earlier_launch_left_behind(terminals: Terminals) -> Non
     results = terminals.start("rostopic", "echo", "/rosoclingo/result")
     for number in range(2):
         node = terminals.start("rosrun", "rosoclingo", "run.py")
-        wait_for(lambda: "/rosoclingo/goal" in terminals.run("rostopic", "list").output)
+        wait_for(lambda: "/rosoclingo/goal" in terminals.names())
         visit(terminals, 2)
         node.wait_for("robot: go(2)")
         if number == 0:
@@ -201,7 +201,7 @@ def test_un_block_reaches_the_system(terminals: Terminals, tmp_path: Path) -> No
     paths = tmp_path / "paths.lp"
     paths.write_text("#program state(t). #external event(info,blocked(c3,c4),t).")
     node = start_system(terminals, str(paths))
-    wait_for(lambda: "/rosoclingo/in" in terminals.run("rosnode", "info", "/rosoclingo").output)
+    wait_for(lambda: "/rosoclingo" in terminals.subscribers("/rosoclingo/in"))
     for count in (1, 2):
         announced = un_block(terminals, "b c3 c99", "b c3 c4")
         assert announced.wait() == 1
