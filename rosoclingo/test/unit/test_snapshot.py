@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 import json
 from dataclasses import dataclass, replace
 from random import Random
@@ -17,7 +16,7 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Part, Result
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ShutdownError
-from rosoclingo.loop import journal, snapshot
+from rosoclingo.loop import journal
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
@@ -204,7 +203,6 @@ SAMPLE = Sample((Part("p", ("1", "f(a)")),), (("a", True),), Result.SAT, 1.5)
 
 
 def test_a_snapshot_as_text() -> None:
-    assert doctest.testmod(snapshot) == (0, 3)
     assert decode(Sample, encode(SAMPLE)) == SAMPLE
     assert decode(Sample, encode(replace(SAMPLE, result=None, number=2))).number == 2
 

@@ -1,4 +1,12 @@
-"""The solver: the only owner of a :class:`clingo.Control`."""
+"""The solver: the only owner of a :class:`clingo.Control`.
+
+>>> engine = Engine(Options())
+>>> engine.run([Add("base", (), "{ a; b }. :- not a."), Ground((Part("base"),))]).failure
+>>> engine.solve([Assumption("b", True)]).symbols
+('a', 'b')
+>>> engine.run([Ground((Part("step", ("1",)),))]).failure.message
+'there is no program step/1 (name and number of parameters); there are base/0'
+"""
 
 from __future__ import annotations
 

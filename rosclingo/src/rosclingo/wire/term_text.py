@@ -4,6 +4,11 @@ clingo prints a term always in the same way, so that equal texts mean equal term
 written is brought into that form by :func:`rosclingo.solver.terms.parse_term`.
 
 Everything here takes any text, and is thread-safe. What is no term is read as far as it goes.
+
+>>> split_term("do(robot,go(c3,1),12)")
+('do', ['robot', 'go(c3,1)', '12'])
+>>> last_number("query(12)")
+12
 """
 
 from __future__ import annotations

@@ -3,6 +3,9 @@
 Every function here is pure and thread-safe. Decoding raises :class:`rosclingo.errors.XmlError`
 and nothing else, whatever it is given; what one function encodes, its counterpart decodes to the
 same value.
+
+>>> decode_commands('<commands><cleanup_domains/></commands>')
+(CleanupDomains(),)
 """
 
 from __future__ import annotations

@@ -2,6 +2,12 @@
 
 Atoms stand as text outside of this module, as they do on the wire. clingo prints a term always in
 the same way, so equal texts mean equal terms.
+
+>>> plan = Plan(("do(robot,go(c3),1)", "status(1,succeeded,1)"))
+>>> plan.actions(1)
+[Action(actuator='robot', name='go(c3)', step=1)]
+>>> plan.statuses(1)
+[('1', 'succeeded')]
 """
 
 from __future__ import annotations

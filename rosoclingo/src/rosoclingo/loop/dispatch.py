@@ -1,4 +1,12 @@
-"""Calls methods by terms: ``go(c3)`` calls the method ``go`` with ``c3``. Needs no ROS."""
+"""Calls methods by terms: ``go(c3)`` calls the method ``go`` with ``c3``. Needs no ROS.
+
+>>> from clingo import parse_term
+>>> class Robot:
+...     def go(self, place):
+...         return f"on the way to {place}"
+>>> bind(Robot(), parse_term("go(c3)"), "action")()
+'on the way to c3'
+"""
 
 from __future__ import annotations
 

@@ -1,11 +1,12 @@
 """What the planning loop has learned and done, event by event. Needs no ROS.
 
 A class for each kind of event; on the wire all are a ``ROSoClingoEvent``, whose fields mean
-something else for each kind. Only :func:`encode` and :func:`decode` know how::
+something else for each kind. Only :func:`encode` and :func:`decode` know how.
 
-    fields = encode(ActionPublished("robot", "go(3)"))
-    assert fields == Fields(kind="action", id="robot", text="go(3)")
-    assert decode(fields) == ActionPublished("robot", "go(3)")
+>>> encode(ActionPublished("robot", "go(3)"))[:3]
+('action', 'robot', 'go(3)')
+>>> decode(encode(ActionPublished("robot", "go(3)")))
+ActionPublished(actuator='robot', action='go(3)')
 """
 
 from __future__ import annotations
