@@ -72,3 +72,15 @@ def test_an_error_ahead_counts_if_it_comes_true(tmp_path: Path) -> None:
     controller.look_ahead(SAT)
     with pytest.raises(ControllerError, match="has 0 commands"):
         controller.decide(SAT)
+
+
+def test_an_error_names_what_the_mode_has_forgotten(tmp_path: Path) -> None:
+    file = tmp_path / "mode.lp"
+    file.write_text(
+        "#external event(save,stage(ask),0). stage(start) :- not event(save,stage(ask),0)."
+        "do(controller,initialize,1) :- stage(start). holds(stage(ask;tell),1) :- stage(start)."
+    )
+    controller = make(str(file))
+    controller.decide(Info())
+    with pytest.raises(ControllerError, match=r"forgotten .*event\(save,F,0\): stage\(tell\)$"):
+        controller.decide(Info())

@@ -236,9 +236,17 @@ class Controller:
             raise ControllerError(
                 f"the controller {said}, where one command is needed; "
                 + _situation(info, true, outcome.symbols)
+                + self._forgotten()
             )
         saved = tuple(event for event in map(self._save_event, fluents) if event)
         return _Decision(parse_term(commands[0]), saved, frozenset(true))
+
+    def _forgotten(self) -> str:
+        """Names the fluents that the mode has held and could not be reminded of, for an error."""
+        fluents = sorted(fluent for fluent, atom in self._save_events.items() if not atom)
+        if not fluents:
+            return ""
+        return f"; forgotten without #external event(save,F,0): {' '.join(fluents)}"
 
     def check(self) -> None:
         """Raises an error if the solver is not there any more."""
