@@ -4,20 +4,12 @@ from __future__ import annotations
 
 import struct
 from collections import deque
-from typing import Deque, List, NamedTuple, Set, Tuple
+from typing import Deque, List, Set, Tuple
 
-from rosoclingo.bags.record.writer import Source
+from rosoclingo.bags.wire import Message
 
 _EVENT = struct.Struct("<III")  # how a ROSoClingoEvent begins: the time and the number
 _REMEMBERED = 10_000  # events that may come again; a history has 2,000
-
-
-class Received(NamedTuple):
-    """A message, and when it was received, in ns since 1970."""
-
-    source: Source
-    time: int
-    data: bytes
 
 
 class Journal:
@@ -33,7 +25,7 @@ class Journal:
         self._last: Deque[bytes] = deque()  # what is known, the newest on the right
         self._time = 0
 
-    def sort(self, events: List[Received]) -> List[Received]:
+    def sort(self, events: List[Message]) -> List[Message]:
         """Returns the events that were not there before, in the order of their numbers.
 
         Args:
@@ -57,7 +49,7 @@ class Journal:
         return True
 
 
-def _stamp(event: Received) -> Tuple[int, int, int]:
+def _stamp(event: Message) -> Tuple[int, int, int]:
     begin = event.data[: _EVENT.size].ljust(_EVENT.size, b"\0")
     seconds, nanoseconds, number = _EVENT.unpack(begin)
     return seconds, nanoseconds, number
