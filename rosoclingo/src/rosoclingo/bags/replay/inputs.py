@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import List, Set, Tuple
+from typing import List, Set
 
-from rosoclingo.bags.read.run import Output, Run
+from rosoclingo.bags.read.run import Run
 from rosoclingo.loop import journal
 from rosoclingo.loop.replay_inbox import Key, Kind
 
@@ -32,8 +32,7 @@ class Input:
     Attributes:
         event: What it was.
         point: What the loop was doing.
-        before: The outputs since the input before.
-        position: How many outputs there were before it in all.
+        position: How many outputs there were before it.
         command: The last command before it.
         gap: Seconds since what it followed: an output, an input or the begin of the wait.
         answers: Whether it answers an action.
@@ -41,7 +40,6 @@ class Input:
 
     event: journal.Arrival
     point: Point
-    before: Tuple[Output, ...]
     position: int
     command: str
     gap: float
@@ -59,7 +57,6 @@ def inputs(run: Run) -> List[Input]:
     Those that do not are cancel requests that came too late.
     """
     found: List[Input] = []
-    before: List[Output] = []
     count = 0
     command = ""
     acting: Set[str] = set()
@@ -76,16 +73,13 @@ def inputs(run: Run) -> List[Input]:
             gap = max(0.0, entry.seconds - last)
             point = loop.take(event) if run.has_journal else _guess(gap, is_first=not found)
             answers = isinstance(event, journal.MessageArrived) and event.source in acting
-            found.append(Input(event, point, tuple(before), count, command, gap, answers))
+            found.append(Input(event, point, count, command, gap, answers))
             if isinstance(event, journal.MessageArrived):
                 acting.discard(event.source)
-            before, last = [], entry.seconds
+            last = entry.seconds
             continue
         loop.see(event)
-        if output is not None:
-            count += 1
-            if not isinstance(event, journal.LoopEnded):  # what it took then, had come before
-                before.append(output)
+        count += output is not None
         if isinstance(event, journal.ActionPublished):
             acting.add(event.actuator)
         elif isinstance(event, journal.CommandDone):

@@ -173,7 +173,7 @@ def play(
         patience = _patience(run, schedule, rate, timeout)
         play_on = _Player(connection, schedule, system, patience)
         count = len(schedule.planned)
-        failure = play_on.run(lambda: progress(schedule.sent + schedule.skipped, count))
+        failure = play_on.run(lambda: progress(schedule.passed, count))
         seconds = play_on.seconds
         rospy.signal_shutdown("the replay is over")
     return Replayed(
