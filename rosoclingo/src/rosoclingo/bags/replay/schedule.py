@@ -59,8 +59,8 @@ class Schedule:
         self.passed = 0
         self.in_step = has_gate
         self._has_gate = has_gate
-        self._commands = [e.event for e in run.entries if isinstance(e.event, journal.CommandDone)]
-        self._done = 0  # commands
+        events = (entry.event for entry in run.entries)
+        self._commands = (event for event in events if isinstance(event, journal.CommandDone))
         self._arrived = arrived
         self._expected = [output for output in run.outputs if output is not None]
         self._is_open = run.is_open
@@ -122,11 +122,9 @@ class Schedule:
         self._is_held = False
         self._rests = seen.publishes
         self._settled = self._rests and not self._on_way
-        if self._done < len(self._commands):
-            expected = self._commands[self._done]
-            if (expected.command, expected.result) != (seen.command, seen.result):
-                self.in_step = False
-        self._done += 1
+        expected = next(self._commands, seen)
+        if (expected.command, expected.result) != (seen.command, seen.result):
+            self.in_step = False
 
     def _take(self, key: Key) -> None:
         if self._on_way[key] > 0:
