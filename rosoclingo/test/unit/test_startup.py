@@ -9,8 +9,7 @@ from typing import Dict, List, Mapping, Sequence
 import pytest
 
 from rosoclingo.bags.model import Entry, Program, Recording
-from rosoclingo.bags.replay.replayable import check
-from rosoclingo.bags.replay.startup import Changes, starts
+from rosoclingo.bags.replay.startup import Changes, check, starts
 from rosoclingo.bags.replay.unpack import ReplayError, from_disk, unpack
 from rosoclingo.loop.journal import LoopWaits
 

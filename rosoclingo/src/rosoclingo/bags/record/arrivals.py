@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections import deque
-from typing import Deque, List, Set, Tuple
+from typing import Dict, List, Tuple
 
 from rosoclingo.bags.wire import Message
 
@@ -21,8 +20,7 @@ class Journal:
     """
 
     def __init__(self) -> None:
-        self._known: Set[bytes] = set()
-        self._last: Deque[bytes] = deque()  # what is known, the newest on the right
+        self._known: Dict[bytes, None] = {}  # the oldest first
         self._time = 0
 
     def sort(self, events: List[Message]) -> List[Message]:
@@ -42,10 +40,9 @@ class Journal:
     def _is_new(self, event: bytes) -> bool:
         if event in self._known:
             return False
-        self._known.add(event)
-        self._last.append(event)
-        if len(self._last) > _REMEMBERED:
-            self._known.remove(self._last.popleft())
+        self._known[event] = None
+        if len(self._known) > _REMEMBERED:
+            del self._known[next(iter(self._known))]
         return True
 
 

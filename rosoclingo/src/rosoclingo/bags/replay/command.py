@@ -21,8 +21,7 @@ from rosoclingo.bags.errors import IncompleteBagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.player import Replayed, play
-from rosoclingo.bags.replay.replayable import check
-from rosoclingo.bags.replay.startup import Changes, starts
+from rosoclingo.bags.replay.startup import Changes, check, starts
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 
 _PROGRESS_SECONDS = 2.0

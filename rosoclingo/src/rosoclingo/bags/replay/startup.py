@@ -1,4 +1,4 @@
-"""Which processes make the system that replays a bag. Needs no ROS."""
+"""Whether a bag can be replayed, and which processes make the system that does. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Dict, List, Optional, Tuple
 
+from rosclingo.solver import lexical
 from rosoclingo.bags.model import Program, Recording
 from rosoclingo.bags.replay.unpack import ReplayError, from_disk, unpack
+from rosoclingo.bags.topics import NODE
 
 _SOLVER = "rosclingo run.py"
 _LOOP = "rosoclingo run.py"
@@ -54,6 +56,29 @@ class Start:
     command: Tuple[str, ...]
     namespace: str = "/"
     directory: Optional[Path] = None
+
+
+def check(bag: Path, recording: Recording, allow_scripts: bool) -> None:
+    """Checks that a recording can be replayed on this machine.
+
+    Args:
+        bag: Where it was read from.
+        recording: The recording.
+        allow_scripts: Whether the ``#script`` blocks in its files may run.
+
+    Raises:
+        ReplayError: It cannot; the message says why and what to do.
+    """
+    for name in (recording.name, *recording.programs):
+        if not NODE.fullmatch(name):
+            raise ReplayError(f"{bag}: {name!r} is no name of a node")
+    for program in recording.programs.values():
+        for file, text in program.files.items():
+            if lexical.script(text) is not None and not allow_scripts:
+                raise ReplayError(
+                    f"{bag}: {file} has a #script block, which would run on this machine; if you "
+                    "trust the bag, allow it with --allow-scripts"
+                )
 
 
 def starts(recording: Recording, changes: Changes, folder: Path) -> List[Start]:
