@@ -8,12 +8,13 @@ from typing import Any, Callable, Deque, Dict, List, Mapping, NamedTuple, Option
 
 from rosclingo.wire.commands import Result
 from rosoclingo.bags.model import Entry, Recording
-from rosoclingo.bags.report.changes import Found, Planned, after_reset, changes, planned
+from rosoclingo.bags.report.changes import Planned, after_reset, change, explained, planned
 from rosoclingo.bags.report.run import (
     OPEN,
     RECALLED,
     ActionRun,
     Cause,
+    Change,
     GoalRun,
     MessageRun,
     Search,
@@ -43,7 +44,7 @@ def compute(recording: Recording) -> Statistics:
         searches=tuple(reading.searches),
         steps=tuple(reading.steps),
         plans=len(reading.plans),
-        changes=changes(reading.plans, reading.causes()),
+        changes=explained(reading.changes, reading.plans, reading.causes()),
     )
 
 
@@ -69,7 +70,8 @@ class _Reading:
         self.received = 0
         self.searches: List[Search] = []
         self.steps: List[StepRun] = []
-        self.plans: List[Found] = []
+        self.plans: List[int] = []  # their positions
+        self.changes: Dict[int, Change] = {}  # without causes, by the numbers of the plans
         self._position = 0
         self._plan: Planned = {}
         self._arrivals: Dict[str, int] = {}  # positions of goals
@@ -158,7 +160,7 @@ class _Reading:
         is_queued = before is not None and (before.ended is None or before.ended > goal.came)
         self._slots[slot] = goal.id
         self._steps_before[goal.id] = len(self.steps)
-        self._planned[goal.id] = self.plans[-1].position if self.plans else self._position
+        self._planned[goal.id] = self.plans[-1] if self.plans else self._position
         behind = before.request if before is not None and is_queued else ""
         self.goals[goal.id] = replace(goal, accepted=seconds, slot=slot, behind=behind)
 
@@ -222,9 +224,10 @@ class _Reading:
     def _on_plan(self, entry: Entry, event: journal.PlanFound) -> None:
         before = {step: actions for step, actions in self._plan.items() if step >= entry.step}
         self._plan = planned(event.actions)
-        self.plans.append(
-            Found(self._position, entry.seconds, entry.step, entry.horizon, before, self._plan)
-        )
+        changed = change(entry, before, self._plan)
+        if changed is not None:
+            self.changes[len(self.plans)] = changed
+        self.plans.append(self._position)
 
     def _on_action(self, entry: Entry, event: journal.ActionPublished) -> None:
         actuator = _compact(event.actuator)
