@@ -13,7 +13,7 @@ from rosoclingo.bags.read.decode import Decoder
 from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said, in_order
 from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about, solvers, text_entries
 from rosoclingo.bags.wire import Connection, Message
-from rosoclingo.loop.journal import Record, decode
+from rosoclingo.loop.journal import decode
 
 _OWN_TYPES = {kind for kind in LOOP_TYPES.values() if kind.startswith("rosoclingo/")}
 _RUNS = ("journal", "goal", "in", "out")  # topics of which one at least shows that there is a run
@@ -47,14 +47,11 @@ class _Reading:
 
     def recording(self) -> Recording:
         """Reads what the bag has of the chosen node."""
-        has_journal = self._has("journal")
+        topic = f"{self._name}/journal"
+        has_journal = any(connection.topic == topic for connection in self._bag.connections)
         if has_journal:
-            self._require("journal")
             entries = self._read_journal()
         else:
-            for topic in ("goal", "in", "out"):
-                if self._has(topic):
-                    self._require(topic)
             entries = self._read_topics()
             self._remarks.append(
                 "the bag has no journal; the run was put together from the node's other topics"
@@ -105,42 +102,38 @@ class _Reading:
 
     # What can be read.
 
-    def _has(self, topic: str) -> bool:
-        return any(one.topic == f"{self._name}/{topic}" for one in self._bag.connections)
+    def _messages(self, *topics: str) -> Iterator[Tuple[Message, Any]]:
+        """Yields the messages of topics, and what they say.
 
-    def _require(self, topic: str) -> None:
-        """Raises an error if nothing of a topic can be read because of its type."""
-        reasons = self._accept(f"{self._name}/{topic}", LOOP_TYPES[topic])
-        connections = [c for c in self._bag.connections if c.topic == f"{self._name}/{topic}"]
-        if not any(connection in self._readable for connection in connections):
-            raise BagTypeError(
-                f"{self._file}: {reasons[0]}; replay it with the version that recorded it, "
-                "or record again"
-            )
-
-    def _accept(self, topic: str, kind: str) -> List[str]:
-        """Looks at a topic's connections, and returns why some are refused."""
-        reasons = []
-        for connection in dict.fromkeys(self._bag.connections):
-            if connection.topic == topic and connection not in self._readable:
-                reason = self._decoder.refuse(connection, kind)
-                if reason is None:
-                    self._readable.add(connection)
-                elif reason not in self._remarks:
-                    reasons.append(reason)
-        self._remarks += [f"left out: {reason}" for reason in reasons]
-        return reasons
-
-    def _messages(self, topics: Dict[str, str]) -> Iterator[Tuple[Message, Any]]:
-        """Yields the messages of topics, which have types, and what they say."""
-        for topic, kind in topics.items():
-            self._accept(topic, kind)
+        Raises:
+            BagTypeError: Nothing of a topic that a run needs can be read because of its type.
+        """
+        for topic in topics:
+            self._accept(topic)
         for message in self._bag.messages:
             if message.connection.topic in topics and message.connection in self._readable:
                 try:
                     yield message, self._decoder.decode(message)
                 except ValueError:
                     self._lost[message.connection.topic] += 1
+
+    def _accept(self, topic: str) -> None:
+        """Looks which of a topic's connections can be read."""
+        name = owner(topic)[1]
+        reasons = []
+        for connection in dict.fromkeys(self._bag.connections):
+            if connection.topic == topic:
+                reason = self._decoder.refuse(connection, LOOP_TYPES[name])
+                if reason is None:
+                    self._readable.add(connection)
+                else:
+                    reasons.append(reason)
+        if reasons and name in _RUNS and not any(one.topic == topic for one in self._readable):
+            raise BagTypeError(
+                f"{self._file}: {reasons[0]}; replay it with the version that recorded it, "
+                "or record again"
+            )
+        self._remarks += [f"left out: {reason}" for reason in reasons]
 
     # What the run was.
 
@@ -150,19 +143,20 @@ class _Reading:
 
     def _read_journal(self) -> Tuple[Entry, ...]:
         begin = self._begin
-        runs: List[Dict[int, Tuple[int, Record]]] = [{}]
+        runs: List[Dict[int, Entry]] = [{}]
         topic = f"{self._name}/journal"
         unnumbered = 0
-        for _, said in self._messages({topic: LOOP_TYPES["journal"]}):
+        for _, said in self._messages(topic):
             if not said.number:
                 unnumbered += 1
                 continue
-            stamp = said.stamp.sec * 10**9 + said.stamp.nanosec
+            seconds = (said.stamp.sec * 10**9 + said.stamp.nanosec - begin) * 1e-9
             known = runs[-1].get(said.number)
-            if known is not None and known[0] != stamp:
+            if known is not None and known.seconds != seconds:
                 runs.append({})  # the node was started again
-            record = Record(decode(said), int(said.step), int(said.horizon))
-            runs[-1][said.number] = stamp, record
+            runs[-1][said.number] = Entry(
+                decode(said), int(said.step), int(said.horizon), said.number, seconds
+            )
         if len(runs) > 1:
             self._remarks.append(
                 f"{self._name} was started {len(runs)} times during the recording; this is its "
@@ -177,28 +171,22 @@ class _Reading:
         lost = (numbered[-1][0] if numbered else 0) - len(numbered)
         if lost > 0:
             self._remarks.append(f"{lost} events of the journal are missing")
-        return tuple(
-            _entry(record, number, (stamp - begin) * 1e-9) for number, (stamp, record) in numbered
-        )
+        return tuple(entry for _, entry in numbered)
 
     def _read_topics(self) -> Tuple[Entry, ...]:
         begin = self._begin
-        topics = {f"{self._name}/{topic}": LOOP_TYPES[topic] for topic in TOPICS}
         recorded = [
             Said(owner(one.connection.topic)[1], (one.time - begin) * 1e-9, message)
-            for one, message in self._messages(topics)
+            for one, message in self._messages(*(f"{self._name}/{topic}" for topic in TOPICS))
         ]
-        historian = Historian(said.message.id for said in recorded if said.topic == "out")
-        entries: List[Entry] = []
-
-        def add(seconds: float, records: Iterator[Record]) -> None:
-            for record in records:
-                entries.append(_entry(record, len(entries) + 1, seconds))
-
-        for said in in_order(recorded):
-            add(said.seconds, historian.take(said))
-        add(entries[-1].seconds if entries else 0.0, historian.release())
-        return tuple(entries)
+        historian = Historian()
+        records = (
+            (record, said.seconds) for said in in_order(recorded) for record in historian.take(said)
+        )
+        return tuple(
+            Entry(record.event, record.step, record.horizon, number, seconds)
+            for number, (record, seconds) in enumerate(records, 1)
+        )
 
     # What it was started with.
 
@@ -216,15 +204,11 @@ class _Reading:
 
     def _about(self, node: str) -> List[str]:
         topic = f"{node}/about"
-        found = [said.data for _, said in self._messages({topic: LOOP_TYPES["about"]})]
+        found = [said.data for _, said in self._messages(topic)]
         described = [text for text in found if parse_about(text).get("program")]
         if len(described) < len(found):
             self._remarks.append(f"what {topic} says of the node cannot be read")
         return described
-
-
-def _entry(record: Record, number: int, seconds: float) -> Entry:
-    return Entry(record.event, record.step, record.horizon, number, seconds)
 
 
 def _program(node: str, described: Dict[str, Any]) -> Program:

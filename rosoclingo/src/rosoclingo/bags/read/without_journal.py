@@ -8,7 +8,6 @@ Steps are counted: one is over when all actuators that act in it have answered.
 
 from __future__ import annotations
 
-import math
 import re
 from itertools import takewhile
 from typing import (
@@ -22,14 +21,13 @@ from typing import (
     NamedTuple,
     Sequence,
     Set,
-    Tuple,
 )
 
 from rosclingo.wire.term_text import split_list
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Event, Reason, Record, Status
 
-TOPICS = ("goal", "cancel", "in", "out", "status", "feedback", "result")
+TOPICS = ("goal", "in", "out", "cancel", "status", "feedback", "result")
 """What the events are made from."""
 
 _STATUSES = {
@@ -56,22 +54,31 @@ class Said(NamedTuple):
 
 
 def in_order(recorded: Iterable[Said]) -> List[Said]:
-    """Returns messages in the bag's order, but each answer before what followed from it.
+    """Returns messages in the bag's order, but each answer between its action and what followed.
 
     While the loop waits for an answer, it changes the status of a goal, or tells the same actuator
     to do something else, only if a goal, a cancel request or a message comes. So such statuses and
-    actions just before the answer show that it was recorded too late.
+    actions just before the answer show that it was recorded too late. An answer just before an
+    action, of an actuator that has none to answer, was recorded too early.
     """
     ordered: List[Said] = []
     pending: Dict[str, int] = {}  # how many actions of an actuator have no answer
+    early: Dict[str, Said] = {}  # what an actuator said that had no action to answer
     for said in recorded:
         place = len(ordered)
         if said.topic == "out":
+            answer = early.pop(said.message.id, None)
+            if answer is not None and said.seconds - answer.seconds <= _SWAPPED_SECONDS:
+                del ordered[place - 1 - ordered[::-1].index(answer)]
+                ordered += [said, answer]
+                continue
             pending[said.message.id] = pending.get(said.message.id, 0) + 1
         elif said.topic == "in" and pending.get(said.message.id):
             place = _place(ordered, said, pending)
             followed = (one for one in ordered[place:] if one.topic == "out")
             pending[said.message.id] = sum(one.message.id == said.message.id for one in followed)
+        elif said.topic == "in":
+            early[said.message.id] = said
         ordered.insert(place, said)
     return ordered
 
@@ -108,16 +115,10 @@ def _place(ordered: Sequence[Said], answer: Said, pending: Mapping[str, int]) ->
 
 
 class Historian:
-    """Takes the messages in the order of the bag."""
+    """Takes the messages in the order of :func:`in_order`."""
 
-    def __init__(self, actuators: Iterable[str]) -> None:
-        """Begins in step 0.
-
-        Args:
-            actuators: The ids of all that act in the run.
-        """
-        self._actuators = frozenset(actuators)
-        self._held: Dict[str, Tuple[float, Any]] = {}  # answers to what was not published yet
+    def __init__(self) -> None:
+        """Begins in step 0."""
         self._step = 0
         self._horizon = 0
         self._acting: Set[str] = set()
@@ -136,29 +137,8 @@ class Historian:
 
     def take(self, said: Said) -> Iterator[Record]:
         """Yields the events that a message makes known."""
-        topic, seconds, message = said
-        yield from self.release(seconds - _SWAPPED_SECONDS)
-        if topic == "in" and self._is_early(message.id):
-            self._held[message.id] = seconds, message
-            return
-        yield from self._record(self._takers[topic](message))
-        if topic == "out" and message.id in self._held:
-            yield from self._record(self._in(self._held.pop(message.id)[1]))
-
-    def release(self, until: float = math.inf) -> Iterator[Record]:
-        """Yields the events of messages until a time that were held back, by default all."""
-        for identifier, (seconds, message) in list(self._held.items()):
-            if seconds < until:
-                del self._held[identifier]
-                yield from self._record(self._in(message))
-
-    def _record(self, events: Iterator[Event]) -> Iterator[Record]:
-        for event in events:
+        for event in self._takers[said.topic](said.message):
             yield Record(event, self._step, self._horizon)
-
-    def _is_early(self, identifier: str) -> bool:
-        is_acting = identifier in self._acting and identifier not in self._answered
-        return identifier in self._actuators and not is_acting and identifier not in self._held
 
     def _goal(self, message: Any) -> Iterator[Event]:
         identifier = message.goal_id.id
