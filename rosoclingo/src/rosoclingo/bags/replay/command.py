@@ -8,10 +8,9 @@ import os
 import signal
 import sys
 import tempfile
-import time
 from pathlib import Path
 from types import FrameType
-from typing import Callable, List, NoReturn, Optional, Tuple
+from typing import NoReturn, Optional, Tuple
 
 from rosclingo.wire.commands import Result
 from rosoclingo.bags.compare import cli, comparable, text_report
@@ -23,8 +22,6 @@ from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.player import Replayed, play
 from rosoclingo.bags.replay.startup import Changes, check, starts
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
-
-_PROGRESS_SECONDS = 2.0
 
 
 def main() -> NoReturn:
@@ -70,7 +67,7 @@ def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
             folder,
             rate=options.rate,
             timeout=options.timeout,
-            progress=_progress(),
+            progress=_say_progress,
         )
     return _judge(recording, run, replayed, Level(options.level)), replayed.seconds
 
@@ -101,19 +98,8 @@ def _is_cut_off(event: Event) -> bool:
     return isinstance(event, PlanFound) and not event.is_best
 
 
-def _progress() -> Callable[[int, int], None]:
-    """Returns what says on stderr how far the replay is, if it takes long."""
-    times: List[float] = []  # when it was called first, and when it said something
-
-    def say(sent: int, all_: int) -> None:
-        now = time.monotonic()
-        if all_ and now - (times or [now])[-1] >= _PROGRESS_SECONDS:
-            print(f"replay: {sent} of {all_} inputs, {now - times[0]:.0f} s", file=sys.stderr)
-            times[1:] = [now]
-        elif not times:
-            times.append(now)
-
-    return say
+def _say_progress(passed: int, count: int, seconds: float) -> None:
+    print(f"replay: {passed} of {count} inputs, {seconds:.0f} s", file=sys.stderr)
 
 
 def _parser() -> argparse.ArgumentParser:
