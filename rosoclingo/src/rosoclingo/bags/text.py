@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 
 def one_line(text: str) -> str:
     """Returns a text with all that is not printable escaped, line ends and tabs too."""
@@ -11,6 +13,11 @@ def one_line(text: str) -> str:
 def lines(text: str) -> str:
     """Returns a text with all that is not printable escaped, but for line ends and tabs."""
     return "".join(letter if letter in "\n\t" else _escaped(letter) for letter in text)
+
+
+def say(program: str, text: str) -> None:
+    """Prints a message of a program on stderr, which may have texts of a bag."""
+    print(lines(f"{program}: {text}"), file=sys.stderr)
 
 
 def _escaped(letter: str) -> str:

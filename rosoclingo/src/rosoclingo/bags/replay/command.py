@@ -13,7 +13,7 @@ from types import FrameType
 from typing import NoReturn, Optional, Tuple
 
 from rosclingo.wire.commands import Result
-from rosoclingo.bags.compare import cli, comparable, text_report
+from rosoclingo.bags.compare import cli, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level, compare
 from rosoclingo.bags.compare.junit import Suite
 from rosoclingo.bags.errors import IncompleteBagError
@@ -21,6 +21,7 @@ from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.player import Replayed, play
 from rosoclingo.bags.replay.startup import Changes, check, starts
+from rosoclingo.bags.text import say
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 
 
@@ -46,13 +47,13 @@ def main() -> NoReturn:
 def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
     recording = cli.read("replay", options.bag, options.name)
     run = Run.of(recording)
-    if comparable.is_empty(run):
+    if run.is_empty:
         raise IncompleteBagError(
             f"{options.bag}: nothing can be compared: no goal has got a status, and the loop of "
             f"{recording.name} has put out nothing; record a run that does something"
         )
-    if comparable.is_cut(run):
-        cli.say("replay", f"{options.bag}: {text_report.CUT}")
+    if run.is_cut:
+        say("replay", f"{options.bag}: {text_report.CUT}")
     check(options.bag, recording, options.allow_scripts or options.files == "disk")
     changes = Changes(
         options.controller, options.planner, options.single, options.system,
