@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable, Dict, List, Optional, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
@@ -21,20 +21,24 @@ _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are log
 
 
 @dataclass(frozen=True)
-class ActingSnapshot:
-    """An actuator that was told to act in the current step.
+class Acting:
+    """That an actuator was told to act in the current step.
 
     Attributes:
-        actuator: Its id.
-        seconds: Since when, in seconds before the snapshot.
-        overdue: Whether its time is over.
+        began: When, in seconds of a monotonic clock; in a snapshot, of one that stands at 0 then.
+        reminded: When it was said last that it does not answer, likewise.
+        is_overdue: Whether its time is over.
         answer: What it has answered.
     """
 
-    actuator: str
-    seconds: float
-    overdue: bool
-    answer: Optional[str]
+    began: float
+    reminded: float
+    is_overdue: bool = False
+    answer: Optional[str] = None
+
+    def since(self, time: float) -> Acting:
+        """Returns the same with seconds since a time."""
+        return replace(self, began=self.began - time, reminded=self.reminded - time)
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,7 @@ class MailSnapshot:
         new_goals: Whether a goal has come, or a slot for one that waits.
         held: What is held back, in order of arrival.
         news: How much has come that the controller does not know of.
-        acting: The current step's actuators.
+        acting: The current step's actuators, by their ids.
         undeclared: Actuators of whose answers a warning was logged.
     """
 
@@ -60,18 +64,8 @@ class MailSnapshot:
     new_goals: bool
     held: Tuple[Key, ...]
     news: int
-    acting: Tuple[ActingSnapshot, ...]
+    acting: Tuple[Tuple[str, Acting], ...]
     undeclared: Tuple[str, ...]
-
-
-@dataclass
-class _Acting:
-    """An actuator that was told to act in the current step; times are of a monotonic clock."""
-
-    began: float
-    reminded: float  # when it was said last that it does not answer
-    is_overdue: bool = False
-    answer: Optional[str] = None
 
 
 class Mail:
@@ -112,7 +106,7 @@ class Mail:
         self._note = note
         self._held: List[Item] = []  # nobody can say yet whether the planner knows it
         self._news = 0  # how much has come that the controller does not know of
-        self._acting: Dict[str, _Acting] = {}
+        self._acting: Dict[str, Acting] = {}
         self._undeclared: Set[str] = set()  # actuators of whose answers a warning was logged
         self._command_began: Optional[float] = None  # that which is carried out
 
@@ -127,10 +121,7 @@ class Mail:
             self.new_goals,
             tuple(map(key_of, self._held)),
             self._news,
-            tuple(
-                ActingSnapshot(actuator, now - one.began, one.is_overdue, one.answer)
-                for actuator, one in self._acting.items()
-            ),
+            tuple((actuator, one.since(now)) for actuator, one in self._acting.items()),
             tuple(sorted(self._undeclared)),
         )
 
@@ -148,10 +139,7 @@ class Mail:
         self._held = [_item(key, goals) for key in saved.held]
         self._news = saved.news
         now = time.monotonic()
-        self._acting = {
-            one.actuator: _Acting(now - one.seconds, now, one.overdue, one.answer)
-            for one in saved.acting
-        }
+        self._acting = {actuator: one.since(-now) for actuator, one in saved.acting}
         self._undeclared = set(saved.undeclared)
 
     @property
@@ -306,7 +294,7 @@ class Mail:
             return True
         elif not self._externals.knows([(source, value)]):
             if acting and acting.answer is None:
-                acting.answer = value
+                self._acting[source] = replace(acting, answer=value)
                 self._warn_of_undeclared_answer(source, value)
                 return True
             reason = "the planner's encoding declares no such event"
@@ -314,7 +302,7 @@ class Mail:
             reason = f"it has answered {shorten(acting.answer)} already"
         else:
             if acting:
-                acting.answer = value
+                self._acting[source] = replace(acting, answer=value)
             self.messages.append((source, value))
             return True
         dropped.append(f"{journal.naming(source, value)}{reason}")
@@ -351,7 +339,7 @@ class Mail:
     def acts(self, actuator: str) -> None:
         """Notes that an actuator was told to act: what it answered was to another action."""
         now = time.monotonic()
-        self._acting[actuator] = _Acting(now, now)
+        self._acting[actuator] = Acting(now, now)
 
     def is_acting(self, actuator: str) -> bool:
         """Whether an actuator was told to act in the current step."""
@@ -361,8 +349,8 @@ class Mail:
         """Returns the actuators without an answer since so many seconds; each action's once."""
         now = time.monotonic()
         late = {name: one for name, one in self._silent() if now - one.began >= seconds}
-        for one in late.values():
-            one.is_overdue = True
+        for name, one in late.items():
+            self._acting[name] = replace(one, is_overdue=True)
         return list(late)
 
     def late(self, seconds: float) -> List[Tuple[str, float]]:
@@ -375,11 +363,11 @@ class Mail:
         late = []
         for actuator, one in self._silent():
             if now - one.reminded >= seconds:
-                one.reminded = now
+                self._acting[actuator] = replace(one, reminded=now)
                 late.append((actuator, now - one.began))
         return late
 
-    def _silent(self) -> List[Tuple[str, _Acting]]:
+    def _silent(self) -> List[Tuple[str, Acting]]:
         return [
             (actuator, one)
             for actuator, one in self._acting.items()

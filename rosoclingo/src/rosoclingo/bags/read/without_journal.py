@@ -132,7 +132,7 @@ class Historian:
             "out": self._out,
             "status": self._status,
             "feedback": self._feedback,
-            "result": self._result,
+            "result": lambda message: self._change(message.status),
         }
 
     def take(self, said: Said) -> Iterator[Record]:
@@ -174,7 +174,7 @@ class Historian:
 
     def _status(self, message: Any) -> Iterator[Event]:
         for status in message.status_list:
-            yield from self._change(status.goal_id.id, status.status, status.text)
+            yield from self._change(status)
 
     def _feedback(self, message: Any) -> Iterator[Event]:
         found = _HORIZON.fullmatch(message.feedback.status)
@@ -182,12 +182,8 @@ class Historian:
             self._horizon = int(found[1])
         yield from ()
 
-    def _result(self, message: Any) -> Iterator[Event]:
-        status = message.status
-        yield from self._change(status.goal_id.id, status.status, status.text)
-
-    def _change(self, identifier: str, code: int, text: str) -> Iterator[Event]:
-        status = _STATUSES.get(code)
+    def _change(self, told: Any) -> Iterator[Event]:
+        identifier, status = told.goal_id.id, _STATUSES.get(told.status)
         if identifier not in self._goals or not status or self._statuses.get(identifier) is status:
             return
         self._statuses[identifier] = status
@@ -195,7 +191,7 @@ class Historian:
             yield journal.StatusSet(identifier, status)
         else:
             del self._goals[identifier]
-            yield journal.StatusSet(identifier, status, reason=Reason.of(text))
+            yield journal.StatusSet(identifier, status, reason=Reason.of(told.text))
 
 
 def _seconds(stamp: Any) -> float:
