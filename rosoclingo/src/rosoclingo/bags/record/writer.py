@@ -66,8 +66,18 @@ class BagWriter:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Closes the bag."""
-        self.close()
+        """Writes the index and closes the file; a bag without messages is removed.
+
+        Raises:
+            BagWriteError: The disk refuses.
+        """
+        try:
+            self._writer.close()
+            _lengthen_header(self._file)
+            if not self.count:  # which no tool of ROS can read
+                self._file.unlink()
+        except OSError as err:
+            raise self._refused(err) from err
 
     def write(self, message: Message) -> None:
         """Adds a message.
@@ -100,22 +110,6 @@ class BagWriter:
                     chunk.connections[identifier] = [(0, 0)] * len(places)
             if self._writer.bio is not None:
                 self._writer.bio.flush()
-        except OSError as err:
-            raise self._refused(err) from err
-
-    def close(self) -> None:
-        """Writes the index and closes the file; a bag without messages is removed.
-
-        Raises:
-            BagWriteError: The disk refuses.
-        """
-        if self._writer.bio is None:
-            return
-        try:
-            self._writer.close()
-            _lengthen_header(self._file)
-            if not self.count:  # which no tool of ROS can read
-                self._file.unlink()
         except OSError as err:
             raise self._refused(err) from err
 
