@@ -4,34 +4,18 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Callable, List, NamedTuple, Tuple
+from typing import Callable
 
 from rosoclingo.bags.errors import BagSizeError, BagVersionError, DamagedBagError, NoBagError
 from rosoclingo.bags.read.decompress import ExpansionError
 from rosoclingo.bags.read.records import Records
-from rosoclingo.bags.wire import Connection, Message
+from rosoclingo.bags.wire import Connection
 
 _MAGIC = re.compile(rb"#ROSBAG V(\d+)\.(\d+)\r?\n")
 _LONGEST_MAGIC = 32  # bytes
 
 
-class Bag(NamedTuple):
-    """What is in a bag.
-
-    Attributes:
-        messages: The messages that were asked for, in the order of their times.
-        connections: All connections.
-        remarks: What was wrong with the bag.
-        size: Its size in bytes.
-    """
-
-    messages: List[Message]
-    connections: List[Connection]
-    remarks: Tuple[str, ...]
-    size: int
-
-
-def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
+def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Records:
     """Reads a bag; one that is damaged, as far as that goes.
 
     Args:
@@ -54,28 +38,20 @@ def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
             f"{file}: {err}, which is no recording's; if you trust the bag, decompress it in a ROS "
             f"installation: rosbag decompress {file.name}"
         ) from err
-    return _judge(file, records)
+    _judge(file, records)
+    return records
 
 
-def _judge(file: Path, records: Records) -> Bag:
+def _judge(file: Path, records: Records) -> None:
+    """Raises an error if nothing could be read."""
     if records.encryptor:
         raise BagVersionError(
             f"{file}: the bag is encrypted; decrypt it in a ROS installation: "
             f"rosbag decrypt {file.name}"
         )
-    fault = records.fault
-    if not records.connections and (records.losses or fault):
-        lost = [*records.losses, fault][0]
+    if not records.connections and (records.losses or records.fault):
+        lost = [*records.losses, records.fault][0]
         raise DamagedBagError(f"{file}: nothing can be read of the bag: {lost}; record again")
-    messages = sorted(records.messages, key=lambda message: message.time)
-    remarks = [f"lost: {loss}" for loss in records.losses]
-    if fault:
-        remarks.insert(
-            0,
-            f"the bag has no intact index ({fault}); it was read from its beginning on, "
-            f"and {len(messages)} messages of the system were found",
-        )
-    return Bag(messages, list(records.connections.values()), tuple(remarks), records.size)
 
 
 def _check(file: Path, begin: bytes) -> int:

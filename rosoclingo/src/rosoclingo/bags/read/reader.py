@@ -8,8 +8,9 @@ from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
 from rosoclingo.bags.errors import BagTypeError, NoSystemError, SeveralSystemsError
 from rosoclingo.bags.model import Entry, Program, Recording
-from rosoclingo.bags.read.bagfile import Bag, read_bag
+from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
+from rosoclingo.bags.read.records import Records
 from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said, in_order
 from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about, solvers, text_entries
 from rosoclingo.bags.wire import Connection, Message
@@ -36,19 +37,20 @@ def read_recording(file: Path, name: Optional[str] = None) -> Recording:
 
 
 class _Reading:
-    def __init__(self, file: Path, bag: Bag, name: Optional[str]) -> None:
+    def __init__(self, file: Path, bag: Records, name: Optional[str]) -> None:
         self._file = file
         self._bag = bag
+        self._connections = list(dict.fromkeys(bag.connections.values()))
         self._decoder = Decoder()
         self._name = self._choose(name)
-        self._remarks: List[str] = list(bag.remarks)
+        self._remarks = bag.remarks
         self._lost: Counter[str] = Counter()
         self._readable: Set[Connection] = set()
 
     def recording(self) -> Recording:
         """Reads what the bag has of the chosen node."""
         topic = f"{self._name}/journal"
-        has_journal = any(connection.topic == topic for connection in self._bag.connections)
+        has_journal = any(connection.topic == topic for connection in self._connections)
         if has_journal:
             entries = self._read_journal()
         else:
@@ -74,7 +76,7 @@ class _Reading:
         found = sorted(
             {
                 owner(connection.topic)[0]
-                for connection in self._bag.connections
+                for connection in self._connections
                 if connection.type in _OWN_TYPES and owner(connection.topic)[1] in _RUNS
             }
         )
@@ -85,7 +87,7 @@ class _Reading:
             there = f"; there are {', '.join(found)}" if found else ""
             raise NoSystemError(f"{self._file}: the bag has no topics of {wanted}{there}")
         if not found:
-            topics = sorted({connection.topic for connection in self._bag.connections})
+            topics = sorted({connection.topic for connection in self._connections})
             there = f"has only {', '.join(topics[:5])}" if topics else "has no topics"
             if len(topics) > 5:
                 there += f" and {len(topics) - 5} more"
@@ -121,7 +123,7 @@ class _Reading:
         """Looks which of a topic's connections can be read."""
         name = owner(topic)[1]
         reasons = []
-        for connection in dict.fromkeys(self._bag.connections):
+        for connection in self._connections:
             if connection.topic == topic:
                 reason = self._decoder.refuse(connection, LOOP_TYPES[name])
                 if reason is None:

@@ -32,7 +32,7 @@ class Records:
     """All records of a bag.
 
     Attributes:
-        messages: The messages, in the order of the file.
+        messages: The messages, in the order of their times.
         connections: All connections by their numbers, of messages or not.
         header: That of the bag; empty if there is none.
         losses: What is damaged, in words.
@@ -60,6 +60,7 @@ class Records:
         self._places: List[int] = []  # of the connections and chunk infos that end the bag
         self._chunks = 0
         self._read(file, self.size, "the bag")
+        self.messages.sort(key=lambda message: message.time)
 
     @property
     def encryptor(self) -> str:
@@ -80,6 +81,18 @@ class Records:
         if is_complete and (not self._places or self._places[0] == begin):
             return ""
         return "the index does not fit the rest"
+
+    @property
+    def remarks(self) -> List[str]:
+        """What is wrong with the bag, in words for the user."""
+        remarks = [f"lost: {loss}" for loss in self.losses]
+        if self.fault:
+            remarks.insert(
+                0,
+                f"the bag has no intact index ({self.fault}); it was read from its beginning on, "
+                f"and {len(self.messages)} messages of the system were found",
+            )
+        return remarks
 
     def _read(self, source: BinaryIO, size: int, where: str) -> None:
         """Reads records from where a source is until its end."""

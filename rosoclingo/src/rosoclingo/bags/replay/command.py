@@ -20,7 +20,7 @@ from rosoclingo.bags.errors import IncompleteBagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.player import Replayed, play
-from rosoclingo.bags.replay.startup import Changes, check, starts
+from rosoclingo.bags.replay.startup import check, starts
 from rosoclingo.bags.text import say
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 
@@ -55,21 +55,17 @@ def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
     if run.is_cut:
         say("replay", f"{options.bag}: {text_report.CUT}")
     check(options.bag, recording, options.allow_scripts or options.files == "disk")
-    changes = Changes(
-        options.controller, options.planner, options.single, options.system,
-        options.files == "disk",
-    )  # fmt: skip
     with tempfile.TemporaryDirectory(prefix="replay-") as name:
         folder = Path(name)
+        files = None if options.files == "disk" else folder / "files"
+        processes = starts(
+            recording, files, controller=options.controller, planner=options.planner,
+            single=options.single, system=options.system,
+        )  # fmt: skip
         replayed = play(
-            recording.name,
-            run,
-            starts(recording, changes, folder / "files"),
-            folder,
-            rate=options.rate,
-            timeout=options.timeout,
-            progress=_say_progress,
-        )
+            recording.name, run, processes, folder,
+            rate=options.rate, timeout=options.timeout, progress=_say_progress,
+        )  # fmt: skip
     return _judge(recording, run, replayed, Level(options.level)), replayed.seconds
 
 

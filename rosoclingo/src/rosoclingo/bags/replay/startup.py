@@ -23,25 +23,6 @@ _REMEDY = (
 
 
 @dataclass(frozen=True)
-class Changes:
-    """What is to be different from the recorded system.
-
-    Attributes:
-        controller: Another command line of the controller.
-        planner: Another command line of the planner.
-        single: The command line of a one-node system.
-        system: Arguments of roslaunch, which starts everything.
-        from_disk: Whether files are taken from the disk, and not from the bag.
-    """
-
-    controller: Optional[str] = None
-    planner: Optional[str] = None
-    single: Optional[str] = None
-    system: Optional[str] = None
-    from_disk: bool = False
-
-
-@dataclass(frozen=True)
 class Start:
     """A process to start.
 
@@ -81,47 +62,57 @@ def check(bag: Path, recording: Recording, allow_scripts: bool) -> None:
                 )
 
 
-def starts(recording: Recording, changes: Changes, folder: Path) -> List[Start]:
+def starts(
+    recording: Recording,
+    folder: Optional[Path],
+    *,
+    controller: Optional[str] = None,
+    planner: Optional[str] = None,
+    single: Optional[str] = None,
+    system: Optional[str] = None,
+) -> List[Start]:
     """Returns the processes of the system, that with the planning loop first.
 
     Args:
         recording: What the bag says.
-        changes: What is to be different.
-        folder: Where the files of the bag are written.
+        folder: Where the files of the bag are written; None for those of the disk instead.
+        controller: Another command line of the controller.
+        planner: Another command line of the planner.
+        single: The command line of a one-node system.
+        system: Arguments of roslaunch, which starts everything.
 
     Raises:
-        ReplayError: The bag does not say enough, or the changes do not fit to it.
+        ReplayError: The bag does not say enough, or what is to be different does not fit to it.
     """
-    lines = (changes.controller, changes.planner, changes.single, changes.system)
-    controller, planner, single, system = (_split(line) for line in lines)
+    is_changed = controller is not None or planner is not None
     if system is not None:
-        if any(line is not None for line in (controller, planner, single)):
+        if is_changed or single is not None:
             raise ReplayError("--system starts everything; leave out the other command lines")
-        return [Start("the system", ("roslaunch", *system))]
+        return [Start("the system", ("roslaunch", *_split(system)))]
     if single is not None:
-        if controller is not None or planner is not None:
+        if is_changed:
             raise ReplayError("--single is one node; leave out --controller and --planner")
-        return [_node(recording.name, _SINGLE, single, None)]
+        return [_node(recording.name, _SINGLE, _split(single))]
     loop = recording.programs.get(recording.name)
     given = {"controller": controller, "planner": planner}
     if loop is None and None in given.values():
         raise ReplayError(f"the bag does not say what {recording.name} was started with; {_REMEDY}")
     if loop is not None and loop.program == _SINGLE:
-        if controller is not None or planner is not None:
+        if is_changed:
             raise ReplayError("the bag is of a system of one node: use --single for its arguments")
-        return [_recorded(loop, changes, folder)]
+        return [_recorded(loop, folder)]
     if loop is not None and loop.program != _LOOP:
         raise ReplayError(f"the bag has an unknown program, {loop.program!r}; {_REMEDY}")
     names = _solver_names(recording, loop)
     remappings = [f"_{role}:={names[role]}" for role in _SOLVERS]
-    made = [_node(recording.name, _LOOP, remappings, None)]
+    made = [_node(recording.name, _LOOP, remappings)]
     for role in _SOLVERS:
-        arguments = given[role]
+        line = given[role]
         program = recording.programs.get(names[role])
-        if arguments is not None:
-            made.append(_node(names[role], _SOLVER, arguments, None))
+        if line is not None:
+            made.append(_node(names[role], _SOLVER, _split(line)))
         elif program is not None and program.program == _SOLVER:
-            made.append(_recorded(program, changes, folder))
+            made.append(_recorded(program, folder))
         else:
             raise ReplayError(
                 f"the bag does not say what the {role}, {names[role]}, was started with; give its "
@@ -138,15 +129,15 @@ def _solver_names(recording: Recording, loop: Optional[Program]) -> Dict[str, st
     return names
 
 
-def _recorded(program: Program, changes: Changes, folder: Path) -> Start:
+def _recorded(program: Program, folder: Optional[Path]) -> Start:
     remapping = next((one for one in program.arguments if ":=" in one), None)
     if remapping is not None:
         raise ReplayError(
             f"the bag has the argument {remapping!r} of {program.node}, which record.py does not "
             f"write; {_REMEDY}"
         )
-    if changes.from_disk:
-        return _node(program.node, program.program, from_disk(program), None)
+    if folder is None:
+        return _node(program.node, program.program, from_disk(program))
     own = folder / program.node.strip("/").replace("/", ".")  # which no name of a node has
     try:
         arguments, directory = unpack(program, own)
@@ -157,15 +148,13 @@ def _recorded(program: Program, changes: Changes, folder: Path) -> Start:
     return _node(program.node, program.program, arguments, directory)
 
 
-def _node(name: str, program: str, arguments: List[str], directory: Optional[Path]) -> Start:
+def _node(name: str, program: str, arguments: List[str], directory: Optional[Path] = None) -> Start:
     namespace, _, base = name.rpartition("/")
     command = ("rosrun", *program.split(), f"__name:={base}", *arguments)
     return Start(base, command, namespace or "/", directory)
 
 
-def _split(line: Optional[str]) -> Optional[List[str]]:
-    if line is None:
-        return None
+def _split(line: str) -> List[str]:
     try:
         return shlex.split(line)
     except ValueError as err:
