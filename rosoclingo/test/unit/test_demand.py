@@ -23,7 +23,7 @@ from rosclingo.wire.commands import (
 )
 from rosoclingo.loop import demand
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
-from rosoclingo.loop.solver import Forwarding
+from rosoclingo.loop.solver import Forwarding, Planner
 from rosoclingo.loop.vocabulary import ToldVocabulary
 
 TOLD = str(PACKAGE / "example/line_demand.lp")
@@ -186,6 +186,20 @@ def test_the_horizon_is_reached_at_once(system: Callable[..., System]) -> None:
     assert queries == ["query(0)"] * 2 + ["query(29)"]
     steps = [command for command in solver.commands if isinstance(command, Ground)]
     assert sum("transition" in [p.name for p in step.parts] for step in steps) == 29
+
+
+def test_a_search_is_stopped_while_it_is_grounded() -> None:
+    """Nothing is searched for that would be out of date, and nothing is asked for in vain."""
+    solver = Counting(Engine(Options((TOLD,), ("-c", "cells=30"))))
+    planner = Planner(solver)
+    planner.begin()
+    assert not planner.tell(["event(1,visit(30),0)"])
+    for searches, answers in ((0, [False, True]), (1, [False, False, True])):
+        outcome = planner.search(0, 0, lambda rest=answers: not rest or rest.pop(0))
+        assert (outcome.result, outcome.interrupted) == (Result.UNKNOWN, True)
+        assert solver.searches == searches
+    planner.search(0, 0, lambda: False)
+    assert planner.needed == 29
 
 
 def test_a_plan_that_is_too_long(system: Callable[..., System]) -> None:

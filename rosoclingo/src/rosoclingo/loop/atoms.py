@@ -35,6 +35,7 @@ class Action:
         return f"do({self.actuator},{self.name},{self.step})"
 
 
+@dataclass(eq=False)
 class Plan:
     """What rosoclingo reads of the planner's answer set: do/3, status/3, holds/2 and abort/2.
 
@@ -42,12 +43,13 @@ class Plan:
         symbols: The answer set.
     """
 
-    def __init__(self, symbols: Sequence[str] = ()) -> None:
-        self.symbols = tuple(symbols)
+    symbols: Tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
         self._actions: Dict[int, List[Action]] = {}
         self._statuses: Dict[int, List[Tuple[str, str]]] = {}
         self._aborts: Dict[int, List[str]] = {}
-        for text in symbols:
+        for text in self.symbols:
             step = last_number(text) if text.startswith(_READ) else None
             if step is None:
                 continue

@@ -8,7 +8,7 @@ An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Deque, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
@@ -26,24 +26,9 @@ _HORIZON = "horizon("
 _MOST_UNKNOWN = 10_000  # pairs that the encoding does not know, and of which that is remembered
 
 
-@dataclass(frozen=True)
-class DemandSnapshot:
-    """What a :class:`Demand` is restored from; its attributes are those of the demand."""
-
-    tells: bool
-    searches: bool
-    declared: Tuple[Tuple[str, str, bool], ...]
-    examples: Tuple[str, ...]
-    pending: Tuple[Part, ...]
-    steps: Tuple[int, ...]
-    queries: Tuple[Tuple[str, Truth], ...]
-    grounded: Tuple[str, ...]
-    count: int
-    has_news: bool
-
-
+@dataclass
 class Demand:
-    """What is known of one planner's encoding. One thread makes the calls.
+    """What is known of one planner's encoding; all of it is saved. One thread makes the calls.
 
     Attributes:
         tells: Whether the encoding is told its events by grounding.
@@ -51,48 +36,21 @@ class Demand:
         examples: Requests that it has declared as examples.
     """
 
-    def __init__(self) -> None:
-        self.tells = False
-        self._searches = False
-        self.declared: Dict[Pair, bool] = {}
-        self.examples: List[str] = []
-        self._unknown: Deque[Pair] = deque()  # in the order in which they were asked about
-        self._pending: List[Part] = []  # told, and not grounded yet
-        self._steps: List[int] = []  # likewise: steps of a plan that stands
-        self._queries: Dict[str, Truth] = {}  # likewise: which horizon is asked for
-        self._grounded: Set[str] = set()  # what answer sets have asked for
-        self._count = 0  # searches
-        self._has_news = True  # since the last search
+    tells: bool = False
+    declared: Dict[Pair, bool] = field(default_factory=dict)
+    examples: List[str] = field(default_factory=list)
+    _searches: bool = False  # whether it has the part for that
+    _unknown: Deque[Pair] = field(default_factory=deque)  # in the order in which they were asked
+    _pending: List[Part] = field(default_factory=list)  # told, and not grounded yet
+    _steps: List[int] = field(default_factory=list)  # likewise: steps of a plan that stands
+    _queries: Dict[str, Truth] = field(default_factory=dict)  # likewise: which horizon is asked for
+    _grounded: Set[str] = field(default_factory=set)  # what answer sets have asked for
+    _count: int = 0  # searches
+    _has_news: bool = True  # since the last search
 
     def __bool__(self) -> bool:
         """Whether the encoding has opted in."""
         return self.tells or self._searches
-
-    def snapshot(self) -> DemandSnapshot:
-        """Returns what is known now."""
-        return DemandSnapshot(
-            self.tells,
-            self._searches,
-            tuple((source, content, known) for (source, content), known in self.declared.items()),
-            tuple(self.examples),
-            tuple(self._pending),
-            tuple(self._steps),
-            tuple(self._queries.items()),
-            tuple(sorted(self._grounded)),
-            self._count,
-            self._has_news,
-        )
-
-    def restore(self, saved: DemandSnapshot) -> None:
-        """Takes over what was known in a run that was interrupted."""
-        self.tells, self._searches = saved.tells, saved.searches
-        self.declared = {(source, content): known for source, content, known in saved.declared}
-        self._unknown = deque(pair for pair, known in self.declared.items() if not known)
-        self.examples = list(saved.examples)
-        self._pending, self._steps = list(saved.pending), list(saved.steps)
-        self._queries = dict(saved.queries)
-        self._grounded = set(saved.grounded)
-        self._count, self._has_news = saved.count, saved.has_news
 
     def begin(self, parts: Sequence[Tuple[str, int]]) -> None:
         """Takes note that the planner begins again, and of the parts that its encoding has.

@@ -2,46 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Dict, Iterable, List, Sequence, Set, Tuple, Union
 
 from rosclingo.wire.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.wire.term_text import last_number
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.solver import Planner
-from rosoclingo.loop.vocabulary import ToldVocabulary, Vocabulary, VocabularySnapshot
+from rosoclingo.loop.vocabulary import ToldVocabulary, Vocabulary
 
 SAVE = "event(save,"
 """How the event begins by which the planner learns what holds in the beginning."""
 
 
-@dataclass(frozen=True)
-class ExternalsSnapshot:
-    """What :class:`PlannerExternals` is restored from.
-
-    Attributes:
-        grounded: The steps that are grounded.
-        told: The events that were made true since the last plan was found, in order; each with
-            whether it came from outside.
-        true: The events that are true.
-        kept: Other externals that the mode has made true.
-        to_release: The steps whose unused externals are to be released.
-        vocabulary: Which events the encoding declares.
-    """
-
-    grounded: Tuple[int, ...]
-    told: Tuple[Tuple[str, bool], ...]
-    true: Tuple[str, ...]
-    kept: Tuple[str, ...]
-    to_release: Tuple[int, ...]
-    vocabulary: VocabularySnapshot
-
-
-class PlannerExternals:
-    """What is known of the planner's externals, and what was done to them.
-
-    Only the loop's thread uses it, or who asks whether its search is to stop.
+@dataclass
+class ExternalsState:
+    """What of :class:`PlannerExternals` is saved.
 
     Attributes:
         grounded: The steps that are grounded; none before the planner is initialised.
@@ -49,52 +27,42 @@ class PlannerExternals:
             whether it came from outside.
     """
 
+    grounded: Set[int] = field(default_factory=set)
+    told: Dict[str, bool] = field(default_factory=dict)
+    _true: Set[str] = field(default_factory=set)  # events
+    _kept: Set[str] = field(default_factory=set)  # other externals that the mode has made true
+    _to_release: List[int] = field(default_factory=list)  # steps
+    _seen_events: Vocabulary = field(default_factory=Vocabulary)
+
+
+class PlannerExternals(ExternalsState):
+    """What is known of the planner's externals, and what was done to them.
+
+    Only the loop's thread uses it, or who asks whether its search is to stop.
+    """
+
     def __init__(self, planner: Planner) -> None:
+        super().__init__()
         self._planner = planner
-        self.grounded: Set[int] = set()
-        self.told: Dict[str, bool] = {}
-        self._true: Set[str] = set()  # events
-        self._kept: Set[str] = set()  # other externals that the mode has made true
-        self._to_release: List[int] = []
-        self._vocabulary: Union[Vocabulary, ToldVocabulary] = Vocabulary()
+        self._vocabulary: Union[Vocabulary, ToldVocabulary] = self._seen_events
         self._by_step: Dict[int, List[str]] = {}  # externals that can be released, when last seen
         self._seen = 0  # how many steps were grounded then
 
     def begin(self, slots: Sequence[str]) -> None:
         """Takes note that the planner is initialised, and has these ids for goals."""
-        demand = self._planner.demand
-        self._vocabulary = ToldVocabulary(demand, slots) if demand.tells else Vocabulary()
-        self.grounded = {0}
-        self.told.clear()
-        self._true.clear()
-        self._kept.clear()
-        self._to_release.clear()
-        self._seen = 0
+        self.restore(ExternalsState({0}), slots)
 
-    def snapshot(self) -> ExternalsSnapshot:
-        """Returns what is known now."""
-        return ExternalsSnapshot(
-            tuple(sorted(self.grounded)),
-            tuple(self.told.items()),
-            tuple(sorted(self._true)),
-            tuple(sorted(self._kept)),
-            tuple(self._to_release),
-            self._vocabulary.snapshot(),
-        )
-
-    def restore(self, saved: ExternalsSnapshot, slots: Sequence[str]) -> None:
+    def restore(self, saved: ExternalsState, slots: Sequence[str]) -> None:
         """Takes over what was known in a run that was interrupted.
 
         Args:
             saved: What was known; of the same planner, which is restored already.
             slots: The ids that the planner has for goals.
         """
-        self.begin(slots)
-        self.grounded = set(saved.grounded)
-        self.told = dict(saved.told)
-        self._true, self._kept = set(saved.true), set(saved.kept)
-        self._to_release = list(saved.to_release)
-        self._vocabulary.restore(saved.vocabulary)
+        take_over(self, saved)
+        demand = self._planner.demand
+        self._vocabulary = ToldVocabulary(demand, slots) if demand.tells else self._seen_events
+        self._seen = 0
 
     # What the encoding knows.
 

@@ -6,10 +6,11 @@ import enum
 import itertools
 import threading
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Callable, Deque, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 from rosoclingo.loop.journal import Reason
+from rosoclingo.loop.snapshot import take_over
 
 
 class Stage(enum.Enum):
@@ -36,26 +37,9 @@ class GoalClient:
         """Something about the goal has changed."""
 
 
-@dataclass(frozen=True)
-class GoalSnapshot:
-    """What a :class:`Goal` is restored from; its attributes are those of the goal."""
-
-    id: str
-    request: str
-    information: Tuple[str, ...]
-    slot: Optional[str]
-    stage: Stage
-    recalled: bool
-    given_up: str
-    cancel_told: bool
-    told: Tuple[Tuple[str, str], ...]
-
-
-class Goal:
-    """A request, and how far it is.
-
-    Only the loop's thread uses it, or who asks whether its search is to stop; all may use
-    :meth:`recall`.
+@dataclass(eq=False)
+class GoalState:
+    """What of a :class:`Goal` is saved.
 
     Attributes:
         id: What the client calls it.
@@ -69,6 +53,24 @@ class Goal:
         cancel_told: Whether the planner knows that it is to be canceled.
     """
 
+    request: str
+    information: Tuple[str, ...] = ()
+    id: str = ""
+    slot: Optional[str] = None
+    stage: Stage = Stage.PENDING
+    recalled: bool = False
+    given_up: str = ""
+    cancel_told: bool = False
+    _told: Dict[str, str] = field(default_factory=dict)  # the last line of each kind
+
+
+class Goal(GoalState):
+    """A request, and how far it is.
+
+    Only the loop's thread uses it, or who asks whether its search is to stop; all may use
+    :meth:`recall`.
+    """
+
     def __init__(
         self,
         request: str,
@@ -76,47 +78,10 @@ class Goal:
         identifier: str = "",
         client: Optional[GoalClient] = None,
     ) -> None:
-        self.id = identifier
-        self.request = request
-        self.information = tuple(information)
-        self.slot: Optional[str] = None
-        self.stage = Stage.PENDING
-        self.recalled = False
-        self.given_up = ""
-        self.cancel_told = False
+        super().__init__(request, tuple(information), identifier)
         self._client = client or GoalClient()
         # Guards slot and stage; held for moments only, and only the client's noted() runs under it
         self._lock = threading.Lock()
-        self._told: Dict[str, str] = {}  # the last line of each kind
-
-    def snapshot(self) -> GoalSnapshot:
-        """Returns what the goal is now."""
-        return GoalSnapshot(
-            self.id,
-            self.request,
-            self.information,
-            self.slot,
-            self.stage,
-            self.recalled,
-            self.given_up,
-            self.cancel_told,
-            tuple(self._told.items()),
-        )
-
-    @classmethod
-    def restore(cls, saved: GoalSnapshot, client: GoalClient) -> Goal:
-        """Returns a goal that is as another was.
-
-        Args:
-            saved: What that one was.
-            client: Who has sent it.
-        """
-        goal = cls(saved.request, saved.information, saved.id, client)
-        goal.slot, goal.stage = saved.slot, saved.stage
-        goal.recalled, goal.given_up = saved.recalled, saved.given_up
-        goal.cancel_told = saved.cancel_told
-        goal._told = dict(saved.told)
-        return goal
 
     def set_status(self, word: str, reason: str = "") -> bool:
         """Sets the status to accepted, rejected, succeeded, canceled or aborted.
@@ -205,8 +170,8 @@ class GoalsSnapshot:
         some_ended: Whether a goal has ended since the last reset.
     """
 
-    goals: Tuple[GoalSnapshot, ...]
-    slots: Tuple[Tuple[str, Optional[str]], ...]
+    goals: Tuple[GoalState, ...]
+    slots: Dict[str, Optional[str]]
     waiting: Tuple[str, ...]
     some_ended: bool
 
@@ -232,10 +197,10 @@ class Goals:
             others: Goals that have come, and are not known here yet or any more.
         """
         placed = [goal for goal in self._slots.values() if goal is not None]
-        goals = {goal.id: goal.snapshot() for goal in (*placed, *self._waiting, *others)}
+        goals = {goal.id: goal for goal in (*placed, *self._waiting, *others)}
         return GoalsSnapshot(
             tuple(goals.values()),
-            tuple((slot, None if goal is None else goal.id) for slot, goal in self._slots.items()),
+            {slot: None if goal is None else goal.id for slot, goal in self._slots.items()},
             tuple(goal.id for goal in self._waiting),
             self.some_ended,
         )
@@ -250,8 +215,12 @@ class Goals:
         Returns:
             All goals, by their ids.
         """
-        goals = {goal.id: Goal.restore(goal, client(goal.id)) for goal in saved.goals}
-        self._slots = {slot: None if key is None else goals[key] for slot, key in saved.slots}
+        goals = {}
+        for known in saved.goals:
+            goals[known.id] = goal = Goal(known.request, client=client(known.id))
+            take_over(goal, known)
+        slots = saved.slots.items()
+        self._slots = {slot: None if key is None else goals[key] for slot, key in slots}
         self._waiting = deque(goals[key] for key in saved.waiting)
         self.some_ended = saved.some_ended
         return goals

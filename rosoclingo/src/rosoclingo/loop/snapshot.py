@@ -1,13 +1,16 @@
-"""Snapshots as text: frozen dataclasses of texts, numbers, enums, tuples and one another.
+"""Snapshots as text: dataclasses of texts, numbers, enums, collections and one another.
 
->>> @dataclasses.dataclass(frozen=True)
+A part of the loop that is saved has a dataclass with that of its attributes from which it is
+restored: that is the part itself, or a base class of it.
+
+>>> @dataclasses.dataclass
 ... class Point:
 ...     x: int
-...     name: str = ""
->>> encode(Point(1, "a"))
-'{"x": 1, "name": "a"}'
->>> decode(Point, encode(Point(1, "a")))
-Point(x=1, name='a')
+...     names: Tuple[str, ...]
+>>> encode(Point(1, ("a", "b")))
+'{"x": 1, "names": ["a", "b"]}'
+>>> decode(Point, encode(Point(1, ("a", "b"))))
+Point(x=1, names=('a', 'b'))
 """
 
 from __future__ import annotations
@@ -15,14 +18,39 @@ from __future__ import annotations
 import dataclasses
 import enum
 import json
-from typing import Any, Type, TypeVar, Union, get_args, get_origin, get_type_hints
+from collections import deque
+from typing import Any, Tuple, Type, TypeVar, Union, get_args, get_origin, get_type_hints
 
 T = TypeVar("T")
 
 
 def encode(snapshot: Any) -> str:
     """Returns a snapshot as JSON."""
-    return json.dumps(dataclasses.asdict(snapshot), default=lambda member: member.value)
+    return json.dumps(_plain(snapshot))
+
+
+def take_over(part: Any, saved: Any) -> None:
+    """Sets those attributes of a part that were saved.
+
+    Args:
+        part: The part.
+        saved: An instance of its dataclass, which is not used again.
+    """
+    for field in dataclasses.fields(saved):
+        setattr(part, field.name, getattr(saved, field.name))
+
+
+def _plain(value: Any) -> Any:
+    """Returns what JSON can write: a dictionary is a list of its items, and a set is sorted."""
+    if dataclasses.is_dataclass(value):
+        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, dict):
+        return [[_plain(key), _plain(of)] for key, of in value.items()]
+    if isinstance(value, set):
+        return sorted(map(_plain, value), key=str)
+    if isinstance(value, (deque, list, tuple)):
+        return list(map(_plain, value))
+    return value.value if isinstance(value, enum.Enum) else value
 
 
 def decode(kind: Type[T], text: str) -> T:
@@ -52,13 +80,16 @@ def _decode(kind: Any, value: Any, place: str) -> Any:
     origin, arguments = get_origin(kind), list(get_args(kind))
     if origin is Union:  # Optional
         return None if value is None else _decode(arguments[0], value, place)
-    if origin is tuple:
+    if origin is not None:
         if not isinstance(value, list):
             raise ValueError(f"{place}: expected a list: {value!r:.200}")
-        kinds = arguments[:1] * len(value) if arguments[1:] == [...] else arguments
+        if origin is dict:
+            arguments = [Tuple[tuple(arguments)]]
+        is_pair = origin is tuple and arguments[1:] != [...]
+        kinds = arguments if is_pair else arguments[:1] * len(value)
         if len(kinds) != len(value):
             raise ValueError(f"{place}: expected {len(kinds)} values: {value!r:.200}")
-        return tuple(_decode(k, v, f"{place}[{i}]") for i, (k, v) in enumerate(zip(kinds, value)))
+        return origin(_decode(k, v, f"{place}[{i}]") for i, (k, v) in enumerate(zip(kinds, value)))
     if isinstance(kind, type) and issubclass(kind, enum.Enum):
         return kind(value)
     if type(value) is not kind and not (kind is float and type(value) is int):

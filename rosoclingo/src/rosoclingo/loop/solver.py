@@ -33,7 +33,7 @@ from rosclingo.wire.commands import (
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import query
-from rosoclingo.loop.demand import Demand, DemandSnapshot, Pair, needed_horizon, step_parts
+from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
 
 HAS = "rosoclingo_has"
 """A term that is shown with an answer set in which there is an atom, be that shown or not."""
@@ -111,44 +111,32 @@ class KeptPlan:
     horizon: int
 
 
-@dataclasses.dataclass(frozen=True)
-class PlannerSnapshot:
-    """What a :class:`Planner` is restored from.
+@dataclasses.dataclass
+class PlannerState:
+    """What of :class:`Planner` is saved.
 
     Attributes:
         demand: What its encoding is told by grounding, and asks for.
-        kept: The plan that stands.
     """
 
-    demand: DemandSnapshot
-    kept: Optional[KeptPlan]
+    demand: Demand = dataclasses.field(default_factory=Demand)
+    _kept: Optional[KeptPlan] = None
 
 
-class Planner:
+class Planner(PlannerState):
     """The planner's solver, with what the commands need of it.
 
     Attributes:
-        demand: What its encoding is told by grounding, and asks for.
         search_seconds: After how many seconds an optimising search ends that has found a plan; 0
             for when it is through.
     """
 
     def __init__(self, solver: Solver, search_seconds: float = 0.0) -> None:
+        super().__init__()
         self._solver = solver
-        self.demand = Demand()
         self.search_seconds = search_seconds
-        self._kept: Optional[KeptPlan] = None
         # A dialect's translation may be in between.
         self._is_translated = bool(getattr(solver, "events_are_facts", False))
-
-    def snapshot(self) -> PlannerSnapshot:
-        """Returns what is known of the planner now."""
-        return PlannerSnapshot(self.demand.snapshot(), self._kept)
-
-    def restore(self, saved: PlannerSnapshot) -> None:
-        """Takes over what was known in a run that was interrupted, of a solver that is as then."""
-        self.demand.restore(saved.demand)
-        self._kept = saved.kept
 
     @property
     def events_are_facts(self) -> bool:
@@ -293,6 +281,8 @@ class Planner:
     def _solve_and_ground(self, stopped: Callable[[], bool]) -> Outcome:
         """Searches until an answer set asks for nothing new."""
         for _ in range(_MOST_ROUNDS):
+            if stopped():  # while it was grounded
+                return Outcome(Result.UNKNOWN, interrupted=True)
             outcome = self._solve(stopped)
             if not (self.demand and outcome.result is Result.SAT):
                 return outcome

@@ -2,68 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
+from dataclasses import dataclass, field
+from typing import Callable, Dict, List, Optional, Sequence, Set
 
 from rosclingo.wire.commands import Result
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action, Plan, event
 from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.externals import SAVE, ExternalsSnapshot, PlannerExternals
+from rosoclingo.loop.externals import SAVE, ExternalsState, PlannerExternals
 from rosoclingo.loop.goals import STATUSES, Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.mail import Mail, MailSnapshot
-from rosoclingo.loop.solver import Planner, PlannerSnapshot
+from rosoclingo.loop.snapshot import take_over
+from rosoclingo.loop.solver import Planner, PlannerState
 from rosoclingo.loop.waiting import Waiting
 
 
-@dataclass(frozen=True)
-class StateSnapshot:
-    """What a :class:`State` is restored from; what is not said here is said there.
+@dataclass
+class Progress:
+    """How far the run is: what :class:`State` itself has to be saved.
 
     Attributes:
-        plan: The answer set of the last plan found.
-        again: What the planner is to begin with next.
-        published: The actions that were published since the last reset.
-        declares_passed: Whether the encoding declares ``event(info,passed,t)``, once that is known.
-        warned: The kinds of warnings that are logged once, and were.
-        reminded: Whether the controller has been told that goals wait for the next step.
-    """
-
-    planner: PlannerSnapshot
-    externals: ExternalsSnapshot
-    goals: GoalsSnapshot
-    mail: MailSnapshot
-    plan: Tuple[str, ...]
-    shows_plan: bool
-    step: int
-    horizon: int
-    result: Optional[Result]
-    ended: bool
-    planned: int
-    failures: int
-    visible: Tuple[str, ...]
-    after_message: bool
-    tries: int
-    again: Optional[Tuple[str, ...]]
-    published: Tuple[Action, ...]
-    declares_passed: Optional[bool]
-    warned: Tuple[str, ...]
-    reminded: bool
-
-
-class State:
-    """The system's state.
-
-    Only the loop's thread uses it, or who asks whether its search is to stop.
-
-    Attributes:
-        planner: The planner.
-        externals: What is known of the planner's externals.
-        goals: The goals.
-        mail: What has come from outside.
-        waiting: How it is waited for that.
-        environment: Where actions and log messages go.
         plan: The last plan found.
         shows_plan: Whether the plan's steps are those that are counted now.
         step: The current step: that of the last ``status_update`` or ``commit_actions``.
@@ -75,6 +34,53 @@ class State:
         visible: What of that which has to be seen, an answer set of the planner has shown.
         after_message: Whether a message was told since the last search.
         tries: How often it was looked for the reason why there is no plan, since there was one.
+    """
+
+    plan: Plan = field(default_factory=Plan)
+    shows_plan: bool = False
+    step: int = 0
+    horizon: int = 0
+    result: Optional[Result] = None
+    ended: bool = False
+    planned: int = -1
+    failures: int = 0
+    visible: Set[str] = field(default_factory=set)
+    after_message: bool = False
+    tries: int = 0
+    _again: Optional[List[str]] = None  # what the planner is to begin with next
+    _published: Set[Action] = field(default_factory=set)  # since the last reset
+    _declares_passed: Optional[bool] = None  # of event(info,passed,t), once that is known
+    _warned: Set[str] = field(default_factory=set)  # the kinds of what is said once
+
+
+@dataclass(frozen=True)
+class StateSnapshot:
+    """What a :class:`State` is restored from.
+
+    Attributes:
+        reminded: Whether the controller has been told that goals wait for the next step.
+    """
+
+    progress: Progress
+    planner: PlannerState
+    externals: ExternalsState
+    goals: GoalsSnapshot
+    mail: MailSnapshot
+    reminded: bool
+
+
+class State(Progress):
+    """The system's state.
+
+    Only the loop's thread uses it, or who asks whether its search is to stop.
+
+    Attributes:
+        planner: The planner.
+        externals: What is known of the planner's externals.
+        goals: The goals.
+        mail: What has come from outside.
+        waiting: How it is waited for that.
+        environment: Where actions and log messages go.
         abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
     """
 
@@ -101,6 +107,7 @@ class State:
                 since it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
         """
+        super().__init__()
         self.abort_unreachable = abort_unreachable
         self._begin_mode = begin_mode
         self.planner = planner
@@ -116,45 +123,16 @@ class State:
             check=check,
             action_timeout=action_timeout,
         )
-        self.plan = Plan()
-        self.shows_plan = False
-        self.step = 0
-        self.horizon = 0
-        self.result: Optional[Result] = None
-        self.ended = False
-        self.planned = -1
-        self.failures = 0
-        self.visible: Set[str] = set()
-        self.after_message = False
-        self.tries = 0
-        self._again: Optional[List[str]] = None  # what to begin with
-        self._published: Set[Action] = set()
-        self._declares_passed: Optional[bool] = None
-        self._warned: Set[str] = set()  # what is said once
 
     def snapshot(self) -> StateSnapshot:
-        """Returns what is known now, between two decisions."""
+        """Returns what is known, which is to be encoded before the next decision."""
         return StateSnapshot(
-            planner=self.planner.snapshot(),
-            externals=self.externals.snapshot(),
-            goals=self.goals.snapshot(self.mail.goals_spoken_of),
-            mail=self.mail.snapshot(),
-            plan=self.plan.symbols,
-            shows_plan=self.shows_plan,
-            step=self.step,
-            horizon=self.horizon,
-            result=self.result,
-            ended=self.ended,
-            planned=self.planned,
-            failures=self.failures,
-            visible=tuple(sorted(self.visible)),
-            after_message=self.after_message,
-            tries=self.tries,
-            again=None if self._again is None else tuple(self._again),
-            published=tuple(sorted(self._published, key=str)),
-            declares_passed=self._declares_passed,
-            warned=tuple(sorted(self._warned)),
-            reminded=self.waiting.reminded,
+            self,
+            self.planner,
+            self.externals,
+            self.goals.snapshot(self.mail.goals_spoken_of),
+            self.mail.snapshot(),
+            self.waiting.reminded,
         )
 
     def restore(self, saved: StateSnapshot, client: Callable[[str], GoalClient]) -> Dict[str, Goal]:
@@ -167,19 +145,11 @@ class State:
         Returns:
             All goals, by their ids.
         """
-        self.planner.restore(saved.planner)
+        take_over(self, saved.progress)
+        take_over(self.planner, saved.planner)
         goals = self.goals.restore(saved.goals, client)
         self.externals.restore(saved.externals, self.goals.slots)
         self.mail.restore(saved.mail, goals)
-        self.plan, self.shows_plan = Plan(saved.plan), saved.shows_plan
-        self.step, self.horizon, self.planned = saved.step, saved.horizon, saved.planned
-        self.result, self.ended = saved.result, saved.ended
-        self.failures, self.visible = saved.failures, set(saved.visible)
-        self.after_message, self.tries = saved.after_message, saved.tries
-        self._again = None if saved.again is None else list(saved.again)
-        self._published = set(saved.published)
-        self._declares_passed = saved.declares_passed
-        self._warned = set(saved.warned)
         self.waiting.reminded = saved.reminded
         return goals
 

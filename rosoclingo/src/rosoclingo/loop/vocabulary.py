@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Dict, Iterable, List, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
@@ -15,33 +15,12 @@ ANY_EVENT = "_,_"
 _ORDINALS = ("first", "second", "third", "fourth", "fifth")
 
 
-@dataclass(frozen=True)
-class VocabularySnapshot:
-    """What a :class:`Vocabulary` is restored from.
-
-    Attributes:
-        pairs: The events, without their steps.
-        grounded: How many steps were grounded when they were seen.
-    """
-
-    pairs: Tuple[str, ...] = ()
-    grounded: int = 0
-
-
+@dataclass
 class Vocabulary:
-    """The events that the planner's encoding declares, whatever the step."""
+    """The events that the planner's encoding declares, whatever the step; all of it is saved."""
 
-    def __init__(self) -> None:
-        self._pairs: Set[str] = set()
-        self._grounded = 0
-
-    def snapshot(self) -> VocabularySnapshot:
-        """Returns what is known now."""
-        return VocabularySnapshot(tuple(sorted(self._pairs)), self._grounded)
-
-    def restore(self, saved: VocabularySnapshot) -> None:
-        """Takes over what was known in a run that was interrupted."""
-        self._pairs, self._grounded = set(saved.pairs), saved.grounded
+    _pairs: Set[str] = field(default_factory=set)
+    _grounded: int = 0  # how many steps were grounded when they were seen
 
     def learn(self, externals: Iterable[str], grounded: int) -> None:
         """Adds the events among the planner's externals.
@@ -112,13 +91,6 @@ class ToldVocabulary:
         return places is None or any(
             argument not in known for known, argument in zip(places, arguments)
         )
-
-    def snapshot(self) -> VocabularySnapshot:
-        """Returns nothing: what it knows is the demand's."""
-        return VocabularySnapshot()
-
-    def restore(self, saved: VocabularySnapshot) -> None:
-        """Takes over nothing."""
 
     def learn(self, externals: object, grounded: int) -> None:
         """Learns nothing: the encoding is asked about each pair."""
