@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
@@ -14,6 +14,7 @@ from rosoclingo.loop.externals import PlannerExternals
 from rosoclingo.loop.goals import Goal, Goals
 from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message
 from rosoclingo.loop.replay_inbox import Key, Kind, key_of
+from rosoclingo.loop.snapshot import take_over
 
 _RESERVED_IDS = ("commit", "save")
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
@@ -41,34 +42,42 @@ class Acting:
         return replace(self, began=self.began - time, reminded=self.reminded - time)
 
 
-@dataclass(frozen=True)
-class MailSnapshot:
-    """What :class:`Mail` is restored from; goals are given by their ids.
+@dataclass
+class MailState:
+    """What :class:`Mail` itself has to be saved.
 
     Attributes:
         dynamic: Whether the mode takes messages and goals.
         rejection: Why no goal can be taken, if that is so.
         messages: Pairs of id and value.
-        cancels: Goals that are to be cancelled.
         new_goals: Whether a goal has come, or a slot for one that waits.
-        held: What is held back, in order of arrival.
-        news: How much has come that the controller does not know of.
-        acting: The current step's actuators, by their ids.
-        undeclared: Actuators of whose answers a warning was logged.
     """
 
-    dynamic: bool
-    rejection: str
-    messages: Tuple[Tuple[str, str], ...]
+    dynamic: bool = True
+    rejection: str = ""
+    messages: List[Tuple[str, str]] = field(default_factory=list)
+    new_goals: bool = False
+    _news: int = 0  # how much has come that the controller does not know of
+    _undeclared: Set[str] = field(default_factory=set)  # whose answers a warning was logged of
+
+
+@dataclass(frozen=True)
+class MailSnapshot:
+    """What :class:`Mail` is restored from; goals are given by their ids.
+
+    Attributes:
+        cancels: Goals that are to be cancelled.
+        held: What is held back, in order of arrival.
+        acting: The current step's actuators, by their ids.
+    """
+
+    state: MailState
     cancels: Tuple[str, ...]
-    new_goals: bool
     held: Tuple[Key, ...]
-    news: int
-    acting: Tuple[Tuple[str, Acting], ...]
-    undeclared: Tuple[str, ...]
+    acting: Dict[str, Acting]
 
 
-class Mail:
+class Mail(MailState):
     """Messages, goals and cancel requests until ``assign_messages``.
 
     Only the loop's thread uses it, or who asks whether its search is to stop.
@@ -79,11 +88,7 @@ class Mail:
 
     Attributes:
         inbox: Where everything comes in.
-        dynamic: Whether the mode takes messages and goals.
-        rejection: Why no goal can be taken, if that is so.
-        messages: Pairs of id and value.
         cancels: Goals with a slot that are to be cancelled.
-        new_goals: Whether a goal has come, or a slot for one that waits.
     """
 
     def __init__(
@@ -94,35 +99,25 @@ class Mail:
         warn: Callable[[str], None],
         note: Callable[[journal.Event], None],
     ) -> None:
+        super().__init__()
         self.inbox = inbox
         self._goals = goals
-        self.dynamic = True
-        self.rejection = ""
-        self.messages: List[Tuple[str, str]] = []
         self.cancels: List[Goal] = []
-        self.new_goals = False
         self._externals = externals
         self._warn = warn
         self._note = note
         self._held: List[Item] = []  # nobody can say yet whether the planner knows it
-        self._news = 0  # how much has come that the controller does not know of
         self._acting: Dict[str, Acting] = {}
-        self._undeclared: Set[str] = set()  # actuators of whose answers a warning was logged
         self._command_began: Optional[float] = None  # that which is carried out
 
     def snapshot(self) -> MailSnapshot:
         """Returns what has come and is not told yet, and who acts."""
         now = time.monotonic()
         return MailSnapshot(
-            self.dynamic,
-            self.rejection,
-            tuple(self.messages),
+            self,
             tuple(goal.id for goal in self.cancels),
-            self.new_goals,
             tuple(map(key_of, self._held)),
-            self._news,
-            tuple((actuator, one.since(now)) for actuator, one in self._acting.items()),
-            tuple(sorted(self._undeclared)),
+            {actuator: one.since(now) for actuator, one in self._acting.items()},
         )
 
     def restore(self, saved: MailSnapshot, goals: Dict[str, Goal]) -> None:
@@ -132,15 +127,11 @@ class Mail:
             saved: What had come.
             goals: The goals by their ids.
         """
-        self.dynamic, self.rejection = saved.dynamic, saved.rejection
-        self.messages = list(saved.messages)
+        take_over(self, saved.state)
         self.cancels = [goals[key] for key in saved.cancels]
-        self.new_goals = saved.new_goals
         self._held = [_item(key, goals) for key in saved.held]
-        self._news = saved.news
         now = time.monotonic()
-        self._acting = {actuator: one.since(-now) for actuator, one in saved.acting}
-        self._undeclared = set(saved.undeclared)
+        self._acting = {actuator: one.since(-now) for actuator, one in saved.acting.items()}
 
     @property
     def goals_spoken_of(self) -> List[Goal]:
