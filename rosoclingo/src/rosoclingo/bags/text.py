@@ -1,4 +1,4 @@
-"""Texts of bags, which may be anybody's, as they are safe on a terminal. Needs no ROS."""
+"""Texts of bags, which may be anybody's: compared, and safe on a terminal. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -13,6 +13,11 @@ def one_line(text: str) -> str:
 def lines(text: str) -> str:
     """Returns a text with all that is not printable escaped, but for line ends and tabs."""
     return "".join(letter if letter in "\n\t" else _escaped(letter) for letter in text)
+
+
+def compact(text: str) -> str:
+    """Returns a term without spaces, which compares it with one that clingo prints."""
+    return "".join(text.split())
 
 
 def say(program: str, text: str) -> None:

@@ -137,8 +137,6 @@ class ReplayInbox(Inbox):
     def open(self) -> None:
         """Lets everything through from now on: the replay goes another way."""
         with self._changed:
-            if self._is_open:
-                return
             self._is_open = True
             dues = (due for due in self._dues if due.kind is not Kind.RECALL)
             rest = [self._held[due.key].popleft() for due in dues if self._has(due)]

@@ -21,6 +21,7 @@ from rosoclingo.bags.report.run import (
     Statistics,
     StepRun,
 )
+from rosoclingo.bags.text import compact
 from rosoclingo.loop import journal
 
 _RECENT = 1000  # a message is dropped soon after it has come
@@ -167,7 +168,7 @@ class _Reading:
     def _on_message(self, entry: Entry, event: journal.MessageArrived) -> None:
         source, value = event.source, event.value
         self.received += 1
-        index = self._latest.get(_compact(source))
+        index = self._latest.get(compact(source))
         if index is not None and self.actions[index].ended is None:
             self.actions[index] = replace(self.actions[index], ended=entry.seconds, answer=value)
             kind = value if value in ("success", "failure") else "answer"
@@ -183,10 +184,10 @@ class _Reading:
         self._recent.append(_Taken(self._position, source, value, prefixes, index, message))
 
     def _on_dropped(self, entry: Entry, event: journal.MessageDropped) -> None:
-        why, compact = event.reason, _compact(event.reason)
+        why, spaceless = event.reason, compact(event.reason)
         for taken in reversed(self._recent):
             names, *quoted = taken.prefixes
-            is_named = compact.startswith(names) or why.startswith(tuple(quoted))
+            is_named = spaceless.startswith(names) or why.startswith(tuple(quoted))
             if is_named and taken.position in self._causes:
                 break
         else:
@@ -199,7 +200,7 @@ class _Reading:
         else:  # it was no answer
             self.messages.append(MessageRun(entry.seconds, taken.id, taken.value, entry.step, why))
             action = self.actions[taken.answered]
-            is_latest = self._latest[_compact(taken.id)] == taken.answered
+            is_latest = self._latest[compact(taken.id)] == taken.answered
             ended = None if is_latest else action.ended
             self.actions[taken.answered] = replace(action, answer="", ended=ended)
 
@@ -230,7 +231,7 @@ class _Reading:
         self.plans.append(self._position)
 
     def _on_action(self, entry: Entry, event: journal.ActionPublished) -> None:
-        actuator = _compact(event.actuator)
+        actuator = compact(event.actuator)
         index = self._latest.get(actuator)
         if index is not None and self.actions[index].ended is None:
             self.actions[index] = replace(self.actions[index], ended=entry.seconds)
@@ -241,11 +242,6 @@ class _Reading:
         self.end = str(event.reason)
 
 
-def _compact(text: str) -> str:
-    """Returns a term without spaces: that is how it is compared with one that clingo prints."""
-    return "".join(text.split())
-
-
 def _prefixes(source: str, value: str) -> Tuple[str, str, str]:
     """Returns how reasons to drop a message begin: the first without spaces."""
-    return _compact(journal.naming(source, value)), f"{source!r} ", f"{value!r} "
+    return compact(journal.naming(source, value)), f"{source!r} ", f"{value!r} "
