@@ -11,7 +11,7 @@ from rosoclingo.bags.model import Entry, Program, Recording
 from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
 from rosoclingo.bags.read.records import Records
-from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said, in_order
+from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said
 from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about, solvers, text_entries
 from rosoclingo.bags.wire import Connection, Message
 from rosoclingo.loop.journal import decode
@@ -181,14 +181,7 @@ class _Reading:
             Said(owner(one.connection.topic)[1], (one.time - begin) * 1e-9, message)
             for one, message in self._messages(*(f"{self._name}/{topic}" for topic in TOPICS))
         ]
-        historian = Historian()
-        records = (
-            (record, said.seconds) for said in in_order(recorded) for record in historian.take(said)
-        )
-        return tuple(
-            Entry(record.event, record.step, record.horizon, number, seconds)
-            for number, (record, seconds) in enumerate(records, 1)
-        )
+        return tuple(Historian().entries(recorded))
 
     # What it was started with.
 

@@ -24,8 +24,9 @@ from typing import (
 )
 
 from rosclingo.wire.term_text import split_list
+from rosoclingo.bags.model import Entry
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import Event, Reason, Record, Status
+from rosoclingo.loop.journal import Event, Reason, Status
 
 TOPICS = ("goal", "in", "out", "cancel", "status", "feedback", "result")
 """What the events are made from."""
@@ -115,7 +116,7 @@ def _place(ordered: Sequence[Said], answer: Said, pending: Mapping[str, int]) ->
 
 
 class Historian:
-    """Takes the messages in the order of :func:`in_order`."""
+    """Tells one run."""
 
     def __init__(self) -> None:
         """Begins in step 0."""
@@ -135,10 +136,13 @@ class Historian:
             "result": lambda message: self._change(message.status),
         }
 
-    def take(self, said: Said) -> Iterator[Record]:
-        """Yields the events that a message makes known."""
-        for event in self._takers[said.topic](said.message):
-            yield Record(event, self._step, self._horizon)
+    def entries(self, recorded: Iterable[Said]) -> Iterator[Entry]:
+        """Yields the events that messages make known; these come in the order of the bag."""
+        number = 0
+        for said in in_order(recorded):
+            for event in self._takers[said.topic](said.message):
+                number += 1
+                yield Entry(event, self._step, self._horizon, number, said.seconds)
 
     def _goal(self, message: Any) -> Iterator[Event]:
         identifier = message.goal_id.id
