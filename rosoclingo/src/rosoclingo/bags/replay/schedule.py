@@ -142,11 +142,6 @@ class Schedule:
 
     # What is to be sent.
 
-    @property
-    def on_way(self) -> int:
-        """How many inputs are sent and not taken yet."""
-        return sum(self._on_way.values())
-
     def due(self, now: float) -> Optional[Input]:
         """Returns the next input if it is to be sent now; the caller sends it.
 
@@ -216,7 +211,8 @@ class Schedule:
         gap = 0.0 if self._rate is None else planned.gap / self._rate
         if now < max(self._begin, self._sent_at) + gap:
             return False
-        if self.on_way >= _MOST_ON_THEIR_WAY and not self._is_held:  # a gate waits for all at once
+        is_full = sum(self._on_way.values()) >= _MOST_ON_THEIR_WAY
+        if is_full and not self._is_held:  # a gate waits for all at once
             return False
         kind, identifier, _ = planned.key
         if now - self._sent_at >= _ORDER_SECONDS:
