@@ -40,6 +40,7 @@ class _Reading:
     def __init__(self, file: Path, bag: Records, name: Optional[str]) -> None:
         self._file = file
         self._bag = bag
+        self._begin = bag.messages[0].time if bag.messages else 0  # ns
         self._connections = list(dict.fromkeys(bag.connections.values()))
         self._decoder = Decoder()
         self._name = self._choose(name)
@@ -139,12 +140,7 @@ class _Reading:
 
     # What the run was.
 
-    @property
-    def _begin(self) -> int:
-        return min((message.time for message in self._bag.messages), default=0)
-
     def _read_journal(self) -> Tuple[Entry, ...]:
-        begin = self._begin
         runs: List[Dict[int, Entry]] = [{}]
         topic = f"{self._name}/journal"
         unnumbered = 0
@@ -152,7 +148,7 @@ class _Reading:
             if not said.number:
                 unnumbered += 1
                 continue
-            seconds = (said.stamp.sec * 10**9 + said.stamp.nanosec - begin) * 1e-9
+            seconds = (said.stamp.sec * 10**9 + said.stamp.nanosec - self._begin) * 1e-9
             known = runs[-1].get(said.number)
             if known is not None and known.seconds != seconds:
                 runs.append({})  # the node was started again
@@ -176,9 +172,8 @@ class _Reading:
         return tuple(entry for _, entry in numbered)
 
     def _read_topics(self) -> Tuple[Entry, ...]:
-        begin = self._begin
         recorded = [
-            Said(owner(one.connection.topic)[1], (one.time - begin) * 1e-9, message)
+            Said(owner(one.connection.topic)[1], (one.time - self._begin) * 1e-9, message)
             for one, message in self._messages(*(f"{self._name}/{topic}" for topic in TOPICS))
         ]
         return tuple(Historian().entries(recorded))
@@ -186,24 +181,26 @@ class _Reading:
     # What it was started with.
 
     def _read_programs(self) -> Dict[str, Program]:
-        texts = self._about(self._name)
-        programs = {}
-        for text in texts[-1:]:
-            programs[self._name] = loop = _program(self._name, parse_about(text))
-            for node in loop.solvers.values():
-                for solver in self._about(node)[-1:]:
-                    programs[node] = _program(node, parse_about(solver))
-                if node not in programs:
-                    self._remarks.append(f"the bag does not say what {node} was started with")
+        loop = self._read_program(self._name)
+        if loop is None:
+            return {}
+        programs = {self._name: loop}
+        for node in loop.solvers.values():
+            program = self._read_program(node)
+            if program is not None:
+                programs[node] = program
+            elif node not in programs:
+                self._remarks.append(f"the bag does not say what {node} was started with")
         return programs
 
-    def _about(self, node: str) -> List[str]:
+    def _read_program(self, node: str) -> Optional[Program]:
+        """Returns what a node has said of itself last."""
         topic = f"{node}/about"
-        found = [said.data for _, said in self._messages(topic)]
-        described = [text for text in found if parse_about(text).get("program")]
+        found = [parse_about(said.data) for _, said in self._messages(topic)]
+        described = [one for one in found if one.get("program")]
         if len(described) < len(found):
             self._remarks.append(f"what {topic} says of the node cannot be read")
-        return described
+        return _program(node, described[-1]) if described else None
 
 
 def _program(node: str, described: Dict[str, Any]) -> Program:

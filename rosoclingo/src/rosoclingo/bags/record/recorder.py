@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from pathlib import Path
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any, Dict, List, NoReturn, Set
 
 import rospy
@@ -58,11 +58,8 @@ class Recorder:
         """
         events: List[Message] = []
         others: List[Message] = []
-        while True:
-            try:
-                message = self._queue.get_nowait()
-            except Empty:
-                break
+        while not self._queue.empty():  # nobody else takes from it
+            message = self._queue.get_nowait()
             connection = message.connection
             if connection.topic == self._about:
                 self._subscribe(solver_topics(_text(message.data)))
