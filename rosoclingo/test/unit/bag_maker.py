@@ -10,9 +10,9 @@ from typing import Any, Dict, List, Sequence, Tuple
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from rosoclingo.bags.record.writer import BagWriter, Source
+from rosoclingo.bags.record.writer import BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, SOLVER_TYPES
-from rosoclingo.bags.wire import rosbags_type
+from rosoclingo.bags.wire import Connection, Message, rosbags_type
 from rosoclingo.loop.journal import encode
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -42,10 +42,10 @@ def _make_store() -> Any:
 STORE = _make_store()
 
 
-def source(topic: str, kind: str, comment: str = "", md5sum: str = "") -> Source:
+def source(topic: str, kind: str, comment: str = "", md5sum: str = "") -> Connection:
     """Returns who sends messages of a type to a topic."""
     definition, found = STORE.generate_msgdef(rosbags_type(kind))
-    return Source(topic, kind, md5sum or found, comment + definition, "/someone", True)
+    return Connection(topic, kind, md5sum or found, comment + definition, "/someone", True)
 
 
 def _build(kind: str, values: Any) -> Any:
@@ -81,7 +81,7 @@ class Maker:
 
     def __init__(self, name: str = "/rosoclingo") -> None:
         self.name = name
-        self.messages: List[Tuple[Source, float, bytes]] = []
+        self.messages: List[Tuple[Connection, float, bytes]] = []
 
     def add(self, topic: str, seconds: float, /, **values: Any) -> Maker:
         """Adds a message to one of the loop's topics."""
@@ -118,7 +118,7 @@ class Maker:
         """Writes the bag, in chunks of so many messages."""
         with BagWriter(file, compression) as writer:
             for number, (sender, seconds, content) in enumerate(self.messages, 1):
-                writer.write(sender, BEGIN + round(seconds * 10**9), content)
+                writer.write(Message(sender, BEGIN + round(seconds * 10**9), content))
                 if number % flush_after == 0:
                     writer.flush()
         return file

@@ -10,23 +10,24 @@ from bag_maker import BEGIN, data, source, stamp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosoclingo.bags.record.arrivals import Journal, Received
+from rosoclingo.bags.record.arrivals import Journal
 from rosoclingo.bags.topics import LOOP_TYPES
+from rosoclingo.bags.wire import Message
 
 KIND = LOOP_TYPES["journal"]
 SOURCE = source("/rosoclingo/journal", KIND)
 
 
-def _event(number: int, received: float = 0.0, *, begin: float = 0.0) -> Received:
+def _event(number: int, received: float = 0.0, *, begin: float = 0.0) -> Message:
     content = data(KIND, stamp=stamp(begin + number * 0.001), number=number)
-    return Received(SOURCE, BEGIN + round(received * 10**9), content)
+    return Message(SOURCE, BEGIN + round(received * 10**9), content)
 
 
-def _stamped(seconds: int, number: int) -> Received:
-    return Received(SOURCE, BEGIN, struct.pack("<III", seconds, 0, number))
+def _stamped(seconds: int, number: int) -> Message:
+    return Message(SOURCE, BEGIN, struct.pack("<III", seconds, 0, number))
 
 
-def _numbers(events: List[Received]) -> List[int]:
+def _numbers(events: List[Message]) -> List[int]:
     return [int.from_bytes(event.data[8:12], "little") for event in events]
 
 
@@ -51,7 +52,7 @@ def test_node_started_again() -> None:
 
 def test_numbers_and_bytes_that_no_rosoclingo_sends() -> None:
     journal = Journal()
-    short = Received(SOURCE, BEGIN, b"short")
+    short = Message(SOURCE, BEGIN, b"short")
     tracemalloc.start()
     odd = journal.sort([_event(0), _stamped(2**32 - 1, 2**32 - 1), _stamped(0, 0), short])
     _, peak = tracemalloc.get_traced_memory()

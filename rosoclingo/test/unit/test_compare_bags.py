@@ -10,7 +10,7 @@ import pytest
 from bag_maker import Maker, run_without
 from replay_maker import ASK, END, RUN, Made, drive, status
 
-from rosoclingo.bags.compare import comparable
+from rosoclingo.bags.compare import cli
 from rosoclingo.bags.compare.command import main
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.read.run import Run
@@ -187,7 +187,7 @@ def test_nothing_to_compare(bags: List[Path], capsys: pytest.CaptureFixture[str]
 )
 def test_what_a_replay_can_be_compared_with(tmp_path: Path, made: List[Made], empty: bool) -> None:
     recording = read_recording(maker(made).write(tmp_path / "a.bag"))
-    assert comparable.is_empty(Run.of(recording)) == empty
+    assert Run.of(recording).is_empty == empty
 
 
 def test_a_bag_without_a_journal_has_no_gaps(bags: List[Path]) -> None:
@@ -200,7 +200,7 @@ def test_a_bag_without_a_journal_has_no_gaps(bags: List[Path]) -> None:
     old.add("out", 0.5, id="robot", action="go(3)").add("in", 0.6, id="robot", value="success")
     old.add("result", 0.8, status={"goal_id": goal, "status": 3})
     file = old.write(bags[0].with_name("old.bag"))
-    comparable.check(file, read_recording(file))
+    cli.check(file, read_recording(file))
     for pair in ((file, file), (file, bags[0]), (bags[0], file)):
         assert compare(*pair) == 0, pair
     assert compare(bags[2], file) == compare(file, bags[2]) == 1

@@ -25,7 +25,7 @@ from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS
-from rosoclingo.bags.wire import rosbags_type
+from rosoclingo.bags.wire import Message, rosbags_type
 from rosoclingo.loop.journal import CancelArrived, CommandDone, PlanFound, encode
 
 NUMBERS = [str(number) for number in range(1, 21)]
@@ -235,7 +235,7 @@ def test_other_topics_only(tmp_path: Path) -> None:
     file = tmp_path / "a.bag"
     with BagWriter(file) as writer:
         kind = "std_msgs/String"
-        writer.write(source("/chatter/in", kind), 10**18, data(kind, data="hello"))
+        writer.write(Message(source("/chatter/in", kind), 10**18, data(kind, data="hello")))
     with pytest.raises(NoSystemError, match=r"/chatter/in, nothing of rosoclingo"):
         read_recording(file)
 

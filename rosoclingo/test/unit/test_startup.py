@@ -9,8 +9,7 @@ from typing import Dict, List, Mapping, Sequence
 import pytest
 
 from rosoclingo.bags.model import Entry, Program, Recording
-from rosoclingo.bags.replay.replayable import check
-from rosoclingo.bags.replay.startup import Changes, starts
+from rosoclingo.bags.replay.startup import check, starts
 from rosoclingo.bags.replay.unpack import ReplayError, from_disk, unpack
 from rosoclingo.loop.journal import LoopWaits
 
@@ -86,7 +85,7 @@ def test_a_file_that_the_bag_does_not_have(tmp_path: Path) -> None:
 def test_an_option_of_the_bag_without_its_value(tmp_path: Path, option: str) -> None:
     message = f"command line of /planner is wrong: option {option} needs a value"
     with pytest.raises(ReplayError, match=message):
-        starts(recording(planner=program(["-f", "task.lp", option])), Changes(), tmp_path)
+        starts(recording(planner=program(["-f", "task.lp", option])), tmp_path)
 
 
 def test_files_from_disk(tmp_path: Path) -> None:
@@ -113,12 +112,12 @@ def test_files_of_packages_are_found_elsewhere(
     assert from_disk(recorded) == ["-f", str(file)]
 
 
-def commands(changes: Changes, folder: Path, of: Recording) -> Dict[str, List[str]]:
-    return {one.name: list(one.command) for one in starts(of, changes, folder)}
+def commands(of: Recording, folder: Path, **changes: str) -> Dict[str, List[str]]:
+    return {one.name: list(one.command) for one in starts(of, folder, **changes)}
 
 
 def test_the_recorded_system(tmp_path: Path) -> None:
-    made = commands(Changes(), tmp_path, recording())
+    made = commands(recording(), tmp_path)
     assert list(made) == ["rosoclingo", "controller", "planner"]  # the loop first
     assert made["rosoclingo"] == [
         "rosrun", "rosoclingo", "run.py", "__name:=rosoclingo", "_controller:=/controller",
@@ -133,31 +132,29 @@ def test_nodes_of_similar_names(tmp_path: Path) -> None:
     loop = Program("/loop", "rosoclingo run.py", solvers=names)
     nodes = {name: program(["-f", "t.lp"], {"/ws/t.lp": name}, name) for name in names.values()}
     of = Recording("/loop", (), {"/loop": loop, **nodes})
-    _, controller, planner = starts(of, Changes(), tmp_path)
+    _, controller, planner = starts(of, tmp_path)
     assert Path(controller.command[-1]).read_text() == "/a/b"
     assert Path(planner.command[-1]).read_text() == "/a_b"
     assert controller.directory != planner.directory
 
 
 def test_another_planner(tmp_path: Path) -> None:
-    made = commands(Changes(planner="-f 'my task.lp' -t 2"), tmp_path, recording())
+    made = commands(recording(), tmp_path, planner="-f 'my task.lp' -t 2")
     assert made["planner"][4:] == ["-f", "my task.lp", "-t", "2"]
     assert Path(made["controller"][-1]).is_file()
 
 
 def test_namespaces(tmp_path: Path) -> None:
-    made = starts(
-        Recording("/a/b/loop", ()), Changes(planner="-f p", controller="-f c"), tmp_path
-    )  # fmt: skip
+    made = starts(Recording("/a/b/loop", ()), tmp_path, planner="-f p", controller="-f c")
     assert [(one.name, one.namespace) for one in made] == [
         ("loop", "/a/b"), ("controller", "/a/b"), ("planner", "/a/b"),
     ]  # fmt: skip
 
 
 def test_another_system(tmp_path: Path) -> None:
-    made = commands(Changes(system="robots all.launch map:=office"), tmp_path, recording())
+    made = commands(recording(), tmp_path, system="robots all.launch map:=office")
     assert list(made.values()) == [["roslaunch", "robots", "all.launch", "map:=office"]]
-    made = commands(Changes(single="-f a.lp"), tmp_path, recording())
+    made = commands(recording(), tmp_path, single="-f a.lp")
     assert made == {"rosoclingo": ["rosrun", "rosoclingo", "run-1.0.py", "__name:=rosoclingo",
                                    "-f", "a.lp"]}  # fmt: skip
 
@@ -166,25 +163,26 @@ def test_what_does_not_fit(tmp_path: Path) -> None:
     single = Program("/rosoclingo", "rosoclingo run-1.0.py", ("-f", "task.lp"), FILES)
     one_node = Recording("/rosoclingo", (), {"/rosoclingo": single})
     strange = Recording("/rosoclingo", (), {"/rosoclingo": Program("/rosoclingo", "rm -r")})
+    nothing: Dict[str, str] = {}
     for of, changes, text in (
-        (Recording("/rosoclingo", ()), Changes(), "does not say what /rosoclingo was started with"),
-        (Recording("/rosoclingo", ()), Changes(planner="-f a"), "--controller"),
-        (one_node, Changes(planner="-f a.lp"), "use --single"),
-        (strange, Changes(), "unknown program"),
-        (recording(), Changes(single="-f a", planner="-f a"), "--single is one node"),
-        (recording(), Changes(system="a b", planner="-f a"), "--system starts everything"),
-        (recording(planner=program([], node="/other")), Changes(), "the planner, /planner"),
+        (Recording("/rosoclingo", ()), nothing, "does not say what /rosoclingo was started with"),
+        (Recording("/rosoclingo", ()), {"planner": "-f a"}, "--controller"),
+        (one_node, {"planner": "-f a.lp"}, "use --single"),
+        (strange, nothing, "unknown program"),
+        (recording(), {"single": "-f a", "planner": "-f a"}, "--single is one node"),
+        (recording(), {"system": "a b", "planner": "-f a"}, "--system starts everything"),
+        (recording(planner=program([], node="/other")), nothing, "the planner, /planner"),
     ):
         with pytest.raises(ReplayError, match=text):
-            starts(of, changes, tmp_path)
-    assert commands(Changes(), tmp_path, one_node)["rosoclingo"][2] == "run-1.0.py"
+            starts(of, tmp_path, **changes)
+    assert commands(one_node, tmp_path)["rosoclingo"][2] == "run-1.0.py"
 
 
 @pytest.mark.parametrize("argument", ["__log:=/tmp/elsewhere", "__name:=other", "_x:=1"])
 def test_a_bag_that_renames_nodes_is_refused(tmp_path: Path, argument: str) -> None:
     hostile = recording(planner=program(["-f", "task.lp", argument]))
     with pytest.raises(ReplayError, match=f"argument '{argument}' of /planner"):
-        starts(hostile, Changes(), tmp_path)
+        starts(hostile, tmp_path)
 
 
 def test_scripts_of_a_bag_have_to_be_allowed() -> None:

@@ -17,6 +17,7 @@ from rosoclingo.bags.errors import BagWriteError
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, loop_topics, solver_topics
+from rosoclingo.bags.wire import Message
 
 
 def test_does_not_overwrite(tmp_path: Path) -> None:
@@ -45,7 +46,7 @@ def small_disk() -> Iterator[None]:
 def test_full_disk(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "a.bag")
     for sender, seconds, content in run(events=200).messages:
-        writer.write(sender, BEGIN + round(seconds * 10**9), content)
+        writer.write(Message(sender, BEGIN + round(seconds * 10**9), content))
     with pytest.raises(BagWriteError, match=r"after 203 messages; make room on the disk"):
         writer.flush()
 
@@ -64,9 +65,10 @@ def test_killed_after_a_flush(tmp_path: Path) -> None:
         "from pathlib import Path\n"
         "from bag_maker import BEGIN, run\n"
         "from rosoclingo.bags.record.writer import BagWriter\n"
+        "from rosoclingo.bags.wire import Message\n"
         "writer = BagWriter(Path(sys.argv[1]))\n"
         "for sender, seconds, content in run().messages:\n"
-        "    writer.write(sender, BEGIN + round(seconds * 10**9), content)\n"
+        "    writer.write(Message(sender, BEGIN + round(seconds * 10**9), content))\n"
         "writer.flush()\n"
         "os.kill(os.getpid(), 9)\n"
     )

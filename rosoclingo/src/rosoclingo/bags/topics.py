@@ -6,7 +6,8 @@ import json
 import re
 from typing import Any, Dict, Mapping, Tuple
 
-_NODE = re.compile(r"(/[A-Za-z]\w*)+", re.ASCII)
+NODE = re.compile(r"(/[A-Za-z]\w*)+", re.ASCII)
+"""A resolved name of a node."""
 
 MD5SUMS: Mapping[str, str] = {
     "actionlib_msgs/GoalID": "302881f31927c1df708a2dbab0e80ee8",
@@ -71,7 +72,7 @@ def solver_topics(about: str) -> Dict[str, str]:
     return {
         f"{node}/{topic}": kind
         for node in solvers(parse_about(about)).values()
-        if _NODE.fullmatch(node)
+        if NODE.fullmatch(node)
         for topic, kind in SOLVER_TYPES.items()
     }
 

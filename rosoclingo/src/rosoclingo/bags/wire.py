@@ -6,16 +6,27 @@ from typing import NamedTuple
 
 
 class Connection(NamedTuple):
-    """What kind of messages were sent to a topic; that of one publisher."""
+    """Who sends messages to a topic, and which: what ROS's connection header says.
+
+    Attributes:
+        topic: Resolved name of the topic.
+        type: Type of the messages, such as ``std_msgs/String``.
+        md5sum: MD5 sum of the type.
+        definition: The type's definition with those that it uses.
+        caller: Name of the node that sends, where that matters.
+        latching: Whether late subscribers get the last message, likewise.
+    """
 
     topic: str
     type: str
     md5sum: str
     definition: str
+    caller: str = ""
+    latching: bool = False
 
 
 class Message(NamedTuple):
-    """A message; ``time`` is that of its recording, in ns."""
+    """A message; ``time`` is that of its recording, in ns since 1970."""
 
     connection: Connection
     time: int

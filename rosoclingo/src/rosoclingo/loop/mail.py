@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
@@ -13,6 +13,8 @@ from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.externals import PlannerExternals
 from rosoclingo.loop.goals import Goal, Goals
 from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message
+from rosoclingo.loop.replay_inbox import Key, Kind, key_of
+from rosoclingo.loop.snapshot import take_over
 
 _RESERVED_IDS = ("commit", "save")
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
@@ -20,35 +22,43 @@ _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are log
 
 
 @dataclass(frozen=True)
-class ActingSnapshot:
-    """An actuator that was told to act in the current step.
+class Acting:
+    """That an actuator was told to act in the current step.
 
     Attributes:
-        actuator: Its id.
-        seconds: Since when, in seconds before the snapshot.
-        overdue: Whether its time is over.
+        began: When, in seconds of a monotonic clock; in a snapshot, of one that stands at 0 then.
+        reminded: When it was said last that it does not answer, likewise.
+        is_overdue: Whether its time is over.
         answer: What it has answered.
     """
 
-    actuator: str
-    seconds: float
-    overdue: bool
-    answer: Optional[str]
+    began: float
+    reminded: float
+    is_overdue: bool = False
+    answer: Optional[str] = None
+
+    def since(self, time: float) -> Acting:
+        """Returns the same with seconds since a time."""
+        return replace(self, began=self.began - time, reminded=self.reminded - time)
 
 
-@dataclass(frozen=True)
-class HeldSnapshot:
-    """Something of which nobody can say yet whether the planner knows it.
+@dataclass
+class MailState:
+    """What :class:`Mail` itself has to be saved.
 
     Attributes:
-        kind: ``message``, ``goal`` or ``cancel``.
-        id: A message's id, or the goal's.
-        value: A message's value.
+        dynamic: Whether the mode takes messages and goals.
+        rejection: Why no goal can be taken, if that is so.
+        messages: Pairs of id and value.
+        new_goals: Whether a goal has come, or a slot for one that waits.
     """
 
-    kind: str
-    id: str
-    value: str = ""
+    dynamic: bool = True
+    rejection: str = ""
+    messages: List[Tuple[str, str]] = field(default_factory=list)
+    new_goals: bool = False
+    _news: int = 0  # how much has come that the controller does not know of
+    _undeclared: Set[str] = field(default_factory=set)  # whose answers a warning was logged of
 
 
 @dataclass(frozen=True)
@@ -56,29 +66,18 @@ class MailSnapshot:
     """What :class:`Mail` is restored from; goals are given by their ids.
 
     Attributes:
-        dynamic: Whether the mode takes messages and goals.
-        rejection: Why no goal can be taken, if that is so.
-        messages: Pairs of id and value.
         cancels: Goals that are to be cancelled.
-        new_goals: Whether a goal has come, or a slot for one that waits.
         held: What is held back, in order of arrival.
-        news: How much has come that the controller does not know of.
-        acting: The current step's actuators.
-        undeclared: Actuators of whose answers a warning was logged.
+        acting: The current step's actuators, by their ids.
     """
 
-    dynamic: bool
-    rejection: str
-    messages: Tuple[Tuple[str, str], ...]
+    state: MailState
     cancels: Tuple[str, ...]
-    new_goals: bool
-    held: Tuple[HeldSnapshot, ...]
-    news: int
-    acting: Tuple[ActingSnapshot, ...]
-    undeclared: Tuple[str, ...]
+    held: Tuple[Key, ...]
+    acting: Dict[str, Acting]
 
 
-class Mail:
+class Mail(MailState):
     """Messages, goals and cancel requests until ``assign_messages``.
 
     Only the loop's thread uses it, or who asks whether its search is to stop.
@@ -89,11 +88,7 @@ class Mail:
 
     Attributes:
         inbox: Where everything comes in.
-        dynamic: Whether the mode takes messages and goals.
-        rejection: Why no goal can be taken, if that is so.
-        messages: Pairs of id and value.
         cancels: Goals with a slot that are to be cancelled.
-        new_goals: Whether a goal has come, or a slot for one that waits.
     """
 
     def __init__(
@@ -104,42 +99,25 @@ class Mail:
         warn: Callable[[str], None],
         note: Callable[[journal.Event], None],
     ) -> None:
+        super().__init__()
         self.inbox = inbox
         self._goals = goals
-        self.dynamic = True
-        self.rejection = ""
-        self.messages: List[Tuple[str, str]] = []
         self.cancels: List[Goal] = []
-        self.new_goals = False
         self._externals = externals
         self._warn = warn
         self._note = note
         self._held: List[Item] = []  # nobody can say yet whether the planner knows it
-        self._arrivals = 0  # how much news has come
-        self._told = 0  # how much of it the controller knows of
-        self._acting: Dict[str, float] = {}  # the current step's actuators: when they were told
-        self._overdue: Set[str] = set()  # those of them whose time is over
-        self._reminded: Dict[str, float] = {}  # when it was said last that one does not answer
-        self._answers: Dict[str, str] = {}  # of those that answered in it
-        self._undeclared: Set[str] = set()  # actuators of whose answers a warning was logged
+        self._acting: Dict[str, Acting] = {}
         self._command_began: Optional[float] = None  # that which is carried out
 
     def snapshot(self) -> MailSnapshot:
         """Returns what has come and is not told yet, and who acts."""
         now = time.monotonic()
         return MailSnapshot(
-            self.dynamic,
-            self.rejection,
-            tuple(self.messages),
+            self,
             tuple(goal.id for goal in self.cancels),
-            self.new_goals,
-            tuple(map(_held, self._held)),
-            self._arrivals - self._told,
-            tuple(
-                ActingSnapshot(one, now - begin, one in self._overdue, self._answers.get(one))
-                for one, begin in self._acting.items()
-            ),
-            tuple(sorted(self._undeclared)),
+            tuple(map(key_of, self._held)),
+            {actuator: one.since(now) for actuator, one in self._acting.items()},
         )
 
     def restore(self, saved: MailSnapshot, goals: Dict[str, Goal]) -> None:
@@ -149,18 +127,11 @@ class Mail:
             saved: What had come.
             goals: The goals by their ids.
         """
-        self.dynamic, self.rejection = saved.dynamic, saved.rejection
-        self.messages = list(saved.messages)
+        take_over(self, saved.state)
         self.cancels = [goals[key] for key in saved.cancels]
-        self.new_goals = saved.new_goals
-        self._held = [_item(held, goals) for held in saved.held]
-        self._arrivals, self._told = saved.news, 0
+        self._held = [_item(key, goals) for key in saved.held]
         now = time.monotonic()
-        self._acting = {one.actuator: now - one.seconds for one in saved.acting}
-        self._reminded = dict.fromkeys(self._acting, now)
-        self._overdue = {one.actuator for one in saved.acting if one.overdue}
-        self._answers = {one.actuator: one.answer for one in saved.acting if one.answer is not None}
-        self._undeclared = set(saved.undeclared)
+        self._acting = {actuator: one.since(-now) for actuator, one in saved.acting.items()}
 
     @property
     def goals_spoken_of(self) -> List[Goal]:
@@ -173,7 +144,7 @@ class Mail:
     @property
     def pending_actions(self) -> bool:
         """Whether an actuator of the current step has not answered."""
-        return not self._acting.keys() <= self._answers.keys()
+        return any(one.answer is None for one in self._acting.values())
 
     @property
     def new_messages(self) -> bool:
@@ -182,13 +153,13 @@ class Mail:
 
     def tell(self) -> bool:
         """Returns :attr:`new_messages` for the controller, and remembers what it knows of now."""
-        self._told = self._arrivals
+        self._news = 0
         return self.new_messages
 
     @property
     def has_news(self) -> bool:
         """Whether something has come that the controller has not been told of."""
-        return self._arrivals > self._told
+        return self._news > 0
 
     # What comes in.
 
@@ -256,7 +227,7 @@ class Mail:
                 self._held += items[number:]
                 raise
             if is_news and number >= len(held):
-                self._arrivals += 1
+                self._news += 1
         self._log_dropped(dropped)
         self._goals.tell_positions()
 
@@ -305,6 +276,7 @@ class Mail:
         except TermError as err:
             dropped.append(str(err))
             return False
+        acting = self._acting.get(source)
         if source in _RESERVED_IDS or (source == "info" and value == "passed"):
             reason = "these are rosoclingo's own"
         elif self._goals.is_slot(source):
@@ -312,23 +284,23 @@ class Mail:
         elif self._hold(message, [(source, value)], may_ask):
             return True
         elif not self._externals.knows([(source, value)]):
-            if source in self._acting and source not in self._answers:
-                self._take_undeclared_answer(source, value)
+            if acting and acting.answer is None:
+                self._acting[source] = replace(acting, answer=value)
+                self._warn_of_undeclared_answer(source, value)
                 return True
             reason = "the planner's encoding declares no such event"
-        elif self._answers.get(source, value) != value:
-            reason = f"it has answered {shorten(self._answers[source])} already"
+        elif acting and acting.answer is not None and acting.answer != value:
+            reason = f"it has answered {shorten(acting.answer)} already"
         else:
-            if source in self._acting:
-                self._answers[source] = value
+            if acting:
+                self._acting[source] = replace(acting, answer=value)
             self.messages.append((source, value))
             return True
         dropped.append(f"{journal.naming(source, value)}{reason}")
         return False
 
-    def _take_undeclared_answer(self, source: str, value: str) -> None:
-        """Lets an answer end its action, of which the planner cannot be told."""
-        self._answers[source] = value
+    def _warn_of_undeclared_answer(self, source: str, value: str) -> None:
+        """Says that an answer ends its action, but that the planner cannot be told of it."""
         if source not in self._undeclared:
             self._undeclared.add(source)
             self._warn(
@@ -354,14 +326,11 @@ class Mail:
     def begin_step(self) -> None:
         """Nobody acts yet in the step that begins."""
         self._acting.clear()
-        self._overdue.clear()
-        self._answers.clear()
 
     def acts(self, actuator: str) -> None:
         """Notes that an actuator was told to act: what it answered was to another action."""
-        self._acting[actuator] = self._reminded[actuator] = time.monotonic()
-        self._overdue.discard(actuator)
-        self._answers.pop(actuator, None)
+        now = time.monotonic()
+        self._acting[actuator] = Acting(now, now)
 
     def is_acting(self, actuator: str) -> bool:
         """Whether an actuator was told to act in the current step."""
@@ -369,9 +338,11 @@ class Mail:
 
     def overdue(self, seconds: float) -> List[str]:
         """Returns the actuators without an answer since so many seconds; each action's once."""
-        late = [actuator for actuator, silence in self._silent() if silence >= seconds]
-        self._overdue.update(late)
-        return late
+        now = time.monotonic()
+        late = {name: one for name, one in self._silent() if now - one.began >= seconds}
+        for name, one in late.items():
+            self._acting[name] = replace(one, is_overdue=True)
+        return list(late)
 
     def late(self, seconds: float) -> List[Tuple[str, float]]:
         """Returns the actuators without an answer, and for how many seconds they were told to act.
@@ -380,16 +351,18 @@ class Mail:
             seconds: Longest silence; each actuator is returned again after so much more of it.
         """
         now = time.monotonic()
-        late = [pair for pair in self._silent() if now - self._reminded[pair[0]] >= seconds]
-        self._reminded.update(dict.fromkeys((actuator for actuator, _ in late), now))
+        late = []
+        for actuator, one in self._silent():
+            if now - one.reminded >= seconds:
+                self._acting[actuator] = replace(one, reminded=now)
+                late.append((actuator, now - one.began))
         return late
 
-    def _silent(self) -> List[Tuple[str, float]]:
-        now = time.monotonic()
+    def _silent(self) -> List[Tuple[str, Acting]]:
         return [
-            (actuator, now - begin)
-            for actuator, begin in self._acting.items()
-            if actuator not in self._answers and actuator not in self._overdue
+            (actuator, one)
+            for actuator, one in self._acting.items()
+            if one.answer is None and not one.is_overdue
         ]
 
     def note_goals(self) -> None:
@@ -434,15 +407,8 @@ def _arrival(item: Item, seconds: float) -> journal.Event:
     return journal.GoalArrived(item.id, item.request, item.information, seconds)
 
 
-def _held(item: Item) -> HeldSnapshot:
-    if isinstance(item, Message):
-        return HeldSnapshot("message", item.id, item.value)
-    if isinstance(item, Cancel):
-        return HeldSnapshot("cancel", item.goal.id)
-    return HeldSnapshot("goal", item.id)
-
-
-def _item(held: HeldSnapshot, goals: Dict[str, Goal]) -> Item:
-    if held.kind == "message":
-        return Message(held.id, held.value)
-    return Cancel(goals[held.id]) if held.kind == "cancel" else goals[held.id]
+def _item(key: Key, goals: Dict[str, Goal]) -> Item:
+    kind, identifier, value = key
+    if kind is Kind.MESSAGE:
+        return Message(identifier, value)
+    return Cancel(goals[identifier]) if kind is Kind.CANCEL else goals[identifier]

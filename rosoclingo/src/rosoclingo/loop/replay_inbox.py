@@ -113,7 +113,7 @@ class ReplayInbox(Inbox):
 
     def put(self, item: Item) -> None:
         """Adds an item; returns at once."""
-        key = _key(item)
+        key = key_of(item)
         with self._changed:
             if not self._is_open and self._expected[key] > 0:
                 self._expected[key] -= 1
@@ -128,7 +128,7 @@ class ReplayInbox(Inbox):
     def cancel(self, goal: Goal) -> None:
         """Adds a cancel request, which may recall the goal when that is due; returns at once."""
         with self._changed:
-            is_due_later = not self._is_open and self._expected[_key(Cancel(goal))] > 0
+            is_due_later = not self._is_open and self._expected[key_of(Cancel(goal))] > 0
         if is_due_later:
             self.put(Cancel(goal))
         else:
@@ -137,8 +137,6 @@ class ReplayInbox(Inbox):
     def open(self) -> None:
         """Lets everything through from now on: the replay goes another way."""
         with self._changed:
-            if self._is_open:
-                return
             self._is_open = True
             dues = (due for due in self._dues if due.kind is not Kind.RECALL)
             rest = [self._held[due.key].popleft() for due in dues if self._has(due)]
@@ -220,7 +218,8 @@ class ReplayInbox(Inbox):
         return needed - Counter({key: len(self._held.get(key, ())) for key in needed})
 
 
-def _key(item: Item) -> Key:
+def key_of(item: Item) -> Key:
+    """Returns what identifies an item, whenever it comes."""
     if isinstance(item, Message):
         return Kind.MESSAGE, item.id, item.value
     if isinstance(item, Cancel):

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.bags.compare import comparable, junit, text_report
+from rosoclingo.bags.compare import junit, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level
-from rosoclingo.bags.errors import BagError
-from rosoclingo.bags.model import Recording
+from rosoclingo.bags.errors import BagError, IncompleteBagError
+from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.bags.text import lines
+from rosoclingo.bags.text import say
 
+_GAPS_SHOWN = 5
 _REMAPPING = re.compile(r"[\w~/]+:=")
 
 
@@ -84,13 +85,34 @@ def read(program: str, bag: Path, name: Optional[str]) -> Recording:
     recording = read_recording(bag, name)
     for remark in recording.remarks:
         say(program, f"{bag}: {remark}")
-    comparable.check(bag, recording)
+    check(bag, recording)
     return recording
 
 
-def say(program: str, text: str) -> None:
-    """Prints a message, which may have texts of a bag."""
-    print(lines(f"{program}: {text}"), file=sys.stderr)
+def check(bag: Path, recording: Recording) -> None:
+    """Checks that a recording has all events of its run, but for those after its end.
+
+    Args:
+        bag: Where it was read from.
+        recording: The recording.
+
+    Raises:
+        IncompleteBagError: It has not; the message says what is missing and what to do.
+    """
+    first = recording.entries[0].number if recording.entries else 1
+    if first > 1:
+        raise IncompleteBagError(
+            f"{bag}: the first {first - 1} events of the run are missing; start record.py with "
+            "the system (record:=FILE of the launch files)"
+        )
+    gaps = _gaps(recording.entries)
+    if gaps:
+        more = f" and {len(gaps) - _GAPS_SHOWN} more gaps" if len(gaps) > _GAPS_SHOWN else ""
+        raise IncompleteBagError(
+            f"{bag}: of the run's {recording.entries[-1].number} events are missing: "
+            f"{', '.join(gaps[:_GAPS_SHOWN])}{more}; what happened then is not known: use an "
+            "undamaged copy of the bag, or record again"
+        )
 
 
 def tell(comparison: Comparison) -> None:
@@ -112,3 +134,13 @@ def _give_up(program: str, results: List[Path], suite: junit.Suite, reason: str)
 
 def _gtest(text: str) -> Path:
     return Path(text[len("xml:") :] if text.startswith("xml:") else text)
+
+
+def _gaps(entries: Sequence[Entry]) -> List[str]:
+    """Returns the numbers that are missing: ``3`` or ``5 to 9``."""
+    gaps = []
+    for before, after in zip(entries, entries[1:]):
+        first, last = before.number + 1, after.number - 1
+        if first <= last:
+            gaps.append(str(first) if first == last else f"{first} to {last}")
+    return gaps

@@ -7,11 +7,12 @@ import sys
 from pathlib import Path
 from typing import NoReturn, Optional, Sequence, Tuple
 
-from rosoclingo.bags.compare import cli, comparable, text_report
+from rosoclingo.bags.compare import cli, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level, compare
 from rosoclingo.bags.compare.junit import Suite
 from rosoclingo.bags.errors import IncompleteBagError
 from rosoclingo.bags.read.run import Run
+from rosoclingo.bags.text import say
 
 _PROGRAM = "compare"
 
@@ -38,15 +39,15 @@ def _compare(options: argparse.Namespace) -> Tuple[Comparison, float]:
     bag, seen_bag = options.bag, options.seen
     expected = Run.of(cli.read(_PROGRAM, bag, options.name))
     seen = Run.of(cli.read(_PROGRAM, seen_bag, options.seen_name or options.name))
-    if comparable.is_empty(expected) and (comparable.is_empty(seen) or comparable.is_cut(expected)):
+    if expected.is_empty and (seen.is_empty or expected.is_cut):
         raise IncompleteBagError(
             f"{bag}: nothing can be compared with {seen_bag}: no goal has got a status, and the "
             "loop has put out nothing; record a run that does something"
         )
-    if comparable.is_cut(expected):
-        cli.say(_PROGRAM, f"{bag}: {text_report.CUT}")
-    if comparable.is_cut(seen):
-        cli.say(
+    if expected.is_cut:
+        say(_PROGRAM, f"{bag}: {text_report.CUT}")
+    if seen.is_cut:
+        say(
             _PROGRAM, f"{seen_bag}: the recording ends while the loop was at work; what is missing "
             "at the end may have happened after it"
         )  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Deque, Dict, Optional, Sequence, Tuple
 
 from rosoclingo.bags.compare.history import Cell
 from rosoclingo.bags.read.run import Run
+from rosoclingo.bags.text import compact
 from rosoclingo.loop.journal import CancelArrived, Event, GoalArrived, StatusSet
 
 Inputs = Tuple[Sequence[Cell], Sequence[Cell]]
@@ -41,10 +42,10 @@ def with_ids_of(expected: Run, seen: Run) -> Run:
     """
     free: Dict[str, Deque[str]] = defaultdict(deque)
     for identifier, request in expected.requests.items():
-        free[_compact(request)].append(identifier)
+        free[compact(request)].append(identifier)
     ids: Dict[str, str] = {}
     for identifier, request in seen.requests.items():
-        same = free[_compact(request)]
+        same = free[compact(request)]
         if same:
             ids[identifier] = same.popleft()
         elif identifier in expected.requests:
@@ -78,10 +79,6 @@ def moved(expected: Inputs, seen: Inputs) -> Tuple[Moved, ...]:
     return tuple(
         one for key, one in inputs.items() if one.in_time != (True, True) or old[key] != new[key]
     )
-
-
-def _compact(request: str) -> str:
-    return "".join(request.split())
 
 
 def _numbered(cells: Sequence[Cell]) -> Dict[Tuple[str, int], Cell]:

@@ -4,34 +4,18 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Callable, List, NamedTuple, Tuple
+from typing import Callable
 
 from rosoclingo.bags.errors import BagSizeError, BagVersionError, DamagedBagError, NoBagError
 from rosoclingo.bags.read.decompress import ExpansionError
-from rosoclingo.bags.read.records import Records, read_records
-from rosoclingo.bags.wire import Connection, Message
+from rosoclingo.bags.read.records import Records
+from rosoclingo.bags.wire import Connection
 
 _MAGIC = re.compile(rb"#ROSBAG V(\d+)\.(\d+)\r?\n")
 _LONGEST_MAGIC = 32  # bytes
 
 
-class Bag(NamedTuple):
-    """What is in a bag.
-
-    Attributes:
-        messages: The messages that were asked for, in the order of their times.
-        connections: All connections.
-        remarks: What was wrong with the bag.
-        size: Its size in bytes.
-    """
-
-    messages: List[Message]
-    connections: List[Connection]
-    remarks: Tuple[str, ...]
-    size: int
-
-
-def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
+def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Records:
     """Reads a bag; one that is damaged, as far as that goes.
 
     Args:
@@ -41,11 +25,12 @@ def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
     Raises:
         BagError: It is no bag, or nothing can be read.
     """
-    begin, size = _check(file)
+    if file.is_dir():
+        raise NoBagError(f"{file}: this is a folder; give the path of a bag in it")
     try:
         with file.open("rb") as opened:
-            opened.seek(begin)
-            records = read_records(opened, wanted)
+            opened.seek(_check(file, opened.read(_LONGEST_MAGIC)))
+            records = Records(opened, wanted)
     except OSError as err:
         raise NoBagError(f"{file}: {err.strerror}; give the path of a bag") from err
     except ExpansionError as err:
@@ -53,11 +38,12 @@ def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Bag:
             f"{file}: {err}, which is no recording's; if you trust the bag, decompress it in a ROS "
             f"installation: rosbag decompress {file.name}"
         ) from err
+    _judge(file, records)
+    return records
 
-    return _judge(file, records, size)
 
-
-def _judge(file: Path, records: Records, size: int) -> Bag:
+def _judge(file: Path, records: Records) -> None:
+    """Raises an error if nothing could be read."""
     if records.encryptor:
         raise BagVersionError(
             f"{file}: the bag is encrypted; decrypt it in a ROS installation: "
@@ -66,27 +52,10 @@ def _judge(file: Path, records: Records, size: int) -> Bag:
     if not records.connections and (records.losses or records.fault):
         lost = [*records.losses, records.fault][0]
         raise DamagedBagError(f"{file}: nothing can be read of the bag: {lost}; record again")
-    messages = sorted(records.messages, key=lambda message: message.time)
-    remarks = [f"lost: {loss}" for loss in records.losses]
-    if records.fault:
-        remarks.insert(
-            0,
-            f"the bag has no intact index ({records.fault}); it was read from its beginning on, "
-            f"and {len(messages)} messages of the system were found",
-        )
-    return Bag(messages, records.connections, tuple(remarks), size)
 
 
-def _check(file: Path) -> Tuple[int, int]:
-    """Returns where the first record is, and the size."""
-    if file.is_dir():
-        raise NoBagError(f"{file}: this is a folder; give the path of a bag in it")
-    try:
-        with file.open("rb") as opened:
-            begin = opened.read(_LONGEST_MAGIC)
-        size = file.stat().st_size
-    except OSError as err:
-        raise NoBagError(f"{file}: {err.strerror}; give the path of a bag") from err
+def _check(file: Path, begin: bytes) -> int:
+    """Returns where the first record is."""
     if not begin:
         raise NoBagError(f"{file}: the file is empty; its recorder wrote nothing: record again")
     magic = _MAGIC.match(begin)
@@ -98,4 +67,4 @@ def _check(file: Path) -> Tuple[int, int]:
             f"{file}: a bag of version {version[0]}.{version[1]}, and only 2.0 is read; convert it "
             f"in a ROS installation: rosbag filter {file.name} new.bag True"
         )
-    return magic.end(), size
+    return magic.end()

@@ -61,21 +61,15 @@ class Expander:
                     block = b""
                     pieces.append(piece)
                     length += len(piece)
+                    self._left -= len(piece)
                     if length > _LONGEST_CHUNK:
                         raise ExpansionError(f"expands to more than {_LONGEST_CHUNK >> 20} MiB")
-                    self.add(len(piece))
+                    if self._left < 0:
+                        raise ExpansionError(
+                            f"and those before it expand to more than {self._most >> 20} MiB"
+                        )
                     if decompressor.needs_input or not piece:
                         break
         except (OSError, ValueError, EOFError, RuntimeError) as err:
             raise ValueError(str(err)) from err
         return b"".join(pieces)
-
-    def add(self, size: int) -> None:
-        """Takes note of so many bytes more.
-
-        Raises:
-            ExpansionError: They are too many.
-        """
-        self._left -= size
-        if self._left < 0:
-            raise ExpansionError(f"and those before it expand to more than {self._most >> 20} MiB")

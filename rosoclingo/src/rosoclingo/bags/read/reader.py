@@ -8,12 +8,13 @@ from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
 from rosoclingo.bags.errors import BagTypeError, NoSystemError, SeveralSystemsError
 from rosoclingo.bags.model import Entry, Program, Recording
-from rosoclingo.bags.read.bagfile import Bag, read_bag
+from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
-from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said, in_order
+from rosoclingo.bags.read.records import Records
+from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said
 from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about, solvers, text_entries
 from rosoclingo.bags.wire import Connection, Message
-from rosoclingo.loop.journal import Record, decode
+from rosoclingo.loop.journal import decode
 
 _OWN_TYPES = {kind for kind in LOOP_TYPES.values() if kind.startswith("rosoclingo/")}
 _RUNS = ("journal", "goal", "in", "out")  # topics of which one at least shows that there is a run
@@ -36,25 +37,24 @@ def read_recording(file: Path, name: Optional[str] = None) -> Recording:
 
 
 class _Reading:
-    def __init__(self, file: Path, bag: Bag, name: Optional[str]) -> None:
+    def __init__(self, file: Path, bag: Records, name: Optional[str]) -> None:
         self._file = file
         self._bag = bag
+        self._begin = bag.messages[0].time if bag.messages else 0  # ns
+        self._connections = list(dict.fromkeys(bag.connections.values()))
         self._decoder = Decoder()
         self._name = self._choose(name)
-        self._remarks: List[str] = list(bag.remarks)
+        self._remarks = bag.remarks
         self._lost: Counter[str] = Counter()
         self._readable: Set[Connection] = set()
 
     def recording(self) -> Recording:
         """Reads what the bag has of the chosen node."""
-        has_journal = self._has("journal")
+        topic = f"{self._name}/journal"
+        has_journal = any(connection.topic == topic for connection in self._connections)
         if has_journal:
-            self._require("journal")
             entries = self._read_journal()
         else:
-            for topic in ("goal", "in", "out"):
-                if self._has(topic):
-                    self._require(topic)
             entries = self._read_topics()
             self._remarks.append(
                 "the bag has no journal; the run was put together from the node's other topics"
@@ -77,7 +77,7 @@ class _Reading:
         found = sorted(
             {
                 owner(connection.topic)[0]
-                for connection in self._bag.connections
+                for connection in self._connections
                 if connection.type in _OWN_TYPES and owner(connection.topic)[1] in _RUNS
             }
         )
@@ -88,7 +88,7 @@ class _Reading:
             there = f"; there are {', '.join(found)}" if found else ""
             raise NoSystemError(f"{self._file}: the bag has no topics of {wanted}{there}")
         if not found:
-            topics = sorted({connection.topic for connection in self._bag.connections})
+            topics = sorted({connection.topic for connection in self._connections})
             there = f"has only {', '.join(topics[:5])}" if topics else "has no topics"
             if len(topics) > 5:
                 there += f" and {len(topics) - 5} more"
@@ -105,36 +105,14 @@ class _Reading:
 
     # What can be read.
 
-    def _has(self, topic: str) -> bool:
-        return any(one.topic == f"{self._name}/{topic}" for one in self._bag.connections)
+    def _messages(self, *topics: str) -> Iterator[Tuple[Message, Any]]:
+        """Yields the messages of topics, and what they say.
 
-    def _require(self, topic: str) -> None:
-        """Raises an error if nothing of a topic can be read because of its type."""
-        reasons = self._accept(f"{self._name}/{topic}", LOOP_TYPES[topic])
-        connections = [c for c in self._bag.connections if c.topic == f"{self._name}/{topic}"]
-        if not any(connection in self._readable for connection in connections):
-            raise BagTypeError(
-                f"{self._file}: {reasons[0]}; replay it with the version that recorded it, "
-                "or record again"
-            )
-
-    def _accept(self, topic: str, kind: str) -> List[str]:
-        """Looks at a topic's connections, and returns why some are refused."""
-        reasons = []
-        for connection in dict.fromkeys(self._bag.connections):
-            if connection.topic == topic and connection not in self._readable:
-                reason = self._decoder.refuse(connection, kind)
-                if reason is None:
-                    self._readable.add(connection)
-                elif reason not in self._remarks:
-                    reasons.append(reason)
-        self._remarks += [f"left out: {reason}" for reason in reasons]
-        return reasons
-
-    def _messages(self, topics: Dict[str, str]) -> Iterator[Tuple[Message, Any]]:
-        """Yields the messages of topics, which have types, and what they say."""
-        for topic, kind in topics.items():
-            self._accept(topic, kind)
+        Raises:
+            BagTypeError: Nothing of a topic that a run needs can be read because of its type.
+        """
+        for topic in topics:
+            self._accept(topic)
         for message in self._bag.messages:
             if message.connection.topic in topics and message.connection in self._readable:
                 try:
@@ -142,27 +120,41 @@ class _Reading:
                 except ValueError:
                     self._lost[message.connection.topic] += 1
 
+    def _accept(self, topic: str) -> None:
+        """Looks which of a topic's connections can be read."""
+        name = owner(topic)[1]
+        reasons = []
+        for connection in self._connections:
+            if connection.topic == topic:
+                reason = self._decoder.refuse(connection, LOOP_TYPES[name])
+                if reason is None:
+                    self._readable.add(connection)
+                else:
+                    reasons.append(reason)
+        if reasons and name in _RUNS and not any(one.topic == topic for one in self._readable):
+            raise BagTypeError(
+                f"{self._file}: {reasons[0]}; replay it with the version that recorded it, "
+                "or record again"
+            )
+        self._remarks += [f"left out: {reason}" for reason in reasons]
+
     # What the run was.
 
-    @property
-    def _begin(self) -> int:
-        return min((message.time for message in self._bag.messages), default=0)
-
     def _read_journal(self) -> Tuple[Entry, ...]:
-        begin = self._begin
-        runs: List[Dict[int, Tuple[int, Record]]] = [{}]
+        runs: List[Dict[int, Entry]] = [{}]
         topic = f"{self._name}/journal"
         unnumbered = 0
-        for _, said in self._messages({topic: LOOP_TYPES["journal"]}):
+        for _, said in self._messages(topic):
             if not said.number:
                 unnumbered += 1
                 continue
-            stamp = said.stamp.sec * 10**9 + said.stamp.nanosec
+            seconds = (said.stamp.sec * 10**9 + said.stamp.nanosec - self._begin) * 1e-9
             known = runs[-1].get(said.number)
-            if known is not None and known[0] != stamp:
+            if known is not None and known.seconds != seconds:
                 runs.append({})  # the node was started again
-            record = Record(decode(said), int(said.step), int(said.horizon))
-            runs[-1][said.number] = stamp, record
+            runs[-1][said.number] = Entry(
+                decode(said), int(said.step), int(said.horizon), said.number, seconds
+            )
         if len(runs) > 1:
             self._remarks.append(
                 f"{self._name} was started {len(runs)} times during the recording; this is its "
@@ -177,54 +169,38 @@ class _Reading:
         lost = (numbered[-1][0] if numbered else 0) - len(numbered)
         if lost > 0:
             self._remarks.append(f"{lost} events of the journal are missing")
-        return tuple(
-            _entry(record, number, (stamp - begin) * 1e-9) for number, (stamp, record) in numbered
-        )
+        return tuple(entry for _, entry in numbered)
 
     def _read_topics(self) -> Tuple[Entry, ...]:
-        begin = self._begin
-        topics = {f"{self._name}/{topic}": LOOP_TYPES[topic] for topic in TOPICS}
         recorded = [
-            Said(owner(one.connection.topic)[1], (one.time - begin) * 1e-9, message)
-            for one, message in self._messages(topics)
+            Said(owner(one.connection.topic)[1], (one.time - self._begin) * 1e-9, message)
+            for one, message in self._messages(*(f"{self._name}/{topic}" for topic in TOPICS))
         ]
-        historian = Historian(said.message.id for said in recorded if said.topic == "out")
-        entries: List[Entry] = []
-
-        def add(seconds: float, records: Iterator[Record]) -> None:
-            for record in records:
-                entries.append(_entry(record, len(entries) + 1, seconds))
-
-        for said in in_order(recorded):
-            add(said.seconds, historian.take(said))
-        add(entries[-1].seconds if entries else 0.0, historian.release())
-        return tuple(entries)
+        return tuple(Historian().entries(recorded))
 
     # What it was started with.
 
     def _read_programs(self) -> Dict[str, Program]:
-        texts = self._about(self._name)
-        programs = {}
-        for text in texts[-1:]:
-            programs[self._name] = loop = _program(self._name, parse_about(text))
-            for node in loop.solvers.values():
-                for solver in self._about(node)[-1:]:
-                    programs[node] = _program(node, parse_about(solver))
-                if node not in programs:
-                    self._remarks.append(f"the bag does not say what {node} was started with")
+        loop = self._read_program(self._name)
+        if loop is None:
+            return {}
+        programs = {self._name: loop}
+        for node in loop.solvers.values():
+            program = self._read_program(node)
+            if program is not None:
+                programs[node] = program
+            elif node not in programs:
+                self._remarks.append(f"the bag does not say what {node} was started with")
         return programs
 
-    def _about(self, node: str) -> List[str]:
+    def _read_program(self, node: str) -> Optional[Program]:
+        """Returns what a node has said of itself last."""
         topic = f"{node}/about"
-        found = [said.data for _, said in self._messages({topic: LOOP_TYPES["about"]})]
-        described = [text for text in found if parse_about(text).get("program")]
+        found = [parse_about(said.data) for _, said in self._messages(topic)]
+        described = [one for one in found if one.get("program")]
         if len(described) < len(found):
             self._remarks.append(f"what {topic} says of the node cannot be read")
-        return described
-
-
-def _entry(record: Record, number: int, seconds: float) -> Entry:
-    return Entry(record.event, record.step, record.horizon, number, seconds)
+        return _program(node, described[-1]) if described else None
 
 
 def _program(node: str, described: Dict[str, Any]) -> Program:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 import struct
 from io import BytesIO
-from typing import BinaryIO, Callable, Dict, Iterator, List, Mapping, NamedTuple, Tuple
+from typing import BinaryIO, Callable, Dict, List, Mapping
 
 from rosoclingo.bags.read.decompress import Expander, ExpansionError
 from rosoclingo.bags.wire import Connection, Message
@@ -24,63 +24,77 @@ _TIME = struct.Struct("<II")
 _COUNTS = (b"conn_count", b"chunk_count")
 
 
-class Records(NamedTuple):
-    """What could be read.
-
-    Attributes:
-        messages: The messages, in the order of the file.
-        connections: All connections, of messages or not.
-        encryptor: What the bag is encrypted with; empty if it is not.
-        fault: What is wrong with the index, in words; empty if nothing is.
-        losses: What is damaged, in words.
-    """
-
-    messages: List[Message]
-    connections: List[Connection]
-    encryptor: str
-    fault: str
-    losses: List[str]
-
-
 class _DamageError(Exception):
     """No record can be read from here on."""
 
 
-def read_records(file: BinaryIO, wanted: Callable[[Connection], bool]) -> Records:
-    """Reads all records.
+class Records:
+    """All records of a bag.
 
-    Args:
-        file: The bag, at its first record.
-        wanted: Whether the messages of a connection are.
-
-    Raises:
-        ExpansionError: A chunk expands to too much; the text says which.
+    Attributes:
+        messages: The messages, in the order of their times.
+        connections: All connections by their numbers, of messages or not.
+        header: That of the bag; empty if there is none.
+        losses: What is damaged, in words.
+        size: Size of the bag in bytes.
     """
-    size = os.fstat(file.fileno()).st_size
-    scan = _Scan(wanted, Expander(size))
-    scan.read(file, size, "the bag")
-    return Records(
-        scan.messages,
-        list(scan.connections.values()),
-        _text(scan.bag, b"encryptor"),
-        scan.find_fault(),
-        scan.losses,
-    )
 
+    def __init__(self, file: BinaryIO, wanted: Callable[[Connection], bool]) -> None:
+        """Reads all records.
 
-class _Scan:
-    def __init__(self, wanted: Callable[[Connection], bool], expander: Expander) -> None:
+        Args:
+            file: The bag, at its first record.
+            wanted: Whether the messages of a connection are.
+
+        Raises:
+            ExpansionError: A chunk expands to too much; the text says which.
+        """
         self.messages: List[Message] = []
         self.connections: Dict[int, Connection] = {}
-        self.bag: Mapping[bytes, bytes] = {}
+        self.header: Mapping[bytes, bytes] = {}
         self.losses: List[str] = []
+        self.size = os.fstat(file.fileno()).st_size
         self._wanted = wanted
-        self._expander = expander
+        self._expander = Expander(self.size)
         self._in_chunk = False
         self._places: List[int] = []  # of the connections and chunk infos that end the bag
         self._chunks = 0
+        self._read(file, self.size, "the bag")
+        self.messages.sort(key=lambda message: message.time)
 
-    def read(self, source: BinaryIO, size: int, where: str) -> None:
+    @property
+    def encryptor(self) -> str:
+        """What the bag is encrypted with; empty if it is not."""
+        return _text(self.header, b"encryptor")
+
+    @property
+    def fault(self) -> str:
+        """What is wrong with the index, in words; empty if nothing is."""
+        try:
+            connections, chunks = (_number(self.header, name) for name in _COUNTS)
+        except _DamageError:
+            return "the header of the bag is damaged"
+        begin = int.from_bytes(self.header.get(b"index_pos", b""), "little")
+        if not begin:
+            return "its recorder did not end it"
+        is_complete = len(self._places) == connections + chunks and self._chunks == chunks
+        if is_complete and (not self._places or self._places[0] == begin):
+            return ""
+        return "the index does not fit the rest"
+
+    @property
+    def remarks(self) -> List[str]:
+        """What is wrong with the bag, in words for the user."""
+        remarks = [f"lost: {loss}" for loss in self.losses]
+        if self.fault:
+            remarks.insert(
+                0,
+                f"the bag has no intact index ({self.fault}); it was read from its beginning on, "
+                f"and {len(self.messages)} messages of the system were found",
+            )
+        return remarks
+
+    def _read(self, source: BinaryIO, size: int, where: str) -> None:
         """Reads records from where a source is until its end."""
         position = source.tell()
         while position < size:
@@ -94,20 +108,6 @@ class _Scan:
                 return
             position = begin + length
             source.seek(position)
-
-    def find_fault(self) -> str:
-        """Returns what is wrong with the index, in words."""
-        try:
-            connections, chunks = (_number(self.bag, name) for name in _COUNTS)
-        except _DamageError:
-            return "the header of the bag is damaged"
-        begin = int.from_bytes(self.bag.get(b"index_pos", b""), "little")
-        if not begin:
-            return "its recorder did not end it"
-        is_complete = len(self._places) == connections + chunks and self._chunks == chunks
-        if is_complete and (not self._places or self._places[0] == begin):
-            return ""
-        return "the index does not fit the rest"
 
     def _take(
         self,
@@ -126,7 +126,7 @@ class _Scan:
             content = self._decompress(_text(header, b"compression"), source.read(available), where)
             self._chunks += 1
             self._in_chunk = True
-            self.read(BytesIO(content), len(content), where)
+            self._read(BytesIO(content), len(content), where)
             self._in_chunk = False
         if available < length:
             raise _DamageError("the rest is missing")
@@ -139,7 +139,7 @@ class _Scan:
             if self._wanted(connection):
                 self.messages.append(Message(connection, _time(header), source.read(length)))
         elif operation == _BAG:
-            self.bag = self.bag or header
+            self.header = self.header or header
         elif operation not in (_INDEX, _CHUNK, _CHUNK_INFO):
             raise _DamageError("this is no record of a bag")
         if operation in (_CONNECTION, _CHUNK_INFO) and not self._in_chunk:
@@ -186,10 +186,7 @@ def _part(source: BinaryIO, size: int) -> bytes:
 
 
 def _entries(data: bytes) -> Dict[bytes, bytes]:
-    return dict(_split(data))
-
-
-def _split(data: bytes) -> Iterator[Tuple[bytes, bytes]]:
+    entries: Dict[bytes, bytes] = {}
     position = 0
     while position < len(data):
         begin = position + _LENGTH.size
@@ -199,7 +196,8 @@ def _split(data: bytes) -> Iterator[Tuple[bytes, bytes]]:
         name, found, value = data[begin:position].partition(b"=")
         if not found or position > len(data) or (name == b"op" and not value):
             raise _DamageError("a record's header is damaged")
-        yield name, value
+        entries[name] = value
+    return entries
 
 
 def _text(entries: Mapping[bytes, bytes], name: bytes) -> str:

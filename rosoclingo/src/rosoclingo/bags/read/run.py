@@ -96,6 +96,16 @@ class Run:
                 self.requests.setdefault(entry.event.goal, entry.event.request)
         self.is_open = _is_open(self.entries)
 
+    @property
+    def is_cut(self) -> bool:
+        """Whether the recording ends while the loop was at work, as far as it tells."""
+        return self.has_journal and self.is_open
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing that another run could do differently."""
+        return not any(self.outputs) and (self.is_open or not self.requests)
+
     @classmethod
     def of(cls, recording: Recording) -> Run:
         """Reads a recording."""

@@ -8,7 +8,6 @@ Steps are counted: one is over when all actuators that act in it have answered.
 
 from __future__ import annotations
 
-import math
 import re
 from itertools import takewhile
 from typing import (
@@ -22,14 +21,14 @@ from typing import (
     NamedTuple,
     Sequence,
     Set,
-    Tuple,
 )
 
 from rosclingo.wire.term_text import split_list
+from rosoclingo.bags.model import Entry
 from rosoclingo.loop import journal
-from rosoclingo.loop.journal import Event, Reason, Record, Status
+from rosoclingo.loop.journal import Event, Reason, Status
 
-TOPICS = ("goal", "cancel", "in", "out", "status", "feedback", "result")
+TOPICS = ("goal", "in", "out", "cancel", "status", "feedback", "result")
 """What the events are made from."""
 
 _STATUSES = {
@@ -56,22 +55,31 @@ class Said(NamedTuple):
 
 
 def in_order(recorded: Iterable[Said]) -> List[Said]:
-    """Returns messages in the bag's order, but each answer before what followed from it.
+    """Returns messages in the bag's order, but each answer between its action and what followed.
 
     While the loop waits for an answer, it changes the status of a goal, or tells the same actuator
     to do something else, only if a goal, a cancel request or a message comes. So such statuses and
-    actions just before the answer show that it was recorded too late.
+    actions just before the answer show that it was recorded too late. An answer just before an
+    action, of an actuator that has none to answer, was recorded too early.
     """
     ordered: List[Said] = []
     pending: Dict[str, int] = {}  # how many actions of an actuator have no answer
+    early: Dict[str, Said] = {}  # what an actuator said that had no action to answer
     for said in recorded:
         place = len(ordered)
         if said.topic == "out":
+            answer = early.pop(said.message.id, None)
+            if answer is not None and said.seconds - answer.seconds <= _SWAPPED_SECONDS:
+                del ordered[place - 1 - ordered[::-1].index(answer)]
+                ordered += [said, answer]
+                continue
             pending[said.message.id] = pending.get(said.message.id, 0) + 1
         elif said.topic == "in" and pending.get(said.message.id):
             place = _place(ordered, said, pending)
             followed = (one for one in ordered[place:] if one.topic == "out")
             pending[said.message.id] = sum(one.message.id == said.message.id for one in followed)
+        elif said.topic == "in":
+            early[said.message.id] = said
         ordered.insert(place, said)
     return ordered
 
@@ -108,16 +116,10 @@ def _place(ordered: Sequence[Said], answer: Said, pending: Mapping[str, int]) ->
 
 
 class Historian:
-    """Takes the messages in the order of the bag."""
+    """Tells one run."""
 
-    def __init__(self, actuators: Iterable[str]) -> None:
-        """Begins in step 0.
-
-        Args:
-            actuators: The ids of all that act in the run.
-        """
-        self._actuators = frozenset(actuators)
-        self._held: Dict[str, Tuple[float, Any]] = {}  # answers to what was not published yet
+    def __init__(self) -> None:
+        """Begins in step 0."""
         self._step = 0
         self._horizon = 0
         self._acting: Set[str] = set()
@@ -131,34 +133,16 @@ class Historian:
             "out": self._out,
             "status": self._status,
             "feedback": self._feedback,
-            "result": self._result,
+            "result": lambda message: self._change(message.status),
         }
 
-    def take(self, said: Said) -> Iterator[Record]:
-        """Yields the events that a message makes known."""
-        topic, seconds, message = said
-        yield from self.release(seconds - _SWAPPED_SECONDS)
-        if topic == "in" and self._is_early(message.id):
-            self._held[message.id] = seconds, message
-            return
-        yield from self._record(self._takers[topic](message))
-        if topic == "out" and message.id in self._held:
-            yield from self._record(self._in(self._held.pop(message.id)[1]))
-
-    def release(self, until: float = math.inf) -> Iterator[Record]:
-        """Yields the events of messages until a time that were held back, by default all."""
-        for identifier, (seconds, message) in list(self._held.items()):
-            if seconds < until:
-                del self._held[identifier]
-                yield from self._record(self._in(message))
-
-    def _record(self, events: Iterator[Event]) -> Iterator[Record]:
-        for event in events:
-            yield Record(event, self._step, self._horizon)
-
-    def _is_early(self, identifier: str) -> bool:
-        is_acting = identifier in self._acting and identifier not in self._answered
-        return identifier in self._actuators and not is_acting and identifier not in self._held
+    def entries(self, recorded: Iterable[Said]) -> Iterator[Entry]:
+        """Yields the events that messages make known; these come in the order of the bag."""
+        number = 0
+        for said in in_order(recorded):
+            for event in self._takers[said.topic](said.message):
+                number += 1
+                yield Entry(event, self._step, self._horizon, number, said.seconds)
 
     def _goal(self, message: Any) -> Iterator[Event]:
         identifier = message.goal_id.id
@@ -194,7 +178,7 @@ class Historian:
 
     def _status(self, message: Any) -> Iterator[Event]:
         for status in message.status_list:
-            yield from self._change(status.goal_id.id, status.status, status.text)
+            yield from self._change(status)
 
     def _feedback(self, message: Any) -> Iterator[Event]:
         found = _HORIZON.fullmatch(message.feedback.status)
@@ -202,12 +186,8 @@ class Historian:
             self._horizon = int(found[1])
         yield from ()
 
-    def _result(self, message: Any) -> Iterator[Event]:
-        status = message.status
-        yield from self._change(status.goal_id.id, status.status, status.text)
-
-    def _change(self, identifier: str, code: int, text: str) -> Iterator[Event]:
-        status = _STATUSES.get(code)
+    def _change(self, told: Any) -> Iterator[Event]:
+        identifier, status = told.goal_id.id, _STATUSES.get(told.status)
         if identifier not in self._goals or not status or self._statuses.get(identifier) is status:
             return
         self._statuses[identifier] = status
@@ -215,7 +195,7 @@ class Historian:
             yield journal.StatusSet(identifier, status)
         else:
             del self._goals[identifier]
-            yield journal.StatusSet(identifier, status, reason=Reason.of(text))
+            yield journal.StatusSet(identifier, status, reason=Reason.of(told.text))
 
 
 def _seconds(stamp: Any) -> float:

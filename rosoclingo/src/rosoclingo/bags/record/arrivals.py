@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 import struct
-from collections import deque
-from typing import Deque, List, NamedTuple, Set, Tuple
+from typing import Dict, List, Tuple
 
-from rosoclingo.bags.record.writer import Source
+from rosoclingo.bags.wire import Message
 
 _EVENT = struct.Struct("<III")  # how a ROSoClingoEvent begins: the time and the number
 _REMEMBERED = 10_000  # events that may come again; a history has 2,000
-
-
-class Received(NamedTuple):
-    """A message, and when it was received, in ns since 1970."""
-
-    source: Source
-    time: int
-    data: bytes
 
 
 class Journal:
@@ -29,11 +20,10 @@ class Journal:
     """
 
     def __init__(self) -> None:
-        self._known: Set[bytes] = set()
-        self._last: Deque[bytes] = deque()  # what is known, the newest on the right
+        self._known: Dict[bytes, None] = {}  # the oldest first
         self._time = 0
 
-    def sort(self, events: List[Received]) -> List[Received]:
+    def sort(self, events: List[Message]) -> List[Message]:
         """Returns the events that were not there before, in the order of their numbers.
 
         Args:
@@ -50,14 +40,13 @@ class Journal:
     def _is_new(self, event: bytes) -> bool:
         if event in self._known:
             return False
-        self._known.add(event)
-        self._last.append(event)
-        if len(self._last) > _REMEMBERED:
-            self._known.remove(self._last.popleft())
+        self._known[event] = None
+        if len(self._known) > _REMEMBERED:
+            del self._known[next(iter(self._known))]
         return True
 
 
-def _stamp(event: Received) -> Tuple[int, int, int]:
+def _stamp(event: Message) -> Tuple[int, int, int]:
     begin = event.data[: _EVENT.size].ljust(_EVENT.size, b"\0")
     seconds, nanoseconds, number = _EVENT.unpack(begin)
     return seconds, nanoseconds, number

@@ -8,16 +8,17 @@ import sys
 import threading
 import time
 from pathlib import Path
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any, Dict, List, NoReturn, Set
 
 import rospy
 
 from rosclingo.ros.init import give_up, init_node
 from rosoclingo.bags.errors import BagError
-from rosoclingo.bags.record.arrivals import Journal, Received
-from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter, Source
+from rosoclingo.bags.record.arrivals import Journal
+from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS, loop_topics, solver_topics
+from rosoclingo.bags.wire import Connection, Message
 
 _FLUSH_SECONDS = 0.4  # how much of a run is lost, at most, when the recorder is killed
 _REPORT_SECONDS = 10.0  # how often it is said how many messages there are
@@ -45,7 +46,7 @@ class Recorder:
         self._about = f"{name}/about"
         self._events = f"{name}/journal"
         self._journal = Journal()
-        self._queue: SimpleQueue[Received] = SimpleQueue()
+        self._queue: SimpleQueue[Message] = SimpleQueue()
         self._subscribed: Set[str] = set()
         self._subscribe(loop_topics(name))
 
@@ -55,21 +56,18 @@ class Recorder:
         Raises:
             BagError: The disk refuses.
         """
-        events: List[Received] = []
-        others: List[Received] = []
-        while True:
-            try:
-                received = self._queue.get_nowait()
-            except Empty:
-                break
-            source = received.source
-            if source.topic == self._about:
-                self._subscribe(solver_topics(_text(received.data)))
-            is_event = source.topic == self._events and source.md5sum == _EVENT_SUM
-            (events if is_event else others).append(received)
+        events: List[Message] = []
+        others: List[Message] = []
+        while not self._queue.empty():  # nobody else takes from it
+            message = self._queue.get_nowait()
+            connection = message.connection
+            if connection.topic == self._about:
+                self._subscribe(solver_topics(_text(message.data)))
+            is_event = connection.topic == self._events and connection.md5sum == _EVENT_SUM
+            (events if is_event else others).append(message)
         merged = self._journal.sort(events) + others
-        for received in sorted(merged, key=lambda one: one.time):
-            self._writer.write(received.source, received.time, received.data)
+        for message in sorted(merged, key=lambda one: one.time):
+            self._writer.write(message)
         self._writer.flush()
 
     def _subscribe(self, topics: Dict[str, str]) -> None:
@@ -82,12 +80,12 @@ class Recorder:
 
     def _on_message(self, message: Any) -> None:
         # rospy has no other access to what a connection says and to the bytes.
-        source = _source(message._connection_header)
-        self._queue.put(Received(source, time.time_ns(), message._buff))
+        connection = _connection(message._connection_header)
+        self._queue.put(Message(connection, time.time_ns(), message._buff))
 
 
-def _source(header: Dict[str, str]) -> Source:
-    return Source(
+def _connection(header: Dict[str, str]) -> Connection:
+    return Connection(
         rospy.resolve_name(header["topic"]),
         header["type"],
         header["md5sum"],

@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 import struct
 from pathlib import Path
-from typing import Dict, NamedTuple
+from typing import Dict
 
-from rosbags.interfaces import Connection
+from rosbags import interfaces
 from rosbags.rosbag1 import Writer
 from rosbags.rosbag1.writer import WriterError
 
 from rosoclingo.bags.errors import BagWriteError
-from rosoclingo.bags.wire import rosbags_type
+from rosoclingo.bags.wire import Connection, Message, rosbags_type
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _HEADER = 4096  # bytes of the header and its padding, without their two lengths
@@ -20,26 +20,6 @@ _LENGTH = struct.Struct("<I")
 _MISSING = 2 * _LENGTH.size  # bytes by which rosbags' padding is shorter
 COMPRESSIONS = ("none", "bz2", "lz4")
 """How a bag can be compressed."""
-
-
-class Source(NamedTuple):
-    """Who sends messages to a topic, and which; what ROS's connection header says.
-
-    Attributes:
-        topic: Resolved name of the topic.
-        type: Type of the messages, such as ``std_msgs/String``.
-        md5sum: MD5 sum of the type.
-        definition: The type's definition with those that it uses.
-        caller: Name of the node that sends.
-        latching: Whether late subscribers get the last message.
-    """
-
-    topic: str
-    type: str
-    md5sum: str
-    definition: str
-    caller: str = ""
-    latching: bool = False
 
 
 class BagWriter:
@@ -64,7 +44,7 @@ class BagWriter:
         """
         self.count = 0
         self._file = file
-        self._sources: Dict[Source, Connection] = {}
+        self._connections: Dict[Connection, interfaces.Connection] = {}
         try:
             self._writer = Writer(file)
             if compression != "none":
@@ -86,25 +66,31 @@ class BagWriter:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Closes the bag."""
-        self.close()
-
-    def write(self, source: Source, time: int, data: bytes) -> None:
-        """Adds a message.
-
-        Args:
-            source: Where it comes from.
-            time: When it came, in ns since 1970.
-            data: Its bytes on the wire.
+        """Writes the index and closes the file; a bag without messages is removed.
 
         Raises:
             BagWriteError: The disk refuses.
         """
         try:
-            connection = self._sources.get(source)
+            self._writer.close()
+            _lengthen_header(self._file)
+            if not self.count:  # which no tool of ROS can read
+                self._file.unlink()
+        except OSError as err:
+            raise self._refused(err) from err
+
+    def write(self, message: Message) -> None:
+        """Adds a message.
+
+        Raises:
+            BagWriteError: The disk refuses.
+        """
+        try:
+            connection = self._connections.get(message.connection)
             if connection is None:
-                connection = self._sources[source] = self._connect(source)
-            self._writer.write(connection, time, data)
+                connection = self._connect(message.connection)
+                self._connections[message.connection] = connection
+            self._writer.write(connection, message.time, message.data)
         except OSError as err:
             raise self._refused(err) from err
         self.count += 1
@@ -127,22 +113,6 @@ class BagWriter:
         except OSError as err:
             raise self._refused(err) from err
 
-    def close(self) -> None:
-        """Writes the index and closes the file; a bag without messages is removed.
-
-        Raises:
-            BagWriteError: The disk refuses.
-        """
-        if self._writer.bio is None:
-            return
-        try:
-            self._writer.close()
-            _lengthen_header(self._file)
-            if not self.count:  # which no tool of ROS can read
-                self._file.unlink()
-        except OSError as err:
-            raise self._refused(err) from err
-
     def _pad(self) -> None:
         file = self._writer.bio
         if file is not None:
@@ -150,14 +120,14 @@ class BagWriter:
             file.flush()
             _lengthen_header(self._file)
 
-    def _connect(self, source: Source) -> Connection:
+    def _connect(self, connection: Connection) -> interfaces.Connection:
         return self._writer.add_connection(
-            source.topic,
-            rosbags_type(source.type),
-            msgdef=source.definition,
-            md5sum=source.md5sum,
-            callerid=source.caller or None,
-            latching=1 if source.latching else None,
+            connection.topic,
+            rosbags_type(connection.type),
+            msgdef=connection.definition,
+            md5sum=connection.md5sum,
+            callerid=connection.caller or None,
+            latching=1 if connection.latching else None,
         )
 
     def _refused(self, err: OSError) -> BagWriteError:

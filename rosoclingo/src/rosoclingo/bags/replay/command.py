@@ -8,24 +8,21 @@ import os
 import signal
 import sys
 import tempfile
-import time
 from pathlib import Path
 from types import FrameType
-from typing import Callable, List, NoReturn, Optional, Tuple
+from typing import NoReturn, Optional, Tuple
 
 from rosclingo.wire.commands import Result
-from rosoclingo.bags.compare import cli, comparable, text_report
+from rosoclingo.bags.compare import cli, text_report
 from rosoclingo.bags.compare.comparison import Comparison, Level, compare
 from rosoclingo.bags.compare.junit import Suite
 from rosoclingo.bags.errors import IncompleteBagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.player import Replayed, play
-from rosoclingo.bags.replay.replayable import check
-from rosoclingo.bags.replay.startup import Changes, starts
+from rosoclingo.bags.replay.startup import check, starts
+from rosoclingo.bags.text import say
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
-
-_PROGRESS_SECONDS = 2.0
 
 
 def main() -> NoReturn:
@@ -50,29 +47,25 @@ def main() -> NoReturn:
 def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
     recording = cli.read("replay", options.bag, options.name)
     run = Run.of(recording)
-    if comparable.is_empty(run):
+    if run.is_empty:
         raise IncompleteBagError(
             f"{options.bag}: nothing can be compared: no goal has got a status, and the loop of "
             f"{recording.name} has put out nothing; record a run that does something"
         )
-    if comparable.is_cut(run):
-        cli.say("replay", f"{options.bag}: {text_report.CUT}")
+    if run.is_cut:
+        say("replay", f"{options.bag}: {text_report.CUT}")
     check(options.bag, recording, options.allow_scripts or options.files == "disk")
-    changes = Changes(
-        options.controller, options.planner, options.single, options.system,
-        options.files == "disk",
-    )  # fmt: skip
     with tempfile.TemporaryDirectory(prefix="replay-") as name:
         folder = Path(name)
+        files = None if options.files == "disk" else folder / "files"
+        processes = starts(
+            recording, files, controller=options.controller, planner=options.planner,
+            single=options.single, system=options.system,
+        )  # fmt: skip
         replayed = play(
-            recording.name,
-            run,
-            starts(recording, changes, folder / "files"),
-            folder,
-            rate=options.rate,
-            timeout=options.timeout,
-            progress=_progress(),
-        )
+            recording.name, run, processes, folder,
+            rate=options.rate, timeout=options.timeout, progress=_say_progress,
+        )  # fmt: skip
     return _judge(recording, run, replayed, Level(options.level)), replayed.seconds
 
 
@@ -102,19 +95,8 @@ def _is_cut_off(event: Event) -> bool:
     return isinstance(event, PlanFound) and not event.is_best
 
 
-def _progress() -> Callable[[int, int], None]:
-    """Returns what says on stderr how far the replay is, if it takes long."""
-    times: List[float] = []  # when it was called first, and when it said something
-
-    def say(sent: int, all_: int) -> None:
-        now = time.monotonic()
-        if all_ and now - (times or [now])[-1] >= _PROGRESS_SECONDS:
-            print(f"replay: {sent} of {all_} inputs, {now - times[0]:.0f} s", file=sys.stderr)
-            times[1:] = [now]
-        elif not times:
-            times.append(now)
-
-    return say
+def _say_progress(passed: int, count: int, seconds: float) -> None:
+    print(f"replay: {passed} of {count} inputs, {seconds:.0f} s", file=sys.stderr)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import List, Set, Tuple
+from typing import List, Set
 
-from rosoclingo.bags.read.run import Output, Run
+from rosoclingo.bags.read.run import Run
 from rosoclingo.loop import journal
 from rosoclingo.loop.replay_inbox import Key, Kind
 
@@ -32,8 +32,7 @@ class Input:
     Attributes:
         event: What it was.
         point: What the loop was doing.
-        before: The outputs since the input before.
-        position: How many outputs there were before it in all.
+        position: How many outputs there were before it.
         command: The last command before it.
         gap: Seconds since what it followed: an output, an input or the begin of the wait.
         answers: Whether it answers an action.
@@ -41,7 +40,6 @@ class Input:
 
     event: journal.Arrival
     point: Point
-    before: Tuple[Output, ...]
     position: int
     command: str
     gap: float
@@ -59,12 +57,12 @@ def inputs(run: Run) -> List[Input]:
     Those that do not are cancel requests that came too late.
     """
     found: List[Input] = []
-    before: List[Output] = []
     count = 0
     command = ""
     acting: Set[str] = set()
     ended: Set[str] = set()  # goals
-    loop = _Loop()
+    waits = False  # the loop
+    has_taken = False  # an input, and has done nothing since
     last = run.entries[0].seconds if run.entries else 0.0
     for entry, output in zip(run.entries, run.outputs):
         event = entry.event
@@ -74,49 +72,36 @@ def inputs(run: Run) -> List[Input]:
             continue
         if isinstance(event, journal.ARRIVALS):
             gap = max(0.0, entry.seconds - last)
-            point = loop.take(event) if run.has_journal else _guess(gap, is_first=not found)
+            if run.has_journal:
+                point = _point(event, waits, has_taken)
+            else:
+                point = _guess(gap, is_first=not found)
             answers = isinstance(event, journal.MessageArrived) and event.source in acting
-            found.append(Input(event, point, tuple(before), count, command, gap, answers))
+            found.append(Input(event, point, count, command, gap, answers))
             if isinstance(event, journal.MessageArrived):
                 acting.discard(event.source)
-            before, last = [], entry.seconds
+            last, has_taken = entry.seconds, True
             continue
-        loop.see(event)
-        if output is not None:
-            count += 1
-            if not isinstance(event, journal.LoopEnded):  # what it took then, had come before
-                before.append(output)
+        has_taken &= isinstance(event, (journal.MessageDropped, journal.StatusSet))
+        count += output is not None
         if isinstance(event, journal.ActionPublished):
             acting.add(event.actuator)
         elif isinstance(event, journal.CommandDone):
-            command = event.command
+            command, waits = event.command, False
+        elif begins_a_wait(event):
+            waits = True
         if output is not None or begins_a_wait(event):
             last = entry.seconds
     return found
 
 
-class _Loop:
-    """What the loop is doing, as its journal says."""
-
-    def __init__(self) -> None:
-        self._waits = False
-        self._has_taken = False  # an input, and has done nothing since
-
-    def see(self, event: journal.Event) -> None:
-        """Takes an event that is no input."""
-        if isinstance(event, journal.CommandDone):
-            self._waits = False
-        self._waits |= begins_a_wait(event)
-        self._has_taken &= isinstance(event, (journal.MessageDropped, journal.StatusSet))
-
-    def take(self, event: journal.Arrival) -> Point:
-        """Takes an input, and returns what the loop was doing."""
-        is_with_another, self._has_taken = self._has_taken, True
-        if is_with_another:
-            return Point.BUSY
-        if self._waits:
-            return Point.WAITING
-        return Point.SEARCHING if event.seconds > 0 else Point.BUSY
+def _point(event: journal.Arrival, waits: bool, has_taken: bool) -> Point:
+    """Returns what a loop with a journal was doing when it took an input."""
+    if has_taken:
+        return Point.BUSY
+    if waits:
+        return Point.WAITING
+    return Point.SEARCHING if event.seconds > 0 else Point.BUSY
 
 
 def _guess(gap: float, is_first: bool) -> Point:

@@ -28,6 +28,7 @@ from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoEvent, ROSoClingoGoal
 _CONNECT_SECONDS = 60.0  # how long the nodes may take to start on a busy machine
 _POLL_SECONDS = 0.02
 _LOOK_SECONDS = 0.2  # how often it is seen whether the processes still run
+_PROGRESS_SECONDS = 2.0  # how often it is said how far the replay is
 _LAST_WORDS_SECONDS = 0.5  # what a process has said before it ended may take so long to arrive
 
 
@@ -137,9 +138,9 @@ def play(
     processes: Sequence[Start],
     folder: Path,
     *,
-    rate: Optional[float] = None,
-    timeout: float = 60.0,
-    progress: Callable[[int, int], None] = lambda sent, all_: None,
+    rate: Optional[float],
+    timeout: float,
+    progress: Callable[[int, int, float], None],
 ) -> Replayed:
     """Starts a system on a ROS master of its own, plays the recording to it, and ends it.
 
@@ -154,7 +155,8 @@ def play(
         rate: How many times faster than recorded the inputs are sent; None for at once.
         timeout: After so many seconds without any event the replay is given up; twice the longest
             recorded search is waited for in any case.
-        progress: Called now and then with the number of inputs that were sent, and of all.
+        progress: Called now and then with the number of inputs that were sent, and of all, and the
+            seconds that the replay has taken.
 
     Raises:
         ProcessError: A process cannot be started.
@@ -172,8 +174,7 @@ def play(
             _start(system, start)
         patience = _patience(run, schedule, rate, timeout)
         play_on = _Player(connection, schedule, system, patience)
-        count = len(schedule.planned)
-        failure = play_on.run(lambda: progress(schedule.sent + schedule.skipped, count))
+        failure = play_on.run(progress)
         seconds = play_on.seconds
         rospy.signal_shutdown("the replay is over")
     return Replayed(
@@ -202,13 +203,14 @@ class _Player:
         """How long ago the first event came."""
         return 0.0 if self._begun is None else time.monotonic() - self._begun
 
-    def run(self, progress: Callable[[], None]) -> str:
+    def run(self, progress: Callable[[int, int, float], None]) -> str:
         """Plays, and returns why it was given up, if it was.
 
         Raises:
             ReplayError: The system does not start.
         """
-        heard = time.monotonic()
+        begin = heard = said = time.monotonic()
+        count = len(self._schedule.planned)
         looked = 0.0
         while True:
             now = time.monotonic()
@@ -226,7 +228,9 @@ class _Player:
             if now - looked < _LOOK_SECONDS:
                 continue
             looked = now
-            progress()
+            if count and now - said >= _PROGRESS_SECONDS:
+                said = now
+                progress(self._schedule.passed, count, now - begin)
             ended = self._system.failure()
             if ended is not None:
                 return self._end_of(ended)

@@ -10,10 +10,10 @@ noted, and the rest of the inputs is sent as far as it makes sense.
 from __future__ import annotations
 
 from collections import Counter
-from typing import AbstractSet, Dict, List, Optional, Sequence, Set
+from typing import AbstractSet, Dict, List, Optional, Set
 
 from rosoclingo.bags.compare.comparison import Stall
-from rosoclingo.bags.read.run import Output, Outputs, Run
+from rosoclingo.bags.read.run import Outputs, Run
 from rosoclingo.bags.replay.inputs import Input, Point, begins_a_wait, input_key, inputs
 from rosoclingo.loop import journal
 from rosoclingo.loop.replay_inbox import Key, Kind
@@ -31,7 +31,7 @@ class Schedule:
         planned: The inputs, in order.
         stalls: Where the replay went another way and waited.
         skipped: How many inputs were not sent: answers to actions that never came.
-        sent: How many inputs were sent.
+        passed: How many inputs were sent or skipped.
         in_step: Whether the loop's gate decides when an input is taken. It has to be opened when
             this is False.
     """
@@ -56,17 +56,16 @@ class Schedule:
         self.planned = inputs(run)
         self.stalls: List[Stall] = []
         self.skipped = 0
-        self.sent = 0
+        self.passed = 0
         self.in_step = has_gate
         self._has_gate = has_gate
-        self._commands = [e.event for e in run.entries if isinstance(e.event, journal.CommandDone)]
-        self._done = 0  # commands
+        events = (entry.event for entry in run.entries)
+        self._commands = (event for event in events if isinstance(event, journal.CommandDone))
         self._arrived = arrived
         self._expected = [output for output in run.outputs if output is not None]
         self._is_open = run.is_open
         self._rate = rate
         self._outputs = Outputs()
-        self._next = 0
         # What is expected before the next input, less what came.
         self._awaited: Counter[journal.Event] = Counter()
         self._missing = 0  # how many of them have not come
@@ -110,9 +109,8 @@ class Schedule:
             self._acting[event.actuator] = None
         elif isinstance(event, journal.StatusSet) and event.status is not journal.Status.ACCEPTED:
             self._ended_goals.add(event.goal)
-            if (
-                event.reason is not journal.Reason.RECALLED
-            ):  # actionlib passes on none to an ended goal
+            if event.reason is not journal.Reason.RECALLED:
+                # actionlib passes on none to an ended goal.
                 self._take((Kind.CANCEL, event.goal, ""))
         elif isinstance(event, journal.LoopEnded):
             self._ended = True
@@ -124,11 +122,9 @@ class Schedule:
         self._is_held = False
         self._rests = seen.publishes
         self._settled = self._rests and not self._on_way
-        if self._done < len(self._commands):
-            expected = self._commands[self._done]
-            if (expected.command, expected.result) != (seen.command, seen.result):
-                self.in_step = False
-        self._done += 1
+        expected = next(self._commands, seen)
+        if (expected.command, expected.result) != (seen.command, seen.result):
+            self.in_step = False
 
     def _take(self, key: Key) -> None:
         if self._on_way[key] > 0:
@@ -146,19 +142,14 @@ class Schedule:
 
     # What is to be sent.
 
-    @property
-    def on_way(self) -> int:
-        """How many inputs are sent and not taken yet."""
-        return sum(self._on_way.values())
-
     def due(self, now: float) -> Optional[Input]:
         """Returns the next input if it is to be sent now; the caller sends it.
 
         Args:
             now: The time, in seconds of the clock of :meth:`see`.
         """
-        while self._next < len(self.planned) and not self._ended:
-            planned = self.planned[self._next]
+        while self.passed < len(self.planned) and not self._ended:
+            planned = self.planned[self.passed]
             ready = not self._missing and self._at(planned)
             if not (ready or self._is_settled(now)):
                 return None
@@ -180,7 +171,7 @@ class Schedule:
         """Whether nothing is left to be sent, and nothing can come any more."""
         if self._ended:
             return True
-        if self._next < len(self.planned):
+        if self.passed < len(self.planned):
             return False
         if self._is_open and not self._missing and not self._on_way:
             return True
@@ -194,8 +185,8 @@ class Schedule:
         """Returns in how many seconds something may be due even if no event comes."""
         latest = max(self._seen_at, self._sent_at)
         times = [latest + _SETTLED_SECONDS, latest + _LOST_SECONDS, self._sent_at + _ORDER_SECONDS]
-        if self._next < len(self.planned) and self._rate is not None:
-            gap = self.planned[self._next].gap / self._rate
+        if self.passed < len(self.planned) and self._rate is not None:
+            gap = self.planned[self.passed].gap / self._rate
             times.append(max(self._begin, self._sent_at) + gap)
         return min((time - now for time in times if time > now), default=_SETTLED_SECONDS)
 
@@ -220,7 +211,8 @@ class Schedule:
         gap = 0.0 if self._rate is None else planned.gap / self._rate
         if now < max(self._begin, self._sent_at) + gap:
             return False
-        if self.on_way >= _MOST_ON_THEIR_WAY and not self._is_held:  # a gate waits for all at once
+        is_full = sum(self._on_way.values()) >= _MOST_ON_THEIR_WAY
+        if is_full and not self._is_held:  # a gate waits for all at once
             return False
         kind, identifier, _ = planned.key
         if now - self._sent_at >= _ORDER_SECONDS:
@@ -238,24 +230,25 @@ class Schedule:
         if kind is Kind.MESSAGE:
             self._acting.pop(identifier, None)
         self._sent_at, self._sent_kind = now, kind
-        self.sent += 1
         self._step()
 
+    @property
+    def _position(self) -> int:
+        """How many outputs were expected before the last input that has passed."""
+        return self.planned[self.passed - 1].position if self.passed else 0
+
     def _step(self) -> None:
-        self._next += 1
+        self.passed += 1
         self._expect()
 
     def _expect(self) -> None:
         """Expects what comes between the input before and the next one."""
-        if self._next < len(self.planned):
-            new: Sequence[Output] = self.planned[self._next].before
-        else:
-            position = self.planned[-1].position if self.planned else 0
-            expected = self._expected[position:]
-            new = [output for output in expected if not isinstance(output.event, journal.LoopEnded)]
-        for output in new:
+        end = self.planned[self.passed].position if self.passed < len(self.planned) else None
+        for output in self._expected[self._position : end]:
+            if isinstance(output.event, journal.LoopEnded):  # what it took then, had come before
+                continue
             is_another_thread = isinstance(output.event, journal.StatusSet) and output.step is None
-            if is_another_thread and self._has_gate and self._next < len(self.planned):
+            if is_another_thread and self._has_gate and end is not None:
                 continue  # the loop does not wait for it
             self._awaited[output.key] += 1
             if self._awaited[output.key] > 0:
@@ -264,17 +257,10 @@ class Schedule:
     def _stall(self) -> None:
         """Gives up what is awaited."""
         self.in_step = False
-        missing = {key: count for key, count in self._awaited.items() if count > 0}
-        before = 0
-        if self._next:
-            before = self.planned[self._next - 1].position
-        position = before
-        for place, output in enumerate(self._expected[before:], before):
-            if output.key in missing:
-                position = place
-                break
-        self.stalls.append(Stall(position, tuple(self._acting)))
+        missing = +self._awaited
+        places = range(self._position, len(self._expected))
+        first = (place for place in places if self._expected[place].key in missing)
+        self.stalls.append(Stall(next(first, self._position), tuple(self._acting)))
         self._waived.update(missing)
-        for key in missing:
-            self._awaited[key] = 0
+        self._awaited.subtract(missing)
         self._missing = 0

@@ -1,4 +1,4 @@
-"""Which processes make the system that replays a bag. Needs no ROS."""
+"""Whether a bag can be replayed, and which processes make the system that does. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Dict, List, Optional, Tuple
 
+from rosclingo.solver import lexical
 from rosoclingo.bags.model import Program, Recording
 from rosoclingo.bags.replay.unpack import ReplayError, from_disk, unpack
+from rosoclingo.bags.topics import NODE
 
 _SOLVER = "rosclingo run.py"
 _LOOP = "rosoclingo run.py"
@@ -18,25 +20,6 @@ _REMEDY = (
     'give its command line: --planner "ARGS" and --controller "ARGS", --single "ARGS", or '
     '--system "PACKAGE FILE.launch ARG:=VALUE..."'
 )
-
-
-@dataclass(frozen=True)
-class Changes:
-    """What is to be different from the recorded system.
-
-    Attributes:
-        controller: Another command line of the controller.
-        planner: Another command line of the planner.
-        single: The command line of a one-node system.
-        system: Arguments of roslaunch, which starts everything.
-        from_disk: Whether files are taken from the disk, and not from the bag.
-    """
-
-    controller: Optional[str] = None
-    planner: Optional[str] = None
-    single: Optional[str] = None
-    system: Optional[str] = None
-    from_disk: bool = False
 
 
 @dataclass(frozen=True)
@@ -56,47 +39,80 @@ class Start:
     directory: Optional[Path] = None
 
 
-def starts(recording: Recording, changes: Changes, folder: Path) -> List[Start]:
+def check(bag: Path, recording: Recording, allow_scripts: bool) -> None:
+    """Checks that a recording can be replayed on this machine.
+
+    Args:
+        bag: Where it was read from.
+        recording: The recording.
+        allow_scripts: Whether the ``#script`` blocks in its files may run.
+
+    Raises:
+        ReplayError: It cannot; the message says why and what to do.
+    """
+    for name in (recording.name, *recording.programs):
+        if not NODE.fullmatch(name):
+            raise ReplayError(f"{bag}: {name!r} is no name of a node")
+    for program in recording.programs.values():
+        for file, text in program.files.items():
+            if lexical.script(text) is not None and not allow_scripts:
+                raise ReplayError(
+                    f"{bag}: {file} has a #script block, which would run on this machine; if you "
+                    "trust the bag, allow it with --allow-scripts"
+                )
+
+
+def starts(
+    recording: Recording,
+    folder: Optional[Path],
+    *,
+    controller: Optional[str] = None,
+    planner: Optional[str] = None,
+    single: Optional[str] = None,
+    system: Optional[str] = None,
+) -> List[Start]:
     """Returns the processes of the system, that with the planning loop first.
 
     Args:
         recording: What the bag says.
-        changes: What is to be different.
-        folder: Where the files of the bag are written.
+        folder: Where the files of the bag are written; None for those of the disk instead.
+        controller: Another command line of the controller.
+        planner: Another command line of the planner.
+        single: The command line of a one-node system.
+        system: Arguments of roslaunch, which starts everything.
 
     Raises:
-        ReplayError: The bag does not say enough, or the changes do not fit to it.
+        ReplayError: The bag does not say enough, or what is to be different does not fit to it.
     """
-    lines = (changes.controller, changes.planner, changes.single, changes.system)
-    controller, planner, single, system = (_split(line) for line in lines)
+    is_changed = controller is not None or planner is not None
     if system is not None:
-        if any(line is not None for line in (controller, planner, single)):
+        if is_changed or single is not None:
             raise ReplayError("--system starts everything; leave out the other command lines")
-        return [Start("the system", ("roslaunch", *system))]
+        return [Start("the system", ("roslaunch", *_split(system)))]
     if single is not None:
-        if controller is not None or planner is not None:
+        if is_changed:
             raise ReplayError("--single is one node; leave out --controller and --planner")
-        return [_node(recording.name, _SINGLE, single, None)]
+        return [_node(recording.name, _SINGLE, _split(single))]
     loop = recording.programs.get(recording.name)
     given = {"controller": controller, "planner": planner}
     if loop is None and None in given.values():
         raise ReplayError(f"the bag does not say what {recording.name} was started with; {_REMEDY}")
     if loop is not None and loop.program == _SINGLE:
-        if controller is not None or planner is not None:
+        if is_changed:
             raise ReplayError("the bag is of a system of one node: use --single for its arguments")
-        return [_recorded(loop, changes, folder)]
+        return [_recorded(loop, folder)]
     if loop is not None and loop.program != _LOOP:
         raise ReplayError(f"the bag has an unknown program, {loop.program!r}; {_REMEDY}")
     names = _solver_names(recording, loop)
     remappings = [f"_{role}:={names[role]}" for role in _SOLVERS]
-    made = [_node(recording.name, _LOOP, remappings, None)]
+    made = [_node(recording.name, _LOOP, remappings)]
     for role in _SOLVERS:
-        arguments = given[role]
+        line = given[role]
         program = recording.programs.get(names[role])
-        if arguments is not None:
-            made.append(_node(names[role], _SOLVER, arguments, None))
+        if line is not None:
+            made.append(_node(names[role], _SOLVER, _split(line)))
         elif program is not None and program.program == _SOLVER:
-            made.append(_recorded(program, changes, folder))
+            made.append(_recorded(program, folder))
         else:
             raise ReplayError(
                 f"the bag does not say what the {role}, {names[role]}, was started with; give its "
@@ -113,15 +129,15 @@ def _solver_names(recording: Recording, loop: Optional[Program]) -> Dict[str, st
     return names
 
 
-def _recorded(program: Program, changes: Changes, folder: Path) -> Start:
+def _recorded(program: Program, folder: Optional[Path]) -> Start:
     remapping = next((one for one in program.arguments if ":=" in one), None)
     if remapping is not None:
         raise ReplayError(
             f"the bag has the argument {remapping!r} of {program.node}, which record.py does not "
             f"write; {_REMEDY}"
         )
-    if changes.from_disk:
-        return _node(program.node, program.program, from_disk(program), None)
+    if folder is None:
+        return _node(program.node, program.program, from_disk(program))
     own = folder / program.node.strip("/").replace("/", ".")  # which no name of a node has
     try:
         arguments, directory = unpack(program, own)
@@ -132,15 +148,13 @@ def _recorded(program: Program, changes: Changes, folder: Path) -> Start:
     return _node(program.node, program.program, arguments, directory)
 
 
-def _node(name: str, program: str, arguments: List[str], directory: Optional[Path]) -> Start:
+def _node(name: str, program: str, arguments: List[str], directory: Optional[Path] = None) -> Start:
     namespace, _, base = name.rpartition("/")
     command = ("rosrun", *program.split(), f"__name:={base}", *arguments)
     return Start(base, command, namespace or "/", directory)
 
 
-def _split(line: Optional[str]) -> Optional[List[str]]:
-    if line is None:
-        return None
+def _split(line: str) -> List[str]:
     try:
         return shlex.split(line)
     except ValueError as err:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import posixpath
 import re
+from itertools import takewhile
 from pathlib import Path
 from typing import Callable, Iterator, List, Mapping, Optional, Tuple
 
@@ -120,12 +121,8 @@ def _likeness(path: str, file: str) -> float:
     best = 0.0
     for less, candidate in ((0.0, path), (0.5, f"{path}.lp")):
         pairs = zip(reversed(_parts(candidate)), reversed(_parts(file)))
-        count = 0
-        for one, other in pairs:
-            if one != other:
-                break
-            count += 1
-        best = max(best, count - less)
+        same = takewhile(lambda pair: pair[0] == pair[1], pairs)
+        best = max(best, len(list(same)) - less)
     return best
 
 

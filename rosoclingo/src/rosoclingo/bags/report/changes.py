@@ -3,37 +3,16 @@
 from __future__ import annotations
 
 import bisect
-from dataclasses import dataclass
-from typing import Dict, List, Sequence, Set, Tuple
+from collections import defaultdict
+from dataclasses import replace
+from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosclingo.wire.term_text import last_number, split_term
+from rosoclingo.bags.model import Entry
 from rosoclingo.bags.report.run import Cause, Change
-
-_ROUTINE = frozenset({"success"})
 
 Planned = Dict[int, Set[str]]
 """For each step, its actions, as ``actuator: action``."""
-
-
-@dataclass(frozen=True)
-class Found:
-    """A plan that was found.
-
-    Attributes:
-        position: Its place in the journal.
-        seconds: When it was found.
-        step: In which step.
-        horizon: Up to which step it goes.
-        before: What was planned before, from the step on.
-        after: What is planned now, likewise.
-    """
-
-    position: int
-    seconds: float
-    step: int
-    horizon: int
-    before: Planned
-    after: Planned
 
 
 def planned(atoms: Sequence[str]) -> Planned:
@@ -52,45 +31,53 @@ def after_reset(plan: Planned, step: int) -> Planned:
     return {number - step: actions for number, actions in plan.items() if number > step}
 
 
-def changes(plans: Sequence[Found], causes: Sequence[Tuple[int, Cause]]) -> Tuple[Change, ...]:
-    """Finds the plans that changed something.
+def change(found: Entry, before: Planned, after: Planned) -> Optional[Change]:
+    """Returns what a plan has changed, if anything; its causes are to be found yet.
 
     Args:
-        plans: The plans, in order.
+        found: That it was found.
+        before: What was planned before, from its step on.
+        after: What is planned now.
+    """
+    differ = [one for one in before.keys() | after.keys() if before.get(one) != after.get(one)]
+    if not differ:
+        return None
+    first = min(differ)
+    old, new = before.get(first, set()), after.get(first, set())
+    return Change(
+        seconds=found.seconds,
+        step=found.step,
+        horizon=found.horizon,
+        causes=(),
+        old=sum(map(len, before.values())),
+        new=sum(map(len, after.values())),
+        first=first,
+        before=tuple(sorted(old - new)),
+        after=tuple(sorted(new - old)),
+    )
+
+
+def explained(
+    changes: Mapping[int, Change], plans: Sequence[int], causes: Sequence[Tuple[int, Cause]]
+) -> Tuple[Change, ...]:
+    """Returns changes with their causes.
+
+    Args:
+        changes: The changes, by the numbers of the plans.
+        plans: The places of all plans in the journal, in order.
         causes: What came, with the place in the journal; each belongs to the plan there or the
             next one.
     """
-    positions = [plan.position for plan in plans]
-    by_plan: Dict[int, List[Cause]] = {}
+    by_plan: Dict[int, List[Cause]] = defaultdict(list)
     for position, cause in sorted(causes, key=lambda pair: pair[0]):
-        by_plan.setdefault(bisect.bisect_left(positions, position), []).append(cause)
-    found = []
-    for number, plan in enumerate(plans):
-        differ = [
-            step
-            for step in sorted(plan.before.keys() | plan.after.keys())
-            if plan.before.get(step) != plan.after.get(step)
-        ]
-        if differ:
-            before = plan.before.get(differ[0], set())
-            after = plan.after.get(differ[0], set())
-            found.append(
-                Change(
-                    seconds=plan.seconds,
-                    step=plan.step,
-                    horizon=plan.horizon,
-                    causes=_explain(by_plan.get(number, ()), number == 0),
-                    old=sum(map(len, plan.before.values())),
-                    new=sum(map(len, plan.after.values())),
-                    first=differ[0],
-                    before=tuple(sorted(before - after)),
-                    after=tuple(sorted(after - before)),
-                )
-            )
-    return tuple(found)
+        by_plan[bisect.bisect_left(plans, position)].append(cause)
+    return tuple(
+        replace(change, causes=_explain(by_plan[number], is_first=number == 0))
+        for number, change in changes.items()
+    )
 
 
 def _explain(causes: Sequence[Cause], is_first: bool) -> Tuple[Cause, ...]:
     """Returns the causes that matter: what goes as planned does so only if there is no other."""
-    special = tuple(dict.fromkeys(cause for cause in causes if cause.kind not in _ROUTINE))
+    special = tuple(dict.fromkeys(cause for cause in causes if cause.kind != "success"))
     return special or tuple(dict.fromkeys(causes)) or (Cause("start" if is_first else "none"),)

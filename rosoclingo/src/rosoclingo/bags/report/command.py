@@ -11,7 +11,7 @@ from rosclingo.errors import RosclingoError
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.report.page import render
 from rosoclingo.bags.report.statistics import compute
-from rosoclingo.bags.text import lines
+from rosoclingo.bags.text import lines, say
 
 
 class PictureError(RosclingoError):
@@ -47,10 +47,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
             chosen.bag, chosen.output or chosen.bag.with_suffix(".html"), chosen.png, chosen.name
         )
     except (RosclingoError, OSError) as err:
-        _say(str(err))
+        say("report.py", str(err))
         sys.exit(2)
     except Exception as err:  # a bag is anybody's, and 1 is not among the exit statuses
-        _say(f"{chosen.bag}: internal error: {err!r}")
+        say("report.py", f"{chosen.bag}: internal error: {err!r}")
         sys.exit(2)
     sys.exit(0)
 
@@ -59,7 +59,7 @@ def _report(bag: Path, page: Path, picture: Optional[Path], name: Optional[str])
     recording = read_recording(bag, name)
     statistics = compute(recording)
     for remark in recording.remarks:
-        _say(f"{bag}: {remark}")
+        say("report.py", f"{bag}: {remark}")
     page.write_text(render(recording, statistics, bag), encoding="utf-8")
     print(lines(f"wrote {page}"))
     if picture is not None:
@@ -73,7 +73,3 @@ def _report(bag: Path, page: Path, picture: Optional[Path], name: Optional[str])
         except ValueError as err:
             raise PictureError(f"{picture}: {err}; .png is a good ending") from err
         print(lines(f"wrote {picture}"))
-
-
-def _say(text: str) -> None:
-    print(lines(f"report.py: {text}"), file=sys.stderr)

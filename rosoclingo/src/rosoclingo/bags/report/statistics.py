@@ -8,18 +8,20 @@ from typing import Any, Callable, Deque, Dict, List, Mapping, NamedTuple, Option
 
 from rosclingo.wire.commands import Result
 from rosoclingo.bags.model import Entry, Recording
-from rosoclingo.bags.report.changes import Found, Planned, after_reset, changes, planned
+from rosoclingo.bags.report.changes import Planned, after_reset, change, explained, planned
 from rosoclingo.bags.report.run import (
     OPEN,
     RECALLED,
     ActionRun,
     Cause,
+    Change,
     GoalRun,
     MessageRun,
     Search,
     Statistics,
     StepRun,
 )
+from rosoclingo.bags.text import compact
 from rosoclingo.loop import journal
 
 _RECENT = 1000  # a message is dropped soon after it has come
@@ -43,7 +45,7 @@ def compute(recording: Recording) -> Statistics:
         searches=tuple(reading.searches),
         steps=tuple(reading.steps),
         plans=len(reading.plans),
-        changes=changes(reading.plans, reading.causes()),
+        changes=explained(reading.changes, reading.plans, reading.causes()),
     )
 
 
@@ -69,7 +71,8 @@ class _Reading:
         self.received = 0
         self.searches: List[Search] = []
         self.steps: List[StepRun] = []
-        self.plans: List[Found] = []
+        self.plans: List[int] = []  # their positions
+        self.changes: Dict[int, Change] = {}  # without causes, by the numbers of the plans
         self._position = 0
         self._plan: Planned = {}
         self._arrivals: Dict[str, int] = {}  # positions of goals
@@ -158,14 +161,14 @@ class _Reading:
         is_queued = before is not None and (before.ended is None or before.ended > goal.came)
         self._slots[slot] = goal.id
         self._steps_before[goal.id] = len(self.steps)
-        self._planned[goal.id] = self.plans[-1].position if self.plans else self._position
+        self._planned[goal.id] = self.plans[-1] if self.plans else self._position
         behind = before.request if before is not None and is_queued else ""
         self.goals[goal.id] = replace(goal, accepted=seconds, slot=slot, behind=behind)
 
     def _on_message(self, entry: Entry, event: journal.MessageArrived) -> None:
         source, value = event.source, event.value
         self.received += 1
-        index = self._latest.get(_compact(source))
+        index = self._latest.get(compact(source))
         if index is not None and self.actions[index].ended is None:
             self.actions[index] = replace(self.actions[index], ended=entry.seconds, answer=value)
             kind = value if value in ("success", "failure") else "answer"
@@ -181,10 +184,10 @@ class _Reading:
         self._recent.append(_Taken(self._position, source, value, prefixes, index, message))
 
     def _on_dropped(self, entry: Entry, event: journal.MessageDropped) -> None:
-        why, compact = event.reason, _compact(event.reason)
+        why, spaceless = event.reason, compact(event.reason)
         for taken in reversed(self._recent):
             names, *quoted = taken.prefixes
-            is_named = compact.startswith(names) or why.startswith(tuple(quoted))
+            is_named = spaceless.startswith(names) or why.startswith(tuple(quoted))
             if is_named and taken.position in self._causes:
                 break
         else:
@@ -197,7 +200,7 @@ class _Reading:
         else:  # it was no answer
             self.messages.append(MessageRun(entry.seconds, taken.id, taken.value, entry.step, why))
             action = self.actions[taken.answered]
-            is_latest = self._latest[_compact(taken.id)] == taken.answered
+            is_latest = self._latest[compact(taken.id)] == taken.answered
             ended = None if is_latest else action.ended
             self.actions[taken.answered] = replace(action, answer="", ended=ended)
 
@@ -222,12 +225,13 @@ class _Reading:
     def _on_plan(self, entry: Entry, event: journal.PlanFound) -> None:
         before = {step: actions for step, actions in self._plan.items() if step >= entry.step}
         self._plan = planned(event.actions)
-        self.plans.append(
-            Found(self._position, entry.seconds, entry.step, entry.horizon, before, self._plan)
-        )
+        changed = change(entry, before, self._plan)
+        if changed is not None:
+            self.changes[len(self.plans)] = changed
+        self.plans.append(self._position)
 
     def _on_action(self, entry: Entry, event: journal.ActionPublished) -> None:
-        actuator = _compact(event.actuator)
+        actuator = compact(event.actuator)
         index = self._latest.get(actuator)
         if index is not None and self.actions[index].ended is None:
             self.actions[index] = replace(self.actions[index], ended=entry.seconds)
@@ -238,11 +242,6 @@ class _Reading:
         self.end = str(event.reason)
 
 
-def _compact(text: str) -> str:
-    """Returns a term without spaces: that is how it is compared with one that clingo prints."""
-    return "".join(text.split())
-
-
 def _prefixes(source: str, value: str) -> Tuple[str, str, str]:
     """Returns how reasons to drop a message begin: the first without spaces."""
-    return _compact(journal.naming(source, value)), f"{source!r} ", f"{value!r} "
+    return compact(journal.naming(source, value)), f"{source!r} ", f"{value!r} "
