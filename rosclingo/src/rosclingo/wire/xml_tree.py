@@ -16,7 +16,7 @@ from xml.sax.xmlreader import AttributesImpl, InputSource, Locator
 from defusedxml.common import DefusedXmlException
 from defusedxml.expatreader import DefusedExpatParser
 
-from rosclingo.errors import XmlError, shorten
+from rosclingo.errors import XmlError
 
 _MAX_DEPTH = 16  # levels of elements; the manual's formats need four
 MAX_ELEMENTS = 100_000
@@ -48,12 +48,6 @@ class Element:
     def error(self, message: str) -> XmlError:
         """Returns an error at this element's place."""
         return XmlError(message, self.line, self.column)
-
-    def expect_no_children(self) -> None:
-        """Raises XmlError if there is an element inside of this one."""
-        if self.children:
-            child = self.children[0]
-            raise child.error(f"<{shorten(child.name)}> does not belong into <{self.name}>")
 
 
 def parse(text: Union[str, bytes], max_elements: Optional[int] = None) -> Element:
