@@ -22,7 +22,7 @@ from rosclingo.ros.about import about
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import init_node, log_clingo, on_shutdown
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher
-from rosclingo.solver.engine import Engine, default_policy
+from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import USAGE, Options, parse_options
 from rosclingo.solver.programs import Policy
 from rosclingo.solver.terms import parse_term
@@ -87,11 +87,11 @@ class Node:
     for its reply. Make it after the node is initialised.
     """
 
-    def __init__(self, engine: Engine, default: Policy) -> None:
+    def __init__(self, engine: Engine) -> None:
         self._max_request_bytes = parameters.integer("max_request_bytes", 16 * 2**20, least=1)
         engine.policy = Policy(
-            allow_scripts=parameters.flag("allow_scripts", default.allow_scripts),
-            load_path=_load_path(default),
+            allow_scripts=parameters.flag("allow_scripts", engine.policy.allow_scripts),
+            load_path=_load_path(engine.policy),
         )
         self.worker = Worker(engine)
         self._jobs: Dict[str, GoalJob] = {}
@@ -213,7 +213,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
             sys.exit(0)
         engine = Engine(options, log=log_clingo)
         init_node("rosclingo")
-        node = Node(engine, default_policy(options))
+        node = Node(engine)
         node.describe(about("rosclingo run.py", arguments, engine.files))
     except RosclingoError as err:
         print(f"rosclingo: {err}", file=sys.stderr)
