@@ -87,7 +87,7 @@ class Node:
     for its reply. Make it after the node is initialised.
     """
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: Engine, description: str) -> None:
         self._max_request_bytes = parameters.integer("max_request_bytes", 16 * 2**20, least=1)
         engine.policy = Policy(
             allow_scripts=parameters.flag("allow_scripts", engine.policy.allow_scripts),
@@ -100,6 +100,7 @@ class Node:
         self._reader = threading.Thread(target=self._read_goals, name="goals", daemon=True)
         self._reader.start()
         self._about = publisher("~about", String, latch=True)
+        self._about.publish(description)
         self._log = HistoryPublisher("~control_log", ROSClingoControlLog, _LOG_LENGTH)
         # The action last: a client that sees it may use the service at once.
         self._service = rospy.Service("~control", ROSClingoControl, self._on_control)
@@ -112,10 +113,6 @@ class Node:
         )
         self._server.start()
         on_shutdown(self._close)
-
-    def describe(self, text: str) -> None:
-        """Publishes what the node was started with, to ``~about``."""
-        self._about.publish(text)
 
     def _close(self) -> None:
         # Runs before rospy stops publishing, so that open goals get their results.
@@ -213,8 +210,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
             sys.exit(0)
         engine = Engine(options, log=log_clingo)
         init_node("rosclingo")
-        node = Node(engine)
-        node.describe(about("rosclingo run.py", arguments, engine.files))
+        node = Node(engine, about("rosclingo run.py", arguments, engine.files))
     except RosclingoError as err:
         print(f"rosclingo: {err}", file=sys.stderr)
         sys.exit(2)
