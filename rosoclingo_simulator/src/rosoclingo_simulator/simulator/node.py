@@ -15,6 +15,7 @@ from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import give_up, init_node
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
+from rosoclingo_interfaces.topics import publishers
 from rosoclingo_simulator.simulator import messages
 from rosoclingo_simulator.simulator.calls import Calls
 from rosoclingo_simulator.simulator.costmap import Costmap
@@ -179,8 +180,7 @@ def _move_base(settings: Settings, world: OccupancyMap) -> MoveBase:
 
 def _warn_of_another_clock() -> None:
     """Says so if another node publishes the time, too."""
-    publishers = dict(rospy.get_master().getSystemState()[2][0])
-    others = [name for name in publishers.get("/clock", []) if name != rospy.get_name()]
+    others = [name for name in publishers("/clock") if name != rospy.get_name()]
     if others:
         rospy.logwarn(
             "%s publishes /clock, too: start one of them with _clock:=false", " and ".join(others)
