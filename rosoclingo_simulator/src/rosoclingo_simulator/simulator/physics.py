@@ -125,26 +125,6 @@ class Physics(Protocol):
         """
 
 
-def next_velocity(
-    velocity: Tuple[float, float], linear: float, angular: float, seconds: float
-) -> Tuple[float, float]:
-    """Returns what the wheels do next, within the robot's limits.
-
-    Args:
-        velocity: What they do now, in m/s and rad/s.
-        linear: Wanted speed, in m/s.
-        angular: Wanted speed of turning, in rad/s.
-        seconds: How long they may take to change.
-    """
-    forward = between(linear, -LINEAR_SPEED, LINEAR_SPEED)
-    turning = between(angular, -ANGULAR_SPEED, ANGULAR_SPEED)
-    faster, quicker = LINEAR_ACCELERATION * seconds, ANGULAR_ACCELERATION * seconds
-    return (
-        between(forward, velocity[0] - faster, velocity[0] + faster),
-        between(turning, velocity[1] - quicker, velocity[1] + quicker),
-    )
-
-
 def between(value: float, least: float, most: float) -> float:
     """Returns the value, or the nearer of two bounds."""
     return max(least, min(most, value))
