@@ -38,8 +38,8 @@ class CameraPublisher:
         """
         rate = number("camera_rate", 5.0)
         self._period = 1 / rate if rate else float("inf")
-        self._width = _side("camera_width", 160)
-        self._height = _side("camera_height", 120)
+        self._width = integer("camera_width", 160, _MOST_PIXELS, least=1)
+        self._height = integer("camera_height", 120, _MOST_PIXELS, least=1)
         self._physics = physics
         self._base = frames.base
         self._eye: Optional[Eye] = None
@@ -129,12 +129,3 @@ class _Stream:
         info.P = [focal, 0.0, x, 0.0, 0.0, focal, y, 0.0, 0.0, 0.0, 1.0, 0.0]
         self._images.publish(image)
         self._infos.publish(info)
-
-
-def _side(name: str, default: int) -> int:
-    """Returns a number of pixels.
-
-    Raises:
-        ParameterError: It is something else.
-    """
-    return integer(name, default, _MOST_PIXELS, least=1)

@@ -17,7 +17,7 @@ from rosclingo.ros.low_latency import publisher
 from rosoclingo_simulator.simulator import messages
 from rosoclingo_simulator.simulator.laser import Scan
 from rosoclingo_simulator.simulator.physics import Pose, normal_angle
-from rosoclingo_simulator.simulator.simulation import SCAN_SECONDS, Simulation
+from rosoclingo_simulator.simulator.simulation import Simulation
 
 
 class Publications:
@@ -92,9 +92,7 @@ class Publications:
             self._told_scan = scan
             if _listened(self._scan):
                 stamp = rospy.Time.from_sec(self._simulation.begin + scan.time)
-                self._scan.publish(
-                    messages.scan_message(scan, self._frames.laser, stamp, SCAN_SECONDS)
-                )
+                self._scan.publish(messages.scan_message(scan, self._frames.laser, stamp))
 
     def _since_start(self, pose: Pose) -> Pose:
         """Returns where the wheels have brought the robot."""
