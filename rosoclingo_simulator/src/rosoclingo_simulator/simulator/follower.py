@@ -16,6 +16,7 @@ from rosoclingo_simulator.simulator.physics import (
     ROBOT_RADIUS,
     Pose,
     between,
+    local,
     normal_angle,
 )
 from rosoclingo_simulator.simulator.planner import lengths
@@ -137,9 +138,8 @@ def free_ahead(pose: Pose, points: np.ndarray) -> float:
         pose: Where it is.
         points: What there is, in metres in the map.
     """
-    cosine, sine = math.cos(pose.theta), math.sin(pose.theta)
-    dx, dy = points[:, 0] - pose.x, points[:, 1] - pose.y
-    ahead, aside = cosine * dx + sine * dy, np.abs(cosine * dy - sine * dx)
+    ahead, left = local(pose, points[:, 0], points[:, 1])
+    aside = np.abs(left)
     in_the_way = (ahead > 0) & (aside < _SIDE_METRES)
     if not in_the_way.any():
         return math.inf

@@ -17,6 +17,7 @@ from rosoclingo_simulator.simulator.physics import (
     Box,
     Pose,
     between,
+    local,
     normal_angle,
 )
 
@@ -167,10 +168,8 @@ def _moved(pose: Pose, speed: float, turning: float, seconds: float) -> Pose:
 
 def _through(box: Box, pose: Pose, directions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Returns where lines get into a box and out of it; out comes first if they miss it."""
-    along, across = box.local(pose.x, pose.y)
-    cosine, sine = math.cos(box.theta), math.sin(box.theta)
-    dx = cosine * directions[0] + sine * directions[1]
-    dy = cosine * directions[1] - sine * directions[0]
+    along, across = local(box, pose.x, pose.y)
+    dx, dy = local(Pose(0.0, 0.0, box.theta), *directions)
     x_in, x_out = _between_planes(along, dx, -box.length / 2, box.length / 2)
     y_in, y_out = _between_planes(across, dy, -box.width / 2, box.width / 2)
     return np.maximum(x_in, y_in), np.minimum(x_out, y_out)
