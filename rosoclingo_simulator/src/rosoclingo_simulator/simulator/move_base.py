@@ -40,20 +40,13 @@ class Outcome:
     text: str
 
 
-@dataclass
-class _Progress:
-    """The last place that was reached, and when."""
-
-    pose: Pose
-    time: float
-
-
 class MoveBase:
     """Drives the robot to a goal. One thread uses it.
 
     Attributes:
         costmap: What the laser has seen that is not on the map.
         planner: Finds the paths.
+        goal: Where to drive; None if there is none.
         outcome: How the last goal ended; None while there is one, or before the first.
     """
 
@@ -70,24 +63,19 @@ class MoveBase:
         """
         self.planner = planner
         self.costmap = costmap
+        self.goal: Optional[Pose] = None
         self.outcome: Optional[Outcome] = None
         self._limits = limits
         self._timeout = progress_timeout
-        self._goal: Optional[Pose] = None
         self._follower: Optional[Follower] = None
-        self._progress = _Progress(Pose(0.0, 0.0, 0.0), 0.0)
+        self._reached, self._reached_at = Pose(0.0, 0.0, 0.0), 0.0  # what counts as progress
         self._planned = 0.0
         self._changes = -1  # of the costmap that the path knows
 
     @property
     def active(self) -> bool:
         """Whether there is a goal."""
-        return self._goal is not None
-
-    @property
-    def goal(self) -> Optional[Pose]:
-        """Where to drive."""
-        return self._goal
+        return self.goal is not None
 
     @property
     def path(self) -> Optional[np.ndarray]:
@@ -102,14 +90,14 @@ class MoveBase:
             pose: Where the robot is.
             time: What time it is, in seconds.
         """
-        self._goal = goal
+        self.goal = goal
         self._follower = None
         self.outcome = None
-        self._progress = _Progress(pose, time)
+        self._reached, self._reached_at = pose, time
 
     def cancel(self, text: str = "canceled on request") -> None:
         """Ends the goal if there is one; the robot stops."""
-        if self._goal is not None:
+        if self.goal is not None:
             self._finish(End.PREEMPTED, text)
 
     def update(self, pose: Pose, velocity: Command, scan: Scan, time: float) -> Command:
@@ -121,20 +109,20 @@ class MoveBase:
             scan: What the laser has measured last.
             time: What time it is, in seconds.
         """
-        if self._goal is None:
+        if self.goal is None:
             return STOP
-        if self._must_plan(time) and not self._plan(self._goal, pose, time):
+        if self._must_plan(time) and not self._plan(self.goal, pose, time):
             return STOP
         assert self._follower is not None
         command = self._follower.command(pose, velocity, scan.points)
         if self._follower.arrived:
             self._finish(End.SUCCEEDED, "Goal reached.")
             return STOP
-        if pose.distance(self._progress.pose) > _PROGRESS_METRES:
-            self._progress = _Progress(pose, time)
-        elif time - self._progress.time >= self._timeout:
+        if pose.distance(self._reached) > _PROGRESS_METRES:
+            self._reached, self._reached_at = pose, time
+        elif time - self._reached_at >= self._timeout:
             self._finish(
-                End.ABORTED, f"no progress to {_place(self._goal)} within {self._timeout:g} s"
+                End.ABORTED, f"no progress to {_place(self.goal)} within {self._timeout:g} s"
             )
             return STOP
         return command
@@ -167,7 +155,7 @@ class MoveBase:
         return True
 
     def _finish(self, end: End, text: str) -> None:
-        self._goal = None
+        self.goal = None
         self._follower = None
         self.outcome = Outcome(end, text)
 
