@@ -17,6 +17,7 @@ from rosclingo.ros.low_latency import subscriber
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_interfaces.topics import publishers
 from rosoclingo_simulator.simulator import messages
+from rosoclingo_simulator.simulator.action import GoalServer
 from rosoclingo_simulator.simulator.calls import Calls
 from rosoclingo_simulator.simulator.costmap import Costmap
 from rosoclingo_simulator.simulator.errors import PhysicsError
@@ -80,8 +81,10 @@ class SimulatorNode:
             self._localisation = Localisation(self._simulation, world, frames, self._calls)
             fixed.append(self._localisation.transform)
         self._navigation: Optional[Navigation] = None
+        self._goals: Optional[GoalServer] = None
         if move_base is not None:
-            self._navigation = Navigation(self._simulation, move_base, self._calls, self._ask)
+            self._navigation = Navigation(self._simulation, move_base, self._ask)
+            self._goals = GoalServer(self._simulation, move_base, self._calls)
         self._publications = Publications(self._simulation, frames, fixed, settings.clock)
         self._subscribers = [subscriber("cmd_vel", Twist, self._on_command)]
         self._service = rospy.Service("~obstacle", Obstacle, self._obstacle)
@@ -121,8 +124,8 @@ class SimulatorNode:
         if self._navigation is not None:
             self._navigation.publish(stamp)
         self._publications.publish(stamp)
-        if self._navigation is not None:
-            self._navigation.update()
+        if self._goals is not None:
+            self._goals.update()
         if self._camera is not None:
             self._camera.update(simulation.time, stamp)
 
