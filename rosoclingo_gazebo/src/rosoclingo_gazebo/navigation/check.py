@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any, Iterable, Iterator, List, NoReturn, Sequence
+from typing import Any, Iterable, List, NoReturn, Sequence
 
 import rospkg
 import yaml
@@ -70,7 +70,16 @@ def missing(nodes: Iterable[str], packages: Iterable[str]) -> List[str]:
         nodes: Packages that have a node of the same name.
         packages: Other packages.
     """
-    return list(dict.fromkeys([*_missing_nodes(nodes), *_missing_packages(packages)]))
+    known = rospkg.RosPack()
+
+    def is_there(name: str, with_node: bool) -> bool:
+        try:
+            return bool(find_node(name, name) if with_node else known.get_path(name))
+        except rospkg.ResourceNotFound:
+            return False
+
+    wanted = [*((name, True) for name in nodes), *((name, False) for name in packages)]
+    return list(dict.fromkeys(name for name, kind in wanted if not is_there(name, kind)))
 
 
 def remedy(names: Sequence[str]) -> str:
@@ -81,25 +90,6 @@ def remedy(names: Sequence[str]) -> str:
         f"On Ubuntu 20.04, install them:\n  sudo apt-get install {on_ubuntu}\n"
         f"Debian has no navigation stack; build it there:\n{_BUILD}"
     )
-
-
-def _missing_nodes(names: Iterable[str]) -> Iterator[str]:
-    for name in names:
-        try:
-            found = find_node(name, name)
-        except rospkg.ResourceNotFound:
-            found = []
-        if not found:
-            yield name
-
-
-def _missing_packages(names: Iterable[str]) -> Iterator[str]:
-    known = rospkg.RosPack()
-    for name in names:
-        try:
-            known.get_path(name)
-        except rospkg.ResourceNotFound:
-            yield name
 
 
 def main() -> NoReturn:
