@@ -10,7 +10,7 @@ from typing import Callable, Dict, FrozenSet, Optional
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.solver.terms import parse_term
 from rosoclingo_interfaces.errors import CanceledError
-from rosoclingo_interfaces.execution import Execution, set_current
+from rosoclingo_interfaces.execution import CURRENT, Execution
 from rosoclingo_interfaces.interface import FAILURE, ActionInterface, answer_text
 from rosoclingo_interfaces.stopwatch import Clock
 
@@ -134,7 +134,7 @@ class Executor:
 
     def _start(self, execution: Execution, previous: Optional[Execution], reply: Reply) -> None:
         def run() -> None:
-            set_current(execution)
+            CURRENT.set(execution)
             try:
                 if previous is not None:
                     self._wait_for_end_of(previous)
