@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any, Iterable, List, NoReturn, Sequence
+from typing import Any, Callable, Iterable, List, NoReturn, Sequence
 
 import rospkg
 import yaml
@@ -71,15 +71,9 @@ def missing(nodes: Iterable[str], packages: Iterable[str]) -> List[str]:
         packages: Other packages.
     """
     known = rospkg.RosPack()
-
-    def is_there(name: str, with_node: bool) -> bool:
-        try:
-            return bool(find_node(name, name) if with_node else known.get_path(name))
-        except rospkg.ResourceNotFound:
-            return False
-
-    wanted = [*((name, True) for name in nodes), *((name, False) for name in packages)]
-    return list(dict.fromkeys(name for name, kind in wanted if not is_there(name, kind)))
+    lacking = [name for name in nodes if not _is_found(find_node, name, name)]
+    lacking += [name for name in packages if not _is_found(known.get_path, name)]
+    return list(dict.fromkeys(lacking))
 
 
 def remedy(names: Sequence[str]) -> str:
@@ -90,6 +84,13 @@ def remedy(names: Sequence[str]) -> str:
         f"On Ubuntu 20.04, install them:\n  sudo apt-get install {on_ubuntu}\n"
         f"Debian has no navigation stack; build it there:\n{_BUILD}"
     )
+
+
+def _is_found(find: Callable[..., object], *names: str) -> bool:
+    try:
+        return bool(find(*names))
+    except rospkg.ResourceNotFound:
+        return False
 
 
 def main() -> NoReturn:
