@@ -20,7 +20,7 @@ FLOORS = {
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
     ],
     "rosoclingo_interfaces": [
-        "errors", "prompt", "topics", "journal", "announcements", "verdict",
+        "errors", "prompt", "topics", "journal", "announcements",
         "stopwatch", "execution", "interface", "executor", "watchdog", "clock", "node", "answers",
         "fulfill", "pickup_deliver", "un_block", "navigation",
     ],

@@ -12,12 +12,11 @@ import rospy
 from rosclingo.errors import TermError
 from rosclingo.ros.init import init_node, on_shutdown
 from rosoclingo.msg import ROSoClingoIn
-from rosoclingo_interfaces.announcements import SOURCE, parse_line
+from rosoclingo_interfaces.announcements import SOURCE, TAKEN, parse_line, verdict
 from rosoclingo_interfaces.errors import LineError
 from rosoclingo_interfaces.journal import JournalReader
 from rosoclingo_interfaces.prompt import Prompt
 from rosoclingo_interfaces.topics import topic, wait_for_subscribers
-from rosoclingo_interfaces.verdict import TAKEN, verdict
 
 _SECONDS_TO_TAKE = 5.0  # how long rosoclingo's word is waited for
 
