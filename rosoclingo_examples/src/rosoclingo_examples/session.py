@@ -53,7 +53,7 @@ def run(prompt: Prompt, with_object: bool) -> int:
         prompt.wait(lambda: not orders.open)
     if prompt.reason is not None:
         prompt.say(prompt.reason)
-    prompt.say_last(orders.summary())
+    prompt.say(orders.summary(), last=True)
     return 0 if orders.all_as_asked and not wrong_lines and prompt.reason is None else 1
 
 
