@@ -168,17 +168,10 @@ def _moved(pose: Pose, speed: float, turning: float, seconds: float) -> Pose:
 
 def _through(box: Box, pose: Pose, directions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Returns where lines get into a box and out of it; out comes first if they miss it."""
-    along, across = local(box, pose.x, pose.y)
-    dx, dy = local(Pose(0.0, 0.0, box.theta), *directions)
-    x_in, x_out = _between_planes(along, dx, -box.length / 2, box.length / 2)
-    y_in, y_out = _between_planes(across, dy, -box.width / 2, box.width / 2)
-    return np.maximum(x_in, y_in), np.minimum(x_out, y_out)
-
-
-def _between_planes(
-    start: float, slope: np.ndarray, low: float, high: float
-) -> Tuple[np.ndarray, np.ndarray]:
-    """Returns where lines get between two planes and out again, along one axis."""
-    slope = np.where(np.abs(slope) < _PARALLEL, _PARALLEL, slope)
-    first, second = (low - start) / slope, (high - start) / slope
-    return np.minimum(first, second), np.maximum(first, second)
+    # Along the box's length and along its width.
+    start = np.array(local(box, pose.x, pose.y))[:, None]
+    half = np.array([[box.length / 2], [box.width / 2]])
+    slopes = np.stack(local(Pose(0.0, 0.0, box.theta), *directions))
+    slopes = np.where(np.abs(slopes) < _PARALLEL, _PARALLEL, slopes)
+    first, second = (-half - start) / slopes, (half - start) / slopes
+    return np.minimum(first, second).max(axis=0), np.maximum(first, second).min(axis=0)
