@@ -95,8 +95,8 @@ class Engine:
             AssignExternal: self._assign_external,
             CleanupDomains: self._cleanup,
             GetExternals: self._get_externals,
-            GetPrograms: self._get_programs,
-            GetStats: self._get_stats,
+            GetPrograms: lambda _: Programs(tuple(sorted(self._parts))),
+            GetStats: lambda _: Stats(self._control.statistics),
             Ground: self._ground,
             Load: self._load,
             ReleaseExternal: self._release_external,
@@ -336,12 +336,6 @@ class Engine:
         values = self._externals.values
         pairs = ((str(atom.symbol), values.get(atom.literal, Truth.FALSE)) for atom in found)
         return Externals(tuple(sorted(pairs, key=lambda pair: pair[0])))
-
-    def _get_programs(self, _: GetPrograms) -> Programs:
-        return Programs(tuple(sorted(self._parts)))
-
-    def _get_stats(self, _: GetStats) -> Stats:
-        return Stats(self._control.statistics)
 
     def _log_messages(self) -> None:
         text = self._messages.text()
