@@ -37,14 +37,10 @@ class Base:
     Make it after the node is initialised.
     """
 
-    def __init__(self, name: str = "move_base") -> None:
-        """Opens the connections without waiting for the server.
-
-        Args:
-            name: Name of the action, resolved and remapped like any other name.
-        """
-        self.name: str = rospy.resolve_name(name)
-        self._client = LowLatencyActionClient(name, MoveBaseAction)
+    def __init__(self) -> None:
+        """Opens the connections without waiting for the server."""
+        self.name: str = rospy.resolve_name("move_base")
+        self._client = LowLatencyActionClient("move_base", MoveBaseAction)
         self._clear = rospy.ServiceProxy(f"{self.name}/clear_costmaps", Empty)
 
     @property
