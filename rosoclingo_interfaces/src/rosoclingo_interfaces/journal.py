@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
-from typing import Callable, List
+from typing import List
 
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo.loop.journal import Event, decode
 from rosoclingo.msg import ROSoClingoEvent
+from rosoclingo_interfaces.prompt import Prompt
 from rosoclingo_interfaces.topics import publishers, topic
 
 _SECONDS_TO_CONNECT = 2.0
@@ -26,29 +27,23 @@ class JournalReader:
         self._subscriber = subscriber(topic("journal"), ROSoClingoEvent, self._on_event)
         self.name: str = self._subscriber.resolved_name
 
-    def begin(self, wait: Callable[[Callable[[], bool]], bool]) -> bool:
+    def begin(self, prompt: Prompt) -> bool:
         """Forgets what has happened until now, so that what follows is news.
 
         Args:
-            wait: Waits until a condition holds, or returns False if it is told to give up.
+            prompt: Waits, unless it is told to give up.
 
         Returns:
             Whether there is a journal.
         """
         if not self._subscriber.get_num_connections():
             self._ready = False
-            end = time.monotonic() + (_SECONDS_TO_CONNECT if publishers(self.name) else 0.0)
-            wait(lambda: self._subscriber.get_num_connections() > 0 or time.monotonic() > end)
-        if not self._subscriber.get_num_connections():
-            return False
+            seconds = _SECONDS_TO_CONNECT if publishers(self.name) else 0.0
+            if not prompt.wait(lambda: self._subscriber.get_num_connections() > 0, seconds):
+                return False
         if not self._ready:
-            self._last = begin = time.monotonic()
-            wait(
-                lambda: (
-                    time.monotonic() - self._last > _QUIET_SECONDS
-                    or time.monotonic() - begin > _SECONDS_TO_SETTLE
-                )
-            )
+            self._last = time.monotonic()
+            prompt.wait(lambda: time.monotonic() - self._last > _QUIET_SECONDS, _SECONDS_TO_SETTLE)
             self._ready = True
         self._events = []
         return True

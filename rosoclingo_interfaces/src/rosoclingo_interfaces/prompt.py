@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import sys
 import threading
+import time
 from types import FrameType
 from typing import Callable, Iterator, Optional
 
@@ -76,15 +78,16 @@ class Prompt:
             if identifier is not None:
                 signal.pthread_kill(identifier, _WAKE)
 
-    def wait(self, condition: Callable[[], bool]) -> bool:
-        """Waits until a condition holds, or for a stop.
+    def wait(self, condition: Callable[[], bool], seconds: float = math.inf) -> bool:
+        """Waits until a condition holds, for some time or for a stop.
 
         Returns:
             Whether the condition holds.
         """
+        end = time.monotonic() + seconds
         pause = threading.Event()
         while not condition():
-            if self.reason is not None:
+            if self.reason is not None or time.monotonic() > end:
                 return False
             pause.wait(_POLL_SECONDS)
         return True
