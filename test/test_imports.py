@@ -25,7 +25,7 @@ FLOORS = {
         "fulfill", "pickup_deliver", "un_block", "navigation",
     ],
     "rosoclingo_rviz": ["errors", "graph", "situation", "drawing", "messages", "node"],
-    "rosoclingo_simulator": ["world", "simulator"],
+    "rosoclingo_simulator": ["errors", "world", "simulator"],
     "rosoclingo_gazebo": ["navigation", "demo"],
 }  # fmt: skip
 NEED_ROS = {

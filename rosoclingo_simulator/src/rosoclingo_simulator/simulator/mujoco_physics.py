@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import rospkg
 
-from rosoclingo_simulator.simulator.errors import ObstacleError, PhysicsError
+from rosoclingo_simulator.errors import ObstacleError, PhysicsError
 from rosoclingo_simulator.simulator.headless import mujoco
 from rosoclingo_simulator.simulator.physics import (
     ANGULAR_ACCELERATION,

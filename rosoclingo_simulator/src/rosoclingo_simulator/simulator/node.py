@@ -16,11 +16,11 @@ from rosclingo.ros.init import give_up, init_node
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_interfaces.topics import publishers
+from rosoclingo_simulator.errors import PhysicsError
 from rosoclingo_simulator.simulator import messages
 from rosoclingo_simulator.simulator.action import GoalServer
 from rosoclingo_simulator.simulator.calls import Calls
 from rosoclingo_simulator.simulator.costmap import Costmap
-from rosoclingo_simulator.simulator.errors import PhysicsError
 from rosoclingo_simulator.simulator.followed_clock import FollowedClock
 from rosoclingo_simulator.simulator.follower import Command
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
@@ -72,7 +72,6 @@ class SimulatorNode:
         self._calls = Calls()
         self._stop = threading.Event()
         self._stopped = threading.Event()
-        self._about = _about(settings)
         fixed = list(messages.robot_transforms(frames))
         if self._camera is not None:
             fixed += self._camera.transforms()
@@ -100,7 +99,6 @@ class SimulatorNode:
     def run(self) -> None:
         """Runs the simulation until the node is shut down."""
         rospy.on_shutdown(self._end)
-        rospy.loginfo("simulates %s", self._about)
         # A shutdown that began before calls nobody any more.
         while not (self._stop.is_set() or rospy.is_shutdown()):
             jump = self._pace.wait(STEP_SECONDS)
@@ -226,5 +224,6 @@ def main() -> NoReturn:
         node = SimulatorNode(settings)
     except RosclingoError as err:
         give_up(err)
+    rospy.loginfo("simulates %s", _about(settings))
     node.run()
     sys.exit(0)

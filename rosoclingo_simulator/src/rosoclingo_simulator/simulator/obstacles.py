@@ -10,7 +10,7 @@ import numpy as np
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
-from rosoclingo_simulator.simulator.errors import ObstacleError
+from rosoclingo_simulator.errors import ObstacleError
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, Box, Physics
 

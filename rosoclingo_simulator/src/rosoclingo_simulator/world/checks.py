@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Iterable, List, Tuple
 
+from rosoclingo_simulator.errors import WorldError
 from rosoclingo_simulator.world.description import Area, Waypoint, World
-from rosoclingo_simulator.world.errors import WorldError
 from rosoclingo_simulator.world.geometry import Grid, distance
 
 _NEARLY = 1e-6  # m; what numbers such as 0.1 + 0.2 may be off

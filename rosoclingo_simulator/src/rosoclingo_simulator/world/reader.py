@@ -10,9 +10,9 @@ from typing import Any, Dict, List, Mapping, Optional, Tuple
 import yaml
 
 from rosoclingo_interfaces.navigation import strict_yaml
+from rosoclingo_simulator.errors import WorldError
 from rosoclingo_simulator.world.checks import check
 from rosoclingo_simulator.world.description import DEFAULT_FILES, KINDS, Area, Room, Waypoint, World
-from rosoclingo_simulator.world.errors import WorldError
 
 _NAME = re.compile(r"_*[a-z]\w*", re.ASCII)  # a constant of clingo
 
