@@ -36,8 +36,6 @@ ahead, packages and robots. The package's README lists the parameters."""
 ROBOT = "{robot}"
 """In the name of a robot's frame, it stands for the robot's name."""
 
-_FRAMES = (("frame", "map"), ("robot_frame", "base_link"))  # parameters and defaults
-
 
 class MarkerNode:
     """Hears what goes on around rosoclingo, and publishes a drawing after each change."""
@@ -110,8 +108,8 @@ def main() -> NoReturn:
             raise parameters.wrong("instance", "name the instance's files")
         world = parameters.words("world")
         background = [marker for file in world for marker in read_markers(file)]
-        frames = [parameters.text(name, default) for name, default in _FRAMES]
-        node = MarkerNode(read_graph(files), background, *frames)
+        frame, robot = parameters.text("frame", "map"), parameters.text("robot_frame", "base_link")
+        node = MarkerNode(read_graph(files), background, frame, robot)
     except RosclingoError as err:
         give_up(err)
     rospy.spin()
