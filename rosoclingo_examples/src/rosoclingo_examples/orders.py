@@ -10,16 +10,6 @@ from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.errors import LineError
 
-ENDS = {
-    "SUCCEEDED": "succeeded",
-    "PREEMPTED": "canceled",
-    "RECALLED": "canceled",
-    "REJECTED": "rejected",
-    "ABORTED": "aborted",
-    "LOST": "lost",
-}
-"""The terminal statuses of actionlib, and what the user reads."""
-
 
 @dataclass(frozen=True)
 class Bring:
@@ -73,7 +63,7 @@ class Order:
         number: What the user calls it by.
         bring: What was asked for.
         state: What was last heard of it.
-        end: How it ended, a value of :data:`ENDS`; None as long as it has not.
+        end: How it ended, such as ``succeeded``; None as long as it has not.
         cancel_requested: Whether the user wants it to be cancelled.
     """
 
