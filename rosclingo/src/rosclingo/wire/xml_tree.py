@@ -11,7 +11,7 @@ import xml.sax
 from dataclasses import dataclass
 from typing import Dict, List, Mapping, Optional, Union
 from xml.sax.handler import ContentHandler
-from xml.sax.xmlreader import AttributesImpl, InputSource, Locator
+from xml.sax.xmlreader import AttributesImpl, Locator
 
 from defusedxml.common import DefusedXmlException
 from defusedxml.expatreader import DefusedExpatParser
@@ -65,13 +65,8 @@ def parse(text: Union[str, bytes], max_elements: Optional[int] = None) -> Elemen
     parser = DefusedExpatParser(bufsize=len(text) + 1, forbid_dtd=True)
     builder = _TreeBuilder(max_elements)
     parser.setContentHandler(builder)
-    source = InputSource()
-    if isinstance(text, bytes):
-        source.setByteStream(io.BytesIO(text))
-    else:
-        source.setCharacterStream(io.StringIO(text))
     try:
-        parser.parse(source)
+        parser.parse(io.BytesIO(text) if isinstance(text, bytes) else io.StringIO(text))
     except xml.sax.SAXParseException as err:
         raise XmlError(
             f"ill-formed XML: {err.getMessage()}; attribute values stand in quotes, and & and < "
