@@ -107,7 +107,7 @@ class Node:
         self._server = LowLatencyActionServer(
             rospy.get_name(),
             ROSClingoAction,
-            self._on_goal,
+            self._goals.put,
             self._on_cancel,
             ROSClingoResult(result=Result.UNKNOWN.value, interrupted=True),
         )
@@ -143,10 +143,6 @@ class Node:
                 "control request refused at <%s>: %s", reply.failure.command, reply.failure.message
             )
         return encode_reply(reply)
-
-    def _on_goal(self, goal: actionlib.ServerGoalHandle) -> None:
-        # Runs under actionlib's lock: nothing here may take long.
-        self._goals.put(goal)
 
     def _read_goals(self) -> None:
         while True:
