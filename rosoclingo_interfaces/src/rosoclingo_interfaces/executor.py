@@ -136,8 +136,13 @@ class Executor:
         def run() -> None:
             CURRENT.set(execution)
             try:
-                if previous is not None:
-                    self._wait_for_end_of(previous)
+                if previous is not None and not previous.ended.wait(_SECONDS_TO_STOP):
+                    _log.warning(
+                        "%s goes on although it was cancelled %g s ago: its method must look at "
+                        "self.canceled or wait with self.sleep()",
+                        previous,
+                        _SECONDS_TO_STOP,
+                    )
                 self._finish(execution, self._perform(execution), reply)
             finally:
                 execution.ended.set()
@@ -155,15 +160,6 @@ class Executor:
         threading.Thread(target=run, name=name, daemon=True).start()
         if self._timeout > 0:
             threading.Thread(target=watch, name=f"time limit of {name}", daemon=True).start()
-
-    def _wait_for_end_of(self, previous: Execution) -> None:
-        if not previous.ended.wait(_SECONDS_TO_STOP):
-            _log.warning(
-                "%s goes on although it was cancelled %g s ago: its method must look at "
-                "self.canceled or wait with self.sleep()",
-                previous,
-                _SECONDS_TO_STOP,
-            )
 
     def _perform(self, execution: Execution) -> str:
         try:
