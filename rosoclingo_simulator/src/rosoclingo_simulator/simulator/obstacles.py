@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 from typing import Set
 
 import numpy as np
@@ -22,21 +23,20 @@ _ALIKE_METRES = 0.1  # widths that differ less are the same
 _ROBOT_GAP_METRES = 0.05  # to the robot
 
 
+@dataclass
 class Obstacles:
-    """Does the commands ``block c4 c5`` and ``unblock c4 c5``. One thread uses it."""
+    """Does the commands ``block c4 c5`` and ``unblock c4 c5``. One thread uses it.
 
-    def __init__(self, world: OccupancyMap, waypoints: Waypoints, physics: Physics) -> None:
-        """Has no boxes yet.
+    Attributes:
+        world: Where the walls are.
+        waypoints: The places that commands name.
+        physics: Where the boxes are put.
+    """
 
-        Args:
-            world: Where the walls are.
-            waypoints: The places that commands name.
-            physics: Where the boxes are put.
-        """
-        self._world = world
-        self._waypoints = waypoints
-        self._physics = physics
-        self._names: Set[str] = set()  # of the boxes, the same in both directions of a way
+    world: OccupancyMap
+    waypoints: Waypoints
+    physics: Physics
+    _names: Set[str] = field(default_factory=set)  # of boxes, the same in both directions of a way
 
     def obey(self, command: str) -> str:
         """Does a command.
@@ -61,19 +61,19 @@ class Obstacles:
         if name in self._names:
             return f"there is a box between {way} already"
         box = self._box(way, first, second)
-        robot = self._physics.pose
+        robot = self.physics.pose
         if box.distance(robot.x, robot.y) < ROBOT_RADIUS + _ROBOT_GAP_METRES:
             raise ObstacleError(
                 f"the robot is where a box between {way} would stand; try again when it has left"
             )
-        self._physics.put(name, box)
+        self.physics.put(name, box)
         self._names.add(name)
         return f"a box of {box.width:.2f} m stands between {way} at ({box.x:.2f}, {box.y:.2f})"
 
     def _unblock(self, name: str, way: str) -> str:
         if name not in self._names:
             raise ObstacleError(f"there is no box between {way}")
-        self._physics.remove(name)
+        self.physics.remove(name)
         self._names.remove(name)
         return f"the box between {way} is gone"
 
@@ -82,7 +82,7 @@ class Obstacles:
             name = str(parse_term(word))
         except TermError as err:
             raise ObstacleError(f"{quote(word)} is no waypoint: {err}") from err
-        return self._waypoints.find(name)
+        return self.waypoints.find(name)
 
     def _box(self, way: str, first: Waypoint, second: Waypoint) -> Box:
         """Returns a box that closes the way where it is narrowest, or else in the middle."""
@@ -92,7 +92,7 @@ class Obstacles:
             raise ObstacleError(f"{way} are too close together for a box between them")
         begin, direction = np.array((first.x, first.y)), np.array((dx, dy)) / length
         places = np.linspace(0.0, length, 1 + 2 * math.ceil(length / 2 / _STEP_METRES))
-        if (self._world.distances_at(begin + places[:, None] * direction) == 0).any():
+        if (self.world.distances_at(begin + places[:, None] * direction) == 0).any():
             raise ObstacleError(f"there is a wall on the straight way between {way}")
         side = np.array((-direction[1], direction[0]))
         # How far it is free to the left and to the right of each place, in metres.
@@ -115,8 +115,8 @@ class Obstacles:
         )
 
     def _free(self, place: np.ndarray, direction: np.ndarray) -> float:
-        grid = self._world.grid
+        grid = self.world.grid
         step = grid.resolution / 2
         ways = np.arange(0.0, (grid.rows + grid.columns) * grid.resolution, step)
-        solid = self._world.distances_at(place + ways[:, None] * direction) == 0
+        solid = self.world.distances_at(place + ways[:, None] * direction) == 0
         return float(ways[int(solid.argmax())])
