@@ -40,37 +40,30 @@ class Outcome:
     text: str
 
 
+@dataclass
 class MoveBase:
     """Drives the robot to a goal. One thread uses it.
 
     Attributes:
-        costmap: What the laser has seen that is not on the map.
         planner: Finds the paths.
+        costmap: What the laser has seen that is not on the map, and what to drive around.
+        limits: How to drive.
+        progress_timeout: After how many seconds without progress to give up.
         goal: Where to drive; None if there is none.
         outcome: How the last goal ended; None while there is one, or before the first.
     """
 
-    def __init__(
-        self, planner: Planner, costmap: Costmap, limits: Limits, progress_timeout: float
-    ) -> None:
-        """Has no goal yet.
-
-        Args:
-            planner: Finds the paths.
-            costmap: What to drive around.
-            limits: How to drive.
-            progress_timeout: After how many seconds without progress to give up.
-        """
-        self.planner = planner
-        self.costmap = costmap
-        self.goal: Optional[Pose] = None
-        self.outcome: Optional[Outcome] = None
-        self._limits = limits
-        self._timeout = progress_timeout
-        self._follower: Optional[Follower] = None
-        self._reached, self._reached_at = Pose(0.0, 0.0, 0.0), 0.0  # what counts as progress
-        self._planned = 0.0
-        self._changes = -1  # of the costmap that the path knows
+    planner: Planner
+    costmap: Costmap
+    limits: Limits
+    progress_timeout: float
+    goal: Optional[Pose] = None
+    outcome: Optional[Outcome] = None
+    _follower: Optional[Follower] = None
+    _reached: Optional[Pose] = None  # the last place that counts as progress, and when
+    _reached_at: float = 0.0
+    _planned: float = 0.0
+    _changes: int = -1  # of the costmap that the path knows
 
     @property
     def active(self) -> bool:
@@ -82,18 +75,12 @@ class MoveBase:
         """The points that the robot drives along, in metres; a new array for each plan."""
         return None if self._follower is None else self._follower.path
 
-    def start(self, goal: Pose, pose: Pose, time: float) -> None:
-        """Begins to drive to a goal, in place of the one before.
-
-        Args:
-            goal: Where to drive.
-            pose: Where the robot is.
-            time: What time it is, in seconds.
-        """
+    def start(self, goal: Pose) -> None:
+        """Begins to drive to a goal, in place of the one before."""
         self.goal = goal
         self._follower = None
         self.outcome = None
-        self._reached, self._reached_at = pose, time
+        self._reached = None
 
     def cancel(self, text: str = "canceled on request") -> None:
         """Ends the goal if there is one; the robot stops."""
@@ -118,12 +105,11 @@ class MoveBase:
         if self._follower.arrived:
             self._finish(End.SUCCEEDED, "Goal reached.")
             return STOP
-        if pose.distance(self._reached) > _PROGRESS_METRES:
+        if self._reached is None or pose.distance(self._reached) > _PROGRESS_METRES:
             self._reached, self._reached_at = pose, time
-        elif time - self._reached_at >= self._timeout:
-            self._finish(
-                End.ABORTED, f"no progress to {_place(self.goal)} within {self._timeout:g} s"
-            )
+        elif time - self._reached_at >= self.progress_timeout:
+            place = _place(self.goal)
+            self._finish(End.ABORTED, f"no progress to {place} within {self.progress_timeout:g} s")
             return STOP
         return command
 
@@ -149,7 +135,7 @@ class MoveBase:
             self._finish(End.ABORTED, f"no path to {_place(goal)} from {_place(pose)}")
             return False
         near = self._follower is not None and self._follower.near
-        self._follower = Follower(self._limits, path, goal, near)
+        self._follower = Follower(self.limits, path, goal, near)
         self._planned = time
         self._changes = self.costmap.changes
         return True

@@ -56,7 +56,7 @@ class Simulation:
     def go(self, goal: Pose) -> None:
         """Drives to a goal, in place of the one before; for a robot with ``move_base``."""
         assert self.move_base is not None
-        self.move_base.start(goal, self.physics.pose, self.time)
+        self.move_base.start(goal)
 
     def drive(self, command: Command) -> bool:
         """Drives as told, for half a second.
