@@ -97,7 +97,7 @@ class GoalServer:
             self.update()
         handle.set_accepted()
         self._current = handle
-        self._simulation.go(goal)
+        self._move_base.start(goal)
         rospy.loginfo("goal (%.2f, %.2f)", goal.x, goal.y)
 
     def _cancel(self, handle: ServerGoalHandle) -> None:

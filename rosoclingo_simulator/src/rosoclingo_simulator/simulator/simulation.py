@@ -8,7 +8,7 @@ from typing import Optional
 from rosoclingo_simulator.simulator.follower import STOP, Command
 from rosoclingo_simulator.simulator.laser import Scan, look
 from rosoclingo_simulator.simulator.move_base import MoveBase
-from rosoclingo_simulator.simulator.physics import Physics, Pose
+from rosoclingo_simulator.simulator.physics import Physics
 
 STEP_SECONDS = 0.05
 """How long a step is in simulated time."""
@@ -52,11 +52,6 @@ class Simulation:
     def now(self) -> float:
         """What the clock says, in seconds."""
         return self.begin + self.time
-
-    def go(self, goal: Pose) -> None:
-        """Drives to a goal, in place of the one before; for a robot with ``move_base``."""
-        assert self.move_base is not None
-        self.move_base.start(goal)
 
     def drive(self, command: Command) -> bool:
         """Drives as told, for half a second.
