@@ -20,12 +20,12 @@ FLOORS = {
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
     ],
     "rosoclingo_interfaces": [
-        "errors", "prompt", "topics", "journal", "announcements", "verdict",
+        "errors", "prompt", "topics", "journal", "announcements",
         "stopwatch", "execution", "interface", "executor", "watchdog", "clock", "node", "answers",
         "fulfill", "pickup_deliver", "un_block", "navigation",
     ],
     "rosoclingo_rviz": ["errors", "graph", "situation", "drawing", "messages", "node"],
-    "rosoclingo_simulator": ["world", "simulator"],
+    "rosoclingo_simulator": ["errors", "world", "simulator"],
     "rosoclingo_gazebo": ["navigation", "demo"],
 }  # fmt: skip
 NEED_ROS = {

@@ -171,15 +171,15 @@ class Validator:
                 self._freed.add(frozenset(freed))
                 self.blocked.discard(frozenset(freed))
             if not (self._pending or self._open()):
-                self._bind()
+                self.settle()
         elif identifier in self._pending:
             self._answer(identifier, value)
-            self._bind()
+            self.settle()
 
     def action(self, robot: str, action: str) -> None:
         """An action is published."""
         if self.immediate:
-            self._bind()
+            self.settle()
         if robot not in self.positions:
             self._wrong(f"{robot} is no robot, and is to do {action}")
             return
@@ -231,7 +231,11 @@ class Validator:
 
     def settle(self) -> None:
         """Whoever plans knows by now all that was said, because no action is on its way."""
-        self._bind()
+        self.blocked |= self._announced - self._freed
+        self._announced.clear()
+        self._freed.clear()
+        for parcel in self.goals.values():
+            parcel.binding = parcel.canceled
 
     def finish(self) -> List[str]:
         """Looks whether all is done, when nothing is expected to happen any more.
@@ -306,13 +310,6 @@ class Validator:
             del self.loads[robot]
             parcel.place = self.positions[robot]
             self.delivered += parcel.place == parcel.destination
-
-    def _bind(self) -> None:
-        self.blocked |= self._announced - self._freed
-        self._announced.clear()
-        self._freed.clear()
-        for parcel in self.goals.values():
-            parcel.binding = parcel.canceled
 
     def _open(self) -> bool:
         return any(not parcel.ended for parcel in self.goals.values())

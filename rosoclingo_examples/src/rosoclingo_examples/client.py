@@ -13,7 +13,7 @@ from actionlib_msgs.msg import GoalStatus
 from rosclingo.ros.low_latency import LowLatencyActionClient
 from rosclingo.ros.reminder import Reminder
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoGoal
-from rosoclingo_examples.orders import ENDS, Bring, Order, Orders
+from rosoclingo_examples.orders import Bring, Order, Orders
 
 _POLL_SECONDS = 0.05  # how often is looked whether the server is there
 _SECONDS_GONE = 0.5  # after so long without a connection the server has gone
@@ -108,8 +108,9 @@ class Client:
 
     def _on_transition(self, order: Order, handle: ClientGoalHandle) -> None:
         if handle.get_comm_state() == CommState.DONE:
-            status = GoalStatus.to_string(handle.get_terminal_state())
-            end = ENDS.get(status, status.lower())
+            status = handle.get_terminal_state()
+            canceled = status in (GoalStatus.PREEMPTED, GoalStatus.RECALLED)
+            end = "canceled" if canceled else GoalStatus.to_string(status).lower()
             if self._orders.ended(order, end, handle.get_goal_status_text()):
                 self._say(str(order))
             return

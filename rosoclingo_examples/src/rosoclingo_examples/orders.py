@@ -10,16 +10,6 @@ from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.errors import LineError
 
-ENDS = {
-    "SUCCEEDED": "succeeded",
-    "PREEMPTED": "canceled",
-    "RECALLED": "canceled",
-    "REJECTED": "rejected",
-    "ABORTED": "aborted",
-    "LOST": "lost",
-}
-"""The terminal statuses of actionlib, and what the user reads."""
-
 
 @dataclass(frozen=True)
 class Bring:
@@ -37,19 +27,8 @@ class Bring:
         return " ".join((self.request, *self.information))
 
 
-@dataclass(frozen=True)
-class Cancel:
-    """A request is to be cancelled.
-
-    Attributes:
-        number: The request's number.
-    """
-
-    number: int
-
-
-def parse_line(line: str, with_object: bool) -> Union[Bring, Cancel]:
-    """Returns what a line means.
+def parse_line(line: str, with_object: bool) -> Union[Bring, int]:
+    """Returns what a line means: a request, or the number of one that is to be cancelled.
 
     Args:
         line: ``FROM TO`` for a request, or ``ID`` to cancel one.
@@ -60,7 +39,7 @@ def parse_line(line: str, with_object: bool) -> Union[Bring, Cancel]:
     """
     words = line.split()
     if len(words) == 1 and words[0].isascii() and words[0].isdigit() and len(words[0]) < 10:
-        return Cancel(int(words[0]))
+        return int(words[0])
     if len(words) != (3 if with_object else 2):
         form, example = (
             ("FROM TO OBJECT", "o9 o14 box_of_chocolate") if with_object else ("FROM TO", "1 3")
@@ -84,7 +63,7 @@ class Order:
         number: What the user calls it by.
         bring: What was asked for.
         state: What was last heard of it.
-        end: How it ended, a value of :data:`ENDS`; None as long as it has not.
+        end: How it ended, such as ``succeeded``; None as long as it has not.
         cancel_requested: Whether the user wants it to be cancelled.
     """
 

@@ -9,7 +9,7 @@ import rospy
 
 from rosclingo.ros.init import init_node, on_shutdown
 from rosoclingo_examples.client import Client
-from rosoclingo_examples.orders import Cancel, Orders, parse_line
+from rosoclingo_examples.orders import Orders, parse_line
 from rosoclingo_interfaces.errors import LineError
 from rosoclingo_interfaces.prompt import Prompt
 
@@ -53,7 +53,7 @@ def run(prompt: Prompt, with_object: bool) -> int:
         prompt.wait(lambda: not orders.open)
     if prompt.reason is not None:
         prompt.say(prompt.reason)
-    prompt.say_last(orders.summary())
+    prompt.say(orders.summary(), last=True)
     return 0 if orders.all_as_asked and not wrong_lines and prompt.reason is None else 1
 
 
@@ -67,8 +67,8 @@ def _do(line: str, client: Client, orders: Orders, prompt: Prompt, with_object: 
         for state in orders.lines() if prompt.interactive else ():
             prompt.say(state)
         return
-    command = parse_line(line, with_object)
-    if isinstance(command, Cancel):
-        client.cancel(command.number)
+    meant = parse_line(line, with_object)
+    if isinstance(meant, int):
+        client.cancel(meant)
     else:
-        client.send(command)
+        client.send(meant)

@@ -1,12 +1,17 @@
-"""What a user types to announce that a path is blocked. Needs no ROS."""
+"""What a user types to announce that a path is blocked, and what becomes of it. Needs no ROS."""
 
 from __future__ import annotations
 
+from typing import Iterable, Optional
+
 from rosclingo.solver.terms import parse_term, quote
+from rosoclingo.loop.journal import CommandDone, Event, MessageArrived, MessageDropped, naming
 from rosoclingo_interfaces.errors import LineError
 
 SOURCE = "info"
 """The id of the messages."""
+TAKEN = ""
+"""The verdict on an announcement that the planner was told."""
 
 _WORDS = {"b": "blocked", "u": "unblocked"}
 
@@ -23,3 +28,25 @@ def parse_line(line: str) -> str:
         raise LineError(f"expected b FROM TO or u FROM TO, such as b c3 c4, not {quote(line)}")
     begin, end = (parse_term(word) for word in words[1:])
     return f"{_WORDS[words[0]]}({begin},{end})"
+
+
+def verdict(events: Iterable[Event], value: str) -> Optional[str]:
+    """Looks for what the planning loop did with an announcement.
+
+    Args:
+        events: What has happened since it was published.
+        value: What was announced.
+
+    Returns:
+        :data:`TAKEN`, the reason for which it was dropped, or None if that is not known yet.
+    """
+    dropped = naming(SOURCE, value)
+    heard = False
+    for event in events:
+        if isinstance(event, MessageArrived):
+            heard |= (event.source, event.value) == (SOURCE, value)
+        elif heard and isinstance(event, MessageDropped) and event.reason.startswith(dropped):
+            return event.reason[len(dropped) :]
+        elif heard and isinstance(event, CommandDone) and event.name == "assign_messages":
+            return TAKEN
+    return None

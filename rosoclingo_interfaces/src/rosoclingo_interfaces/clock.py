@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import threading
-from typing import Callable, List
+from typing import Callable
 
-import rosgraph
 import rospy
 
 from rosclingo.ros.init import on_shutdown
+from rosoclingo_interfaces.topics import publishers
 from rosoclingo_interfaces.watchdog import Watchdog
 
 SILENCE_SECONDS = 5.0
@@ -32,10 +32,10 @@ def watch(waits: Callable[[], bool]) -> None:
 
 def reason() -> str:
     """Returns why the clock stands still, as far as that is known, and what to do."""
-    publishers = _publishers()
-    if publishers:
+    nodes = publishers(rospy.resolve_name("/clock"))
+    if nodes:
         return (
-            f"{', '.join(publishers)}, which publishes /clock, has ended or pauses: "
+            f"{', '.join(nodes)}, which publishes /clock, has ended or pauses: "
             "start it again, or let it go on"
         )
     return (
@@ -62,11 +62,3 @@ def _watch(waits: Callable[[], bool]) -> None:
                 rospy.get_time(),
                 reason(),
             )
-
-
-def _publishers() -> List[str]:
-    try:
-        publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
-    except (OSError, rosgraph.MasterException):
-        return []  # nobody knows
-    return sorted(publishers.get(rospy.resolve_name("/clock"), ()))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from contextvars import ContextVar
 from typing import Optional
 
 import clingo
@@ -76,12 +77,8 @@ class Execution:
             raise CanceledError(f"{self} was cancelled")
 
 
-_current = threading.local()
-
-
-def set_current(execution: Execution) -> None:
-    """Says which action runs in this thread."""
-    _current.execution = execution
+CURRENT: ContextVar[Execution] = ContextVar("CURRENT")
+"""The action that runs in a thread, as each thread has a context of its own."""
 
 
 def current() -> Execution:
@@ -90,9 +87,9 @@ def current() -> Execution:
     Raises:
         RuntimeError: There is none: the thread was not started for an action.
     """
-    execution: Optional[Execution] = getattr(_current, "execution", None)
-    if execution is None:
+    try:
+        return CURRENT.get()
+    except LookupError as err:
         raise RuntimeError(
             "no action runs in this thread; hand on self.execution from the action's method"
-        )
-    return execution
+        ) from err

@@ -10,7 +10,7 @@ from typing import Callable, Dict, FrozenSet, Optional
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.solver.terms import parse_term
 from rosoclingo_interfaces.errors import CanceledError
-from rosoclingo_interfaces.execution import Execution, set_current
+from rosoclingo_interfaces.execution import CURRENT, Execution
 from rosoclingo_interfaces.interface import FAILURE, ActionInterface, answer_text
 from rosoclingo_interfaces.stopwatch import Clock
 
@@ -134,10 +134,15 @@ class Executor:
 
     def _start(self, execution: Execution, previous: Optional[Execution], reply: Reply) -> None:
         def run() -> None:
-            set_current(execution)
+            CURRENT.set(execution)
             try:
-                if previous is not None:
-                    self._wait_for_end_of(previous)
+                if previous is not None and not previous.ended.wait(_SECONDS_TO_STOP):
+                    _log.warning(
+                        "%s goes on although it was cancelled %g s ago: its method must look at "
+                        "self.canceled or wait with self.sleep()",
+                        previous,
+                        _SECONDS_TO_STOP,
+                    )
                 self._finish(execution, self._perform(execution), reply)
             finally:
                 execution.ended.set()
@@ -155,15 +160,6 @@ class Executor:
         threading.Thread(target=run, name=name, daemon=True).start()
         if self._timeout > 0:
             threading.Thread(target=watch, name=f"time limit of {name}", daemon=True).start()
-
-    def _wait_for_end_of(self, previous: Execution) -> None:
-        if not previous.ended.wait(_SECONDS_TO_STOP):
-            _log.warning(
-                "%s goes on although it was cancelled %g s ago: its method must look at "
-                "self.canceled or wait with self.sleep()",
-                previous,
-                _SECONDS_TO_STOP,
-            )
 
     def _perform(self, execution: Execution) -> str:
         try:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import Callable, List
+from typing import List
 
-import rosgraph
-import rospy
-
+from rosclingo.ros.low_latency import subscriber
 from rosoclingo.loop.journal import Event, decode
 from rosoclingo.msg import ROSoClingoEvent
-from rosoclingo_interfaces.topics import topic
+from rosoclingo_interfaces.prompt import Prompt
+from rosoclingo_interfaces.topics import publishers, topic
 
 _SECONDS_TO_CONNECT = 2.0
 _SECONDS_TO_SETTLE = 1.0  # at most, for what has happened before
@@ -25,34 +24,26 @@ class JournalReader:
         self._events: List[Event] = []
         self._last = time.monotonic()
         self._ready = False
-        self._subscriber = rospy.Subscriber(
-            topic("journal"), ROSoClingoEvent, self._on_event, tcp_nodelay=True
-        )
+        self._subscriber = subscriber(topic("journal"), ROSoClingoEvent, self._on_event)
         self.name: str = self._subscriber.resolved_name
 
-    def begin(self, wait: Callable[[Callable[[], bool]], bool]) -> bool:
+    def begin(self, prompt: Prompt) -> bool:
         """Forgets what has happened until now, so that what follows is news.
 
         Args:
-            wait: Waits until a condition holds, or returns False if it is told to give up.
+            prompt: Waits, unless it is told to give up.
 
         Returns:
             Whether there is a journal.
         """
         if not self._subscriber.get_num_connections():
             self._ready = False
-            end = time.monotonic() + (_SECONDS_TO_CONNECT if self._is_published() else 0.0)
-            wait(lambda: self._subscriber.get_num_connections() > 0 or time.monotonic() > end)
-        if not self._subscriber.get_num_connections():
-            return False
+            seconds = _SECONDS_TO_CONNECT if publishers(self.name) else 0.0
+            if not prompt.wait(lambda: self._subscriber.get_num_connections() > 0, seconds):
+                return False
         if not self._ready:
-            self._last = begin = time.monotonic()
-            wait(
-                lambda: (
-                    time.monotonic() - self._last > _QUIET_SECONDS
-                    or time.monotonic() - begin > _SECONDS_TO_SETTLE
-                )
-            )
+            self._last = time.monotonic()
+            prompt.wait(lambda: time.monotonic() - self._last > _QUIET_SECONDS, _SECONDS_TO_SETTLE)
             self._ready = True
         self._events = []
         return True
@@ -60,13 +51,6 @@ class JournalReader:
     def events(self) -> List[Event]:
         """Returns what has happened since :meth:`begin`."""
         return list(self._events)
-
-    def _is_published(self) -> bool:
-        try:
-            publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
-        except (OSError, rosgraph.MasterException):
-            return False
-        return bool(publishers.get(self.name))
 
     def _on_event(self, message: ROSoClingoEvent) -> None:
         self._last = time.monotonic()

@@ -13,13 +13,13 @@ import rospy
 from rosclingo.errors import RosclingoError
 from rosclingo.ros import parameters
 from rosclingo.ros.init import give_up, init_node, on_shutdown
+from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
 from rosoclingo_interfaces import clock
 from rosoclingo_interfaces.executor import Executor
 from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.topics import topic, wait_for_node
 
-_QUEUE_SIZE = 1000  # answers
 _SECONDS_TO_END = 1.0  # how long the actions have to stop when the node shuts down
 
 
@@ -46,10 +46,8 @@ class InterfaceNode:
         self._executor = Executor(interface, interface.timeout, seconds)
         clock.watch(lambda: self._executor.busy)
         on_shutdown(lambda: self._executor.close(_SECONDS_TO_END))
-        self._in = rospy.Publisher(
-            topic("in"), ROSoClingoIn, tcp_nodelay=True, queue_size=_QUEUE_SIZE
-        )
-        self._out = rospy.Subscriber(topic("out"), ROSoClingoOut, self._on_out, tcp_nodelay=True)
+        self._in = publisher(topic("in"), ROSoClingoIn)
+        self._out = subscriber(topic("out"), ROSoClingoOut, self._on_out)
         rospy.loginfo(
             "does the actions of %s from %s",
             ", ".join(interface.actuators) or "all actuators",

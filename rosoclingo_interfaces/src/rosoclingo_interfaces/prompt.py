@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import sys
 import threading
+import time
 from types import FrameType
 from typing import Callable, Iterator, Optional
 
@@ -56,24 +58,16 @@ class Prompt:
                 return
             yield line.strip()
 
-    def say(self, text: str) -> None:
-        """Prints a line, above of what is being typed; nothing after the last line."""
+    def say(self, text: str, last: bool = False) -> None:
+        """Prints a line, above of what is being typed; after the last line, nothing is printed."""
         with self._output:
-            self._print(text)
-
-    def say_last(self, text: str) -> None:
-        """Prints the last line: what other threads say afterwards is not printed."""
-        with self._output:
-            self._print(text)
-            self._has_ended = True
-
-    def _print(self, text: str) -> None:
-        if self._has_ended:
-            return
-        if self.interactive and self._reading:
-            print(f"\r\033[K{text}\n{self._prompt}{self._typed()}", end="", flush=True)
-        else:
-            print(text, flush=True)
+            if self._has_ended:
+                return
+            self._has_ended = last
+            if self.interactive and self._reading:
+                print(f"\r\033[K{text}\n{self._prompt}{self._typed()}", end="", flush=True)
+            else:
+                print(text, flush=True)
 
     def stop(self, reason: str) -> None:
         """Ends reading and waiting; the first reason is kept."""
@@ -84,15 +78,16 @@ class Prompt:
             if identifier is not None:
                 signal.pthread_kill(identifier, _WAKE)
 
-    def wait(self, condition: Callable[[], bool]) -> bool:
-        """Waits until a condition holds, or for a stop.
+    def wait(self, condition: Callable[[], bool], seconds: float = math.inf) -> bool:
+        """Waits until a condition holds, for some time or for a stop.
 
         Returns:
             Whether the condition holds.
         """
+        end = time.monotonic() + seconds
         pause = threading.Event()
         while not condition():
-            if self.reason is not None:
+            if self.reason is not None or time.monotonic() > end:
                 return False
             pause.wait(_POLL_SECONDS)
         return True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Callable
+from typing import Callable, List
 
 import rosgraph
 import rospy
@@ -62,10 +62,20 @@ def wait_for_subscribers(
     return True
 
 
+def publishers(name: str) -> List[str]:
+    """Returns the nodes that publish to a topic of a resolved name, as far as the master knows."""
+    return _nodes(0, name)
+
+
 def _all_connected(publisher: rospy.Publisher) -> bool:
+    subscribers = _nodes(1, publisher.resolved_name)
+    return all(publisher.impl.has_connection(node) for node in subscribers)
+
+
+def _nodes(part: int, name: str) -> List[str]:
+    """Returns the nodes of a topic in one part of the master's state."""
     try:
-        subscribers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
+        state = rosgraph.Master(rospy.get_name()).getSystemState()
     except (OSError, rosgraph.MasterException):
-        return True  # nobody knows of others
-    nodes = subscribers.get(publisher.resolved_name, ())
-    return all(publisher.impl.has_connection(node) for node in nodes)
+        return []  # nobody knows
+    return sorted(dict(state[part]).get(name, ()))

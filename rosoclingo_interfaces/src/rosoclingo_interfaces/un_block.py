@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 import warnings
 from typing import NoReturn
 
@@ -12,12 +11,11 @@ import rospy
 from rosclingo.errors import TermError
 from rosclingo.ros.init import init_node, on_shutdown
 from rosoclingo.msg import ROSoClingoIn
-from rosoclingo_interfaces.announcements import SOURCE, parse_line
+from rosoclingo_interfaces.announcements import SOURCE, TAKEN, parse_line, verdict
 from rosoclingo_interfaces.errors import LineError
 from rosoclingo_interfaces.journal import JournalReader
 from rosoclingo_interfaces.prompt import Prompt
 from rosoclingo_interfaces.topics import topic, wait_for_subscribers
-from rosoclingo_interfaces.verdict import TAKEN, verdict
 
 _SECONDS_TO_TAKE = 5.0  # how long rosoclingo's word is waited for
 
@@ -44,8 +42,7 @@ def _was_taken(journal: JournalReader, value: str, prompt: Prompt) -> bool:
     Returns:
         False if it was dropped.
     """
-    end = time.monotonic() + _SECONDS_TO_TAKE
-    prompt.wait(lambda: verdict(journal.events(), value) is not None or time.monotonic() > end)
+    prompt.wait(lambda: verdict(journal.events(), value) is not None, _SECONDS_TO_TAKE)
     said = verdict(journal.events(), value)
     if said is None and prompt.reason is None:
         prompt.say(
@@ -78,7 +75,7 @@ def _announce(prompt: Prompt) -> int:
         if not wait_for_subscribers(publisher, prompt.say, lambda: prompt.reason is not None):
             prompt.say(f"{value} was not announced: nobody listens to {publisher.resolved_name}")
             return 1
-        has_journal = journal.begin(prompt.wait)
+        has_journal = journal.begin(prompt)
         publisher.publish(SOURCE, value)
         prompt.say(value)
         if not has_journal:

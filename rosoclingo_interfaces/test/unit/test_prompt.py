@@ -24,6 +24,6 @@ def test_nothing_is_printed_after_the_last_line(
 ) -> None:
     """Feedback may still come, in another thread, while the process ends."""
     prompt.say("[1] accepted")
-    prompt.say_last("0 deliveries, 1 open")
+    prompt.say("0 deliveries, 1 open", last=True)
     prompt.say("[1] step 1 of 6")
     assert capsys.readouterr().out == "[1] accepted\n0 deliveries, 1 open\n"

@@ -55,10 +55,14 @@ class Shape:
 
 def draw(graph: Graph, situation: Situation) -> List[Shape]:
     """Returns what there is to see; waypoints that the graph does not have are left out."""
+    middle, size = ((0.0, 0.0, _ROBOT_HEIGHT / 2),), 2 * _ROBOT_RADIUS
     return [
         *_graph(graph, situation),
         *_plan(graph, situation),
-        *(_robot(robot) for robot in situation.positions),
+        *(
+            Shape("robots", "cylinder", middle, size, ROBOT, height=_ROBOT_HEIGHT, robot=robot)
+            for robot in situation.positions
+        ),
         *_packages(graph, situation),
     ]
 
@@ -117,19 +121,6 @@ def _beside(begin: Point, end: Point) -> Point:
     x, y = end[0] - begin[0], end[1] - begin[1]
     aside = _ASIDE / (math.hypot(x, y) or 1.0)
     return (begin[0] + end[0]) / 2 + y * aside, (begin[1] + end[1]) / 2 - x * aside
-
-
-def _robot(robot: str) -> Shape:
-    place = ((0.0, 0.0, _ROBOT_HEIGHT / 2),)
-    return Shape(
-        "robots",
-        "cylinder",
-        place,
-        2 * _ROBOT_RADIUS,
-        ROBOT,
-        height=_ROBOT_HEIGHT,
-        robot=robot,
-    )
 
 
 def _packages(graph: Graph, situation: Situation) -> Iterator[Shape]:

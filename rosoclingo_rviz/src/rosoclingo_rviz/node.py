@@ -13,6 +13,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.ros import parameters
 from rosclingo.ros.init import give_up, init_node
+from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
     ROSoClingoActionResult,
@@ -35,8 +36,6 @@ ahead, packages and robots. The package's README lists the parameters."""
 ROBOT = "{robot}"
 """In the name of a robot's frame, it stands for the robot's name."""
 
-_FRAMES = (("frame", "map"), ("robot_frame", "base_link"))  # parameters and defaults
-
 
 class MarkerNode:
     """Hears what goes on around rosoclingo, and publishes a drawing after each change."""
@@ -56,9 +55,7 @@ class MarkerNode:
         self._robot = robot
         self._lock = threading.Lock()  # guards the situation, and keeps drawings in order
         self._situation = Situation(graph.starts)
-        self._markers = rospy.Publisher(
-            "~markers", MarkerArray, latch=True, tcp_nodelay=True, queue_size=10
-        )
+        self._markers = publisher("~markers", MarkerArray, latch=True, queue_size=10)
         self._publish()
         hear = self._situation
         self._subscribers = [
@@ -89,15 +86,14 @@ class MarkerNode:
                     return
                 self._publish()
 
-        return rospy.Subscriber(topic(name), kind, on_message, tcp_nodelay=True)
+        return subscriber(topic(name), kind, on_message)
 
     def _publish(self) -> None:
         shapes = draw(self._graph, self._situation)
         message = marker_array(
             shapes, self._background, self._frame, lambda name: self._robot.replace(ROBOT, name)
         )
-        if not rospy.is_shutdown():
-            self._markers.publish(message)
+        self._markers.publish(message)
 
 
 def main() -> NoReturn:
@@ -112,8 +108,8 @@ def main() -> NoReturn:
             raise parameters.wrong("instance", "name the instance's files")
         world = parameters.words("world")
         background = [marker for file in world for marker in read_markers(file)]
-        frames = [parameters.text(name, default) for name, default in _FRAMES]
-        node = MarkerNode(read_graph(files), background, *frames)
+        frame, robot = parameters.text("frame", "map"), parameters.text("robot_frame", "base_link")
+        node = MarkerNode(read_graph(files), background, frame, robot)
     except RosclingoError as err:
         give_up(err)
     rospy.spin()

@@ -64,7 +64,7 @@ class Drive:
 
     def run(self, seconds: float) -> End:
         """Drives to the end, touching nothing, and returns how it was."""
-        self.simulation.go(self.goal)
+        self.simulation.move_base.start(self.goal)
         while self.simulation.move_base.active:
             self.simulation.step()
             assert self.simulation.time < seconds

@@ -63,7 +63,7 @@ def start(office: OccupancyMap, planner: Planner) -> Callable[[str], Simulation]
 
 def drive(simulation: Simulation, office: OccupancyMap, goal: str, seconds: float) -> List[Pose]:
     """Drives until the goal is reached or the time is over, and returns where the robot was."""
-    simulation.go(PLACES[goal])
+    simulation.move_base.start(PLACES[goal])
     end = simulation.time + seconds
     poses = []
     while simulation.move_base.active and simulation.time < end:

@@ -62,7 +62,7 @@ def settle(simulation: Simulation) -> None:
 @pytest.mark.parametrize("goal", [EAST, Pose(6.5, -1.5, -2), Pose(0, 3, 3)])
 def test_it_gets_there_and_stands(start: Start, begin: Pose, goal: Pose) -> None:
     simulation = start(begin)
-    simulation.go(goal)
+    simulation.move_base.start(goal)
     run(simulation)
     assert outcome(simulation) == Outcome(End.SUCCEEDED, "Goal reached.")
     place = simulation.physics.pose
@@ -76,7 +76,7 @@ def test_it_gets_there_and_stands(start: Start, begin: Pose, goal: Pose) -> None
 def test_tolerances_and_speed_are_settings(start: Start) -> None:
     slow, exact = start(limits=Limits(speed=0.2)), start(limits=Limits(yaw_tolerance=0.05))
     for simulation in (slow, exact):
-        simulation.go(EAST)
+        simulation.move_base.start(EAST)
         run(simulation)
         assert outcome(simulation).end is End.SUCCEEDED
     assert slow.time > 5 / 0.2 > 20 > exact.time
@@ -85,7 +85,7 @@ def test_tolerances_and_speed_are_settings(start: Start) -> None:
 
 def test_a_goal_nearby_takes_no_drive(start: Start) -> None:
     simulation = start()
-    simulation.go(Pose(0.1, 0.5, 3))
+    simulation.move_base.start(Pose(0.1, 0.5, 3))
     run(simulation)
     assert outcome(simulation).end is End.SUCCEEDED
     assert simulation.physics.pose.distance(WEST) == 0
@@ -93,7 +93,7 @@ def test_a_goal_nearby_takes_no_drive(start: Start) -> None:
 
 def test_without_a_path_it_gives_up_at_once(start: Start) -> None:
     simulation = start()
-    simulation.go(Pose(5.15, 2.15, 0))
+    simulation.move_base.start(Pose(5.15, 2.15, 0))
     run(simulation)
     assert outcome(simulation).end is End.ABORTED
     assert outcome(simulation).text == "no path to (5.15, 2.15) from (0.00, 0.50)"
@@ -103,7 +103,7 @@ def test_without_a_path_it_gives_up_at_once(start: Start) -> None:
 def test_it_gives_up_at_a_box_that_closes_the_door(start: Start) -> None:
     simulation = start()
     simulation.physics.put("box", Box(3.1, 0.5, 0, 0.4, 0.9))
-    simulation.go(EAST)
+    simulation.move_base.start(EAST)
     run(simulation)
     assert outcome(simulation).end is End.ABORTED
     assert "no path to (5.00, 0.50)" in outcome(simulation).text
@@ -112,7 +112,7 @@ def test_it_gives_up_at_a_box_that_closes_the_door(start: Start) -> None:
 
 def test_it_goes_around_a_box_that_comes_while_it_drives(start: Start) -> None:
     simulation = start()
-    simulation.go(EAST)
+    simulation.move_base.start(EAST)
     run(simulation, 3)
     box = Box(2.0, 0.5, 0.3, 0.3, 0.8)
     simulation.physics.put("box", box)
@@ -123,7 +123,7 @@ def test_it_goes_around_a_box_that_comes_while_it_drives(start: Start) -> None:
 
 def test_it_stops_before_a_box_right_in_front_of_it(start: Start) -> None:
     simulation = start()
-    simulation.go(EAST)
+    simulation.move_base.start(EAST)
     while simulation.physics.pose.x < 2.2:
         simulation.step()
     simulation.physics.put("box", Box(3.0, 0.5, 0, 0.4, 0.9))
@@ -135,18 +135,18 @@ def test_it_stops_before_a_box_right_in_front_of_it(start: Start) -> None:
 def test_a_box_that_is_gone_is_no_trouble_once_the_costmap_is_cleared(start: Start) -> None:
     simulation = start()
     simulation.physics.put("box", Box(3.1, 0.5, 0, 0.4, 0.9))
-    simulation.go(EAST)
+    simulation.move_base.start(EAST)
     run(simulation)
     simulation.physics.remove("box")
     simulation.move_base.costmap.clear()
-    simulation.go(EAST)
+    simulation.move_base.start(EAST)
     run(simulation)
     assert outcome(simulation).end is End.SUCCEEDED
 
 
 def test_without_progress_it_gives_up_in_time(start: Start) -> None:
     simulation = start()
-    simulation.go(EAST)
+    simulation.move_base.start(EAST)
     simulation.physics.step = lambda *_: None  # type: ignore[method-assign] - stuck wheels
     run(simulation, 60)
     assert outcome(simulation).end is End.ABORTED
@@ -156,7 +156,7 @@ def test_without_progress_it_gives_up_in_time(start: Start) -> None:
 
 def test_a_cancelled_goal_stops_it(start: Start) -> None:
     simulation = start()
-    simulation.go(EAST)
+    simulation.move_base.start(EAST)
     run(simulation, 3)
     simulation.move_base.cancel()
     assert outcome(simulation).end is End.PREEMPTED
@@ -168,9 +168,9 @@ def test_a_cancelled_goal_stops_it(start: Start) -> None:
 
 def test_a_new_goal_takes_the_place_of_the_old_one(start: Start) -> None:
     simulation = start()
-    simulation.go(EAST)
+    simulation.move_base.start(EAST)
     run(simulation, 4)
-    simulation.go(Pose(0, 3, 0))
+    simulation.move_base.start(Pose(0, 3, 0))
     places = run(simulation)
     assert outcome(simulation).end is End.SUCCEEDED
     assert simulation.physics.pose.distance(Pose(0, 3, 0)) < 0.15
@@ -184,7 +184,7 @@ def test_commands_count_for_half_a_second_and_not_while_there_is_a_goal(start: S
         simulation.step()
     assert simulation.physics.velocity == pytest.approx((0.3, 0))
     settle(simulation)
-    simulation.go(EAST)
+    simulation.move_base.start(EAST)
     assert not simulation.drive((-0.5, 0.0))
     run(simulation)
     assert outcome(simulation).end is End.SUCCEEDED

@@ -12,7 +12,7 @@ from typing import Callable, Iterator
 import numpy as np
 import pytest
 
-from rosoclingo_simulator.simulator.errors import ObstacleError, PhysicsError
+from rosoclingo_simulator.errors import ObstacleError, PhysicsError
 from rosoclingo_simulator.simulator.mujoco_physics import BOXES, MujocoPhysics
 from rosoclingo_simulator.simulator.physics import Box, Pose
 from rosoclingo_simulator.simulator.rendering import Eye, focal_length, mounting

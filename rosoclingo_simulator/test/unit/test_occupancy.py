@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rooms import WALLS, box_of, gap, room
 
-from rosoclingo_simulator.simulator.errors import MapError
+from rosoclingo_simulator.errors import MapError
 from rosoclingo_simulator.simulator.occupancy import FREE, OCCUPIED, UNKNOWN, read_map
 
 ABOUT = {

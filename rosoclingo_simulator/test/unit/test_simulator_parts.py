@@ -12,8 +12,8 @@ from rooms import WALLS, box_of, gap, room
 
 from rosclingo.errors import RosclingoError
 from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
+from rosoclingo_simulator.errors import ObstacleError
 from rosoclingo_simulator.simulator.calls import Calls
-from rosoclingo_simulator.simulator.errors import ObstacleError
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
 from rosoclingo_simulator.simulator.obstacles import Obstacles
 from rosoclingo_simulator.simulator.pacer import Pacer

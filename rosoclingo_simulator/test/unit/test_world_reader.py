@@ -9,7 +9,7 @@ from typing import Any, Dict
 import pytest
 import yaml
 
-from rosoclingo_simulator.world.errors import WorldError
+from rosoclingo_simulator.errors import WorldError
 from rosoclingo_simulator.world.generate import generate, write
 from rosoclingo_simulator.world.reader import read_world
 

@@ -53,8 +53,8 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self,
         name: str,
         spec: Any,
-        goal_cb: Callable[..., None],
-        cancel_cb: Callable[..., None],
+        goal_cb: Callable[..., object],
+        cancel_cb: Callable[..., object],
         recalled: Any,
     ) -> None:
         """Prepares a server that :meth:`start` makes public.

@@ -22,7 +22,7 @@ from rosclingo.ros.about import about
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import init_node, log_clingo, on_shutdown
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher
-from rosclingo.solver.engine import Engine, default_policy
+from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import USAGE, Options, parse_options
 from rosclingo.solver.programs import Policy
 from rosclingo.solver.terms import parse_term
@@ -87,11 +87,11 @@ class Node:
     for its reply. Make it after the node is initialised.
     """
 
-    def __init__(self, engine: Engine, default: Policy) -> None:
+    def __init__(self, engine: Engine, description: str) -> None:
         self._max_request_bytes = parameters.integer("max_request_bytes", 16 * 2**20, least=1)
         engine.policy = Policy(
-            allow_scripts=parameters.flag("allow_scripts", default.allow_scripts),
-            load_path=_load_path(default),
+            allow_scripts=parameters.flag("allow_scripts", engine.policy.allow_scripts),
+            load_path=_load_path(engine.policy),
         )
         self.worker = Worker(engine)
         self._jobs: Dict[str, GoalJob] = {}
@@ -100,22 +100,19 @@ class Node:
         self._reader = threading.Thread(target=self._read_goals, name="goals", daemon=True)
         self._reader.start()
         self._about = publisher("~about", String, latch=True)
+        self._about.publish(description)
         self._log = HistoryPublisher("~control_log", ROSClingoControlLog, _LOG_LENGTH)
         # The action last: a client that sees it may use the service at once.
         self._service = rospy.Service("~control", ROSClingoControl, self._on_control)
         self._server = LowLatencyActionServer(
             rospy.get_name(),
             ROSClingoAction,
-            self._on_goal,
+            self._goals.put,
             self._on_cancel,
             ROSClingoResult(result=Result.UNKNOWN.value, interrupted=True),
         )
         self._server.start()
         on_shutdown(self._close)
-
-    def describe(self, text: str) -> None:
-        """Publishes what the node was started with, to ``~about``."""
-        self._about.publish(text)
 
     def _close(self) -> None:
         # Runs before rospy stops publishing, so that open goals get their results.
@@ -146,10 +143,6 @@ class Node:
                 "control request refused at <%s>: %s", reply.failure.command, reply.failure.message
             )
         return encode_reply(reply)
-
-    def _on_goal(self, goal: actionlib.ServerGoalHandle) -> None:
-        # Runs under actionlib's lock: nothing here may take long.
-        self._goals.put(goal)
 
     def _read_goals(self) -> None:
         while True:
@@ -213,8 +206,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
             sys.exit(0)
         engine = Engine(options, log=log_clingo)
         init_node("rosclingo")
-        node = Node(engine, default_policy(options))
-        node.describe(about("rosclingo run.py", arguments, engine.files))
+        node = Node(engine, about("rosclingo run.py", arguments, engine.files))
     except RosclingoError as err:
         print(f"rosclingo: {err}", file=sys.stderr)
         sys.exit(2)

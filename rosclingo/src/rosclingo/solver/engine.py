@@ -68,15 +68,6 @@ _CLINGO_VALUES = {Truth.TRUE: True, Truth.FALSE: False, Truth.FREE: None}
 _Part = Tuple[str, Tuple[clingo.Symbol, ...]]
 
 
-def _never() -> bool:
-    """The question of those who do not want a search to end."""
-    return False
-
-
-def _ignore(_: Any) -> None:
-    """The callback of those who do not want to be called."""
-
-
 class Engine:
     """Runs commands and solve calls on one solver.
 
@@ -90,7 +81,7 @@ class Engine:
         self,
         options: Options,
         policy: Optional[Policy] = None,
-        log: Callable[[str], None] = _ignore,
+        log: Callable[[str], None] = lambda _: None,
     ) -> None:
         """Loads the files and grounds nothing.
 
@@ -112,8 +103,8 @@ class Engine:
             AssignExternal: self._assign_external,
             CleanupDomains: self._cleanup,
             GetExternals: self._get_externals,
-            GetPrograms: self._get_programs,
-            GetStats: self._get_stats,
+            GetPrograms: lambda _: Programs(tuple(sorted(self._parts))),
+            GetStats: lambda _: Stats(self._control.statistics),
             Ground: self._ground,
             Load: self._load,
             ReleaseExternal: self._release_external,
@@ -174,7 +165,7 @@ class Engine:
         self,
         assumptions: Sequence[Assumption] = (),
         stopped: Optional[Callable[[], bool]] = None,
-        improved: Callable[[Improvement], None] = _ignore,
+        improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:
         """Searches for answer sets.
 
@@ -190,7 +181,7 @@ class Engine:
         """
         literals = [(parse_term(a.name), a.value) for a in assumptions]
         try:
-            with Watch(stopped or _never, self._control.interrupt) as watch:
+            with Watch(stopped or (lambda: False), self._control.interrupt) as watch:
                 outcome = self._search(literals, watch, improved)
                 if outcome.interrupted and not watch.stopped:
                     # The search before was over when it was interrupted, and left that to this one.
@@ -343,21 +334,16 @@ class Engine:
             for atom in atoms.by_signature(*signature)
             if atom.is_external
         ]
-        if len(found) != self._externals.count():
+        if len(found) != len(self._externals.values):
             # There are new signatures (or atoms that are no longer external): look at all atoms.
             found = [atom for atom in atoms if atom.is_external]
             self._external_signatures = {
                 (atom.symbol.name, len(atom.symbol.arguments), atom.symbol.positive)
                 for atom in found
             }
-        values = ((str(atom.symbol), self._externals.value(atom.literal)) for atom in found)
-        return Externals(tuple(sorted(values, key=lambda pair: pair[0])))
-
-    def _get_programs(self, _: GetPrograms) -> Programs:
-        return Programs(tuple(sorted(self._parts)))
-
-    def _get_stats(self, _: GetStats) -> Stats:
-        return Stats(self._control.statistics)
+        values = self._externals.values
+        pairs = ((str(atom.symbol), values.get(atom.literal, Truth.FALSE)) for atom in found)
+        return Externals(tuple(sorted(pairs, key=lambda pair: pair[0])))
 
     def _log_messages(self) -> None:
         text = self._messages.text()
@@ -372,24 +358,20 @@ def default_policy(options: Options) -> Policy:
 
 
 class _ExternalValues(Observer):
-    """Follows the values of external atoms, which clingo does not tell otherwise."""
+    """Follows the values of external atoms, which clingo does not tell otherwise.
+
+    Attributes:
+        values: By the atoms' literals, also of those that a rule has come to define.
+    """
 
     def __init__(self) -> None:
-        self._values: Dict[int, Truth] = {}
+        self.values: Dict[int, Truth] = {}
 
     def external(self, atom: int, value: clingo.TruthValue) -> None:
         if value is clingo.TruthValue.Release:
-            self._values.pop(atom, None)
+            self.values.pop(atom, None)
         else:
-            self._values[atom] = _TRUTHS.get(value, Truth.FALSE)
-
-    def count(self) -> int:
-        """Returns how many there are, with those that a rule has come to define."""
-        return len(self._values)
-
-    def value(self, literal: int) -> Truth:
-        """Returns the value of the external atom with this literal."""
-        return self._values.get(literal, Truth.FALSE)
+            self.values[atom] = _TRUTHS.get(value, Truth.FALSE)
 
 
 _TRUTHS = {clingo.TruthValue.True_: Truth.TRUE, clingo.TruthValue.Free: Truth.FREE}

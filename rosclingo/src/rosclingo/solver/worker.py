@@ -45,29 +45,25 @@ class Job:
 
     Attributes:
         assumptions: What to assume.
+        reason: Why the call was asked to end; None as long as it was not.
         begun: Whether it is the job's turn.
         ended: Whether the worker is through with the job.
     """
 
     def __init__(self, assumptions: Sequence[Assumption]) -> None:
         self.assumptions = tuple(assumptions)
-        self._stop: Optional[Stop] = None
+        self.reason: Optional[Stop] = None
         self.begun = False
         self.ended = False
 
     def stop(self, reason: Stop) -> None:
         """Asks the call to end. Thread-safe, returns at once; the first reason counts."""
-        if self._stop is None:
-            self._stop = reason
+        if self.reason is None:
+            self.reason = reason
 
     def stopped(self) -> bool:
         """Whether the call was asked to end."""
-        return self._stop is not None
-
-    @property
-    def reason(self) -> Optional[Stop]:
-        """Why the call was asked to end."""
-        return self._stop
+        return self.reason is not None
 
     def started(self) -> None:
         """The search begins."""

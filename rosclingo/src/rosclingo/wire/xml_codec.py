@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import json
 import re
-from typing import Callable, Dict, List, Sequence, Tuple, Union
+from typing import Callable, Dict, List, Mapping, Sequence, Tuple, Union
 from xml.sax.saxutils import escape, quoteattr
 
 from rosclingo.errors import XmlError, shorten
@@ -38,6 +38,7 @@ from rosclingo.wire.commands import (
 from rosclingo.wire.xml_tree import MAX_ELEMENTS, Element, parse
 
 _ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_ELEMENTS, _TEXT = "elements", "text"  # what may be inside of an element, if not nothing
 _TRUTHS = {"true": Truth.TRUE, "false": Truth.FALSE, "free": Truth.FREE, "none": Truth.FREE}
 
 
@@ -50,7 +51,7 @@ def decode_commands(text: Union[str, bytes]) -> Tuple[Command, ...]:
     """
     try:
         root = parse(text, MAX_ELEMENTS)
-        _expect(root, "commands")
+        _expect(root, "commands", inside=_ELEMENTS)
     except XmlError as err:
         err.command = "commands"
         raise
@@ -88,15 +89,14 @@ def decode_assumptions(text: Union[str, bytes]) -> Tuple[Assumption, ...]:
     if not text.strip():
         return ()
     root = parse(text, MAX_ELEMENTS)
-    _expect(root, "assumptions")
+    _expect(root, "assumptions", inside=_ELEMENTS)
     assumptions = []
     for element in root.children:
-        _expect(element, "assumption", "name", "value")
-        element.expect_no_children()
+        name = _expect(element, "assumption", "name", "value")["name"]
         value = _truth(element)
         if value is Truth.FREE:
             raise element.error("an assumption's value is true or false")
-        assumptions.append(Assumption(element.attributes["name"], value is Truth.TRUE))
+        assumptions.append(Assumption(name, value is Truth.TRUE))
     return tuple(assumptions)
 
 
@@ -120,28 +120,18 @@ def decode_reply(text: Union[str, bytes]) -> Reply:
         XmlError: The text is not a ``<return>`` element of the manual's form.
     """
     root = parse(text)
-    _expect(root, "return")
+    _expect(root, "return", inside=_ELEMENTS)
     success = None
     failure = None
     answers: List[Answer] = []
     for element in root.children:
         if element.name == "success":
-            _expect(element, "success", text=True)
+            _expect(element, "success", inside=_TEXT)
             success = {"True": True, "False": False}.get(element.text.strip())
         elif element.name == "error":
-            _expect(element, "error", "command", "index", text=True)
-            attributes = element.attributes
-            try:
-                index = int(attributes["index"])
-            except ValueError:
-                raise element.error("attribute index of <error> is not a number") from None
-            failure = Failure(attributes["command"], index, _line(element.text))
-        elif element.name == "externals":
-            answers.append(_decode_externals(element))
-        elif element.name == "programs":
-            answers.append(_decode_programs(element))
-        elif element.name == "stats":
-            answers.append(_decode_stats(element))
+            failure = _decode_failure(element)
+        elif element.name in _ANSWERS:
+            answers.append(_ANSWERS[element.name](element))
         else:
             raise element.error(f"<{shorten(element.name)}> does not belong into <return>")
     if success is None or success is not (failure is None):
@@ -162,19 +152,17 @@ def encode_reply(reply: Reply) -> str:
         lines += [f'<error command={command} index="{failure.index}">', message, "</error>"]
     for answer in reply.answers:
         if isinstance(answer, Externals):
-            lines.append("<externals>")
-            lines += (
+            values = (
                 f'<external name={_attribute(_carried(name))} value="{value.value}"/>'
                 for name, value in answer.values
             )
-            lines.append("</externals>")
+            lines += ["<externals>", *values, "</externals>"]
         elif isinstance(answer, Programs):
-            lines.append("<programs>")
-            lines += (
+            parts = (
                 f'<program name={_attribute(_carried(name))} parameters="{count}"/>'
                 for name, count in answer.parts
             )
-            lines.append("</programs>")
+            lines += ["<programs>", *parts, "</programs>"]
         else:
             lines += ["<stats>", _text(json.dumps(answer.values)), "</stats>"]
     lines.append("</return>")
@@ -182,61 +170,41 @@ def encode_reply(reply: Reply) -> str:
 
 
 def _decode_add(element: Element) -> Add:
-    _expect(element, "add", "name")
+    name = _expect(element, "add", "name", inside=_ELEMENTS)["name"]
     if not element.children or element.children[-1].name != "program":
         raise element.error("<add> needs a <program> after its <parameter_definition> elements")
     *definitions, program = element.children
-    parameters = []
-    for definition in definitions:
-        _expect(definition, "parameter_definition", "name")
-        definition.expect_no_children()
-        parameters.append(definition.attributes["name"])
-    _expect(program, "program", text=True)
-    return Add(element.attributes["name"], tuple(parameters), program.text)
+    parameters = [_expect(each, "parameter_definition", "name")["name"] for each in definitions]
+    _expect(program, "program", inside=_TEXT)
+    return Add(name, tuple(parameters), program.text)
 
 
 def _decode_ground(element: Element) -> Ground:
-    _expect(element, "ground", optional=("asking", "reserved"))
+    attributes = _expect(element, "ground", optional=("asking", "reserved"), inside=_ELEMENTS)
     if not element.children:
         raise element.error('<ground> needs a <program name="..."> for each part to ground')
-    parts = []
-    for program in element.children:
-        _expect(program, "program", "name")
-        parameters = []
-        for parameter in program.children:
-            _expect(parameter, "parameter", "value")
-            parameter.expect_no_children()
-            parameters.append(parameter.attributes["value"])
-        parts.append(Part(program.attributes["name"], tuple(parameters)))
-    asking = element.attributes.get("asking", "false").strip().lower()
+    parts = tuple(_decode_part(program) for program in element.children)
+    asking = attributes.get("asking", "false").strip().lower()
     if asking not in ("true", "false"):
         raise element.error(f"asking of <ground> is true or false, not {asking[:50]!r}")
-    reserved = tuple(element.attributes.get("reserved", "").split())
-    return Ground(tuple(parts), asking == "true", reserved)
+    return Ground(parts, asking == "true", tuple(attributes.get("reserved", "").split()))
 
 
-def _decode_load(element: Element) -> Load:
-    _expect(element, "load", "file")
-    element.expect_no_children()
-    return Load(element.attributes["file"])
+def _decode_part(element: Element) -> Part:
+    name = _expect(element, "program", "name", inside=_ELEMENTS)["name"]
+    return Part(
+        name, tuple(_expect(each, "parameter", "value")["value"] for each in element.children)
+    )
 
 
 def _decode_assign_external(element: Element) -> AssignExternal:
-    _expect(element, "assign_external", "name", "value")
-    element.expect_no_children()
-    return AssignExternal(element.attributes["name"], _truth(element))
-
-
-def _decode_release_external(element: Element) -> ReleaseExternal:
-    _expect(element, "release_external", "name")
-    element.expect_no_children()
-    return ReleaseExternal(element.attributes["name"])
+    name = _expect(element, "assign_external", "name", "value")["name"]
+    return AssignExternal(name, _truth(element))
 
 
 def _plain(command: Command) -> Callable[[Element], Command]:
     def decode(element: Element) -> Command:
         _expect(element, element.name)
-        element.expect_no_children()
         return command
 
     return decode
@@ -246,8 +214,10 @@ _COMMANDS: Dict[str, Callable[[Element], Command]] = {
     "add": _decode_add,
     "assign_external": _decode_assign_external,
     "ground": _decode_ground,
-    "load": _decode_load,
-    "release_external": _decode_release_external,
+    "load": lambda element: Load(_expect(element, "load", "file")["file"]),
+    "release_external": lambda element: ReleaseExternal(
+        _expect(element, "release_external", "name")["name"]
+    ),
     **{name: _plain(command) for name, command in PLAIN.items()},
 }
 
@@ -279,31 +249,39 @@ def _encode_part(part: Part) -> str:
     return f"<program name={_attribute(part.name)}>{parameters}</program>"
 
 
+def _decode_failure(element: Element) -> Failure:
+    attributes = _expect(element, "error", "command", "index", inside=_TEXT)
+    try:
+        index = int(attributes["index"])
+    except ValueError:
+        raise element.error("attribute index of <error> is not a number") from None
+    return Failure(attributes["command"], index, _line(element.text))
+
+
 def _decode_externals(element: Element) -> Externals:
-    _expect(element, "externals")
-    values = []
-    for external in element.children:
-        _expect(external, "external", "name", "value")
-        external.expect_no_children()
-        values.append((external.attributes["name"], _truth(external)))
-    return Externals(tuple(values))
+    _expect(element, "externals", inside=_ELEMENTS)
+    return Externals(
+        tuple(
+            (_expect(external, "external", "name", "value")["name"], _truth(external))
+            for external in element.children
+        )
+    )
 
 
 def _decode_programs(element: Element) -> Programs:
-    _expect(element, "programs")
+    _expect(element, "programs", inside=_ELEMENTS)
     parts = []
     for program in element.children:
-        _expect(program, "program", "name", "parameters")
-        program.expect_no_children()
-        count = program.attributes["parameters"]
+        attributes = _expect(program, "program", "name", "parameters")
+        count = attributes["parameters"]
         if not count.isascii() or not count.isdecimal():
             raise program.error(f"parameters of <program> is a number, not {count[:50]!r}")
-        parts.append((program.attributes["name"], int(count)))
+        parts.append((attributes["name"], int(count)))
     return Programs(tuple(parts))
 
 
 def _decode_stats(element: Element) -> Stats:
-    _expect(element, "stats", text=True)
+    _expect(element, "stats", inside=_TEXT)
     try:
         values = json.loads(element.text)
     except (ValueError, RecursionError) as err:
@@ -311,6 +289,13 @@ def _decode_stats(element: Element) -> Stats:
     if not isinstance(values, dict):
         raise element.error("<stats> does not hold a JSON object")
     return Stats(values)
+
+
+_ANSWERS: Dict[str, Callable[[Element], Answer]] = {
+    "externals": _decode_externals,
+    "programs": _decode_programs,
+    "stats": _decode_stats,
+}
 
 
 def _truth(element: Element) -> Truth:
@@ -327,10 +312,14 @@ def _expect(
     element: Element,
     name: str,
     *attributes: str,
-    text: bool = False,
     optional: Sequence[str] = (),
-) -> None:
-    """Checks an element's name, that it has these attributes and no others, and its text."""
+    inside: str = "nothing",
+) -> Mapping[str, str]:
+    """Checks an element's name, that it has these attributes and no others, and what is inside.
+
+    Returns:
+        The attributes.
+    """
     if element.name != name:
         raise element.error(f"expected <{name}>, found <{shorten(element.name)}>")
     missing = [key for key in attributes if key not in element.attributes]
@@ -341,10 +330,12 @@ def _expect(
     if unknown:
         known = f"; it has {', '.join(allowed)}" if allowed else "; it has none"
         raise element.error(f"<{name}> has no attribute {shorten(unknown[0])}{known}")
-    if text:
-        element.expect_no_children()
-    elif element.text.strip():
+    if inside != _TEXT and element.text.strip():
         raise element.error(f"<{name}> holds the stray text {element.text.strip()[:50]!r}")
+    if inside != _ELEMENTS and element.children:
+        child = element.children[0]
+        raise child.error(f"<{shorten(child.name)}> does not belong into <{name}>")
+    return element.attributes
 
 
 def _attribute(text: str) -> str:

@@ -11,12 +11,12 @@ import xml.sax
 from dataclasses import dataclass
 from typing import Dict, List, Mapping, Optional, Union
 from xml.sax.handler import ContentHandler
-from xml.sax.xmlreader import AttributesImpl, InputSource, Locator
+from xml.sax.xmlreader import AttributesImpl, Locator
 
 from defusedxml.common import DefusedXmlException
 from defusedxml.expatreader import DefusedExpatParser
 
-from rosclingo.errors import XmlError, shorten
+from rosclingo.errors import XmlError
 
 _MAX_DEPTH = 16  # levels of elements; the manual's formats need four
 MAX_ELEMENTS = 100_000
@@ -49,12 +49,6 @@ class Element:
         """Returns an error at this element's place."""
         return XmlError(message, self.line, self.column)
 
-    def expect_no_children(self) -> None:
-        """Raises XmlError if there is an element inside of this one."""
-        if self.children:
-            child = self.children[0]
-            raise child.error(f"<{shorten(child.name)}> does not belong into <{self.name}>")
-
 
 def parse(text: Union[str, bytes], max_elements: Optional[int] = None) -> Element:
     """Parses a text to its root element.
@@ -71,13 +65,8 @@ def parse(text: Union[str, bytes], max_elements: Optional[int] = None) -> Elemen
     parser = DefusedExpatParser(bufsize=len(text) + 1, forbid_dtd=True)
     builder = _TreeBuilder(max_elements)
     parser.setContentHandler(builder)
-    source = InputSource()
-    if isinstance(text, bytes):
-        source.setByteStream(io.BytesIO(text))
-    else:
-        source.setCharacterStream(io.StringIO(text))
     try:
-        parser.parse(source)
+        parser.parse(io.BytesIO(text) if isinstance(text, bytes) else io.StringIO(text))
     except xml.sax.SAXParseException as err:
         raise XmlError(
             f"ill-formed XML: {err.getMessage()}; attribute values stand in quotes, and & and < "

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any, Iterable, Iterator, List, NoReturn, Sequence
+from typing import Any, Callable, Iterable, List, NoReturn, Sequence
 
 import rospkg
 import yaml
@@ -70,7 +70,10 @@ def missing(nodes: Iterable[str], packages: Iterable[str]) -> List[str]:
         nodes: Packages that have a node of the same name.
         packages: Other packages.
     """
-    return list(dict.fromkeys([*_missing_nodes(nodes), *_missing_packages(packages)]))
+    known = rospkg.RosPack()
+    lacking = [name for name in nodes if not _is_found(find_node, name, name)]
+    lacking += [name for name in packages if not _is_found(known.get_path, name)]
+    return list(dict.fromkeys(lacking))
 
 
 def remedy(names: Sequence[str]) -> str:
@@ -83,23 +86,11 @@ def remedy(names: Sequence[str]) -> str:
     )
 
 
-def _missing_nodes(names: Iterable[str]) -> Iterator[str]:
-    for name in names:
-        try:
-            found = find_node(name, name)
-        except rospkg.ResourceNotFound:
-            found = []
-        if not found:
-            yield name
-
-
-def _missing_packages(names: Iterable[str]) -> Iterator[str]:
-    known = rospkg.RosPack()
-    for name in names:
-        try:
-            known.get_path(name)
-        except rospkg.ResourceNotFound:
-            yield name
+def _is_found(find: Callable[..., object], *names: str) -> bool:
+    try:
+        return bool(find(*names))
+    except rospkg.ResourceNotFound:
+        return False
 
 
 def main() -> NoReturn:

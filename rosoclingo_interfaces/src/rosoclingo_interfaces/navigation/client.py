@@ -37,14 +37,10 @@ class Base:
     Make it after the node is initialised.
     """
 
-    def __init__(self, name: str = "move_base") -> None:
-        """Opens the connections without waiting for the server.
-
-        Args:
-            name: Name of the action, resolved and remapped like any other name.
-        """
-        self.name: str = rospy.resolve_name(name)
-        self._client = LowLatencyActionClient(name, MoveBaseAction)
+    def __init__(self) -> None:
+        """Opens the connections without waiting for the server."""
+        self.name: str = rospy.resolve_name("move_base")
+        self._client = LowLatencyActionClient("move_base", MoveBaseAction)
         self._clear = rospy.ServiceProxy(f"{self.name}/clear_costmaps", Empty)
 
     @property
@@ -101,26 +97,34 @@ class Base:
             GoneError: Server or clock went away during the drive; the message says which.
             DriveError: The robot did not arrive for another reason; the message says why.
         """
-        drive = _Drive()
-        goal = self._client.send_goal(
-            MoveBaseGoal(_pose(frame, waypoint)), drive.on_transition, drive.on_feedback
-        )
-        statuses, clock = (
-            Watchdog(lambda: self._client.last_status_msg),
-            Watchdog(rospy.get_rostime),
-        )
+        ended = threading.Event()
+        positions: Deque[Point] = deque()  # the newest on the right
+
+        # Both are called in rospy's threads.
+        def on_transition(goal: ClientGoalHandle) -> None:
+            if goal.get_comm_state() == CommState.DONE:
+                ended.set()
+
+        def on_feedback(_: ClientGoalHandle, feedback: MoveBaseFeedback) -> None:
+            position = feedback.base_position.pose.position
+            positions.append((position.x, position.y))
+
+        message = MoveBaseGoal(_pose(frame, waypoint))
+        goal = self._client.send_goal(message, on_transition, on_feedback)
+        statuses = Watchdog(lambda: self._client.last_status_msg)
+        clock = Watchdog(rospy.get_rostime)
         try:
-            while not drive.ended.wait(_POLL_SECONDS):
+            while not ended.wait(_POLL_SECONDS):
                 if canceled.is_set():
                     raise CanceledError("cancelled during the drive")
-                while drive.positions:
-                    watch.moved(drive.positions.popleft())
+                while positions:
+                    watch.moved(positions.popleft())
                 watch.check()
                 self._check(statuses, clock)
         finally:
-            if not drive.ended.is_set():
+            if not ended.is_set():
                 goal.cancel()
-                drive.ended.wait(_SECONDS_TO_STOP)
+                ended.wait(_SECONDS_TO_STOP)
         status = goal.get_terminal_state()
         if status != GoalStatus.SUCCEEDED:
             word = GoalStatus.to_string(status)
@@ -166,22 +170,6 @@ class Base:
             raise GoneError(f"the clock has stood still for {_SILENCE_SECONDS:g} s: {why}")
         if statuses.still() > _SILENCE_SECONDS:
             raise GoneError(f"{self.name} has sent no status for {_SILENCE_SECONDS:g} s")
-
-
-class _Drive:
-    """What is known of a goal; its callbacks run in rospy's threads and only set values."""
-
-    def __init__(self) -> None:
-        self.ended = threading.Event()
-        self.positions: Deque[Point] = deque()  # the newest on the right
-
-    def on_transition(self, goal: ClientGoalHandle) -> None:
-        if goal.get_comm_state() == CommState.DONE:
-            self.ended.set()
-
-    def on_feedback(self, _: ClientGoalHandle, feedback: MoveBaseFeedback) -> None:
-        position = feedback.base_position.pose.position
-        self.positions.append((position.x, position.y))
 
 
 def _pose(frame: str, waypoint: Waypoint) -> PoseStamped:

@@ -10,6 +10,7 @@ from typing import Callable, Dict, NoReturn, Optional, Tuple, Union
 import rospy
 
 from rosclingo.ros import parameters
+from rosclingo.ros.low_latency import publisher
 from rosoclingo.msg import ROSoClingoIn
 from rosoclingo_interfaces.announcements import SOURCE
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
@@ -23,7 +24,6 @@ from rosoclingo_interfaces.node import run
 from rosoclingo_interfaces.topics import topic
 
 _POLL_SECONDS = 0.2  # of wall time: how often it is seen whether a server is there again
-_QUEUE_SIZE = 100  # announcements
 
 
 class MoveBase(ActionInterface):
@@ -39,9 +39,7 @@ class MoveBase(ActionInterface):
         self._max_stray = parameters.number("max_stray", 3.0)
         self._limit = _time_limit()
         self._last = _start(self._waypoints)  # the waypoint where the robot was last
-        self._in = rospy.Publisher(
-            topic("in"), ROSoClingoIn, tcp_nodelay=True, queue_size=_QUEUE_SIZE
-        )
+        self._in = publisher(topic("in"), ROSoClingoIn)
         self._base = Base()
         # Ways that only the server's absence has closed: whether the answer is sent, and whether
         # the server is still gone.

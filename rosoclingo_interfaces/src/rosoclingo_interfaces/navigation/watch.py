@@ -26,37 +26,29 @@ class TimeLimit:
         return self.base + metres / self.speed
 
 
+@dataclass
 class Watch:
-    """Watches one drive. One thread uses it."""
+    """Watches one drive, from now on. One thread uses it.
 
-    def __init__(
-        self,
-        name: str,
-        way: Callable[[Point], Way],
-        metres: float,
-        *,
-        max_stray: float,
-        limit: Optional[TimeLimit],
-        clock: Callable[[], float],
-    ) -> None:
-        """Begins to watch.
+    Attributes:
+        name: Of the waypoint.
+        way: Returns the way there from where the robot is at the beginning.
+        metres: How long the drive is; a guess, as long as it is not known where it began.
+        max_stray: How far the robot may be off its way, in metres; 0 for no limit.
+        limit: How long the drive may take; None for no limit.
+        clock: The time in seconds.
+    """
 
-        Args:
-            name: Of the waypoint.
-            way: Returns the way there from where the robot is at the beginning.
-            metres: How long the drive is, as long as it is not known where it began.
-            max_stray: How far the robot may be off its way, in metres; 0 for no limit.
-            limit: How long the drive may take; None for no limit.
-            clock: The time in seconds.
-        """
-        self._name = name
-        self._make_way = way
+    name: str
+    way: Callable[[Point], Way]
+    metres: float
+    max_stray: float
+    limit: Optional[TimeLimit]
+    clock: Callable[[], float]
+
+    def __post_init__(self) -> None:
         self._way: Optional[Way] = None
-        self._metres = metres
-        self._max_stray = max_stray
-        self._limit = limit
-        self._clock = clock
-        self._begin = clock()
+        self._begin = self.clock()
 
     def moved(self, position: Point) -> None:
         """The robot is at a position.
@@ -65,13 +57,13 @@ class Watch:
             DriveError: It is too far off its way.
         """
         if self._way is None:
-            self._way = self._make_way(position)
-            self._metres = self._way.length
+            self._way = self.way(position)
+            self.metres = self._way.length
         cross_track = self._way.distance(position)
-        if 0 < self._max_stray < cross_track:
+        if 0 < self.max_stray < cross_track:
             raise DriveError(
-                f"the robot is {cross_track:.1f} m off the way to {self._name}, more than "
-                f"{self._max_stray:g} m (~max_stray): the way is blocked"
+                f"the robot is {cross_track:.1f} m off the way to {self.name}, more than "
+                f"{self.max_stray:g} m (~max_stray): the way is blocked"
             )
 
     def check(self) -> None:
@@ -80,12 +72,12 @@ class Watch:
         Raises:
             DriveError: The drive has taken too long.
         """
-        if self._limit is None:
+        if self.limit is None:
             return
-        seconds = self._limit.seconds(self._metres)
-        if self._clock() - self._begin > seconds:
+        seconds = self.limit.seconds(self.metres)
+        if self.clock() - self._begin > seconds:
             raise DriveError(
-                f"the {self._metres:.1f} m to {self._name} have taken more than {seconds:.0f} s: "
-                f"{self._limit.base:g} s (~timeout_base) and the way at {self._limit.speed:g} m/s "
+                f"the {self.metres:.1f} m to {self.name} have taken more than {seconds:.0f} s: "
+                f"{self.limit.base:g} s (~timeout_base) and the way at {self.limit.speed:g} m/s "
                 "(~slowest_speed)"
             )

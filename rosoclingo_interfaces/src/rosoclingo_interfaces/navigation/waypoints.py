@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, Mapping, NoReturn
+from typing import Any, Dict, Mapping
 
 import yaml
 
@@ -69,55 +69,53 @@ def read_waypoints(file: Path) -> Waypoints:
     """
     try:
         content = strict_yaml.load(file.read_text(encoding="utf-8"), strict_yaml.Texts)
+        return _waypoints(file, content)
     except (OSError, UnicodeDecodeError) as err:
         raise WaypointError(f"cannot read the waypoint file {file}: {err}") from err
     except yaml.YAMLError as err:
         raise WaypointError(f"the waypoint file {file} is no YAML: {err}") from err
-    return _Reader(file).read(content)
+    except WaypointError as err:
+        raise WaypointError(f"the waypoint file {file}: {err}") from err
 
 
-class _Reader:
-    """Turns a file's content into waypoints; each error names the file and the entry."""
+def _waypoints(file: Path, content: Any) -> Waypoints:
+    if not isinstance(content, dict) or set(content) != {"frame", "waypoints"}:
+        raise WaypointError("expected the keys frame and waypoints, and no others")
+    frame, entries = content["frame"], content["waypoints"]
+    if not isinstance(frame, str) or not frame:
+        raise WaypointError("frame: expected the name of a frame, such as map")
+    if not isinstance(entries, dict) or not entries:
+        raise WaypointError("waypoints: expected name: {x: 1.0, y: 2.0, theta: 0.0}, once or more")
+    places: Dict[str, Waypoint] = {}
+    for key, entry in entries.items():
+        name = _name(key)
+        if name in places:
+            raise WaypointError(f"waypoints: {quote(name)} is there twice; remove one")
+        places[name] = _waypoint(name, entry)
+    return Waypoints(file, frame, places)
 
-    def __init__(self, file: Path) -> None:
-        self._file = file
 
-    def read(self, content: Any) -> Waypoints:
-        if not isinstance(content, dict) or set(content) != {"frame", "waypoints"}:
-            self._fail("expected the keys frame and waypoints, and no others")
-        frame, entries = content["frame"], content["waypoints"]
-        if not isinstance(frame, str) or not frame:
-            self._fail("frame: expected the name of a frame, such as map")
-        if not isinstance(entries, dict) or not entries:
-            self._fail("waypoints: expected name: {x: 1.0, y: 2.0, theta: 0.0}, once or more")
-        places: Dict[str, Waypoint] = {}
-        for key, entry in entries.items():
-            name = self._name(key)
-            if name in places:
-                self._fail(f"waypoints: {quote(name)} is there twice; remove one")
-            places[name] = self._waypoint(name, entry)
-        return Waypoints(self._file, frame, places)
+def _name(key: Any) -> str:
+    try:
+        return str(parse_term(str(key)))
+    except TermError as err:
+        raise WaypointError(
+            f"waypoints: a name has to be a term such as c3 or c(1): {err}"
+        ) from err
 
-    def _name(self, key: Any) -> str:
-        try:
-            return str(parse_term(str(key)))
-        except TermError as err:
-            self._fail(f"waypoints: a name has to be a term such as c3 or c(1): {err}")
 
-    def _waypoint(self, name: str, entry: Any) -> Waypoint:
-        if not isinstance(entry, dict) or set(entry) != set(_COORDINATES):
-            self._fail(f"waypoint {name}: expected x, y and theta, and no others")
-        return Waypoint(*(self._number(name, word, entry[word]) for word in _COORDINATES))
+def _waypoint(name: str, entry: Any) -> Waypoint:
+    if not isinstance(entry, dict) or set(entry) != set(_COORDINATES):
+        raise WaypointError(f"waypoint {name}: expected x, y and theta, and no others")
+    return Waypoint(*(_number(name, word, entry[word]) for word in _COORDINATES))
 
-    def _number(self, name: str, word: str, value: Any) -> float:
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            number = math.nan
-        if not math.isfinite(number):
-            unit = "radians" if word == "theta" else "metres"
-            self._fail(f"waypoint {name}: {word}: expected a number of {unit}: {value}")
-        return number
 
-    def _fail(self, message: str) -> NoReturn:
-        raise WaypointError(f"the waypoint file {self._file}: {message}")
+def _number(name: str, word: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        unit = "radians" if word == "theta" else "metres"
+        raise WaypointError(f"waypoint {name}: {word}: expected a number of {unit}: {value}")
+    return number

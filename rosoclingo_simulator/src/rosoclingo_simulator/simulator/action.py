@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Optional
 
 import rospy
@@ -40,11 +41,14 @@ class GoalServer:
         """
         self._simulation = simulation
         self._move_base = move_base
-        self._calls = calls
         self._current: Optional[ServerGoalHandle] = None
         self._told_scan: Optional[Scan] = None
         self._server = LowLatencyActionServer(
-            "move_base", MoveBaseAction, self._on_goal, self._on_cancel, MoveBaseResult()
+            "move_base",
+            MoveBaseAction,
+            partial(calls.submit, self._begin),
+            partial(calls.submit, self._cancel),
+            MoveBaseResult(),
         )
         self._server.start()
         # As move_base does: what comes here goes on as a goal of the action.
@@ -76,12 +80,6 @@ class GoalServer:
             pose = self._simulation.physics.pose
             goal.publish_feedback(MoveBaseFeedback(messages.stamped(pose, stamp)))
 
-    def _on_goal(self, handle: ServerGoalHandle) -> None:
-        self._calls.submit(self._begin, handle)
-
-    def _on_cancel(self, handle: ServerGoalHandle) -> None:
-        self._calls.submit(self._cancel, handle)
-
     def _on_simple_goal(self, message: PoseStamped) -> None:
         goal: Any = MoveBaseActionGoal(goal=MoveBaseGoal(message))
         goal.header.stamp = rospy.Time.now()
@@ -99,7 +97,7 @@ class GoalServer:
             self.update()
         handle.set_accepted()
         self._current = handle
-        self._simulation.go(goal)
+        self._move_base.start(goal)
         rospy.loginfo("goal (%.2f, %.2f)", goal.x, goal.y)
 
     def _cancel(self, handle: ServerGoalHandle) -> None:

@@ -34,9 +34,5 @@ class Calls:
 
     def run(self) -> None:
         """Calls what waits, in order of arrival."""
-        while True:
-            try:
-                call = self._waiting.get_nowait()
-            except queue.Empty:
-                return
-            call()
+        while not self._waiting.empty():  # nobody else takes from it
+            self._waiting.get()()

@@ -7,8 +7,9 @@ from typing import Any, Dict, List, Optional
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
 
 from rosclingo.ros.parameters import integer, number
 from rosoclingo_simulator.simulator.headless import OpenGLError
@@ -38,8 +39,8 @@ class CameraPublisher:
         """
         rate = number("camera_rate", 5.0)
         self._period = 1 / rate if rate else float("inf")
-        self._width = _side("camera_width", 160)
-        self._height = _side("camera_height", 120)
+        self._width = integer("camera_width", 160, _MOST_PIXELS, least=1)
+        self._height = integer("camera_height", 120, _MOST_PIXELS, least=1)
         self._physics = physics
         self._base = frames.base
         self._eye: Optional[Eye] = None
@@ -51,14 +52,11 @@ class CameraPublisher:
     def transforms(self) -> List[TransformStamped]:
         """Returns where the camera is on the robot, for ``/tf_static``."""
         (x, y, z), direction = mounting(self._physics)
-        transforms = []
-        for stream in (self._rgb, self._depth):
-            transform = TransformStamped(child_frame_id=stream.frame)
-            transform.header.frame_id = self._base
-            transform.transform.translation = Vector3(x, y, z - BASE_HEIGHT)
-            transform.transform.rotation = Quaternion(*direction)
-            transforms.append(transform)
-        return transforms
+        mounted = Transform(Vector3(x, y, z - BASE_HEIGHT), Quaternion(*direction))
+        return [
+            TransformStamped(Header(frame_id=self._base), stream.frame, mounted)
+            for stream in (self._rgb, self._depth)
+        ]
 
     def update(self, seconds: float, stamp: rospy.Time) -> None:
         """Publishes pictures if it is time to, and somebody has subscribed.
@@ -129,12 +127,3 @@ class _Stream:
         info.P = [focal, 0.0, x, 0.0, 0.0, focal, y, 0.0, 0.0, 0.0, 1.0, 0.0]
         self._images.publish(image)
         self._infos.publish(info)
-
-
-def _side(name: str, default: int) -> int:
-    """Returns a number of pixels.
-
-    Raises:
-        ParameterError: It is something else.
-    """
-    return integer(name, default, _MOST_PIXELS, least=1)

@@ -16,6 +16,7 @@ from rosoclingo_simulator.simulator.physics import (
     ROBOT_RADIUS,
     Pose,
     between,
+    local,
     normal_angle,
 )
 from rosoclingo_simulator.simulator.planner import lengths
@@ -51,32 +52,28 @@ class Limits:
     yaw_tolerance: float = 0.3
 
 
+@dataclass
 class Follower:
     """Pure pursuit of a path; turns on the spot where the path leads aside, and at its end.
 
     Attributes:
+        limits: How to drive.
         path: The points to drive along.
         goal: The pose at its end.
+        near: Whether the robot has been near enough to the goal before.
         arrived: Whether the robot stands at the goal and looks as the goal does.
     """
 
-    def __init__(self, limits: Limits, path: np.ndarray, goal: Pose, near: bool = False) -> None:
-        """Begins to drive along a path.
+    limits: Limits
+    path: np.ndarray
+    goal: Pose
+    near: bool = False
+    arrived: bool = False
+    _nearest: int = 0
+    _turns: bool = False
 
-        Args:
-            limits: How to drive.
-            path: The points to drive along.
-            goal: The pose at its end.
-            near: Whether the robot has been near enough to the goal before.
-        """
-        self._limits = limits
-        self._lengths = lengths(path)
-        self._nearest = 0
-        self._turns = False
-        self.near = near
-        self.path = path
-        self.goal = goal
-        self.arrived = False
+    def __post_init__(self) -> None:
+        self._lengths = lengths(self.path)
 
     @property
     def rest(self) -> np.ndarray:
@@ -91,10 +88,10 @@ class Follower:
             velocity: What its wheels do, in m/s and rad/s.
             points: What the laser has seen last, in the map, in metres.
         """
-        if self.near or pose.distance(self.goal) <= self._limits.xy_tolerance:
+        if self.near or pose.distance(self.goal) <= self.limits.xy_tolerance:
             self.near = True  # and stays so: it does not drive again for a hand's breadth
             aside = normal_angle(self.goal.theta - pose.theta)
-            if abs(aside) > self._limits.yaw_tolerance:
+            if abs(aside) > self.limits.yaw_tolerance:
                 return 0.0, _turn(aside)
             self.arrived = abs(velocity[0]) < _STANDING and abs(velocity[1]) < _STANDING
             return STOP
@@ -108,7 +105,7 @@ class Follower:
         )
         rest = self._lengths[-1] - self._lengths[self._nearest]
         speed = min(
-            self._limits.speed,
+            self.limits.speed,
             _until(max(rest, pose.distance(self.goal))),
             0.7 * ANGULAR_SPEED / max(abs(curvature), 1e-6),
         )
@@ -137,9 +134,8 @@ def free_ahead(pose: Pose, points: np.ndarray) -> float:
         pose: Where it is.
         points: What there is, in metres in the map.
     """
-    cosine, sine = math.cos(pose.theta), math.sin(pose.theta)
-    dx, dy = points[:, 0] - pose.x, points[:, 1] - pose.y
-    ahead, aside = cosine * dx + sine * dy, np.abs(cosine * dy - sine * dx)
+    ahead, left = local(pose, points[:, 0], points[:, 1])
+    aside = np.abs(left)
     in_the_way = (ahead > 0) & (aside < _SIDE_METRES)
     if not in_the_way.any():
         return math.inf

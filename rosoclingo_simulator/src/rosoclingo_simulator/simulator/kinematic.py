@@ -9,10 +9,15 @@ import numpy as np
 
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import (
+    ANGULAR_ACCELERATION,
+    ANGULAR_SPEED,
+    LINEAR_ACCELERATION,
+    LINEAR_SPEED,
     ROBOT_RADIUS,
     Box,
     Pose,
-    next_velocity,
+    between,
+    local,
     normal_angle,
 )
 
@@ -24,7 +29,12 @@ _INTO_CELL = 1e-6  # cells; a beam that is so far beyond an edge is in the next 
 
 
 class KinematicPhysics:
-    """Physics on the map: wheels that do not slip, and a base that does not bounce."""
+    """Physics on the map: wheels that do not slip, and a base that does not bounce.
+
+    Attributes:
+        pose: Where the robot really is, in the map.
+        velocity: What the wheels really do, in m/s and rad/s.
+    """
 
     def __init__(self, world: OccupancyMap, pose: Pose) -> None:
         """Puts a robot into a world.
@@ -42,57 +52,52 @@ class KinematicPhysics:
         self.reset(pose)
 
     @property
-    def pose(self) -> Pose:
-        """Where the robot really is, in the map."""
-        return self._pose
-
-    @property
-    def velocity(self) -> Tuple[float, float]:
-        """What the wheels really do, in m/s and rad/s."""
-        return self._velocity
-
-    @property
     def touches(self) -> bool:
         """Whether the robot touches a wall or a box now."""
-        return self._clearance(self._pose) < ROBOT_RADIUS + _TOUCHING
+        return self._clearance(self.pose) < ROBOT_RADIUS + _TOUCHING
 
     def reset(self, pose: Pose) -> None:
         """Puts the robot somewhere, standing still; boxes stay."""
-        self._pose = pose
-        self._velocity = (0.0, 0.0)
+        self.pose = pose
+        self.velocity = (0.0, 0.0)
 
     def step(self, linear: float, angular: float, seconds: float) -> None:
         """Lets time pass; see :class:`.physics.Physics`."""
-        self._velocity = next_velocity(self._velocity, linear, angular, seconds)
-        speed, turning = self._velocity
+        speed, turning = self.velocity
+        faster, quicker = LINEAR_ACCELERATION * seconds, ANGULAR_ACCELERATION * seconds
+        linear = between(linear, -LINEAR_SPEED, LINEAR_SPEED)
+        angular = between(angular, -ANGULAR_SPEED, ANGULAR_SPEED)
+        speed = between(linear, speed - faster, speed + faster)
+        turning = between(angular, turning - quicker, turning + quicker)
+        self.velocity = (speed, turning)
         if not (speed or turning):
             return
         moves = max(1, math.ceil(abs(speed) * seconds / _LONGEST_MOVE))
         for _ in range(moves):
-            end = _moved(self._pose, speed, turning, seconds / moves)
+            end = _moved(self.pose, speed, turning, seconds / moves)
             if self._may_be(end):
-                self._pose = end
+                self.pose = end
             else:
-                self._pose = self._last_before(end, speed, turning, seconds / moves)
+                self.pose = self._last_before(end, speed, turning, seconds / moves)
                 speed = 0.0
-        self._velocity = (speed, turning)
+        self.velocity = (speed, turning)
 
     def _last_before(self, end: Pose, speed: float, turning: float, seconds: float) -> Pose:
         """Returns the place where a move meets something, with the direction of its end."""
         free, met = 0.0, 1.0
         for _ in range(_HALVINGS):
             part = (free + met) / 2
-            if self._may_be(_moved(self._pose, speed, turning, seconds * part)):
+            if self._may_be(_moved(self.pose, speed, turning, seconds * part)):
                 free = part
             else:
                 met = part
-        last = _moved(self._pose, speed, turning, seconds * free)
+        last = _moved(self.pose, speed, turning, seconds * free)
         return Pose(last.x, last.y, end.theta)
 
     def _may_be(self, pose: Pose) -> bool:
         """Whether the robot may get to a pose; one that is inside of something may get out."""
         clearance = self._clearance(pose)
-        return clearance >= ROBOT_RADIUS or clearance > self._clearance(self._pose)
+        return clearance >= ROBOT_RADIUS or clearance > self._clearance(self.pose)
 
     def _clearance(self, pose: Pose) -> float:
         """Returns how far the robot's centre is from what is solid, in metres."""
@@ -109,12 +114,10 @@ class KinematicPhysics:
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
         """Returns what a laser measures; see :class:`.physics.Physics`."""
-        directions = np.stack(
-            (np.cos(angles + self._pose.theta), np.sin(angles + self._pose.theta))
-        )
+        directions = np.stack((np.cos(angles + self.pose.theta), np.sin(angles + self.pose.theta)))
         ranges = self._ranges_of_walls(directions, longest)
         for box in self._boxes.values():
-            near, far = _through(box, self._pose, directions)
+            near, far = _through(box, self.pose, directions)
             hit = (near <= far) & (far >= 0)
             ranges = np.where(hit, np.minimum(ranges, np.maximum(near, 0.0)), ranges)
         return np.where(ranges <= longest, ranges, np.inf)
@@ -127,7 +130,7 @@ class KinematicPhysics:
         grid = self._world.framed
         steps = self._steps.ravel()
         # All in cells, and as few operations as possible: each beam takes dozens of steps.
-        x, y = (self._pose.x - grid.x) / grid.resolution, (self._pose.y - grid.y) / grid.resolution
+        x, y = (self.pose.x - grid.x) / grid.resolution, (self.pose.y - grid.y) / grid.resolution
         longest = longest / grid.resolution
         ranges = np.full(directions.shape[1], np.inf)
         rest = np.arange(directions.shape[1])  # the beams that go on
@@ -165,19 +168,10 @@ def _moved(pose: Pose, speed: float, turning: float, seconds: float) -> Pose:
 
 def _through(box: Box, pose: Pose, directions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Returns where lines get into a box and out of it; out comes first if they miss it."""
-    along, across = box.local(pose.x, pose.y)
-    cosine, sine = math.cos(box.theta), math.sin(box.theta)
-    dx = cosine * directions[0] + sine * directions[1]
-    dy = cosine * directions[1] - sine * directions[0]
-    x_in, x_out = _between_planes(along, dx, -box.length / 2, box.length / 2)
-    y_in, y_out = _between_planes(across, dy, -box.width / 2, box.width / 2)
-    return np.maximum(x_in, y_in), np.minimum(x_out, y_out)
-
-
-def _between_planes(
-    start: float, slope: np.ndarray, low: float, high: float
-) -> Tuple[np.ndarray, np.ndarray]:
-    """Returns where lines get between two planes and out again, along one axis."""
-    slope = np.where(np.abs(slope) < _PARALLEL, _PARALLEL, slope)
-    first, second = (low - start) / slope, (high - start) / slope
-    return np.minimum(first, second), np.maximum(first, second)
+    # Along the box's length and along its width.
+    start = np.array(local(box, pose.x, pose.y))[:, None]
+    half = np.array([[box.length / 2], [box.width / 2]])
+    slopes = np.stack(local(Pose(0.0, 0.0, box.theta), *directions))
+    slopes = np.where(np.abs(slopes) < _PARALLEL, _PARALLEL, slopes)
+    first, second = (-half - start) / slopes, (half - start) / slopes
+    return np.minimum(first, second).max(axis=0), np.maximum(first, second).min(axis=0)

@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import array
 import math
-from dataclasses import dataclass
 from typing import Any, Optional, Tuple
 
 import numpy as np
 import rospy
 from geometry_msgs.msg import Pose as PoseMessage
-from geometry_msgs.msg import (
-    PoseStamped,
-    PoseWithCovarianceStamped,
-    TransformStamped,
-    Twist,
-)
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped, Twist
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
@@ -23,6 +17,7 @@ from std_msgs.msg import Header
 from rosoclingo_simulator.simulator.laser import ANGLES, LEAST_METRES, MOST_METRES, Scan
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import LASER_HEIGHT, Pose, normal_angle
+from rosoclingo_simulator.simulator.simulation import SCAN_SECONDS
 
 MAP = "map"
 """The frame that all robots share."""
@@ -34,35 +29,23 @@ _UNIT_ERROR = 1e-2  # of a quaternion's length
 _VARIANCE = 1e-4  # m² and rad²; the simulator knows where the robot is, but filters divide by it
 
 
-@dataclass(frozen=True)
 class Frames:
     """The names of a robot's frames.
 
     Attributes:
         prefix: What they begin with, such as ``robot1/``; may be empty.
+        odom: Where the robot was at first, by its wheels.
+        footprint: The robot, on the floor.
+        base: The robot.
+        laser: The laser on the robot.
     """
 
-    prefix: str = ""
-
-    @property
-    def odom(self) -> str:
-        """Where the robot was at first, by its wheels."""
-        return f"{self.prefix}odom"
-
-    @property
-    def footprint(self) -> str:
-        """The robot, on the floor."""
-        return f"{self.prefix}base_footprint"
-
-    @property
-    def base(self) -> str:
-        """The robot."""
-        return f"{self.prefix}base_link"
-
-    @property
-    def laser(self) -> str:
-        """The laser on the robot."""
-        return f"{self.prefix}base_scan"
+    def __init__(self, prefix: str) -> None:
+        self.prefix = prefix
+        self.odom = f"{prefix}odom"
+        self.footprint = f"{prefix}base_footprint"
+        self.base = f"{prefix}base_link"
+        self.laser = f"{prefix}base_scan"
 
     def camera(self, kind: str) -> str:
         """Returns the frame of a camera's pictures of a kind, ``rgb`` or ``depth``."""
@@ -173,21 +156,14 @@ def robot_transforms(frames: Frames) -> Tuple[TransformStamped, ...]:
     )
 
 
-def scan_message(scan: Scan, frame: str, stamp: rospy.Time, period: float) -> LaserScan:
-    """Returns what the laser has measured.
-
-    Args:
-        scan: What it was.
-        frame: The laser's frame.
-        stamp: When it was.
-        period: From one scan to the next, in seconds.
-    """
+def scan_message(scan: Scan, frame: str, stamp: rospy.Time) -> LaserScan:
+    """Returns what the laser in a frame has measured at a time."""
     return LaserScan(
         header=Header(stamp=stamp, frame_id=frame),
         angle_min=float(ANGLES[0]),
         angle_max=float(ANGLES[-1]),
         angle_increment=float(ANGLES[1] - ANGLES[0]),
-        scan_time=period,
+        scan_time=SCAN_SECONDS,
         range_min=LEAST_METRES,
         range_max=MOST_METRES,
         ranges=scan.ranges.tolist(),

@@ -41,75 +41,50 @@ class Outcome:
 
 
 @dataclass
-class _Progress:
-    """The last place that was reached, and when."""
-
-    pose: Pose
-    time: float
-
-
 class MoveBase:
     """Drives the robot to a goal. One thread uses it.
 
     Attributes:
-        costmap: What the laser has seen that is not on the map.
         planner: Finds the paths.
+        costmap: What the laser has seen that is not on the map, and what to drive around.
+        limits: How to drive.
+        progress_timeout: After how many seconds without progress to give up.
+        goal: Where to drive; None if there is none.
         outcome: How the last goal ended; None while there is one, or before the first.
     """
 
-    def __init__(
-        self, planner: Planner, costmap: Costmap, limits: Limits, progress_timeout: float
-    ) -> None:
-        """Has no goal yet.
-
-        Args:
-            planner: Finds the paths.
-            costmap: What to drive around.
-            limits: How to drive.
-            progress_timeout: After how many seconds without progress to give up.
-        """
-        self.planner = planner
-        self.costmap = costmap
-        self.outcome: Optional[Outcome] = None
-        self._limits = limits
-        self._timeout = progress_timeout
-        self._goal: Optional[Pose] = None
-        self._follower: Optional[Follower] = None
-        self._progress = _Progress(Pose(0.0, 0.0, 0.0), 0.0)
-        self._planned = 0.0
-        self._changes = -1  # of the costmap that the path knows
+    planner: Planner
+    costmap: Costmap
+    limits: Limits
+    progress_timeout: float
+    goal: Optional[Pose] = None
+    outcome: Optional[Outcome] = None
+    _follower: Optional[Follower] = None
+    _reached: Optional[Pose] = None  # the last place that counts as progress, and when
+    _reached_at: float = 0.0
+    _planned: float = 0.0
+    _changes: int = -1  # of the costmap that the path knows
 
     @property
     def active(self) -> bool:
         """Whether there is a goal."""
-        return self._goal is not None
-
-    @property
-    def goal(self) -> Optional[Pose]:
-        """Where to drive."""
-        return self._goal
+        return self.goal is not None
 
     @property
     def path(self) -> Optional[np.ndarray]:
         """The points that the robot drives along, in metres; a new array for each plan."""
         return None if self._follower is None else self._follower.path
 
-    def start(self, goal: Pose, pose: Pose, time: float) -> None:
-        """Begins to drive to a goal, in place of the one before.
-
-        Args:
-            goal: Where to drive.
-            pose: Where the robot is.
-            time: What time it is, in seconds.
-        """
-        self._goal = goal
+    def start(self, goal: Pose) -> None:
+        """Begins to drive to a goal, in place of the one before."""
+        self.goal = goal
         self._follower = None
         self.outcome = None
-        self._progress = _Progress(pose, time)
+        self._reached = None
 
     def cancel(self, text: str = "canceled on request") -> None:
         """Ends the goal if there is one; the robot stops."""
-        if self._goal is not None:
+        if self.goal is not None:
             self._finish(End.PREEMPTED, text)
 
     def update(self, pose: Pose, velocity: Command, scan: Scan, time: float) -> Command:
@@ -121,21 +96,20 @@ class MoveBase:
             scan: What the laser has measured last.
             time: What time it is, in seconds.
         """
-        if self._goal is None:
+        if self.goal is None:
             return STOP
-        if self._must_plan(time) and not self._plan(self._goal, pose, time):
+        if self._must_plan(time) and not self._plan(self.goal, pose, time):
             return STOP
         assert self._follower is not None
         command = self._follower.command(pose, velocity, scan.points)
         if self._follower.arrived:
             self._finish(End.SUCCEEDED, "Goal reached.")
             return STOP
-        if pose.distance(self._progress.pose) > _PROGRESS_METRES:
-            self._progress = _Progress(pose, time)
-        elif time - self._progress.time >= self._timeout:
-            self._finish(
-                End.ABORTED, f"no progress to {_place(self._goal)} within {self._timeout:g} s"
-            )
+        if self._reached is None or pose.distance(self._reached) > _PROGRESS_METRES:
+            self._reached, self._reached_at = pose, time
+        elif time - self._reached_at >= self.progress_timeout:
+            place = _place(self.goal)
+            self._finish(End.ABORTED, f"no progress to {place} within {self.progress_timeout:g} s")
             return STOP
         return command
 
@@ -161,13 +135,13 @@ class MoveBase:
             self._finish(End.ABORTED, f"no path to {_place(goal)} from {_place(pose)}")
             return False
         near = self._follower is not None and self._follower.near
-        self._follower = Follower(self._limits, path, goal, near)
+        self._follower = Follower(self.limits, path, goal, near)
         self._planned = time
         self._changes = self.costmap.changes
         return True
 
     def _finish(self, end: End, text: str) -> None:
-        self._goal = None
+        self.goal = None
         self._follower = None
         self.outcome = Outcome(end, text)
 

@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import rospkg
 
-from rosoclingo_simulator.simulator.errors import ObstacleError, PhysicsError
+from rosoclingo_simulator.errors import ObstacleError, PhysicsError
 from rosoclingo_simulator.simulator.headless import mujoco
 from rosoclingo_simulator.simulator.physics import (
     ANGULAR_ACCELERATION,
@@ -52,6 +52,7 @@ class MujocoPhysics:
     Attributes:
         model: MuJoCo's model of the world, the robot and the boxes.
         data: MuJoCo's state of it.
+        touches: Whether the robot has touched a wall or a box in the last step.
     """
 
     def __init__(self, world: Path, pose: Pose, robot: Optional[Path] = None) -> None:
@@ -88,7 +89,7 @@ class MujocoPhysics:
         self._asked = (0.0, 0.0)
         self._owed = 0.0
         mujoco.mj_forward(self.model, self.data)
-        self._touches = self._hull in self.data.contact.geom
+        self.touches = self._hull in self.data.contact.geom
 
     def step(self, linear: float, angular: float, seconds: float) -> None:
         """Lets time pass, in steps of the model; what is left over passes the next time.
@@ -113,7 +114,7 @@ class MujocoPhysics:
                 speed = self.data.qvel[self._speeds]
                 np.clip(speed, -_PUSHED, _PUSHED, out=speed)
         if steps:
-            self._touches = touches
+            self.touches = touches
 
     def _ask(self, linear: float, angular: float) -> None:
         """Tells the wheels how fast to turn in the next step, within the robot's acceleration."""
@@ -142,11 +143,6 @@ class MujocoPhysics:
         """What the wheels really do, in m/s and rad/s."""
         left, right = (float(self.data.qvel[wheel]) * _WHEEL_RADIUS for wheel in self._wheels)
         return (left + right) / 2, (right - left) / _WHEEL_DISTANCE
-
-    @property
-    def touches(self) -> bool:
-        """Whether the robot has touched a wall or a box in the last step."""
-        return self._touches
 
     def put(self, name: str, box: Box) -> None:
         """Puts a box into the world, in place of the one of the same name if there is one.
@@ -184,7 +180,7 @@ class MujocoPhysics:
         data.mocap_pos[body.mocapid[0]] = (box.x, box.y, box.height / 2)
         data.mocap_quat[body.mocapid[0]] = _quaternion(box.theta)
         mujoco.mj_forward(model, data)
-        self._touches = self._hull in data.contact.geom
+        self.touches = self._hull in data.contact.geom
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
         """Returns what a laser measures; see :class:`.physics.Physics`."""

@@ -1,4 +1,4 @@
-"""What the simulator does in place of move_base: its action, services and topics."""
+"""What the simulator does in place of move_base: its services and topics."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from rosclingo.ros.low_latency import publisher
 from rosoclingo_simulator.simulator import messages
-from rosoclingo_simulator.simulator.action import GoalServer
-from rosoclingo_simulator.simulator.calls import Calls
 from rosoclingo_simulator.simulator.move_base import MoveBase
 from rosoclingo_simulator.simulator.simulation import Simulation
 
@@ -23,19 +21,14 @@ class Navigation:
     """Opens the names of move_base. The simulation's thread calls its methods."""
 
     def __init__(
-        self,
-        simulation: Simulation,
-        move_base: MoveBase,
-        calls: Calls,
-        ask: Callable[..., Any],
+        self, simulation: Simulation, move_base: MoveBase, ask: Callable[..., Any]
     ) -> None:
         """Opens topics and services.
 
         Args:
             simulation: What drives.
             move_base: What drives it.
-            calls: How to hand over to the simulation's thread.
-            ask: Has that thread call a function, and returns its value.
+            ask: Has the simulation's thread call a function, and returns its value.
         """
         self._simulation = simulation
         self._move_base = move_base
@@ -44,7 +37,6 @@ class Navigation:
         self._plan = publisher("move_base/plan", Path, latch=True)
         self._told_path: Optional[np.ndarray] = None
         self._told_active = False
-        self._goals = GoalServer(simulation, move_base, calls)
         self._services = [
             rospy.Service("move_base/make_plan", GetPlan, self._make_plan),
             rospy.Service("move_base/clear_costmaps", Empty, self._clear_costmaps),
@@ -63,10 +55,6 @@ class Navigation:
             twist.linear.x, twist.angular.z = self._simulation.command
             self._commands.publish(twist)
         self._told_active = active
-
-    def update(self) -> None:
-        """Tells clients what has become of their goal; called after each step."""
-        self._goals.update()
 
     def _make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
         try:

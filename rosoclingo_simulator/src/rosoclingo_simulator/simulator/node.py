@@ -15,10 +15,12 @@ from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import give_up, init_node
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
+from rosoclingo_interfaces.topics import publishers
+from rosoclingo_simulator.errors import PhysicsError
 from rosoclingo_simulator.simulator import messages
+from rosoclingo_simulator.simulator.action import GoalServer
 from rosoclingo_simulator.simulator.calls import Calls
 from rosoclingo_simulator.simulator.costmap import Costmap
-from rosoclingo_simulator.simulator.errors import PhysicsError
 from rosoclingo_simulator.simulator.followed_clock import FollowedClock
 from rosoclingo_simulator.simulator.follower import Command
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
@@ -70,7 +72,6 @@ class SimulatorNode:
         self._calls = Calls()
         self._stop = threading.Event()
         self._stopped = threading.Event()
-        self._about = _about(settings)
         fixed = list(messages.robot_transforms(frames))
         if self._camera is not None:
             fixed += self._camera.transforms()
@@ -79,8 +80,10 @@ class SimulatorNode:
             self._localisation = Localisation(self._simulation, world, frames, self._calls)
             fixed.append(self._localisation.transform)
         self._navigation: Optional[Navigation] = None
+        self._goals: Optional[GoalServer] = None
         if move_base is not None:
-            self._navigation = Navigation(self._simulation, move_base, self._calls, self._ask)
+            self._navigation = Navigation(self._simulation, move_base, self._ask)
+            self._goals = GoalServer(self._simulation, move_base, self._calls)
         self._publications = Publications(self._simulation, frames, fixed, settings.clock)
         self._subscribers = [subscriber("cmd_vel", Twist, self._on_command)]
         self._service = rospy.Service("~obstacle", Obstacle, self._obstacle)
@@ -96,7 +99,6 @@ class SimulatorNode:
     def run(self) -> None:
         """Runs the simulation until the node is shut down."""
         rospy.on_shutdown(self._end)
-        rospy.loginfo("simulates %s", self._about)
         # A shutdown that began before calls nobody any more.
         while not (self._stop.is_set() or rospy.is_shutdown()):
             jump = self._pace.wait(STEP_SECONDS)
@@ -120,8 +122,8 @@ class SimulatorNode:
         if self._navigation is not None:
             self._navigation.publish(stamp)
         self._publications.publish(stamp)
-        if self._navigation is not None:
-            self._navigation.update()
+        if self._goals is not None:
+            self._goals.update()
         if self._camera is not None:
             self._camera.update(simulation.time, stamp)
 
@@ -179,8 +181,7 @@ def _move_base(settings: Settings, world: OccupancyMap) -> MoveBase:
 
 def _warn_of_another_clock() -> None:
     """Says so if another node publishes the time, too."""
-    publishers = dict(rospy.get_master().getSystemState()[2][0])
-    others = [name for name in publishers.get("/clock", []) if name != rospy.get_name()]
+    others = [name for name in publishers("/clock") if name != rospy.get_name()]
     if others:
         rospy.logwarn(
             "%s publishes /clock, too: start one of them with _clock:=false", " and ".join(others)
@@ -223,5 +224,6 @@ def main() -> NoReturn:
         node = SimulatorNode(settings)
     except RosclingoError as err:
         give_up(err)
+    rospy.loginfo("simulates %s", _about(settings))
     node.run()
     sys.exit(0)

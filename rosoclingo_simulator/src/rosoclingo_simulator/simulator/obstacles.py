@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Dict, Tuple
+from dataclasses import dataclass, field
+from typing import Set
 
 import numpy as np
 
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
-from rosoclingo_simulator.simulator.errors import ObstacleError
+from rosoclingo_simulator.errors import ObstacleError
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, Box, Physics
 
@@ -23,37 +23,20 @@ _ALIKE_METRES = 0.1  # widths that differ less are the same
 _ROBOT_GAP_METRES = 0.05  # to the robot
 
 
-@dataclass(frozen=True)
-class _Way:
-    """The way between two waypoints."""
-
-    first: str
-    second: str
-
-    @property
-    def name(self) -> str:
-        """The same in both directions."""
-        return " ".join(sorted((self.first, self.second)))
-
-    def __str__(self) -> str:
-        return f"{self.first} and {self.second}"
-
-
+@dataclass
 class Obstacles:
-    """Does the commands ``block c4 c5`` and ``unblock c4 c5``. One thread uses it."""
+    """Does the commands ``block c4 c5`` and ``unblock c4 c5``. One thread uses it.
 
-    def __init__(self, world: OccupancyMap, waypoints: Waypoints, physics: Physics) -> None:
-        """Has no boxes yet.
+    Attributes:
+        world: Where the walls are.
+        waypoints: The places that commands name.
+        physics: Where the boxes are put.
+    """
 
-        Args:
-            world: Where the walls are.
-            waypoints: The places that commands name.
-            physics: Where the boxes are put.
-        """
-        self._world = world
-        self._waypoints = waypoints
-        self._physics = physics
-        self._boxes: Dict[str, Box] = {}
+    world: OccupancyMap
+    waypoints: Waypoints
+    physics: Physics
+    _names: Set[str] = field(default_factory=set)  # of boxes, the same in both directions of a way
 
     def obey(self, command: str) -> str:
         """Does a command.
@@ -71,27 +54,27 @@ class Obstacles:
                 f"{quote(command)}"
             )
         ends = [self._find(word) for word in words[1:]]
-        way = _Way(words[1], words[2])
-        return self._block(way, *ends) if words[0] == "block" else self._unblock(way)
+        name, way = " ".join(sorted(words[1:])), f"{words[1]} and {words[2]}"
+        return self._block(name, way, *ends) if words[0] == "block" else self._unblock(name, way)
 
-    def _block(self, way: _Way, first: Waypoint, second: Waypoint) -> str:
-        if way.name in self._boxes:
+    def _block(self, name: str, way: str, first: Waypoint, second: Waypoint) -> str:
+        if name in self._names:
             return f"there is a box between {way} already"
         box = self._box(way, first, second)
-        robot = self._physics.pose
+        robot = self.physics.pose
         if box.distance(robot.x, robot.y) < ROBOT_RADIUS + _ROBOT_GAP_METRES:
             raise ObstacleError(
                 f"the robot is where a box between {way} would stand; try again when it has left"
             )
-        self._physics.put(way.name, box)
-        self._boxes[way.name] = box
+        self.physics.put(name, box)
+        self._names.add(name)
         return f"a box of {box.width:.2f} m stands between {way} at ({box.x:.2f}, {box.y:.2f})"
 
-    def _unblock(self, way: _Way) -> str:
-        if way.name not in self._boxes:
+    def _unblock(self, name: str, way: str) -> str:
+        if name not in self._names:
             raise ObstacleError(f"there is no box between {way}")
-        self._physics.remove(way.name)
-        del self._boxes[way.name]
+        self.physics.remove(name)
+        self._names.remove(name)
         return f"the box between {way} is gone"
 
     def _find(self, word: str) -> Waypoint:
@@ -99,9 +82,9 @@ class Obstacles:
             name = str(parse_term(word))
         except TermError as err:
             raise ObstacleError(f"{quote(word)} is no waypoint: {err}") from err
-        return self._waypoints.find(name)
+        return self.waypoints.find(name)
 
-    def _box(self, way: _Way, first: Waypoint, second: Waypoint) -> Box:
+    def _box(self, way: str, first: Waypoint, second: Waypoint) -> Box:
         """Returns a box that closes the way where it is narrowest, or else in the middle."""
         dx, dy = second.x - first.x, second.y - first.y
         length = math.hypot(dx, dy)
@@ -109,10 +92,13 @@ class Obstacles:
             raise ObstacleError(f"{way} are too close together for a box between them")
         begin, direction = np.array((first.x, first.y)), np.array((dx, dy)) / length
         places = np.linspace(0.0, length, 1 + 2 * math.ceil(length / 2 / _STEP_METRES))
-        if (self._world.distances_at(begin + places[:, None] * direction) == 0).any():
+        if (self.world.distances_at(begin + places[:, None] * direction) == 0).any():
             raise ObstacleError(f"there is a wall on the straight way between {way}")
         side = np.array((-direction[1], direction[0]))
-        sides = np.array([self._free_on_sides(begin + at * direction, side) for at in places])
+        # How far it is free to the left and to the right of each place, in metres.
+        sides = np.array(
+            [[self._free(begin + at * direction, to) for to in (side, -side)] for at in places]
+        )
         widths = sides.sum(axis=1)
         middle = (places >= _MIDDLE[0] * length) & (places <= _MIDDLE[1] * length)
         narrow = places[middle & (widths < widths[middle].min() + _ALIKE_METRES)]
@@ -128,14 +114,9 @@ class Obstacles:
             width=float(left + right) - 2 * _GAP_METRES,
         )
 
-    def _free_on_sides(self, place: np.ndarray, side: np.ndarray) -> Tuple[float, float]:
-        """Returns how far it is free to the left and to the right, in metres."""
-        left, right = (self._free(place, sign * side) for sign in (1, -1))
-        return left, right
-
     def _free(self, place: np.ndarray, direction: np.ndarray) -> float:
-        grid = self._world.grid
+        grid = self.world.grid
         step = grid.resolution / 2
         ways = np.arange(0.0, (grid.rows + grid.columns) * grid.resolution, step)
-        solid = self._world.distances_at(place + ways[:, None] * direction) == 0
+        solid = self.world.distances_at(place + ways[:, None] * direction) == 0
         return float(ways[int(solid.argmax())])

@@ -12,7 +12,7 @@ import yaml
 from PIL import Image, UnidentifiedImageError
 from scipy.ndimage import distance_transform_edt
 
-from rosoclingo_simulator.simulator.errors import MapError
+from rosoclingo_simulator.errors import MapError
 from rosoclingo_simulator.simulator.grid import Grid
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from typing import Callable
 
 _LAG_SECONDS = 0.25  # wall time that is caught up; what is more is lost
@@ -10,29 +11,24 @@ _WARN_SECONDS = 10.0  # wall time between two warnings
 _SLOW = 0.9  # part of the wanted speed; less is worth a warning
 
 
+@dataclass
 class Pacer:
-    """Waits after each step of simulated time, so that it does not go too fast."""
+    """Waits after each step of simulated time, so that it does not go too fast; begins now.
 
-    def __init__(
-        self,
-        speed: float,
-        warn: Callable[[float], None],
-        clock: Callable[[], float] = time.monotonic,
-        sleep: Callable[[float], object] = time.sleep,
-    ) -> None:
-        """Begins now.
+    Attributes:
+        speed: How many seconds of simulated time go by in one of wall time.
+        warn: Called with the speed that was reached, if that is less, once in a while.
+        clock: Returns wall time, in seconds.
+        sleep: Waits for seconds of wall time.
+    """
 
-        Args:
-            speed: How many seconds of simulated time go by in one of wall time.
-            warn: Called with the speed that was reached, if that is less, once in a while.
-            clock: Returns wall time, in seconds.
-            sleep: Waits for seconds of wall time.
-        """
-        self._speed = speed
-        self._warn = warn
-        self._clock = clock
-        self._sleep = sleep
-        self._due = self._checked = clock()
+    speed: float
+    warn: Callable[[float], None]
+    clock: Callable[[], float] = time.monotonic
+    sleep: Callable[[float], object] = time.sleep
+
+    def __post_init__(self) -> None:
+        self._due = self._checked = self.clock()
         self._passed = 0.0
 
     def wait(self, seconds: float) -> float:
@@ -44,16 +40,16 @@ class Pacer:
         Returns:
             How far the clock has jumped, which is not at all.
         """
-        self._due += seconds / self._speed
+        self._due += seconds / self.speed
         self._passed += seconds
-        now = self._clock()
+        now = self.clock()
         if now < self._due:
-            self._sleep(self._due - now)
+            self.sleep(self._due - now)
         elif now - self._due > _LAG_SECONDS:
             self._due = now
         if now - self._checked >= _WARN_SECONDS:
             reached = self._passed / (now - self._checked)
-            if reached < _SLOW * self._speed:
-                self._warn(reached)
+            if reached < _SLOW * self.speed:
+                self.warn(reached)
             self._checked, self._passed = now, 0.0
         return 0.0

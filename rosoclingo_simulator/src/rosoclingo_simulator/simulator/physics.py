@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol, Tuple
+from typing import Any, Protocol, Tuple, Union
 
 import numpy as np
 
@@ -68,16 +68,10 @@ class Box:
 
     def distance(self, x: float, y: float) -> float:
         """Returns how far a point is from the box's outline, in metres; 0 inside."""
-        along, across = self.local(x, y)
+        along, across = local(self, x, y)
         return math.hypot(
             max(0.0, abs(along) - self.length / 2), max(0.0, abs(across) - self.width / 2)
         )
-
-    def local(self, x: float, y: float) -> Tuple[float, float]:
-        """Returns a point's distance from the centre, along the length and along the width."""
-        dx, dy = x - self.x, y - self.y
-        cosine, sine = math.cos(self.theta), math.sin(self.theta)
-        return cosine * dx + sine * dy, cosine * dy - sine * dx
 
 
 class Physics(Protocol):
@@ -125,24 +119,11 @@ class Physics(Protocol):
         """
 
 
-def next_velocity(
-    velocity: Tuple[float, float], linear: float, angular: float, seconds: float
-) -> Tuple[float, float]:
-    """Returns what the wheels do next, within the robot's limits.
-
-    Args:
-        velocity: What they do now, in m/s and rad/s.
-        linear: Wanted speed, in m/s.
-        angular: Wanted speed of turning, in rad/s.
-        seconds: How long they may take to change.
-    """
-    forward = between(linear, -LINEAR_SPEED, LINEAR_SPEED)
-    turning = between(angular, -ANGULAR_SPEED, ANGULAR_SPEED)
-    faster, quicker = LINEAR_ACCELERATION * seconds, ANGULAR_ACCELERATION * seconds
-    return (
-        between(forward, velocity[0] - faster, velocity[0] + faster),
-        between(turning, velocity[1] - quicker, velocity[1] + quicker),
-    )
+def local(origin: Union[Pose, Box], x: Any, y: Any) -> Tuple[Any, Any]:
+    """Returns how far a point, or each one of arrays, is ahead and to the left of a place."""
+    dx, dy = x - origin.x, y - origin.y
+    cosine, sine = math.cos(origin.theta), math.sin(origin.theta)
+    return cosine * dx + sine * dy, cosine * dy - sine * dx
 
 
 def between(value: float, least: float, most: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, Optional, Sequence
 
 import rospy
@@ -16,8 +15,8 @@ from tf2_msgs.msg import TFMessage
 from rosclingo.ros.low_latency import publisher
 from rosoclingo_simulator.simulator import messages
 from rosoclingo_simulator.simulator.laser import Scan
-from rosoclingo_simulator.simulator.physics import Pose, normal_angle
-from rosoclingo_simulator.simulator.simulation import SCAN_SECONDS, Simulation
+from rosoclingo_simulator.simulator.physics import Pose, local, normal_angle
+from rosoclingo_simulator.simulator.simulation import Simulation
 
 
 class Publications:
@@ -69,7 +68,10 @@ class Publications:
         """Publishes what is new after a step; the clock comes last."""
         pose, velocity = self._simulation.physics.pose, self._simulation.physics.velocity
         if _listened(self._tf) or _listened(self._odom):
-            moved = self._since_start(pose)
+            # Where the wheels have brought the robot.
+            moved = Pose(
+                *local(self._start, pose.x, pose.y), normal_angle(pose.theta - self._start.theta)
+            )
             self._transform.header.stamp = stamp
             messages.set_transform(self._transform, moved)
             self._tf.publish([self._transform])
@@ -92,20 +94,7 @@ class Publications:
             self._told_scan = scan
             if _listened(self._scan):
                 stamp = rospy.Time.from_sec(self._simulation.begin + scan.time)
-                self._scan.publish(
-                    messages.scan_message(scan, self._frames.laser, stamp, SCAN_SECONDS)
-                )
-
-    def _since_start(self, pose: Pose) -> Pose:
-        """Returns where the wheels have brought the robot."""
-        start = self._start
-        dx, dy = pose.x - start.x, pose.y - start.y
-        cosine, sine = math.cos(start.theta), math.sin(start.theta)
-        return Pose(
-            cosine * dx + sine * dy,
-            cosine * dy - sine * dx,
-            normal_angle(pose.theta - start.theta),
-        )
+                self._scan.publish(messages.scan_message(scan, self._frames.laser, stamp))
 
 
 def _listened(topic: Any) -> bool:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Optional
 
 from rosoclingo_simulator.simulator.follower import STOP, Command
 from rosoclingo_simulator.simulator.laser import Scan, look
 from rosoclingo_simulator.simulator.move_base import MoveBase
-from rosoclingo_simulator.simulator.physics import Physics, Pose
+from rosoclingo_simulator.simulator.physics import Physics
 
 STEP_SECONDS = 0.05
 """How long a step is in simulated time."""
@@ -18,6 +19,7 @@ SCAN_SECONDS = 0.2
 _COMMAND_SECONDS = 0.5  # how long a command counts
 
 
+@dataclass
 class Simulation:
     """A robot that drives to goals, or as it is told. One thread uses it.
 
@@ -31,22 +33,15 @@ class Simulation:
         watched: Whether somebody wants scans also while there is no goal.
     """
 
-    def __init__(self, physics: Physics, move_base: Optional[MoveBase] = None) -> None:
-        """Is at time 0.
-
-        Args:
-            physics: Moves the robot.
-            move_base: Drives it to goals; None for a robot that only does as it is told.
-        """
-        self.physics = physics
-        self.begin = 0.0
-        self.move_base = move_base
-        self.steps = 0
-        self.scan: Optional[Scan] = None
-        self.command: Command = STOP
-        self.watched = False
-        self._told: Command = STOP
-        self._told_until = 0.0
+    physics: Physics
+    move_base: Optional[MoveBase] = None
+    begin: float = 0.0
+    steps: int = 0
+    scan: Optional[Scan] = None
+    command: Command = STOP
+    watched: bool = False
+    _told: Command = STOP
+    _told_until: float = 0.0
 
     @property
     def time(self) -> float:
@@ -57,11 +52,6 @@ class Simulation:
     def now(self) -> float:
         """What the clock says, in seconds."""
         return self.begin + self.time
-
-    def go(self, goal: Pose) -> None:
-        """Drives to a goal, in place of the one before; for a robot with ``move_base``."""
-        assert self.move_base is not None
-        self.move_base.start(goal, self.physics.pose, self.time)
 
     def drive(self, command: Command) -> bool:
         """Drives as told, for half a second.

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Iterable, List, Tuple
+from typing import Iterable, Tuple
 
+from rosoclingo_simulator.errors import WorldError
 from rosoclingo_simulator.world.description import Area, Waypoint, World
-from rosoclingo_simulator.world.errors import WorldError
 from rosoclingo_simulator.world.geometry import Grid, distance
 
 _NEARLY = 1e-6  # m; what numbers such as 0.1 + 0.2 may be off
@@ -27,17 +27,15 @@ def check(world: World) -> None:
 
 
 def _check_names(world: World) -> None:
-    entries: List[Tuple[str, Tuple[str, ...]]] = [
-        (f"connection [{', '.join(ends)}]", ends) for ends in world.connections
+    named = [
+        (f"connection [{', '.join(ends)}]", name) for ends in world.connections for name in ends
     ]
-    entries += [(f"start of {robot}", (name,)) for robot, name in world.starts.items()]
-    for where, names in entries:
-        for name in names:
-            if name not in world.waypoints:
-                raise WorldError(
-                    f"{where}: there is no waypoint {name}; add it to waypoints, or correct the "
-                    "name"
-                )
+    named += [(f"start of {robot}", name) for robot, name in world.starts.items()]
+    for where, name in named:
+        if name not in world.waypoints:
+            raise WorldError(
+                f"{where}: there is no waypoint {name}; add it to waypoints, or correct the name"
+            )
 
 
 def _check_grid(world: World) -> None:

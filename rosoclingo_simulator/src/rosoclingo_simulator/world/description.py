@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Dict, Mapping, Tuple
+from typing import Mapping, Tuple
 
 KINDS = ("open", "corridor", "office")
 """What a waypoint or a room can be."""
@@ -116,7 +116,3 @@ class World:
     def free(self) -> Tuple[Area, ...]:
         """All areas and doors."""
         return tuple(area for room in self.rooms for area in (*room.areas, *room.doors))
-
-    def of_kind(self, kind: str) -> Dict[str, Waypoint]:
-        """Returns the waypoints of a kind."""
-        return {name: point for name, point in self.waypoints.items() if point.kind == kind}

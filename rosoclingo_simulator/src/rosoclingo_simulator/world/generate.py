@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 from typing import Dict, NoReturn, Optional
 
+from rosoclingo_simulator.errors import WorldError
 from rosoclingo_simulator.world.description import World
-from rosoclingo_simulator.world.errors import WorldError
 from rosoclingo_simulator.world.gazebo import gazebo_world
 from rosoclingo_simulator.world.geometry import Grid
 from rosoclingo_simulator.world.instance import instance

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import List, Tuple
 
 import numpy as np
+from shapely.geometry import LineString, box
 
 from rosoclingo_simulator.world.description import Area, World
 
@@ -78,39 +78,4 @@ def _run(cells: np.ndarray) -> int:
 
 def distance(begin: Point, end: Point, area: Area) -> float:
     """Returns the shortest distance between a straight way and an area; 0 if they meet."""
-    if _crosses(begin, end, area):
-        return 0.0
-    corners = [(x, y) for x in (area.west, area.east) for y in (area.south, area.north)]
-    gaps = [_to_segment(corner, begin, end) for corner in corners]
-    return min(*gaps, _to_area(begin, area), _to_area(end, area))
-
-
-def _crosses(begin: Point, end: Point, area: Area) -> bool:
-    """Clips the way to the area, one pair of edges after the other."""
-    first, last = 0.0, 1.0
-    bounds = ((area.west, area.east), (area.south, area.north))
-    for here, there, (low, high) in zip(begin, end, bounds):
-        if here == there:
-            if not low <= here <= high:
-                return False
-            continue
-        near, far = sorted(((low - here) / (there - here), (high - here) / (there - here)))
-        first, last = max(first, near), min(last, far)
-    return first <= last
-
-
-def _to_segment(point: Point, begin: Point, end: Point) -> float:
-    along = (end[0] - begin[0], end[1] - begin[1])
-    length = along[0] ** 2 + along[1] ** 2
-    part = 0.0
-    if length > 0:
-        dot = (point[0] - begin[0]) * along[0] + (point[1] - begin[1]) * along[1]
-        part = min(1.0, max(0.0, dot / length))
-    return math.dist(point, (begin[0] + part * along[0], begin[1] + part * along[1]))
-
-
-def _to_area(point: Point, area: Area) -> float:
-    return math.hypot(
-        max(area.west - point[0], 0.0, point[0] - area.east),
-        max(area.south - point[1], 0.0, point[1] - area.north),
-    )
+    return LineString((begin, end)).distance(box(area.west, area.south, area.east, area.north))

@@ -19,8 +19,9 @@ def instance(world: World) -> str:
     """Returns an instance: kinds of the waypoints, connections, starts and positions."""
     width, height = world.floor.size
     lines = [f"% The {world.name}: {world.about}.", f"% {origin(world)}"]
+    points = world.waypoints.values()
     for kind, comment in _PREDICATES.items():
-        facts = [f"{kind}({name})." for name in world.of_kind(kind)]
+        facts = [f"{kind}({point.name})." for point in points if point.kind == kind]
         lines += _section(comment, facts)
     facts = [f"connection({first},{second})." for first, second in world.connections]
     lines += _section("connection(V,W): one can go from V to W and back.", facts)
@@ -29,8 +30,7 @@ def instance(world: World) -> str:
     size = numbers(width, height).replace(" ", " m x ")
     comment = f"position(W,X,Y): W is at X and Y, in decimetres, on a floor of {size} m."
     facts = [
-        f"position({point.name},{round(point.x * 10)},{round(point.y * 10)})."
-        for point in world.waypoints.values()
+        f"position({point.name},{round(point.x * 10)},{round(point.y * 10)})." for point in points
     ]
     lines += _section(comment, facts)
     return "\n".join(lines) + "\n"

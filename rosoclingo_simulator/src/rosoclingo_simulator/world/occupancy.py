@@ -23,17 +23,14 @@ def map_image(grid: Grid) -> bytes:
 def map_file(world: World, image: str) -> str:
     """Returns the YAML file that belongs to the image of a name."""
     west, south = numbers(world.floor.west, world.floor.south).split()
-    return "\n".join(
-        [
-            f"# The map of the {world.name}, for map_server.",
-            f"# {origin(world)}",
-            f"image: {image}",
-            f"resolution: {numbers(world.resolution)}",
-            f"origin: [{west}, {south}, 0]",
-            "negate: 0",
-            "occupied_thresh: 0.65",
-            "free_thresh: 0.196",
-            "mode: trinary",
-            "",
-        ]
-    )
+    return f"""\
+# The map of the {world.name}, for map_server.
+# {origin(world)}
+image: {image}
+resolution: {numbers(world.resolution)}
+origin: [{west}, {south}, 0]
+negate: 0
+occupied_thresh: 0.65
+free_thresh: 0.196
+mode: trinary
+"""

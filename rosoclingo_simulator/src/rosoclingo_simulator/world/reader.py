@@ -10,9 +10,9 @@ from typing import Any, Dict, List, Mapping, Optional, Tuple
 import yaml
 
 from rosoclingo_interfaces.navigation import strict_yaml
+from rosoclingo_simulator.errors import WorldError
 from rosoclingo_simulator.world.checks import check
 from rosoclingo_simulator.world.description import DEFAULT_FILES, KINDS, Area, Room, Waypoint, World
-from rosoclingo_simulator.world.errors import WorldError
 
 _NAME = re.compile(r"_*[a-z]\w*", re.ASCII)  # a constant of clingo
 
@@ -27,7 +27,7 @@ def read_world(path: Path) -> World:
         WorldError: The file cannot be read, or something in it is wrong.
     """
     try:
-        return _Reader(path).world()
+        return _world(path)
     except OSError as err:
         raise WorldError(f"{path}: {err.strerror}; check the path") from err
     except UnicodeDecodeError as err:
@@ -38,42 +38,34 @@ def read_world(path: Path) -> World:
         raise WorldError(f"{path}: {err}") from err
 
 
-class _Reader:
-    def __init__(self, path: Path) -> None:
-        self._path = path
-
-    def world(self) -> World:
-        text = self._path.read_text(encoding="utf-8")
-        top = _mapping(strict_yaml.load(text), "the description", _REQUIRED, _OPTIONAL)
-        walls = _mapping(top.get("walls", {}), "walls", (), ("thickness", "height"))
-        connections = _connections(top["connections"])
-        waypoints = _waypoints(top["waypoints"], connections)
-        name = _text(top["name"], "name")
-        world = World(
-            path=self._path,
-            name=name,
-            about=_text(top.get("about", name), "about"),
-            floor=_area(top["floor"], "floor"),
-            resolution=_positive(top.get("resolution", 0.05), "resolution"),
-            thickness=_positive(walls.get("thickness", 0.2), "walls: thickness"),
-            height=_positive(walls.get("height", 2.0), "walls: height"),
-            clearance=_positive(top.get("clearance", 0.4), "clearance"),
-            waypoints=waypoints,
-            connections=connections,
-            starts=_starts(top.get("start", {})),
-            rooms=_rooms(top["rooms"]),
-            files=self._files(top.get("files", {}), name),
-        )
-        check(world)
-        return world
-
-    def _files(self, value: Any, name: str) -> Dict[str, Path]:
-        given = _mapping(value, "files", (), tuple(DEFAULT_FILES))
-        folder = self._path.parent
-        return {
-            kind: folder / _text(given.get(kind, default.format(name=name)), f"files: {kind}")
+def _world(path: Path) -> World:
+    text = path.read_text(encoding="utf-8")
+    top = _mapping(strict_yaml.load(text), "the description", _REQUIRED, _OPTIONAL)
+    walls = _mapping(top.get("walls", {}), "walls", (), ("thickness", "height"))
+    connections = _connections(top["connections"])
+    waypoints = _waypoints(top["waypoints"], connections)
+    name = _text(top["name"], "name")
+    files = _mapping(top.get("files", {}), "files", (), tuple(DEFAULT_FILES))
+    world = World(
+        path=path,
+        name=name,
+        about=_text(top.get("about", name), "about"),
+        floor=_area(top["floor"], "floor"),
+        resolution=_positive(top.get("resolution", 0.05), "resolution"),
+        thickness=_positive(walls.get("thickness", 0.2), "walls: thickness"),
+        height=_positive(walls.get("height", 2.0), "walls: height"),
+        clearance=_positive(top.get("clearance", 0.4), "clearance"),
+        waypoints=waypoints,
+        connections=connections,
+        starts=_starts(top.get("start", {})),
+        rooms=_rooms(top["rooms"]),
+        files={
+            kind: path.parent / _text(files.get(kind, default.format(name=name)), f"files: {kind}")
             for kind, default in DEFAULT_FILES.items()
-        }
+        },
+    )
+    check(world)
+    return world
 
 
 def _waypoints(value: Any, connections: Tuple[Tuple[str, str], ...]) -> Dict[str, Waypoint]:

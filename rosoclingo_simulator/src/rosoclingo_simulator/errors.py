@@ -1,4 +1,4 @@
-"""What is expected to go wrong in the simulator."""
+"""What is expected to go wrong."""
 
 from __future__ import annotations
 
@@ -15,3 +15,7 @@ class PhysicsError(RosclingoError):
 
 class ObstacleError(RosclingoError):
     """A command for an obstacle that cannot be done; the message says why."""
+
+
+class WorldError(RosclingoError):
+    """A description that cannot be read or built; the message names file, entry and remedy."""
