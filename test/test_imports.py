@@ -21,7 +21,7 @@ FLOORS = {
     ],
     "rosoclingo_interfaces": [
         "errors", "prompt", "topics", "journal", "announcements",
-        "stopwatch", "execution", "interface", "executor", "watchdog", "clock", "node", "answers",
+        "execution", "interface", "executor", "clock", "node", "answers",
         "fulfill", "pickup_deliver", "un_block", "navigation",
     ],
     "rosoclingo_rviz": ["errors", "graph", "situation", "drawing", "messages", "node"],

@@ -70,8 +70,9 @@ class Client:
 
         def run() -> None:
             seen = time.monotonic()
+            topics = (self._action.status_sub, self._action.result_sub)
             while time.monotonic() - seen < _SECONDS_GONE:
-                if self._connected():
+                if all(topic.get_num_connections() for topic in topics):
                     seen = time.monotonic()
                 time.sleep(_POLL_SECONDS)
             gone(f"the server {self.name} has gone")
@@ -124,7 +125,3 @@ class Client:
     def _cancel(self, handle: ClientGoalHandle) -> None:
         if handle.get_comm_state() != CommState.DONE:
             handle.cancel()
-
-    def _connected(self) -> bool:
-        subscribers = (self._action.status_sub, self._action.result_sub)
-        return all(subscriber.get_num_connections() for subscriber in subscribers)

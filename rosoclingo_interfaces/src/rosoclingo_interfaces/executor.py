@@ -10,9 +10,8 @@ from typing import Callable, Dict, FrozenSet, Optional
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.solver.terms import parse_term
 from rosoclingo_interfaces.errors import CanceledError
-from rosoclingo_interfaces.execution import CURRENT, Execution
+from rosoclingo_interfaces.execution import CURRENT, Clock, Execution
 from rosoclingo_interfaces.interface import FAILURE, ActionInterface, answer_text
-from rosoclingo_interfaces.stopwatch import Clock
 
 SOLVER = "solver"
 """The id of a message that holds a whole plan, for no actuator."""

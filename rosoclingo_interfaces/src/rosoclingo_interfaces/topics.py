@@ -57,7 +57,10 @@ def wait_for_subscribers(
             say(f"waiting for a subscriber of {publisher.resolved_name}; is rosoclingo running?")
         time.sleep(_POLL_SECONDS)
     end = time.monotonic() + _SECONDS_FOR_OTHERS
-    while not _all_connected(publisher) and time.monotonic() < end and not stopped():
+    while time.monotonic() < end and not stopped():
+        known = _nodes(1, publisher.resolved_name)
+        if all(publisher.impl.has_connection(node) for node in known):
+            break
         time.sleep(_POLL_SECONDS)
     return True
 
@@ -65,11 +68,6 @@ def wait_for_subscribers(
 def publishers(name: str) -> List[str]:
     """Returns the nodes that publish to a topic of a resolved name, as far as the master knows."""
     return _nodes(0, name)
-
-
-def _all_connected(publisher: rospy.Publisher) -> bool:
-    subscribers = _nodes(1, publisher.resolved_name)
-    return all(publisher.impl.has_connection(node) for node in subscribers)
 
 
 def _nodes(part: int, name: str) -> List[str]:

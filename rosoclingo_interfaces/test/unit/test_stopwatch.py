@@ -8,8 +8,7 @@ from typing import List
 import clingo
 import pytest
 
-from rosoclingo_interfaces.execution import Execution
-from rosoclingo_interfaces.stopwatch import Stopwatch
+from rosoclingo_interfaces.execution import Execution, Stopwatch
 
 
 class Times:

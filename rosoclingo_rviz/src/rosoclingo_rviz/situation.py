@@ -8,11 +8,10 @@ from typing import Dict, FrozenSet, List, Mapping, Optional, Sequence, Set, Tupl
 import clingo
 
 from rosclingo.solver.terms import parse_term
+from rosoclingo_interfaces.announcements import SOURCE
+from rosoclingo_interfaces.executor import ABORT, SOLVER
+from rosoclingo_interfaces.interface import FAILURE, SUCCESS
 
-_SUCCESS, _FAILURE = "success", "failure"
-_ABORT = "abort"  # ends a robot's action, and is none itself: the answer is to that action
-_SOURCE = "info"  # who announces what is blocked
-_SOLVER = "solver"  # who publishes a plan as ``[do(R,A,T),...]``
 _MOST_DELIVERED = 10  # packages that are shown where they were delivered
 
 Edge = FrozenSet[str]
@@ -104,9 +103,10 @@ class Situation:
     def begin_action(self, actuator: str, action: str) -> None:
         """An action was published, or all of a static mode's plan."""
         robot = str(parse_term(actuator))
-        if robot == _SOLVER:
+        if robot == SOLVER:
             self.steps = _steps(parse_term(f"plan({action.strip()[1:-1]})").arguments)
-        elif robot in self.positions and action.strip() != _ABORT:
+        # An abort ends a robot's action, and is none itself: the answer is to that action.
+        elif robot in self.positions and action.strip() != ABORT:
             self._actions[robot] = parse_term(action)
             answer = self._early.pop(robot, None)
             if answer is not None:
@@ -115,9 +115,9 @@ class Situation:
     def hear(self, source: str, value: str) -> None:
         """A message to rosoclingo was published: an answer, or what someone has seen."""
         sender, term = str(parse_term(source)), parse_term(value)
-        if sender == _SOURCE:
+        if sender == SOURCE:
             self._announce(term)
-        elif sender in self.positions and str(term) in (_SUCCESS, _FAILURE):
+        elif sender in self.positions and str(term) in (SUCCESS, FAILURE):
             if sender in self._actions:
                 self._end_action(sender, str(term))
             else:
@@ -137,13 +137,13 @@ class Situation:
         self._forget_step(robot, action)
         if action.match("go", 1):
             there = str(action.arguments[0])
-            if answer == _SUCCESS:
+            if answer == SUCCESS:
                 self.positions[robot] = there
             else:
                 self.blocked.add(frozenset((here, there)))
-        elif answer == _SUCCESS and (action.match("pickup", 1) or action.match("pickup", 2)):
+        elif answer == SUCCESS and (action.match("pickup", 1) or action.match("pickup", 2)):
             self._pick_up(robot, action)
-        elif answer == _SUCCESS and (action.match("deliver", 1) or action.match("deliver", 2)):
+        elif answer == SUCCESS and (action.match("deliver", 1) or action.match("deliver", 2)):
             self._hand_over(robot, _slot(action))
 
     def _forget_step(self, robot: str, action: clingo.Symbol) -> None:

@@ -17,16 +17,15 @@ from std_srvs.srv import Empty
 
 from rosclingo.ros.low_latency import LowLatencyActionClient
 from rosclingo.ros.reminder import Reminder
+from rosoclingo_interfaces.clock import SILENCE_SECONDS, Watchdog
 from rosoclingo_interfaces.clock import reason as clock_stands_still
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.navigation.cross_track import Point
 from rosoclingo_interfaces.navigation.watch import Watch
 from rosoclingo_interfaces.navigation.waypoints import Waypoint
-from rosoclingo_interfaces.watchdog import Watchdog
 
 # All in wall time.
 _POLL_SECONDS = 0.05  # how often a wait looks at its conditions
-_SILENCE_SECONDS = 5.0  # a server or a clock that says nothing for so long is gone
 _SECONDS_TO_STOP = 0.5  # for the server to confirm that the robot stops
 _SECONDS_TO_CLEAR = 0.5  # for the server to clear its costmaps
 
@@ -165,11 +164,11 @@ class Base:
     def _check(self, statuses: Watchdog, clock: Watchdog) -> None:
         if not self.connected:
             raise GoneError(f"{self.name} went away during the drive")
-        if clock.still() > _SILENCE_SECONDS:
+        if clock.still() > SILENCE_SECONDS:
             why = clock_stands_still()
-            raise GoneError(f"the clock has stood still for {_SILENCE_SECONDS:g} s: {why}")
-        if statuses.still() > _SILENCE_SECONDS:
-            raise GoneError(f"{self.name} has sent no status for {_SILENCE_SECONDS:g} s")
+            raise GoneError(f"the clock has stood still for {SILENCE_SECONDS:g} s: {why}")
+        if statuses.still() > SILENCE_SECONDS:
+            raise GoneError(f"{self.name} has sent no status for {SILENCE_SECONDS:g} s")
 
 
 def _pose(frame: str, waypoint: Waypoint) -> PoseStamped:

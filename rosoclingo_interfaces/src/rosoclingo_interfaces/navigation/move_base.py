@@ -52,7 +52,9 @@ class MoveBase(ActionInterface):
         place = self._waypoints.find(name)
         execution = self.execution
         try:
-            self._base.wait(self._patience(place), execution.canceled)
+            limit = self._limit
+            patience = self.timeout if limit is None else limit.seconds(self._guess(place))
+            self._base.wait(patience, execution.canceled)
             watch = self._watch(name, place, execution)
             self._base.drive(self._waypoints.frame, place, watch, execution.canceled)
         except (CanceledError, DriveError) as err:
@@ -63,10 +65,6 @@ class MoveBase(ActionInterface):
             raise
         self._last = name
         return True
-
-    def _patience(self, place: Waypoint) -> float:
-        """Returns how long to wait for the server, in seconds; 0 for ever."""
-        return self.timeout if self._limit is None else self._limit.seconds(self._guess(place))
 
     def _guess(self, place: Waypoint) -> float:
         """Returns how long a drive is at most if the robot is at a waypoint, in metres."""

@@ -65,8 +65,8 @@ class CameraPublisher:
             seconds: Simulated time since the start.
             stamp: What the clock says.
         """
-        streams = [stream for stream in (self._rgb, self._depth) if stream.wanted]
-        if self._fails or not streams or seconds < self._due - _ROUNDING:
+        wanted = self._rgb.wanted or self._depth.wanted
+        if self._fails or not wanted or seconds < self._due - _ROUNDING:
             return
         self._due = seconds + self._period
         try:
@@ -76,10 +76,11 @@ class CameraPublisher:
             rospy.logwarn("the camera has no pictures: %s", err)
             self._fails = True
             return
-        view = self._eye.look()
+        color, depth = self._eye.look()
         focal = focal_length(self._physics, self._height)
-        for stream in streams:
-            stream.publish(view.color if stream is self._rgb else view.depth, focal, stamp)
+        for stream, picture in ((self._rgb, color), (self._depth, depth)):
+            if stream.wanted:
+                stream.publish(picture, focal, stamp)
 
     def close(self) -> None:
         """Gives OpenGL back, when no more pictures are wanted."""

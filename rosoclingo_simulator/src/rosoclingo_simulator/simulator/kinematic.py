@@ -174,4 +174,4 @@ def _through(box: Box, pose: Pose, directions: np.ndarray) -> Tuple[np.ndarray, 
     slopes = np.stack(local(Pose(0.0, 0.0, box.theta), *directions))
     slopes = np.where(np.abs(slopes) < _PARALLEL, _PARALLEL, slopes)
     first, second = (-half - start) / slopes, (half - start) / slopes
-    return np.minimum(first, second).max(axis=0), np.maximum(first, second).min(axis=0)
+    return np.maximum(*np.minimum(first, second)), np.minimum(*np.maximum(first, second))

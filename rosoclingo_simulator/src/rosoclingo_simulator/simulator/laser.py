@@ -9,13 +9,10 @@ import numpy as np
 
 from rosoclingo_simulator.simulator.physics import Physics, Pose
 
-BEAMS = 360
-"""One for each degree."""
-
 LEAST_METRES, MOST_METRES = 0.12, 10.0
 """The laser's range."""
 
-ANGLES = np.arange(BEAMS) * (2 * np.pi / BEAMS) - np.pi
+ANGLES = np.arange(360) * (2 * np.pi / 360) - np.pi  # one for each degree
 """Directions of the beams from the robot's own, counter-clockwise from behind, in radians."""
 
 

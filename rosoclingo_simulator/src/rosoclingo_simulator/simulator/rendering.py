@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Tuple
 
 import numpy as np
@@ -16,20 +15,6 @@ FARTHEST = 10.0
 
 _CAMERA = "camera"
 _MOST_SHAPES = 2000  # far more than a world has
-
-
-@dataclass(frozen=True)
-class View:
-    """A picture of each kind, of the same pixels.
-
-    Attributes:
-        color: Red, green and blue of each pixel, by row and column.
-        depth: Distance of each pixel along the camera's axis in metres, by row and column; not a
-            number where there is nothing within the camera's range.
-    """
-
-    color: np.ndarray
-    depth: np.ndarray
 
 
 class Eye:
@@ -76,8 +61,13 @@ class Eye:
         # Near is 1 and far is 0: floating-point numbers are then fine enough far away, too.
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
 
-    def look(self) -> View:
-        """Returns what the camera sees now."""
+    def look(self) -> Tuple[np.ndarray, np.ndarray]:
+        """Returns what the camera sees now.
+
+        Returns:
+            Red, green and blue of each pixel, by row and column; and its distance along the
+            camera's axis in metres, not a number where there is nothing within the range.
+        """
         model, data = self._physics.model, self._physics.data
         self._gl.make_current()
         mujoco.mjv_updateScene(
@@ -93,7 +83,7 @@ class Eye:
         depth = near * far / (near + buffer.astype(np.float64) * (far - near))
         depth[depth > FARTHEST] = np.nan
         # OpenGL's first row is the lowest one.
-        return View(color[::-1], depth[::-1].astype(np.float32))
+        return color[::-1], depth[::-1].astype(np.float32)
 
     def close(self) -> None:
         """Gives OpenGL back; to be called by the same thread."""
