@@ -72,13 +72,7 @@ class ActionClient(GoalClient):
 
     def ended(self, word: str, reason: str) -> None:
         """Sends the result."""
-        ends: Dict[str, Callable[..., None]] = {
-            "rejected": self._handle.set_rejected,
-            "succeeded": self._handle.set_succeeded,
-            "canceled": self._handle.set_canceled,
-            "aborted": self._handle.set_aborted,
-        }
-        ends[word](ROSoClingoResult(word), reason)
+        getattr(self._handle, f"set_{word}")(ROSoClingoResult(word), reason)
 
     def feedback(self, line: str) -> None:
         """Sends the line."""
