@@ -31,7 +31,7 @@ EVENT = struct.Struct("<III")  # how it begins: the time and the number
 
 # A robot and its client. Each has a part of its own: how the robot acts, and which goals are sent.
 DRIVER = """
-import random, sys, threading, time, rospy
+import os, random, signal, sys, threading, time, rospy
 from actionlib import CommState
 from rosclingo.ros.low_latency import LowLatencyActionClient
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
@@ -57,7 +57,8 @@ def send(request):
 """
 
 # The robot answers each action; the answers that are named by their number are failures. The goals
-# of an argument are sent together, when the ones before have ended.
+# of an argument are sent together, when the ones before have ended: no planner, if there is one,
+# goes on before all have come.
 IN_ORDER = {
     "robot": """
 failures, groups = eval(sys.argv[1]), sys.argv[2:]
@@ -68,8 +69,15 @@ def act(message):
     answers.publish(message.id, "failure" if count in failures else "success")
 """,
     "client": """
+planner = rospy.get_param("/test_planner", 0)
 for group in groups:
+    if planner:
+        os.kill(planner, signal.SIGSTOP)
     goals = [send(request) for request in group.split()]
+    while any(handle.get_comm_state() == CommState.WAITING_FOR_GOAL_ACK for handle, _ in goals):
+        rospy.sleep(0.01)
+    if planner:
+        os.kill(planner, signal.SIGCONT)
     assert all(ended.wait(50.0) for handle, ended in goals)
 """,
 }
@@ -145,6 +153,9 @@ class Recorder:
         recorder = start("rosrun", "rosoclingo", "record.py", "-o", str(bag))
         recorder.wait_for("recording /rosoclingo")
         if groups:
+            if not single:
+                pid = self._terminals.pid("/planner")
+                self._terminals.master.setParam("/test", "/test_planner", pid)
             script = DRIVER.format(**driver)
             ended = start("python", "-c", script, repr(list(failures)), *groups)
             assert ended.wait() == 0, ended.output
