@@ -183,6 +183,13 @@ def package(name: str) -> Path:
     return Path(subprocess.check_output(["rospack", "find", name], text=True).strip())
 
 
+def catches_interrupts(pid: int) -> bool:
+    """Whether Ctrl-C lets a process say goodbye; a node that is known, but begins, ends at once."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    (caught,) = (line.split()[1] for line in status.splitlines() if line.startswith("SigCgt:"))
+    return bool(int(caught, 16) >> (signal.SIGINT - 1) & 1)
+
+
 @functools.lru_cache(maxsize=None)
 def executable(package: str, name: str, searched: Tuple[Tuple[str, str], ...]) -> str:
     """Returns what rosrun would run, for which it takes as long as a node to start."""

@@ -18,7 +18,7 @@ from roslaunch.arg_dump import get_args
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.xmlloader import XmlLoader
 from screen import screen
-from terminals import Terminal, Terminals, package, wait_for
+from terminals import Terminal, Terminals, catches_interrupts, package, wait_for
 
 __all__ = ["screen"]
 
@@ -141,7 +141,9 @@ def start(terminals: Terminals, folder: Path, *words: str) -> Terminal:
 def come_up(terminals: Terminals, launch: Terminal, expected: Set[str]) -> None:
     def is_up() -> bool:
         assert launch.process.poll() is None, launch.output
-        return expected <= terminals.names()
+        return expected <= terminals.names() and all(
+            catches_interrupts(terminals.pid(node)) for node in expected
+        )
 
     wait_for(is_up)
     assert "has died" not in launch.output
