@@ -179,7 +179,7 @@ class Demand:
 
 
 def step_parts(step: int) -> List[Part]:
-    """Returns the parts of a step after step 0."""
+    """Returns the parts of a step; step 0 has no transition."""
     return [Part(name, (str(step),)) for name in ("state", "transition", "query")]
 
 

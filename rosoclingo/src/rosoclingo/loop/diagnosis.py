@@ -14,6 +14,7 @@ from rosclingo.wire.commands import Ground, Part, Restart, Truth
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import LoopError, PlannerError
 from rosoclingo.loop.atoms import event
+from rosoclingo.loop.demand import step_parts
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.solver import EMPTY_PARTS
 from rosoclingo.loop.state import State
@@ -21,7 +22,6 @@ from rosoclingo.loop.state import State
 _SECONDS = 10.0  # how long it is looked for which of several goals cannot be reached
 _MOST_EVENTS = 50  # of which it is tried whether the program has an answer set without it
 _MOST_TRIES = 3  # times that what comes from outside may end the search for the reason
-_PARTS = ("state", "transition", "query")
 _ELSEWHERE = "-c steps=N sets another, at the controller if there is one"
 
 
@@ -264,7 +264,7 @@ def _contradictory_part(state: State, stopped: Callable[[], bool]) -> Optional[s
 
 
 def _parts(step: int) -> List[Part]:
-    return [Part(name, (str(step),)) for name in _PARTS if step or name != "transition"]
+    return [part for part in step_parts(step) if step or part.name != "transition"]
 
 
 def _requests(goals: Sequence[Goal]) -> str:
