@@ -3,6 +3,8 @@
 # The scripts' ROS processes are all on this machine; nothing that the caller has set leads elsewhere.
 export ROS_HOSTNAME=localhost
 unset ROS_IP
+# rospy loads numpy, whose threads would keep the processor busy at the start of each node.
+export OPENBLAS_NUM_THREADS=1
 
 # What catkin calls the interpreter of the nodes: before Debian 13, and from then on.
 interpreter=("-DPYTHON_EXECUTABLE=$PWD/.venv/bin/python" "-DPython_EXECUTABLE=$PWD/.venv/bin/python")

@@ -8,12 +8,12 @@ import signal
 import subprocess
 import time
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Optional, Set, Tuple, cast
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Set, Tuple, cast
 from xmlrpc.client import ServerProxy
 
 import pytest
-from master import Master
 
+from rosclingo.ros.master import Master
 from rosclingo.ros.ports import free_port
 
 TIMEOUT = 60.0  # seconds; no more than a bound for what never comes
@@ -93,12 +93,16 @@ class Terminals:
     def start(self, *command: str) -> Terminal:
         """Starts a command and returns at once."""
         log = self._folder / f"{len(self._open)}.log"
-        if command[0] == "rosrun":
-            searched = tuple((name, self.environment.get(name, "")) for name in SEARCHED)
-            command = (executable(*command[1:3], searched), *command[3:])
-        terminal = Terminal(list(command), self.environment, log)
+        terminal = Terminal(self.without_rosrun(command), self.environment, log)
         self._open.append(terminal)
         return terminal
+
+    def without_rosrun(self, command: Sequence[str]) -> List[str]:
+        """Returns a command in which the file stands that rosrun would run."""
+        if command[0] != "rosrun":
+            return list(command)
+        searched = tuple((name, self.environment.get(name, "")) for name in SEARCHED)
+        return [executable(*command[1:3], searched), *command[3:]]
 
     def run(self, *command: str) -> Terminal:
         """Runs a command to its end."""
@@ -125,12 +129,31 @@ class Terminals:
         """Returns the nodes that listen to a topic."""
         return set(dict(self._state()[1]).get(topic, []))
 
+    def publishers(self, topic: str) -> Set[str]:
+        """Returns the nodes that publish a topic."""
+        return set(dict(self._state()[0]).get(topic, []))
+
     def receivers(self, node: str, topic: str) -> Set[str]:
         """Returns the nodes that have a connection on which a node sends them a topic."""
         if node not in self.names():
             return set()
         connections = self._ask(node).getBusInfo("/test")[2]
         return {to for _, to, way, _, of, *_ in connections if (way, of) == ("o", topic)}
+
+    def wait_until_hears(self, node: str) -> None:
+        """Waits until a node has a connection from whoever publishes what it subscribes to."""
+
+        def hears() -> bool:
+            publishers, subscribers, _ = self._state()
+            topics = {topic for topic, nodes in subscribers if node in nodes}
+            return all(
+                node in self.receivers(publisher, topic)
+                for topic, nodes in publishers
+                if topic in topics
+                for publisher in nodes
+            )
+
+        wait_for(hears)
 
     def listen(self, node: str, topic: str) -> Terminal:
         """Echoes a topic, from when its node sends to the terminal."""

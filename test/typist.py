@@ -30,7 +30,9 @@ class Typist:
 def pipe(terminals: Terminals, folder: Path, *command: str) -> Tuple[Terminal, Typist]:
     """Starts a command that reads from a pipe."""
     path = _make(folder)
-    terminal = terminals.start("bash", "-c", 'exec "$@" <"$0"', str(path), *command)
+    terminal = terminals.start(
+        "bash", "-c", 'exec "$@" <"$0"', str(path), *terminals.without_rosrun(command)
+    )
     return terminal, Typist(path)
 
 
@@ -38,7 +40,9 @@ def keyboard(terminals: Terminals, folder: Path, *command: str) -> Tuple[Termina
     """Starts a command in a terminal."""
     path = _make(folder)
     line = 'exec script --quiet --return --flush --command "$1" /dev/null <"$0"'
-    terminal = terminals.start("bash", "-c", line, str(path), " ".join(command))
+    terminal = terminals.start(
+        "bash", "-c", line, str(path), " ".join(terminals.without_rosrun(command))
+    )
     return terminal, Typist(path)
 
 

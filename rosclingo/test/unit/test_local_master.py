@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 from typing import Callable, List, Tuple
+from xmlrpc.client import ServerProxy
 
 import pytest
 
@@ -83,16 +84,17 @@ def test_there_is_no_such_program(tmp_path: Path) -> None:
         Process(["no_such"], tmp_path / "log", os.environ)
 
 
-def test_a_master_that_does_not_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    program = tmp_path / "rosmaster"
-    program.write_text("#!/bin/sh\necho cannot start with $*\nexit 1\n")
-    program.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-    master = LocalMaster(tmp_path)
-    port = master.uri.rpartition(":")[2]
-    with pytest.raises(ProcessError, match=f"does not start\ncannot start with --core -p {port}"):
-        master.__enter__()
-    assert master.processes == {}
+def test_the_master_is_there_at_once_and_no_longer_than_it_is_needed(tmp_path: Path) -> None:
+    with LocalMaster(tmp_path) as master:
+        assert ServerProxy(master.uri).getUri("/test") == [1, "", f"{master.uri}/"]
+    with pytest.raises(ConnectionRefusedError):
+        ServerProxy(master.uri).getUri("/test")
+
+
+@pytest.mark.parametrize("package", ["rosgraph", "no_such"])
+def test_there_is_no_such_executable(package: str) -> None:
+    with pytest.raises(ProcessError, match=f"{package} has no program none, or is not there"):
+        local_master.executable(package, "none")
 
 
 def test_the_environment_leads_to_this_master(

@@ -58,8 +58,14 @@ def test_a_loop_survives_a_whole_bag(terminals: Terminals, tmp_path: Path) -> No
     def rival(solver: str, rate: str, topic: str, kind: str) -> Terminal:
         publisher = ("rostopic", "pub", "-r", rate, f"/{solver}/{topic}", kind, "{}")
         started = terminals.start(*publisher)
-        sender = f"/rostopic_{started.process.pid}_"
-        wait_for(lambda: sender in terminals.run("rosnode", "info", f"/{solver}").output)
+        sender, of = f"/rostopic_{started.process.pid}_", f"/{solver}/{topic}"
+        wait_for(
+            lambda: any(
+                f"/{solver}" in terminals.receivers(name, of)
+                for name in terminals.publishers(of)
+                if name.startswith(sender)
+            )
+        )
         return started
 
     def is_disturbed(solver: str) -> bool:

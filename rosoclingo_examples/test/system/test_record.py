@@ -6,12 +6,11 @@ Needs a sourced workspace, in devel or install space.
 from __future__ import annotations
 
 import signal
-import time
 from pathlib import Path
 
 import pytest
-from terminals import Terminal, Terminals, package, terminals, wait_for
-from typist import Typist, pipe
+from terminals import Terminals, package, terminals, wait_for
+from typist import pipe
 
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
@@ -25,13 +24,12 @@ RECORD = ("rosrun", "rosoclingo", "record.py")
 ACTIONS = ["go(1)", "pickup(1)", "go(c(1))", "go(c(3))", "go(3)", "deliver(1)"]
 
 
-def deliver(terminals: Terminals, folder: Path) -> None:
-    """Has the mailbot bring something from 1 to 3."""
+def deliver(terminals: Terminals, folder: Path, recorder: str = "") -> None:
+    """Has the mailbot bring something from 1 to 3, while a recorder, if it is named, hears all."""
     client, typist = pipe(terminals, folder, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
-    _ask(client, typist)
-
-
-def _ask(client: Terminal, typist: Typist) -> None:
+    if recorder:
+        wait_for(lambda: bool(terminals.publishers("/rosoclingo/goal")))
+        terminals.wait_until_hears(recorder)
     typist.type("1 3\n")
     client.wait_for("succeeded")
     typist.close()
@@ -74,7 +72,7 @@ def test_launch_argument(terminals: Terminals, tmp_path: Path) -> None:
     launch = terminals.start(
         "roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch", f"record:={bag}"
     )
-    deliver(terminals, tmp_path)
+    deliver(terminals, tmp_path, "/recorder")
     launch.interrupt()
     assert launch.wait() == 0
     assert "Traceback" not in launch.output
@@ -100,10 +98,8 @@ def test_recorder_that_is_interrupted(
     terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch")
     deliver(terminals, tmp_path)
     read(bag)
-    begin = time.monotonic()
     recorder.interrupt()
     assert recorder.wait() == 0
-    assert time.monotonic() - begin < 2.0
     assert f"rosrun rosoclingo replay.py {bag}" in recorder.output
     assert "Traceback" not in recorder.output
     check(read_recording(bag))

@@ -4,7 +4,7 @@
         master.start("planner", ["rosrun", "rosclingo", "run.py", "-f", "a.lp"])
 
 As ``roslaunch`` does it, each process has a session of its own, so that Ctrl-C does not end it
-before its turn, and is ended by its id. Needs a sourced workspace; this process needs no ROS.
+before its turn, and is ended by its id. Needs a sourced workspace; this process is no ROS node.
 
     python -m rosclingo.ros.local_master COMMAND... -- COMMAND...
 
@@ -17,7 +17,6 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -25,16 +24,17 @@ import time
 from pathlib import Path
 from typing import Dict, Iterable, List, Mapping, Optional, Sequence
 
+import rospkg
+from roslib.packages import find_node
+
 from rosclingo.errors import RosclingoError
+from rosclingo.ros.master import Master
 from rosclingo.ros.ports import reserve_port
 
-_START_SECONDS = 60.0  # how long a master may take to answer on a busy machine
-_POLL_SECONDS = 0.02
 _LOG_LINES = 15  # of a process that failed, shown to the user
 # How long processes have to end after each signal. roslaunch needs some seconds to end its nodes,
 # and leaves them behind if it is killed.
 _PATIENCE = ((signal.SIGINT, 20.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 3.0))
-_MASTER = "rosmaster"
 
 
 class ProcessError(RosclingoError):
@@ -95,6 +95,27 @@ class Process:
         return "\n".join(self.output.splitlines()[-_LOG_LINES:])
 
 
+def executable(package: str, name: str) -> str:
+    """Returns the file that ``rosrun`` would run, which takes as long as half a node's start.
+
+    Args:
+        package: Name of a ROS package.
+        name: Name of its program.
+
+    Raises:
+        ProcessError: There is no such program.
+    """
+    try:
+        found: List[str] = find_node(package, name)
+    except rospkg.ResourceNotFound:
+        found = []
+    if not found:
+        raise ProcessError(
+            f"{package} has no program {name}, or is not there; source the workspace's setup.bash"
+        )
+    return found[0]
+
+
 def end(processes: Iterable[Process]) -> None:
     """Ends processes that still run, with all that belongs to their sessions' first groups."""
     asked = [one.process for one in processes]
@@ -114,7 +135,7 @@ class LocalMaster:
 
     Attributes:
         uri: Where the master is.
-        processes: The processes by their names, that of the master first.
+        processes: The processes by their names.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -126,26 +147,18 @@ class LocalMaster:
         self.processes: Dict[str, Process] = {}
         self._folder = folder
         self._logs = 0
+        self._master: Optional[Master] = None
         self._reserved = reserve_port()
         self._port: int = self._reserved.getsockname()[1]
         self.uri = f"http://localhost:{self._port}"
 
     def __enter__(self) -> LocalMaster:
-        """Starts the master and waits until it answers.
+        """Starts the master, which answers at once.
 
         Raises:
-            ProcessError: It does not.
+            OSError: Somebody else has taken the port.
         """
-        try:
-            master = self.start(_MASTER, [_MASTER, "--core", "-p", str(self._port)])
-            until = time.monotonic() + _START_SECONDS
-            while not self._answers():
-                if time.monotonic() > until or master.process.poll() is not None:
-                    raise ProcessError(f"the ROS master does not start\n{master.last_lines}")
-                time.sleep(_POLL_SECONDS)
-        except BaseException:
-            self.close()
-            raise
+        self._master = Master(self._port)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -204,15 +217,12 @@ class LocalMaster:
         end([self.processes.pop(name)])
 
     def close(self) -> None:
-        """Ends all processes, the master last."""
-        end(process for name, process in self.processes.items() if name != _MASTER)
+        """Ends all processes, then the master."""
         end(self.processes.values())
         self.processes.clear()
+        if self._master is not None:
+            self._master.close()
         self._reserved.close()
-
-    def _answers(self) -> bool:
-        with socket.socket() as connection:
-            return connection.connect_ex(("localhost", self._port)) == 0
 
 
 def main() -> int:

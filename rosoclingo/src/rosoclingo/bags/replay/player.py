@@ -13,7 +13,7 @@ import rospy
 from actionlib_msgs.msg import GoalID, GoalStatusArray
 from std_msgs.msg import Empty
 
-from rosclingo.ros.local_master import LocalMaster
+from rosclingo.ros.local_master import LocalMaster, executable
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.bags.compare.comparison import Stall
 from rosoclingo.bags.model import Entry
@@ -295,7 +295,10 @@ def _initialise(system: LocalMaster) -> None:
 
 
 def _start(system: LocalMaster, start: Start) -> None:
-    system.start(start.name, start.command, namespace=start.namespace, directory=start.directory)
+    command = start.command
+    if command[0] == "rosrun":
+        command = (executable(*command[1:3]), *command[3:])
+    system.start(start.name, command, namespace=start.namespace, directory=start.directory)
 
 
 def _connect(connection: Connection, system: LocalMaster, name: str) -> None:

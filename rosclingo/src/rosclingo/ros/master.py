@@ -1,4 +1,4 @@
-"""A ROS master in a thread of the tests' process: it is there at once, and roscore in a second."""
+"""A ROS master in a thread of this process: it is there at once, and roscore in a second."""
 
 from __future__ import annotations
 
@@ -13,10 +13,17 @@ _POLL = 0.02  # seconds that it takes to end
 
 
 class Master:
-    """ROS's own master, which runs from when it is made until it is closed."""
+    """ROS's own master, which runs from when it is made until it is closed. Thread-safe."""
 
     def __init__(self, port: int) -> None:
-        """Raises OSError if the port is taken."""
+        """Starts it.
+
+        Args:
+            port: The TCP port on which it listens.
+
+        Raises:
+            OSError: The port is taken.
+        """
         self._handler = ROSMasterHandler(_WORKERS)
         self._server = ThreadingXMLRPCServer(("", port), log_requests=0)
         self._server.register_multicall_functions()

@@ -1,0 +1,55 @@
+"""Measures how long each kind of node takes to end after Ctrl-C.
+
+python benchmarks/shutdown_bench.py
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import rospy
+
+from harness import Report, RosSystem, Row, Samples, measure
+
+ENDS = 5
+LIMIT = 2000.0  # ms
+_WARM_UP_SECONDS = 1.0  # until a node is at its work
+
+NODES = (
+    ("rosclingo", "run.py"),
+    ("rosoclingo", "run.py"),
+    ("rosoclingo", "run-1.0.py"),
+    ("rosoclingo", "record.py"),
+    ("rosoclingo_interfaces", "fulfill.py"),
+    ("rosoclingo_interfaces", "move_base_interface.py"),
+    ("rosoclingo_rviz", "graph_markers.py"),
+    ("rosoclingo_simulator", "simulator.py"),
+    ("rosoclingo_simulator", "simulator.py", "_physics:=mujoco"),
+    ("rosoclingo_simulator", "simulator.py", "_speed:=0.02"),
+)
+
+
+def run(system: RosSystem, folder: Path, report: Report) -> None:
+    """Measures everything."""
+    rospy.set_param("/use_sim_time", True)  # which nobody publishes, but for a simulator
+    encoding = folder / "encoding.lp"
+    encoding.write_text("a.\n")
+    for package, program, *arguments in NODES:
+        files = {"run-1.0.py": ["-f", str(encoding)], "record.py": ["-o", str(folder / "bag")]}
+        times = []
+        for number in range(ENDS):
+            name = f"{program.partition('.')[0].replace('-', '_')}{number}"
+            system.rosrun(package, program, *files.get(program, []), *arguments, name=name)
+            time.sleep(_WARM_UP_SECONDS)
+            begin = time.monotonic()
+            system.end(name)
+            times.append((time.monotonic() - begin) * 1e3)
+        samples = Samples("ms", tuple(times))
+        about = " ".join((package, program, *arguments))
+        report.add(Row(f"{about}, worst", None, samples, "max", max(times), "ms", LIMIT))
+
+
+if __name__ == "__main__":
+    sys.exit(measure("shutdown", run))
