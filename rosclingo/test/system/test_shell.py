@@ -61,25 +61,25 @@ def output(*command: str) -> str:
     return subprocess.check_output(command, env=shell(), text=True, timeout=TIMEOUT).strip()
 
 
-@pytest.mark.install_space
+@pytest.mark.both_spaces
 def test_python_is_the_one_that_the_workspace_was_built_with() -> None:
     assert output("python", "-c", "import sys; print(sys.executable)") == sys.executable
 
 
-@pytest.mark.install_space
+@pytest.mark.both_spaces
 @pytest.mark.parametrize("python", ["python", "python3"])
 def test_the_system_s_packages_are_not_shadowed(python: str) -> None:
     """Neither for the nodes of a user nor for our own, from which a user may derive."""
     output(python, "-c", "import cv2, cv_bridge")
 
 
-@pytest.mark.install_space
+@pytest.mark.both_spaces
 def test_a_user_s_numpy_is_the_system_s() -> None:
     system = subprocess.check_output(["/usr/bin/python3", "-I", "-c", WHICH_NUMPY], text=True)
     assert output("python3", "-c", WHICH_NUMPY) == system.strip()
 
 
-@pytest.mark.install_space
+@pytest.mark.both_spaces
 def test_only_python_and_our_packages_are_added() -> None:
     assert [file.name for file in (prefix() / "bin").iterdir()] == ["python"]
     assert output("bash", "-c", "type -P python3") == "/usr/bin/python3"
@@ -90,7 +90,7 @@ def test_only_python_and_our_packages_are_added() -> None:
     assert names <= {folder.name for folder in PACKAGES}
 
 
-@pytest.mark.install_space
+@pytest.mark.both_spaces
 def test_a_node_of_a_user_beside_ours(terminals: Terminals, tmp_path: Path) -> None:
     folder = tmp_path / "camera"
     folder.mkdir()
@@ -118,7 +118,7 @@ def completed(command: str, function: str, name: str) -> List[str]:
     return output("bash", "-c", script).split()
 
 
-@pytest.mark.install_space
+@pytest.mark.both_spaces
 @pytest.mark.parametrize("folder", PACKAGES, ids=lambda folder: folder.name)
 def test_completion_offers_what_a_user_runs(folder: Path) -> None:
     package(folder.name)  # or nothing would be offered

@@ -327,7 +327,7 @@ def test_a_job_that_comes_after_the_end_is_answered(engine: Engine) -> None:
     assert worker.join(TIMEOUT)
     job = RecordingJob(SHORT)
     worker.solve(job)
-    assert job.has_ended.wait(1.0)
+    assert job.has_ended.wait(TIMEOUT)
 
 
 # --- what fails ------------------------------------------------------------------------------

@@ -114,7 +114,7 @@ def test_the_simulator_dies(terminals: Terminals, tmp_path: Path) -> None:
     typist.close()
     for terminal in (mailbot, started, node, office):
         terminal.interrupt()
-        terminal.wait(5.0)
+        terminal.wait()
         assert "Traceback" not in terminal.output
 
 

@@ -64,7 +64,7 @@ def test_an_interface_that_starts_late(terminals: Terminals, node: Terminal) -> 
     first = fulfill(terminals, "_no_answer:=go", "_actuators:=robot")
     first.wait_for("robot: go(2)")
     first.interrupt()
-    assert first.wait(5.0) == 0
+    assert first.wait() == 0
     assert "parameter /fulfill/no_answer is go" in first.output
     assert "success" not in first.output
 
@@ -73,7 +73,7 @@ def test_an_interface_that_starts_late(terminals: Terminals, node: Terminal) -> 
     second.wait_for("robot: go(4): success")
     results.wait_for('result: "succeeded"')
     second.interrupt()
-    assert second.wait(5.0) == 0
+    assert second.wait() == 0
 
     # The last action is done, but this one cannot know that; it does no harm.
     third = fulfill(terminals, "__name:=second")
@@ -216,7 +216,7 @@ def test_interrupt_of_un_block(terminals: Terminals) -> None:
     )
     waiting.wait_for("waiting for a subscriber")
     waiting.interrupt()
-    assert waiting.wait(5.0) == 130
+    assert waiting.wait() == 130
     assert "blocked(c3,c4) was not announced: nobody listens" in waiting.output
 
 
@@ -231,7 +231,7 @@ def test_interrupt_of_un_block_that_waits_for_a_word(terminals: Terminals) -> No
     )
     waiting.wait_for("blocked(c3,c4)")
     waiting.interrupt()
-    assert waiting.wait(5.0) == 130
+    assert waiting.wait() == 130
     assert "was dropped" not in waiting.output
 
 

@@ -261,7 +261,7 @@ def test_physics_works_whatever_mujoco_gl_is_and_the_camera_says_what_helps(
         stdout=subprocess.PIPE,
         text=True,
         check=True,
-        timeout=20,
+        timeout=60,
     )
     complaint, place = run.stdout.splitlines()
     assert f"by {kind}" in complaint
