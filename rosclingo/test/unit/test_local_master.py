@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import time
 from pathlib import Path
-from typing import Callable, List, Tuple
+from typing import Callable, List
 from xmlrpc.client import ServerProxy
 
 import pytest
@@ -16,23 +17,18 @@ from rosclingo.ros.local_master import LocalMaster, Process, ProcessError, end
 
 # Says which signals come, and ends at the one that it is told to end at.
 STUBBORN = """
-import signal, sys
+import os, signal, sys
 def on_signal(number, frame):
-    print(signal.Signals(number).name, flush=True)
-    if signal.Signals(number).name == sys.argv[1]:
-        sys.exit(3)
+    name = signal.Signals(number).name
+    os.write(1, (name + "\\n").encode())
+    if name == sys.argv[1]:
+        os._exit(3)
 for number in (signal.SIGINT, signal.SIGTERM):
     signal.signal(number, on_signal)
-print("ready", flush=True)
+os.write(1, b"ready\\n")
 while True:
     signal.pause()
 """
-
-
-@pytest.fixture(autouse=True)
-def little_patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    patience = [(number, 1.0) for number, _ in local_master._PATIENCE]
-    monkeypatch.setattr(local_master, "_PATIENCE", patience)
 
 
 def wait_for(condition: Callable[[], bool]) -> None:
@@ -42,23 +38,34 @@ def wait_for(condition: Callable[[], bool]) -> None:
         time.sleep(0.01)
 
 
-def test_each_process_is_ended_as_gently_as_possible(tmp_path: Path) -> None:
-    ends = ("SIGINT", "SIGTERM", "never")
-    processes = [
-        Process([sys.executable, "-c", STUBBORN, name], tmp_path / name, os.environ)
-        for name in ends
-    ]
-    wait_for(lambda: all("ready" in process.output for process in processes))
-    end(processes)
-    said: List[Tuple[int, List[str]]] = [
-        (process.process.poll(), process.output.split()) for process in processes
-    ]
-    assert said == [
-        (3, ["ready", "SIGINT"]),
-        (3, ["ready", "SIGINT", "SIGTERM"]),
-        (-9, ["ready", "SIGINT", "SIGTERM"]),
-    ]
-    end(processes)
+@pytest.mark.parametrize(
+    ("ends_at", "status", "says"),
+    [
+        (signal.SIGINT, 3, ["ready", "SIGINT"]),
+        (signal.SIGTERM, 3, ["ready", "SIGINT", "SIGTERM"]),
+        (signal.SIGKILL, -9, ["ready"]),
+    ],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_each_process_is_ended_as_gently_as_possible(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    ends_at: signal.Signals,
+    status: int,
+    says: List[str],
+) -> None:
+    signals = [number for number, _ in local_master._PATIENCE]
+    assert signals == [signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+    patience = [(number, 60.0 if number == ends_at else 0.1) for number in signals]
+    monkeypatch.setattr(local_master, "_PATIENCE", patience)
+    command = [sys.executable, "-c", STUBBORN, ends_at.name]
+    process = Process(command, tmp_path / "log", os.environ)
+    wait_for(lambda: "ready" in process.output)
+    end([process])
+    assert process.process.poll() == status
+    said = process.output.split()
+    assert said[: len(says)] == says  # the last ones may be too quick for it
+    end([process])
 
 
 def test_what_a_process_has_started_ends_with_it(tmp_path: Path) -> None:
