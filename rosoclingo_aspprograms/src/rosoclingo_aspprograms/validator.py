@@ -315,10 +315,8 @@ class Validator:
         return any(not parcel.ended for parcel in self.goals.values())
 
     def _in_slot(self, slot: str) -> Optional[Parcel]:
-        for parcel in self.goals.values():
-            if parcel.slot == slot and not parcel.ended:
-                return parcel
-        return None
+        parcels = self.goals.values()
+        return next((one for one in parcels if one.slot == slot and not one.ended), None)
 
     def _whereabouts(self, parcel: Parcel) -> str:
         return f"at {parcel.place}" if parcel.place else "on a robot, or nowhere"

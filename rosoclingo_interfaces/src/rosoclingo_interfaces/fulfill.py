@@ -33,11 +33,7 @@ class Fulfill(ActionInterface):
         self._actions = parameters.pattern("actions", "")
         self._delay = parameters.number("delay", 0.0)
         self._answers = Answers(
-            sequence,
-            parameters.pattern("no_answer"),
-            parameters.pattern("fail"),
-            probability,
-            seed,
+            sequence, parameters.pattern("no_answer"), parameters.pattern("fail"), probability, seed
         )
 
     def knows(self, action: clingo.Symbol) -> bool:

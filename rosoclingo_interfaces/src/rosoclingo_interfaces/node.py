@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import inspect
-import sys
 import threading
 import time
 from typing import Callable, NoReturn
 
 import rospy
 
-from rosclingo.errors import RosclingoError
 from rosclingo.ros import parameters
-from rosclingo.ros.init import give_up, init_node, on_shutdown
+from rosclingo.ros.init import init_node, on_shutdown, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
 from rosoclingo_interfaces import clock
@@ -84,10 +82,4 @@ def run(interface: Callable[[], ActionInterface], name: str) -> NoReturn:
     about = inspect.cleandoc(interface.__doc__ or "")
     usage = f"usage: {name}.py [_PARAMETER:=VALUE]... [ROS remappings]\n\n{about}"
     init_node(name, usage=usage)
-    try:
-        node = InterfaceNode(interface())
-    except RosclingoError as err:
-        give_up(err)
-    rospy.spin()
-    del node
-    sys.exit(0)
+    run_node(lambda: InterfaceNode(interface()))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 from typing import Any, Callable, List, NoReturn
 
@@ -10,9 +9,9 @@ import rospy
 from actionlib_msgs.msg import GoalStatus
 from visualization_msgs.msg import Marker, MarkerArray
 
-from rosclingo.errors import RosclingoError, TermError
+from rosclingo.errors import TermError
 from rosclingo.ros import parameters
-from rosclingo.ros.init import give_up, init_node
+from rosclingo.ros.init import init_node, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
@@ -102,16 +101,13 @@ def main() -> NoReturn:
     The exit status is 0, or 2 if a parameter or a file is wrong.
     """
     init_node("graph_markers", usage=_USAGE)
-    try:
-        files = parameters.words("instance")
-        if not files:
-            raise parameters.wrong("instance", "name the instance's files")
-        world = parameters.words("world")
-        background = [marker for file in world for marker in read_markers(file)]
-        frame, robot = parameters.text("frame", "map"), parameters.text("robot_frame", "base_link")
-        node = MarkerNode(read_graph(files), background, frame, robot)
-    except RosclingoError as err:
-        give_up(err)
-    rospy.spin()
-    del node
-    sys.exit(0)
+    run_node(_make)
+
+
+def _make() -> MarkerNode:
+    files = parameters.words("instance")
+    if not files:
+        raise parameters.wrong("instance", "name the instance's files")
+    background = [marker for file in parameters.words("world") for marker in read_markers(file)]
+    frame, robot = parameters.text("frame", "map"), parameters.text("robot_frame", "base_link")
+    return MarkerNode(read_graph(files), background, frame, robot)

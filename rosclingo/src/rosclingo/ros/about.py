@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from typing import Any, Dict, Mapping, Sequence
+from typing import Any, Mapping, Sequence
 
 import clingo
 
@@ -23,7 +23,7 @@ def about(program: str, arguments: Sequence[str], files: Mapping[str, str], **mo
         A JSON object with ``program``, ``arguments``, ``files`` (for each path ``sha256`` and
         ``text``) and ``versions`` (of clingo and Python).
     """
-    described: Dict[str, Any] = {
+    described = {
         "program": program,
         "arguments": list(arguments),
         "files": {

@@ -13,6 +13,8 @@ import rosgraph
 import rospy
 from rospy.impl.paramserver import get_param_server_cache
 
+from rosclingo.errors import RosclingoError
+
 # Whether the log messages of all nodes go without the list of the node's topics.
 _ROSOUT_PARAMETER = "/rosout_disable_topics_generation"
 
@@ -67,6 +69,23 @@ def give_up(reason: object, status: int = 2) -> NoReturn:
     rospy.logfatal("%s", reason)
     rospy.signal_shutdown(str(reason))
     sys.exit(status)
+
+
+def run_node(make: Callable[[], object]) -> NoReturn:
+    """Runs a node until it is shut down, and ends the process.
+
+    Args:
+        make: Makes what has to live as long as the node, which is initialised.
+
+    The exit status is 0, or 2 if that raises one of our errors.
+    """
+    try:
+        node = make()
+    except RosclingoError as err:
+        give_up(err)
+    rospy.spin()
+    del node
+    sys.exit(0)
 
 
 def log_clingo(message: str) -> None:

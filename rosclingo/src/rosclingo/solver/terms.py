@@ -40,9 +40,7 @@ def parse_term(text: str) -> clingo.Symbol:
 
     Thread-safe.
     """
-    if len(text) > 1000:
-        return _parse(text)
-    return _parse_short(text)
+    return _parse(text) if len(text) > 1000 else _parse_short(text)
 
 
 def quote(text: str) -> str:
@@ -68,9 +66,7 @@ def _parse(text: str) -> clingo.Symbol:
         raise TermError(f"{quote(text)} is not a ground term: {_reason(str(err))}") from err
 
 
-@lru_cache(maxsize=4096)
-def _parse_short(text: str) -> clingo.Symbol:
-    return _parse(text)
+_parse_short = lru_cache(maxsize=4096)(_parse)
 
 
 def _problem(text: str) -> Optional[str]:

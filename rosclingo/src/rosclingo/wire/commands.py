@@ -8,8 +8,9 @@ docs/protocol.md, section "Control service", for what each command means.
 from __future__ import annotations
 
 import enum
+import re
 from dataclasses import dataclass
-from typing import Any, Dict, Mapping, Optional, Tuple, Union
+from typing import Any, Mapping, Optional, Tuple, Union
 
 
 class Truth(enum.Enum):
@@ -20,8 +21,12 @@ class Truth(enum.Enum):
     FREE = "free"
 
 
+class Command:
+    """What a client may ask the solver for."""
+
+
 @dataclass(frozen=True)
-class Add:
+class Add(Command):
     """Adds a program part ``name(parameters)`` with the statements of ``program``."""
 
     name: str
@@ -38,7 +43,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Ground:
+class Ground(Command):
     """Grounds program parts together.
 
     Attributes:
@@ -55,14 +60,14 @@ class Ground:
 
 
 @dataclass(frozen=True)
-class Load:
+class Load(Command):
     """Adds the statements of a file, named as the node sees it."""
 
     file: str
 
 
 @dataclass(frozen=True)
-class AssignExternal:
+class AssignExternal(Command):
     """Gives an external atom a truth value."""
 
     name: str
@@ -70,49 +75,35 @@ class AssignExternal:
 
 
 @dataclass(frozen=True)
-class ReleaseExternal:
+class ReleaseExternal(Command):
     """Makes an external atom false for good."""
 
     name: str
 
 
 @dataclass(frozen=True)
-class CleanupDomains:
+class CleanupDomains(Command):
     """Simplifies the domains with what is known at top level (clingo 5's ``cleanup``)."""
 
 
 @dataclass(frozen=True)
-class GetExternals:
+class GetExternals(Command):
     """Asks for every external atom of the current grounding; answered by :class:`Externals`."""
 
 
 @dataclass(frozen=True)
-class GetPrograms:
+class GetPrograms(Command):
     """Asks for the program parts that there are; answered by :class:`Programs`."""
 
 
 @dataclass(frozen=True)
-class GetStats:
+class GetStats(Command):
     """Asks for the solver's statistics; answered by :class:`Stats`."""
 
 
 @dataclass(frozen=True)
-class Restart:
+class Restart(Command):
     """Replaces the solver by a fresh one, made from the command line at start."""
-
-
-Command = Union[
-    Add,
-    Ground,
-    Load,
-    AssignExternal,
-    ReleaseExternal,
-    CleanupDomains,
-    GetExternals,
-    GetPrograms,
-    GetStats,
-    Restart,
-]
 
 
 @dataclass(frozen=True)
@@ -214,25 +205,13 @@ class Outcome:
     symbols: Tuple[str, ...] = ()
 
 
-PLAIN: Dict[str, Command] = {
-    "cleanup_domains": CleanupDomains(),
-    "get_externals": GetExternals(),
-    "get_programs": GetPrograms(),
-    "get_stats": GetStats(),
-    "restart": Restart(),
-}
-"""The commands without arguments, by the names of their elements."""
-
-_NAMES = {
-    Add: "add",
-    AssignExternal: "assign_external",
-    Ground: "ground",
-    Load: "load",
-    ReleaseExternal: "release_external",
-    **{type(command): name for name, command in PLAIN.items()},
-}
-
-
 def command_name(command: Command) -> str:
     """Returns the name of a command's element, such as ``assign_external``."""
-    return _NAMES[type(command)]
+    return re.sub(r"\B[A-Z]", r"_\g<0>", type(command).__name__).lower()
+
+
+PLAIN = {
+    command_name(command): command
+    for command in (CleanupDomains(), GetExternals(), GetPrograms(), GetStats(), Restart())
+}
+"""The commands without arguments, by the names of their elements."""

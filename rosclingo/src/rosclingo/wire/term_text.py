@@ -19,10 +19,7 @@ from typing import List, Optional, Tuple
 _NAME = r"(?:(?!not(?![\w']))_*[a-z][\w']*)"
 _FLAT = rf"(?:{_NAME}|0|[1-9][0-9]{{0,8}})"
 _FLAT_TERM = re.compile(_FLAT, re.ASCII)
-_FLAT_CALL = re.compile(
-    rf"(?<![\w'])(?![0-9]){_FLAT}\({_FLAT}(?:,{_FLAT})*\)(?![\w'(])",
-    re.ASCII,
-)
+_FLAT_CALL = re.compile(rf"(?<![\w'])(?![0-9]){_FLAT}\({_FLAT}(?:,{_FLAT})*\)(?![\w'(])", re.ASCII)
 _CALL = re.compile(rf"(-?{_NAME})?(?:\((.*)\))?", re.ASCII | re.DOTALL)
 _MARK = re.compile(r'"(?:[^"\\]|\\.)*(?:"|\\?\Z)|[(),]', re.DOTALL)
 _NUMBER = re.compile(r"-?[0-9]{1,10}")  # clingo's have no more digits

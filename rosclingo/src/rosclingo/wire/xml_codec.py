@@ -58,13 +58,11 @@ def decode_commands(text: Union[str, bytes]) -> Tuple[Command, ...]:
     commands: List[Command] = []
     for index, element in enumerate(root.children):
         try:
-            decoder = _COMMANDS.get(element.name)
-            if decoder is None:
+            if element.name not in _COMMANDS:
                 known = ", ".join(sorted(_COMMANDS))
-                raise element.error(
-                    f"<{shorten(element.name)}> is not a command; known are {known}"
-                )
-            commands.append(decoder(element))
+                name = shorten(element.name)
+                raise element.error(f"<{name}> is not a command; known are {known}")
+            commands.append(_COMMANDS[element.name](element))
         except XmlError as err:
             err.command, err.index = shorten(element.name), index
             raise
@@ -92,8 +90,7 @@ def decode_assumptions(text: Union[str, bytes]) -> Tuple[Assumption, ...]:
     _expect(root, "assumptions", inside=_ELEMENTS)
     assumptions = []
     for element in root.children:
-        name = _expect(element, "assumption", "name", "value")["name"]
-        value = _truth(element)
+        name, value = _valued(element, "assumption")
         if value is Truth.FREE:
             raise element.error("an assumption's value is true or false")
         assumptions.append(Assumption(name, value is Truth.TRUE))
@@ -147,26 +144,24 @@ def encode_reply(reply: Reply) -> str:
     lines = ["<return>", "<success>", str(reply.success), "</success>"]
     failure = reply.failure
     if failure is not None:
-        command = _attribute(_carried(failure.command))
-        message = _text(_carried(failure.message))
+        command = _attribute(carried(failure.command))
+        message = _text(carried(failure.message))
         lines += [f'<error command={command} index="{failure.index}">', message, "</error>"]
     for answer in reply.answers:
         if isinstance(answer, Externals):
-            values = (
-                f'<external name={_attribute(_carried(name))} value="{value.value}"/>'
-                for name, value in answer.values
-            )
-            lines += ["<externals>", *values, "</externals>"]
+            values = [(name, value.value) for name, value in answer.values]
+            lines += _listed("external", "value", values)
         elif isinstance(answer, Programs):
-            parts = (
-                f'<program name={_attribute(_carried(name))} parameters="{count}"/>'
-                for name, count in answer.parts
-            )
-            lines += ["<programs>", *parts, "</programs>"]
+            lines += _listed("program", "parameters", answer.parts)
         else:
             lines += ["<stats>", _text(json.dumps(answer.values)), "</stats>"]
     lines.append("</return>")
     return "\n".join(lines)
+
+
+def _listed(kind: str, key: str, pairs: Sequence[Tuple[str, object]]) -> List[str]:
+    rows = (f'<{kind} name={_attribute(carried(name))} {key}="{of}"/>' for name, of in pairs)
+    return [f"<{kind}s>", *rows, f"</{kind}s>"]
 
 
 def _decode_add(element: Element) -> Add:
@@ -197,28 +192,20 @@ def _decode_part(element: Element) -> Part:
     )
 
 
-def _decode_assign_external(element: Element) -> AssignExternal:
-    name = _expect(element, "assign_external", "name", "value")["name"]
-    return AssignExternal(name, _truth(element))
-
-
-def _plain(command: Command) -> Callable[[Element], Command]:
-    def decode(element: Element) -> Command:
-        _expect(element, element.name)
-        return command
-
-    return decode
+def _decode_plain(element: Element) -> Command:
+    _expect(element, element.name)
+    return PLAIN[element.name]
 
 
 _COMMANDS: Dict[str, Callable[[Element], Command]] = {
     "add": _decode_add,
-    "assign_external": _decode_assign_external,
+    "assign_external": lambda element: AssignExternal(*_valued(element, "assign_external")),
     "ground": _decode_ground,
     "load": lambda element: Load(_expect(element, "load", "file")["file"]),
     "release_external": lambda element: ReleaseExternal(
         _expect(element, "release_external", "name")["name"]
     ),
-    **{name: _plain(command) for name, command in PLAIN.items()},
+    **dict.fromkeys(PLAIN, _decode_plain),
 }
 
 
@@ -260,12 +247,7 @@ def _decode_failure(element: Element) -> Failure:
 
 def _decode_externals(element: Element) -> Externals:
     _expect(element, "externals", inside=_ELEMENTS)
-    return Externals(
-        tuple(
-            (_expect(external, "external", "name", "value")["name"], _truth(external))
-            for external in element.children
-        )
-    )
+    return Externals(tuple(_valued(external, "external") for external in element.children))
 
 
 def _decode_programs(element: Element) -> Programs:
@@ -298,14 +280,16 @@ _ANSWERS: Dict[str, Callable[[Element], Answer]] = {
 }
 
 
-def _truth(element: Element) -> Truth:
-    word = element.attributes["value"]
+def _valued(element: Element, kind: str) -> Tuple[str, Truth]:
+    """Returns the name and the value of an element of a kind, as those of atoms have them."""
+    attributes = _expect(element, kind, "name", "value")
+    word = attributes["value"]
     value = _TRUTHS.get(word.strip().lower())
     if value is None:
         raise element.error(
-            f"value of <{element.name}> is true, false or free (or None), not {word[:50]!r}"
+            f"value of <{kind}> is true, false or free (or None), not {word[:50]!r}"
         )
-    return value
+    return attributes["name"], value
 
 
 def _expect(
@@ -351,7 +335,8 @@ def _line(text: str) -> str:
     return text[1:-1] if len(text) > 1 and text[0] == text[-1] == "\n" else text
 
 
-def _carried(text: str) -> str:
+def carried(text: str) -> str:
+    """Returns a text with a replacement character for each one that XML cannot carry."""
     return _ILLEGAL.sub("\ufffd", text)
 
 

@@ -6,19 +6,7 @@ import json
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import (
-    Callable,
-    Dict,
-    FrozenSet,
-    Iterable,
-    List,
-    NamedTuple,
-    Optional,
-    Protocol,
-    Sequence,
-    Set,
-    Tuple,
-)
+from typing import Callable, Dict, List, NamedTuple, Optional, Protocol, Sequence, Set, Tuple
 
 import clingo
 
@@ -113,7 +101,7 @@ class _Decision:
 
     command: clingo.Symbol
     saved: Tuple[str, ...]
-    true: FrozenSet[str]
+    true: Set[str]
 
 
 class _Ahead(NamedTuple):
@@ -141,7 +129,7 @@ class Controller:
         self._save_events: Dict[str, str] = {}
         self._background = ThreadPoolExecutor(1, "look ahead")
         self._ahead: Optional[_Ahead] = None
-        self._decided_from: FrozenSet[str] = frozenset()  # the last time
+        self._decided_from: Set[str] = set()  # the last time
 
     def prepare(self) -> None:
         """Grounds the mode, on a fresh solver, and sees what it declares.
@@ -239,7 +227,7 @@ class Controller:
                 + self._forgotten()
             )
         saved = tuple(event for event in map(self._save_event, fluents) if event)
-        return _Decision(parse_term(commands[0]), saved, frozenset(true))
+        return _Decision(parse_term(commands[0]), saved, true)
 
     def _forgotten(self) -> str:
         """Names the fluents that the mode has held and could not be reminded of, for an error."""
@@ -271,7 +259,7 @@ class Controller:
         return self._save_events[fluent]
 
 
-def _situation(info: Info, true: Iterable[str], symbols: Sequence[str]) -> str:
+def _situation(info: Info, true: Set[str], symbols: Sequence[str]) -> str:
     saved = [atom for atom in sorted(true) if atom.startswith("event(save,")]
     answer = f"; answer set: {' '.join(symbols) or 'empty'}" if symbols else ""
     return (

@@ -6,14 +6,15 @@ In the dialects in which events are facts that is not so: then all that may be t
 
 from __future__ import annotations
 
+import contextlib
 import time
-from typing import Callable, List, Optional, Sequence
+from typing import Callable, Iterator, List, Optional, Sequence
 
 from rosclingo.errors import shorten
 from rosclingo.wire.commands import Ground, Part, Restart, Truth
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import LoopError, PlannerError
-from rosoclingo.loop.atoms import event
+from rosoclingo.loop.atoms import event, query
 from rosoclingo.loop.demand import step_parts
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.solver import EMPTY_PARTS
@@ -115,7 +116,7 @@ def mend_contradiction(state: State) -> bool:
     Raises:
         LoopError: The program has no answer set any more, and that cannot be mended.
     """
-    with _Unasked(state):
+    with _unasked(state):
         if state.planner.has_answer_set(lambda: _is_called_away(state)) is not False:
             return False
         causes = _take_causes_back(state)
@@ -144,29 +145,22 @@ def recover(state: State, err: PlannerError) -> None:
         PlannerError: That is not so.
         LoopError: That is so, and the message says what is the cause.
     """
-    for query in (Truth.TRUE, Truth.FALSE):
-        if query is Truth.FALSE:
-            state.planner.assign([_query(state)], query)
+    for asked in (True, False):
+        if not asked:
+            state.planner.assign([query(state.horizon)], Truth.FALSE)
         if state.planner.has_answer_set(lambda: state.mail.inbox.closed) is not False:
             raise err
     _begin_again(state)
 
 
-def _query(state: State) -> str:
-    return f"query({state.horizon})"
-
-
-class _Unasked:
+@contextlib.contextmanager
+def _unasked(state: State) -> Iterator[None]:
     """A context in which no plan is asked for."""
-
-    def __init__(self, state: State) -> None:
-        self._state = state
-
-    def __enter__(self) -> None:
-        self._state.planner.assign([_query(self._state)], Truth.FALSE)
-
-    def __exit__(self, *_: object) -> None:
-        self._state.planner.assign([_query(self._state)], Truth.TRUE)
+    state.planner.assign([query(state.horizon)], Truth.FALSE)
+    try:
+        yield
+    finally:
+        state.planner.assign([query(state.horizon)], Truth.TRUE)
 
 
 def _take_causes_back(state: State) -> List[str]:

@@ -20,8 +20,5 @@ class Environment:
     def note(self, record: Record) -> None:
         """Adds an event to the journal; may be called from any thread."""
 
-    def info(self, text: str) -> None:
-        """Logs what is worth to know."""
-
     def warn(self, text: str) -> None:
         """Logs what was dropped or looks wrong."""

@@ -196,8 +196,7 @@ class Goals:
         Args:
             others: Goals that have come, and are not known here yet or any more.
         """
-        placed = [goal for goal in self._slots.values() if goal is not None]
-        goals = {goal.id: goal for goal in (*placed, *self._waiting, *others)}
+        goals = {goal.id: goal for goal in (*self._placed, *self._waiting, *others)}
         return GoalsSnapshot(
             tuple(goals.values()),
             {slot: None if goal is None else goal.id for slot, goal in self._slots.items()},
@@ -237,9 +236,8 @@ class Goals:
         slots = list(slots)
         if keep and slots == self.slots:
             return
-        for goal in self._slots.values():
-            if goal is not None:
-                self.end(goal, "aborted", "the mode has initialised the planner anew")
+        for goal in self._placed:
+            self.end(goal, "aborted", "the mode has initialised the planner anew")
         self._slots = dict.fromkeys(slots)
 
     @property
@@ -250,8 +248,12 @@ class Goals:
     @property
     def open(self) -> List[Goal]:
         """The goals that have a slot and have not ended, in the order of the slots."""
-        goals = self._slots.values()
-        return [goal for goal in goals if goal is not None and goal.stage is not Stage.ENDED]
+        return [goal for goal in self._placed if goal.stage is not Stage.ENDED]
+
+    @property
+    def _placed(self) -> List[Goal]:
+        """The goals that have a slot, in the order of the slots."""
+        return [goal for goal in self._slots.values() if goal is not None]
 
     def is_slot(self, term: str) -> bool:
         """Whether a term is the id of a slot."""
@@ -263,11 +265,7 @@ class Goals:
 
     def is_open(self, goal: Goal) -> bool:
         """Whether a goal has a slot and has not ended."""
-        return (
-            goal.slot is not None
-            and self._slots.get(goal.slot) is goal
-            and goal.stage is not Stage.ENDED
-        )
+        return goal in self.open
 
     def add(self, goal: Goal) -> None:
         """Puts a goal at the end of the queue."""
@@ -285,8 +283,7 @@ class Goals:
 
     def end(self, goal: Goal, word: str, reason: str = "") -> None:
         """Sets a goal's status, which may end it."""
-        if goal.set_status(word, reason):
-            self.some_ended = True
+        self.some_ended |= goal.set_status(word, reason)
 
     @property
     def waiting(self) -> bool:
@@ -321,8 +318,8 @@ class Goals:
 
     def free_slots(self) -> None:
         """Frees the slots of ended goals."""
-        for goal in list(self._slots.values()):
-            if goal is not None and goal.stage is Stage.ENDED:
+        for goal in self._placed:
+            if goal.stage is Stage.ENDED:
                 self.remove(goal)
 
     def tell_positions(self) -> None:
@@ -348,7 +345,6 @@ class Goals:
 
     def end_all(self, word: str, reason: str) -> None:
         """Ends every goal."""
-        for goal in self._slots.values():
-            if goal is not None:
-                self.end(goal, word, reason)
+        for goal in self._placed:
+            self.end(goal, word, reason)
         self.end_waiting(word, reason)

@@ -80,7 +80,7 @@ def decode(text: object) -> List[Due]:
     try:
         if not isinstance(text, str):
             raise TypeError("no text")
-        dues = [
+        return [
             Due(int(decision), Phase(phase), Kind(kind), str(name), str(value))
             for decision, phase, kind, name, value in json.loads(text)
         ]
@@ -88,7 +88,6 @@ def decode(text: object) -> List[Due]:
         raise ParameterError(
             f"parameter ~replay: not what replay.py writes ({err}); only replay.py sets it"
         ) from err
-    return dues
 
 
 class ReplayInbox(Inbox):

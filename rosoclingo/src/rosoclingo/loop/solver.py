@@ -243,10 +243,9 @@ class Planner(PlannerState):
 
     def _note(self, commands: Sequence[Command]) -> None:
         """Takes note of what may change the plan."""
-        for command in commands:
-            is_truth = isinstance(command, (AssignExternal, ReleaseExternal))
-            if is_truth and not command.name.startswith("query("):  # type: ignore[union-attr]
-                self._forget_plan()
+        truths = [c for c in commands if isinstance(c, (AssignExternal, ReleaseExternal))]
+        if any(not command.name.startswith("query(") for command in truths):
+            self._forget_plan()
 
     def _forget_plan(self) -> None:
         self._kept = None

@@ -111,10 +111,6 @@ class RosEnvironment(Environment):
                 )
             )
 
-    def info(self, text: str) -> None:
-        """Logs at level INFO."""
-        rospy.loginfo("%s", text)
-
     def warn(self, text: str) -> None:
         """Logs at level WARN."""
         rospy.logwarn("%s", text)
@@ -236,19 +232,16 @@ class Node:
 
     def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
         # Runs under actionlib's lock: nothing here may wait.
+        identifier, sent, note = handle.get_goal_id().id, handle.get_goal(), self._loop.state.note
         try:
-            request = canonical(handle.get_goal().request)
+            request = canonical(sent.request)
         except TermError as err:
             rospy.logwarn("goal rejected: %s", err)
-            identifier, goal = handle.get_goal_id().id, handle.get_goal()
-            note = self._loop.state.note
-            note(journal.GoalArrived(identifier, goal.request, tuple(goal.information)))
+            note(journal.GoalArrived(identifier, sent.request, tuple(sent.information)))
             note(journal.StatusSet(identifier, journal.Status.REJECTED, reason=str(err)))
             handle.set_rejected(ROSoClingoResult("rejected"), str(err))
             return
-        client = ActionClient(handle, self._loop.state.note)
-        information, identifier = handle.get_goal().information, handle.get_goal_id().id
-        goal = Goal(request, information, identifier, client)
+        goal = Goal(request, sent.information, identifier, ActionClient(handle, note))
         self._goals = {
             key: other for key, other in self._goals.items() if other.stage is not Stage.ENDED
         }
@@ -281,11 +274,12 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     manual passes one.
     """
     init_node("rosoclingo", usage=_USAGE)
+    run(lambda: _make(commands))
+
+
+def _make(commands: Callable[..., Any]) -> Node:
     inbox = open_inbox()  # closed before the clients are, so that the loop knows why
-    try:
-        controller, planner = (Client(parameters.text(name, name)) for name in _SOLVERS)
-    except ParameterError as err:
-        give_up(err)
+    controller, planner = (Client(parameters.text(name, name)) for name in _SOLVERS)
 
     def ready() -> None:
         controller.wait()
@@ -295,23 +289,22 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     description = about("rosoclingo run.py", [], {}, solvers=solvers)
     decider = Controller(Insistent(controller, controller.name, rospy.logwarn))
     insistent = Insistent(planner, planner.name, rospy.logwarn)
-    run(lambda: Node(decider, insistent, commands, inbox, ready=ready, description=description))
+    return Node(decider, insistent, commands, inbox, ready=ready, description=description)
 
 
 def open_inbox() -> Inbox:
     """Returns the node's inbox, which a shutdown closes; a replay's takes things as recorded.
 
-    Ends the process with the exit status 2 if the parameter ``~replay`` is wrong.
+    Raises:
+        ParameterError: The parameter ``~replay`` is wrong.
     """
     recorded = rospy.get_param("~replay", None)
-    try:
-        inbox = Inbox() if recorded is None else ReplayInbox(decode(recorded))
-    except ParameterError as err:
-        give_up(err)
-    on_shutdown(inbox.close)
-    if isinstance(inbox, ReplayInbox):
-        held = inbox
+    if recorded is None:
+        inbox = Inbox()
+    else:
+        inbox = held = ReplayInbox(decode(recorded))
         subscriber("~open_gate", Empty, lambda _: held.open())
+    on_shutdown(inbox.close)
     return inbox
 
 

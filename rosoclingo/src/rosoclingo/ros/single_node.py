@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import faulthandler
 import sys
-from typing import Any, NoReturn, Sequence, Type
+from typing import Any, NoReturn, Type
 
 import rospy
 
@@ -33,18 +33,17 @@ All else is handed to clingo, for instance:
 """
 
 
-def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
+def main(commands: Type[Any]) -> NoReturn:
     """Runs the node until it is shut down, and ends the process.
 
     Args:
         commands: Class with a method for each command, such as ``ROSCommands``.
-        arguments: The command line with the program's name; ``sys.argv`` if empty.
 
     The exit status is 0, 1 when the loop had to end, or 2 when the command line, a file or a
     parameter is wrong.
     """
     faulthandler.enable()  # says where a division of clingo's has ended the process
-    arguments = rospy.myargv(list(arguments) or sys.argv)[1:]
+    arguments = rospy.myargv(sys.argv)[1:]
     try:
         options = parse_options(arguments)
         if options.help:
@@ -58,7 +57,6 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
         print(f"rosoclingo: {err}", file=sys.stderr)
         sys.exit(2)
     init_node("rosoclingo")
-    inbox = open_inbox()
     rospy.loginfo(
         "%s plans with %s, in the dialect %s; clingo options: %s",
         rospy.get_name(),
@@ -71,7 +69,7 @@ def main(commands: Type[Any], arguments: Sequence[str] = ()) -> NoReturn:
             Algorithm1(dialect.first_step, last),
             dialect(engine),
             commands_for(dialect, commands, has_status),
-            inbox,
+            open_inbox(),
             description=about("rosoclingo run-1.0.py", arguments, engine.files),
         )
     )

@@ -33,10 +33,9 @@ class Stage(enum.Enum):
     PLAN = "plan"
     EXTEND = "extend"  # the horizon, for a plan
     GROW = "grow"  # the horizon, for a step
-    QUERY = "query"  # a plan for a horizon that was grounded for a plan
+    QUERY = "query"  # a plan for a horizon whose steps are grounded
     OPEN = "open"  # likewise, for a step
     BACK = "back"  # there was no plan, and the reason is gone
-    NEAR = "near"
     START = "start"  # the first plan has been published
     WAIT = "wait"  # for the first goal
     ACT = "act"
@@ -94,7 +93,6 @@ class Algorithm1:
             Stage.QUERY: lambda _: self._go(Stage.PLAN, self._query(True)),
             Stage.OPEN: lambda _: self._go(Stage.RELEASE, self._query(True)),
             Stage.BACK: lambda _: self._back(),
-            Stage.NEAR: lambda _: self._go(Stage.PLAN, self._query(True)),
             Stage.START: self._start,
             Stage.WAIT: self._wait,
             Stage.ACT: self._act,
@@ -168,7 +166,7 @@ class Algorithm1:
 
     def _back(self) -> str:
         # That exit has not ended the node means that the reason is gone; the horizon may be nearer.
-        return self._go(Stage.NEAR, self._query(False), horizon=self.position.step)
+        return self._go(Stage.QUERY, self._query(False), horizon=self.position.step)
 
     def _start(self, info: Info) -> str:
         position = self.position

@@ -77,11 +77,7 @@ class Base:
                 raise CanceledError("cancelled before the drive began")
 
     def drive(
-        self,
-        frame: str,
-        waypoint: Waypoint,
-        watch: Watch,
-        canceled: threading.Event,
+        self, frame: str, waypoint: Waypoint, watch: Watch, canceled: threading.Event
     ) -> None:
         """Drives to a waypoint, and stops the robot if it does not arrive.
 

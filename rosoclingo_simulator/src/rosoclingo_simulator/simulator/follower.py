@@ -8,17 +8,8 @@ from typing import Tuple
 
 import numpy as np
 
-from rosoclingo_simulator.simulator.physics import (
-    ANGULAR_ACCELERATION,
-    ANGULAR_SPEED,
-    LINEAR_ACCELERATION,
-    LINEAR_SPEED,
-    ROBOT_RADIUS,
-    Pose,
-    between,
-    local,
-    normal_angle,
-)
+from rosoclingo_simulator.simulator import physics
+from rosoclingo_simulator.simulator.physics import Pose, between, local, normal_angle
 from rosoclingo_simulator.simulator.planner import lengths
 
 Command = Tuple[float, float]
@@ -30,7 +21,7 @@ _AHEAD_METRES = 0.45  # how far ahead the point on the path is that the robot dr
 _SEARCH_POINTS = 20  # how many points of the path ahead may be the nearest one
 _TURN_ANGLE = 0.9  # radians; a robot that looks so far aside turns first
 _TURNED_ANGLE = 0.2  # and until it looks no farther aside than this
-_SIDE_METRES = ROBOT_RADIUS + 0.03  # what is so far aside at most is in the way
+_SIDE_METRES = physics.ROBOT_RADIUS + 0.03  # what is so far aside at most is in the way
 _GAP_METRES = 0.06  # how far from what the laser sees the robot stays
 _BRAKING = 0.7  # part of the acceleration that is counted on
 _SLOWEST = 0.06  # m/s
@@ -47,7 +38,7 @@ class Limits:
         yaw_tolerance: How far from the goal's direction it is reached, in radians.
     """
 
-    speed: float = LINEAR_SPEED
+    speed: float = physics.LINEAR_SPEED
     xy_tolerance: float = 0.15
     yaw_tolerance: float = 0.3
 
@@ -107,7 +98,7 @@ class Follower:
         speed = min(
             self.limits.speed,
             _until(max(rest, pose.distance(self.goal))),
-            0.7 * ANGULAR_SPEED / max(abs(curvature), 1e-6),
+            0.7 * physics.ANGULAR_SPEED / max(abs(curvature), 1e-6),
         )
         speed = max(speed, _SLOWEST)
         free = free_ahead(pose, points)
@@ -140,16 +131,16 @@ def free_ahead(pose: Pose, points: np.ndarray) -> float:
     if not in_the_way.any():
         return math.inf
     ahead, aside = ahead[in_the_way], aside[in_the_way]
-    reach = np.sqrt(np.maximum(0.0, ROBOT_RADIUS**2 - aside**2))
+    reach = np.sqrt(np.maximum(0.0, physics.ROBOT_RADIUS**2 - aside**2))
     return float((ahead - reach).min()) - _GAP_METRES
 
 
 def _turn(aside: float) -> float:
     """Returns how fast to turn, so that it ends where it should."""
-    fastest = math.sqrt(2 * _BRAKING * ANGULAR_ACCELERATION * abs(aside))
-    return math.copysign(between(fastest, 0.15, ANGULAR_SPEED), aside)
+    fastest = math.sqrt(2 * _BRAKING * physics.ANGULAR_ACCELERATION * abs(aside))
+    return math.copysign(between(fastest, 0.15, physics.ANGULAR_SPEED), aside)
 
 
 def _until(metres: float) -> float:
     """Returns how fast to be so far before the place to stop."""
-    return math.sqrt(2 * _BRAKING * LINEAR_ACCELERATION * max(0.0, metres))
+    return math.sqrt(2 * _BRAKING * physics.LINEAR_ACCELERATION * max(0.0, metres))

@@ -48,9 +48,6 @@ class Grid:
     def points(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """Returns the centres of cells, as an array whose last axis is x and y, in metres."""
         return np.stack(
-            (
-                self.x + (columns + 0.5) * self.resolution,
-                self.y + (rows + 0.5) * self.resolution,
-            ),
+            (self.x + (columns + 0.5) * self.resolution, self.y + (rows + 0.5) * self.resolution),
             axis=-1,
         )

@@ -7,19 +7,9 @@ from typing import Dict, Tuple
 
 import numpy as np
 
+from rosoclingo_simulator.simulator import physics
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
-from rosoclingo_simulator.simulator.physics import (
-    ANGULAR_ACCELERATION,
-    ANGULAR_SPEED,
-    LINEAR_ACCELERATION,
-    LINEAR_SPEED,
-    ROBOT_RADIUS,
-    Box,
-    Pose,
-    between,
-    local,
-    normal_angle,
-)
+from rosoclingo_simulator.simulator.physics import Box, Pose, between, local, normal_angle
 
 _LONGEST_MOVE = 0.05  # metres between two looks for contact, far less than the robot's width
 _HALVINGS = 12  # of that, which finds the contact to a few hundredths of a millimetre
@@ -54,7 +44,7 @@ class KinematicPhysics:
     @property
     def touches(self) -> bool:
         """Whether the robot touches a wall or a box now."""
-        return self._clearance(self.pose) < ROBOT_RADIUS + _TOUCHING
+        return self._clearance(self.pose) < physics.ROBOT_RADIUS + _TOUCHING
 
     def reset(self, pose: Pose) -> None:
         """Puts the robot somewhere, standing still; boxes stay."""
@@ -64,9 +54,10 @@ class KinematicPhysics:
     def step(self, linear: float, angular: float, seconds: float) -> None:
         """Lets time pass; see :class:`.physics.Physics`."""
         speed, turning = self.velocity
-        faster, quicker = LINEAR_ACCELERATION * seconds, ANGULAR_ACCELERATION * seconds
-        linear = between(linear, -LINEAR_SPEED, LINEAR_SPEED)
-        angular = between(angular, -ANGULAR_SPEED, ANGULAR_SPEED)
+        faster = physics.LINEAR_ACCELERATION * seconds
+        quicker = physics.ANGULAR_ACCELERATION * seconds
+        linear = between(linear, -physics.LINEAR_SPEED, physics.LINEAR_SPEED)
+        angular = between(angular, -physics.ANGULAR_SPEED, physics.ANGULAR_SPEED)
         speed = between(linear, speed - faster, speed + faster)
         turning = between(angular, turning - quicker, turning + quicker)
         self.velocity = (speed, turning)
@@ -97,7 +88,7 @@ class KinematicPhysics:
     def _may_be(self, pose: Pose) -> bool:
         """Whether the robot may get to a pose; one that is inside of something may get out."""
         clearance = self._clearance(pose)
-        return clearance >= ROBOT_RADIUS or clearance > self._clearance(self.pose)
+        return clearance >= physics.ROBOT_RADIUS or clearance > self._clearance(self.pose)
 
     def _clearance(self, pose: Pose) -> float:
         """Returns how far the robot's centre is from what is solid, in metres."""

@@ -11,17 +11,9 @@ import numpy as np
 import rospkg
 
 from rosoclingo_simulator.errors import ObstacleError, PhysicsError
+from rosoclingo_simulator.simulator import physics
 from rosoclingo_simulator.simulator.headless import mujoco
-from rosoclingo_simulator.simulator.physics import (
-    ANGULAR_ACCELERATION,
-    ANGULAR_SPEED,
-    LASER_HEIGHT,
-    LINEAR_ACCELERATION,
-    LINEAR_SPEED,
-    Box,
-    Pose,
-    between,
-)
+from rosoclingo_simulator.simulator.physics import Box, Pose, between
 
 BOXES = 8
 """How many boxes there can be at a time: MuJoCo's models do not grow."""
@@ -37,8 +29,8 @@ _ANGULAR_LEAD = 0.5
 
 # How fast the robot is at most when it touches something: no faster than it drives itself.
 # Of its base along and around three axes, and of its wheels.
-_WHEEL_SPEED = (LINEAR_SPEED + ANGULAR_SPEED * _WHEEL_DISTANCE / 2) / _WHEEL_RADIUS
-_PUSHED = np.array([LINEAR_SPEED] * 3 + [ANGULAR_SPEED] * 3 + [_WHEEL_SPEED] * 2)
+_WHEEL_SPEED = (physics.LINEAR_SPEED + physics.ANGULAR_SPEED * _WHEEL_DISTANCE / 2) / _WHEEL_RADIUS
+_PUSHED = np.array([physics.LINEAR_SPEED] * 3 + [physics.ANGULAR_SPEED] * 3 + [_WHEEL_SPEED] * 2)
 
 # A box that is not there is under the floor, and invisible, which the laser sees through.
 _NO_BOX = Box(0.0, 0.0, 0.0, 0.1, 0.1, height=-10.0)
@@ -99,8 +91,8 @@ class MujocoPhysics:
             angular: Wanted speed of turning, in rad/s.
             seconds: How much time passes.
         """
-        linear = between(linear, -LINEAR_SPEED, LINEAR_SPEED)
-        angular = between(angular, -ANGULAR_SPEED, ANGULAR_SPEED)
+        linear = between(linear, -physics.LINEAR_SPEED, physics.LINEAR_SPEED)
+        angular = between(angular, -physics.ANGULAR_SPEED, physics.ANGULAR_SPEED)
         self._owed += seconds
         steps = int(self._owed / self._step + 1e-6)
         self._owed -= steps * self._step
@@ -119,12 +111,10 @@ class MujocoPhysics:
     def _ask(self, linear: float, angular: float) -> None:
         """Tells the wheels how fast to turn in the next step, within the robot's acceleration."""
         (asked_linear, asked_angular), (real_linear, real_angular) = self._asked, self.velocity
-        asked_linear = _towards(
-            asked_linear, linear, LINEAR_ACCELERATION * self._step, real_linear, _LINEAR_LEAD
-        )
-        asked_angular = _towards(
-            asked_angular, angular, ANGULAR_ACCELERATION * self._step, real_angular, _ANGULAR_LEAD
-        )
+        faster = physics.LINEAR_ACCELERATION * self._step
+        quicker = physics.ANGULAR_ACCELERATION * self._step
+        asked_linear = _towards(asked_linear, linear, faster, real_linear, _LINEAR_LEAD)
+        asked_angular = _towards(asked_angular, angular, quicker, real_angular, _ANGULAR_LEAD)
         self._asked = asked_linear, asked_angular
         turning = asked_angular * _WHEEL_DISTANCE / 2
         left, right = self._motors
@@ -185,7 +175,7 @@ class MujocoPhysics:
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
         """Returns what a laser measures; see :class:`.physics.Physics`."""
         pose = self.pose
-        start = np.array([pose.x, pose.y, LASER_HEIGHT])
+        start = np.array([pose.x, pose.y, physics.LASER_HEIGHT])
         directions = np.zeros((len(angles), 3))
         directions[:, 0], directions[:, 1] = (
             np.cos(angles + pose.theta),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Iterable, Tuple
 
 from rosoclingo_simulator.errors import WorldError
@@ -71,18 +72,13 @@ def _check_rooms(world: World) -> None:
                     f"room {room.name}: {area} and its walls of {wall:g} m do not fit on the floor "
                     f"{floor}; keep to {inside}"
                 )
-    offices = [room for room in world.rooms if room.kind == "office"]
-    for office in offices:
-        for room in world.rooms:
-            if room is office:
-                continue
-            for area in office.areas:
-                for other in room.areas:
-                    if _gap(area, other) < wall - _NEARLY:
-                        raise WorldError(
-                            f"room {office.name}: {area} leaves no room for a wall to {other} of "
-                            f"{room.name}; keep {wall:g} m between them"
-                        )
+    for office, room in itertools.permutations(world.rooms, 2):
+        for area, other in itertools.product(office.areas, room.areas):
+            if office.kind == "office" and _gap(area, other) < wall - _NEARLY:
+                raise WorldError(
+                    f"room {office.name}: {area} leaves no room for a wall to {other} of "
+                    f"{room.name}; keep {wall:g} m between them"
+                )
 
 
 def _check_doors(world: World) -> None:

@@ -109,10 +109,8 @@ class History:
         if isinstance(event, journal.MessageArrived):
             return Cell(step, f"message {event.source}: {event.value}")
         name = self.label(event.goal) if event.goal in self.requests else event.goal
-        return Cell(
-            step,
-            f"{name} {'came' if isinstance(event, journal.GoalArrived) else 'is to be cancelled'}",
-        )
+        what = "came" if isinstance(event, journal.GoalArrived) else "is to be cancelled"
+        return Cell(step, f"{name} {what}")
 
     def label(self, identifier: str) -> str:
         """Names a goal, by its number in the order of arrival and its request."""

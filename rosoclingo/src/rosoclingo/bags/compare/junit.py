@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import List, NamedTuple, Tuple
 from xml.etree import ElementTree
 
+from rosclingo.wire.xml_codec import carried
 from rosoclingo.bags.compare.comparison import Comparison
 from rosoclingo.bags.compare.text_report import describe, describe_goal
 from rosoclingo.bags.errors import BagWriteError
-
-_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML
 
 
 class Suite(NamedTuple):
@@ -48,7 +46,7 @@ def write_error(file: Path, suite: Suite, reason: str) -> None:
     Raises:
         BagWriteError: The file cannot be written.
     """
-    _write(file, suite, [("plan", reason)], ("error", f"no {_clean(suite.name)}"), 0.0)
+    _write(file, suite, [("plan", reason)], ("error", f"no {carried(suite.name)}"), 0.0)
 
 
 def _write(
@@ -57,17 +55,17 @@ def _write(
     kind, message = found
     bad = str(sum(bool(text) for _, text in cases))
     root = ElementTree.Element(
-        "testsuite", name=_clean(suite.name), tests=str(len(cases)),
+        "testsuite", name=carried(suite.name), tests=str(len(cases)),
         failures=bad if kind == "failure" else "0", errors=bad if kind == "error" else "0",
         time=f"{seconds:.3f}",
     )  # fmt: skip
     for name, text in cases:
         case = ElementTree.SubElement(
-            root, "testcase", classname=_clean(suite.group), name=_clean(name),
+            root, "testcase", classname=carried(suite.group), name=carried(name),
             time=f"{seconds / len(cases):.3f}",
         )  # fmt: skip
         if text:
-            ElementTree.SubElement(case, kind, message=message, type=kind).text = _clean(text)
+            ElementTree.SubElement(case, kind, message=message, type=kind).text = carried(text)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         ElementTree.ElementTree(root).write(file, encoding="utf-8", xml_declaration=True)
@@ -75,7 +73,3 @@ def _write(
         raise BagWriteError(
             f"{file}: {err.strerror}; give a name in a folder that can be written to"
         ) from err
-
-
-def _clean(text: str) -> str:
-    return _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text)

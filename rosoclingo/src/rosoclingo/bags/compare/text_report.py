@@ -72,9 +72,7 @@ def _goals(comparison: Comparison) -> List[str]:
 def _lengths(comparison: Comparison) -> List[str]:
     if comparison.steps == comparison.seen_steps:
         return []
-    return [
-        f"steps with actions: expected {comparison.steps}, seen {comparison.seen_steps}",
-    ]
+    return [f"steps with actions: expected {comparison.steps}, seen {comparison.seen_steps}"]
 
 
 def _steps(rows: Sequence[Row]) -> List[str]:

@@ -74,13 +74,8 @@ class _Reading:
     # Which system.
 
     def _choose(self, name: Optional[str]) -> str:
-        found = sorted(
-            {
-                owner(connection.topic)[0]
-                for connection in self._connections
-                if connection.type in _OWN_TYPES and owner(connection.topic)[1] in _RUNS
-            }
-        )
+        topics = (owner(one.topic) for one in self._connections if one.type in _OWN_TYPES)
+        found = sorted({node for node, topic in topics if topic in _RUNS})
         if name is not None:
             wanted = name if name.startswith("/") else f"/{name}"
             if wanted in found:
@@ -88,10 +83,10 @@ class _Reading:
             there = f"; there are {', '.join(found)}" if found else ""
             raise NoSystemError(f"{self._file}: the bag has no topics of {wanted}{there}")
         if not found:
-            topics = sorted({connection.topic for connection in self._connections})
-            there = f"has only {', '.join(topics[:5])}" if topics else "has no topics"
-            if len(topics) > 5:
-                there += f" and {len(topics) - 5} more"
+            names = sorted({connection.topic for connection in self._connections})
+            there = f"has only {', '.join(names[:5])}" if names else "has no topics"
+            if len(names) > 5:
+                there += f" and {len(names) - 5} more"
             raise NoSystemError(
                 f"{self._file}: the bag {there}{_because(self._bag.remarks)}, nothing of "
                 "rosoclingo; record one with rosrun rosoclingo record.py"

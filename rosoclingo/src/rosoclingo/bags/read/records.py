@@ -19,7 +19,7 @@ from rosoclingo.bags.read.decompress import Expander, ExpansionError
 from rosoclingo.bags.wire import Connection, Message
 
 _MESSAGE, _BAG, _INDEX, _CHUNK, _CHUNK_INFO, _CONNECTION = range(2, 8)
-_LENGTH = struct.Struct("<I")
+_LENGTH = 4  # bytes of a length and of a number, the lowest first
 _TIME = struct.Struct("<II")
 _COUNTS = (b"conn_count", b"chunk_count")
 
@@ -169,11 +169,10 @@ class Records:
 
 
 def _length(source: BinaryIO) -> int:
-    value = source.read(_LENGTH.size)
-    if len(value) < _LENGTH.size:
+    value = source.read(_LENGTH)
+    if len(value) < _LENGTH:
         raise _DamageError("the rest is missing")
-    length: int = _LENGTH.unpack(value)[0]
-    return length
+    return int.from_bytes(value, "little")
 
 
 def _part(source: BinaryIO, size: int) -> bytes:
@@ -189,10 +188,10 @@ def _entries(data: bytes) -> Dict[bytes, bytes]:
     entries: Dict[bytes, bytes] = {}
     position = 0
     while position < len(data):
-        begin = position + _LENGTH.size
+        begin = position + _LENGTH
         if begin > len(data):
             raise _DamageError("a record's header is damaged")
-        position = begin + _LENGTH.unpack_from(data, begin - _LENGTH.size)[0]
+        position = begin + int.from_bytes(data[position:begin], "little")
         name, found, value = data[begin:position].partition(b"=")
         if not found or position > len(data) or (name == b"op" and not value):
             raise _DamageError("a record's header is damaged")
@@ -206,10 +205,9 @@ def _text(entries: Mapping[bytes, bytes], name: bytes) -> str:
 
 def _number(entries: Mapping[bytes, bytes], name: bytes) -> int:
     value = entries.get(name, b"")
-    if len(value) != _LENGTH.size:
+    if len(value) != _LENGTH:
         raise _DamageError("a record's header is damaged")
-    number: int = _LENGTH.unpack(value)[0]
-    return number
+    return int.from_bytes(value, "little")
 
 
 def _time(header: Mapping[bytes, bytes]) -> int:

@@ -10,18 +10,7 @@ from __future__ import annotations
 
 import re
 from itertools import takewhile
-from typing import (
-    Any,
-    Callable,
-    Dict,
-    Iterable,
-    Iterator,
-    List,
-    Mapping,
-    NamedTuple,
-    Sequence,
-    Set,
-)
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Sequence, Set
 
 from rosclingo.wire.term_text import split_list
 from rosoclingo.bags.model import Entry

@@ -110,19 +110,15 @@ def _programs(recording: Recording) -> List[Dict[str, Any]]:
             "node": program.node,
             "role": _role(recording, program.node),
             "command": shlex.join(["rosrun", *program.program.split(), *program.arguments]),
-            "files": [
-                [
-                    path,
-                    hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[
-                        :_HASH_DIGITS
-                    ],
-                ]
-                for path, text in program.files.items()
-            ],
+            "files": [[path, _sha256(text)] for path, text in program.files.items()],
             "versions": ", ".join(f"{name} {text}" for name, text in program.versions.items()),
         }
         for program in recording.programs.values()
     ]
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:_HASH_DIGITS]
 
 
 def _role(recording: Recording, node: str) -> str:

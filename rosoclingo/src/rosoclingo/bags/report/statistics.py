@@ -55,7 +55,7 @@ class _Taken(NamedTuple):
     position: int
     id: str
     value: str
-    prefixes: Tuple[str, str, str]  # how a reason that names it begins
+    prefixes: Tuple[str, str, str]  # how a reason that names it begins; the first without spaces
     answered: Optional[int]  # the index of an action
     message: int  # else its index
 
@@ -179,7 +179,7 @@ class _Reading:
             self.messages.append(MessageRun(entry.seconds, source, value, entry.step))
             kind, text = "message", f"{source}: {value}"
         self._causes[self._position] = Cause(kind, text)
-        prefixes = _prefixes(source, value)
+        prefixes = compact(journal.naming(source, value)), f"{source!r} ", f"{value!r} "
         message = len(self.messages) - 1
         self._recent.append(_Taken(self._position, source, value, prefixes, index, message))
 
@@ -240,8 +240,3 @@ class _Reading:
 
     def _on_end(self, _: Entry, event: journal.LoopEnded) -> None:
         self.end = str(event.reason)
-
-
-def _prefixes(source: str, value: str) -> Tuple[str, str, str]:
-    """Returns how reasons to drop a message begin: the first without spaces."""
-    return compact(journal.naming(source, value)), f"{source!r} ", f"{value!r} "
