@@ -72,6 +72,7 @@ def test_launch_argument(terminals: Terminals, tmp_path: Path) -> None:
     launch = terminals.start(
         "roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch", f"record:={bag}"
     )
+    launch.wait_for("recording /rosoclingo in")
     deliver(terminals, tmp_path, "/recorder")
     launch.interrupt()
     assert launch.wait() == 0
