@@ -20,7 +20,7 @@ from terminals import Terminal, Terminals, package, terminals, wait_for
 
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.loop.journal import CommandDone, LoopWaits
+from rosoclingo.loop.journal import ARRIVALS, CommandDone, LoopWaits
 
 __all__ = ["terminals"]
 
@@ -150,8 +150,10 @@ class Recorder:
                       *(part for file in encodings for part in ("-f", file))),
                 start("rosrun", "rosoclingo", "run.py"),
             ]  # fmt: skip
-        recorder = start("rosrun", "rosoclingo", "record.py", "-o", str(bag))
+        recorder = start("rosrun", "rosoclingo", "record.py", "-o", str(bag), "__name:=recorder")
         recorder.wait_for("recording /rosoclingo")
+        wait_for(lambda: {"/rosoclingo/out", "/rosoclingo/result"} <= self._terminals.names())
+        self._terminals.wait_until_hears("/recorder")
         if groups:
             if not single:
                 pid = self._terminals.pid("/planner")
@@ -178,8 +180,8 @@ def is_through(bag: Path) -> bool:
         return False
     loop = recording.programs.get("/rosoclingo")
     events = [entry.event for entry in recording.entries]
-    last = [event for event in events if isinstance(event, (CommandDone, LoopWaits))][-1]
-    rests = isinstance(last, LoopWaits) or last.publishes
+    last = [event for event in events if isinstance(event, (CommandDone, LoopWaits, *ARRIVALS))][-1]
+    rests = isinstance(last, LoopWaits) or (isinstance(last, CommandDone) and last.publishes)
     return rests and loop is not None and {*loop.solvers.values()} <= set(recording.programs)
 
 

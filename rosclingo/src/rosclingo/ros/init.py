@@ -15,6 +15,7 @@ from rospy.impl.paramserver import get_param_server_cache
 
 from rosclingo.errors import RosclingoError
 
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 # Whether the log messages of all nodes go without the list of the node's topics.
 _ROSOUT_PARAMETER = "/rosout_disable_topics_generation"
 
@@ -38,11 +39,10 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     if usage and not {"-h", "--help"}.isdisjoint(sys.argv[1:]):
         print(usage)
         sys.exit(0)
-    signals = (signal.SIGINT, signal.SIGTERM)
-    for number in signals:
+    for number in _SIGNALS:
         signal.signal(number, signal.SIG_DFL)
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
-    for number in signals:
+    for number in _SIGNALS:
         signal.signal(number, _shut_down)
     with contextlib.suppress(OSError):  # a master that has just gone, of which rospy tells
         # What has a value in the cache is not subscribed to.
@@ -95,6 +95,7 @@ def log_clingo(message: str) -> None:
 
 
 def _shut_down(number: int, _: Optional[FrameType]) -> None:
-    signal.signal(number, signal.SIG_DFL)
+    for other in _SIGNALS:
+        signal.signal(other, signal.SIG_DFL)
     reason = signal.Signals(number).name
     threading.Thread(target=rospy.signal_shutdown, args=(reason,)).start()

@@ -21,6 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Dict, Iterable, List, Mapping, Optional, Sequence
 
@@ -148,6 +149,7 @@ class LocalMaster:
         self._folder = folder
         self._logs = 0
         self._master: Optional[Master] = None
+        self._starter = ThreadPoolExecutor(1)
         self._reserved = reserve_port()
         self._port: int = self._reserved.getsockname()[1]
         self.uri = f"http://localhost:{self._port}"
@@ -203,9 +205,13 @@ class LocalMaster:
         """
         log = self._folder / f"{self._logs}.log"
         self._logs += 1
-        process = Process(command, log, self.environment(namespace), directory)
-        self.processes[name] = process
-        return process
+
+        def begin() -> Process:
+            self.processes[name] = Process(command, log, self.environment(namespace), directory)
+            return self.processes[name]
+
+        # A signal's handler interrupts the main thread, maybe when it has a process and no name.
+        return self._starter.submit(begin).result()
 
     def failure(self) -> Optional[str]:
         """Returns the name of a process that has ended by itself, if there is one."""
@@ -218,6 +224,7 @@ class LocalMaster:
 
     def close(self) -> None:
         """Ends all processes, then the master."""
+        self._starter.shutdown()
         end(self.processes.values())
         self.processes.clear()
         if self._master is not None:

@@ -20,5 +20,8 @@ class Environment:
     def note(self, record: Record) -> None:
         """Adds an event to the journal; may be called from any thread."""
 
+    def info(self, text: str) -> None:
+        """Logs what is worth to know, for commands of one's own."""
+
     def warn(self, text: str) -> None:
         """Logs what was dropped or looks wrong."""

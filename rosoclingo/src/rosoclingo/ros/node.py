@@ -111,6 +111,10 @@ class RosEnvironment(Environment):
                 )
             )
 
+    def info(self, text: str) -> None:
+        """Logs at level INFO."""
+        rospy.loginfo("%s", text)
+
     def warn(self, text: str) -> None:
         """Logs at level WARN."""
         rospy.logwarn("%s", text)

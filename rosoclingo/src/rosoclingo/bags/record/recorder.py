@@ -13,7 +13,7 @@ from typing import Any, Dict, List, NoReturn, Set
 
 import rospy
 
-from rosclingo.ros.init import give_up, init_node
+from rosclingo.ros.init import give_up, init_node, on_shutdown
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.record.arrivals import Journal
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
@@ -122,7 +122,7 @@ def main() -> NoReturn:
         stopping.set()
         closed.wait(_SECONDS_TO_CLOSE)
 
-    rospy.on_shutdown(stop)
+    on_shutdown(stop)
     name = rospy.resolve_name("rosoclingo")
     try:
         with writer:
