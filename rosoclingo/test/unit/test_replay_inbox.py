@@ -30,6 +30,7 @@ from rosoclingo.loop.journal import (
     GoalArrived,
     LoopWaits,
     MessageArrived,
+    MessageDropped,
     Reason,
     Record,
     Status,
@@ -400,6 +401,20 @@ def test_when_a_goal_was_recalled() -> None:
         assert input_schedule(run_of([goal, done, done, *rest]))[1] == Due(
             decision, Phase.BEFORE, Kind.RECALL, "g"
         )
+
+
+def test_a_goal_that_was_recalled_while_another_one_was_rejected() -> None:
+    taken = [GoalArrived(name, "visit(99)", seconds=0.1) for name in "gh"]
+    rejected = StatusSet("g", Status.REJECTED, reason="unknown")
+    canceled = StatusSet("h", Status.CANCELED, reason=Reason.RECALLED)
+    message = MessageArrived("robot", "b(", seconds=0.1), MessageDropped("'b(' is no term")
+    for between in ([], [message[1]]):
+        arrivals = [*taken, message[0]] if between else taken
+        events = (rejected, *between, canceled, CancelArrived("h", seconds=0.1))
+        found = made(LoopWaits(), *arrivals, *events, CommandDone("idle"))
+        assert [(due.kind, due.id) for due in found[:3]] == [
+            (Kind.GOAL, "g"), (Kind.RECALL, "h"), (Kind.GOAL, "h")
+        ]  # fmt: skip
 
 
 def test_a_goal_that_was_recalled_when_it_was_just_taken() -> None:

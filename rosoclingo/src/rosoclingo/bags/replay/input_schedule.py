@@ -47,9 +47,11 @@ def input_schedule(run: Run) -> List[Due]:
                 ended.add(event.goal)
         elif isinstance(event, journal.ActionPublished):
             acts = True
-        if not isinstance(event, journal.ARRIVALS):
+        if isinstance(event, journal.StatusSet) and not event.slot:
+            undecided.pop(event.goal, None)  # not those that came with it
+        elif not isinstance(event, (*journal.ARRIVALS, journal.MessageDropped)):
             undecided.clear()
-        elif not (
+        if isinstance(event, journal.ARRIVALS) and not (
             (isinstance(event, journal.CancelArrived) and event.goal in ended) or _is_refused(event)
         ):
             moment = max(moment, _moment(event, decision, waits, result))
