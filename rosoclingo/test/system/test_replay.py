@@ -20,7 +20,7 @@ from terminals import Terminal, Terminals, package, terminals, wait_for
 
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.loop.journal import ARRIVALS, CommandDone, LoopWaits
+from rosoclingo.loop.journal import CommandDone, GoalArrived, LoopWaits, StatusSet
 
 __all__ = ["terminals"]
 
@@ -180,9 +180,12 @@ def is_through(bag: Path) -> bool:
         return False
     loop = recording.programs.get("/rosoclingo")
     events = [entry.event for entry in recording.entries]
-    last = [event for event in events if isinstance(event, (CommandDone, LoopWaits, *ARRIVALS))][-1]
-    rests = isinstance(last, LoopWaits) or (isinstance(last, CommandDone) and last.publishes)
-    return rests and loop is not None and {*loop.solvers.values()} <= set(recording.programs)
+    last = [event for event in events if isinstance(event, (CommandDone, LoopWaits))][-1]
+    rests = isinstance(last, LoopWaits) or last.publishes
+    ended = {event.goal for event in events if isinstance(event, StatusSet)}
+    all_ended = all(event.goal in ended for event in events if isinstance(event, GoalArrived))
+    knows_nodes = loop is not None and {*loop.solvers.values()} <= set(recording.programs)
+    return rests and all_ended and knows_nodes
 
 
 @pytest.fixture

@@ -164,6 +164,19 @@ def test_a_recording_that_ends_with_a_recall_is_heard_to_its_cancel_request() ->
     assert replay.finished
 
 
+def test_a_recording_that_ends_after_a_rejection_is_heard_to_that() -> None:
+    """The loop takes the message before it looks at the goal, maybe other than when recorded."""
+    rejected = Record(StatusSet("h", Status.REJECTED, reason="unknown"))
+    message = Record(MessageArrived("info", "a"))
+    replay = Replay(run_of([*records(ASK[:1]), GOAL, rejected, message]), has_gate=True)
+    replay.see(ASK[:1])
+    assert replay.send() == ["h visit(1)", "info a"]
+    for record in (GOAL, message, rejected):
+        assert not replay.finished
+        replay.see_records(record)
+    assert replay.finished
+
+
 def test_a_replay_that_goes_another_way_is_noted_and_goes_on() -> None:
     replay = Replay(run(RUN))
     replay.see(ASK[:1])

@@ -13,7 +13,7 @@ from collections import Counter
 from typing import AbstractSet, Dict, List, Optional, Set
 
 from rosoclingo.bags.compare.comparison import Stall
-from rosoclingo.bags.read.run import Outputs, Run
+from rosoclingo.bags.read.run import Output, Outputs, Run
 from rosoclingo.bags.replay.inputs import Input, Point, begins_a_wait, input_key, inputs
 from rosoclingo.loop import journal
 from rosoclingo.loop.replay_inbox import Key, Kind
@@ -69,6 +69,7 @@ class Schedule:
         # What is expected before the next input, less what came.
         self._awaited: Counter[journal.Event] = Counter()
         self._missing = 0  # how many of them have not come
+        self._of_others: List[Output] = []  # of threads that no input waits for, but the end does
         self._waived: Counter[journal.Event] = Counter()  # given up, and may still come
         self._on_way: Counter[Key] = Counter()  # sent and not taken
         self._ended_goals: Set[str] = set()
@@ -244,12 +245,16 @@ class Schedule:
     def _expect(self) -> None:
         """Expects what comes between the input before and the next one."""
         end = self.planned[self.passed].position if self.passed < len(self.planned) else None
-        for output in self._expected[self._position : end]:
+        expected = self._expected[self._position : end]
+        if end is None:
+            expected += self._of_others
+        for output in expected:
             if isinstance(output.event, journal.LoopEnded):  # what it took then, had come before
                 continue
             is_another_thread = isinstance(output.event, journal.StatusSet) and output.step is None
             if is_another_thread and self._has_gate and end is not None:
-                continue  # the loop does not wait for it
+                self._of_others.append(output)
+                continue
             self._awaited[output.key] += 1
             if self._awaited[output.key] > 0:
                 self._missing += 1
