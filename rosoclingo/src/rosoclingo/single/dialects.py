@@ -240,12 +240,8 @@ def detect(options: Options) -> Type[Dialect2]:
         RosclingoError: A file does not parse.
     """
     program = parse_files(options.files)
-    declared = set()
-    for statement in program.statements:
-        if statement.ast_type is ast.ASTType.External:
-            symbol = statement.atom.symbol
-            if symbol.ast_type is ast.ASTType.Function:
-                declared.add((symbol.name, len(symbol.arguments)))
+    externals = (s.atom.symbol for s in program.statements if s.ast_type is ast.ASTType.External)
+    declared = {(s.name, len(s.arguments)) for s in externals if s.ast_type is ast.ASTType.Function}
     missing = _PARTS_1_0 - program.parts
     if not missing:
         return Dialect1
