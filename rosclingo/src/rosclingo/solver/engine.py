@@ -29,6 +29,7 @@ from rosclingo.solver.watch import Watch
 from rosclingo.wire import commands as wire
 
 _MOST_ROUNDS = 10_000  # of grounding what the program asks for
+_RESULTS = {True: wire.Result.SAT, False: wire.Result.UNSAT, None: wire.Result.UNKNOWN}
 _CLINGO_VALUES = {wire.Truth.TRUE: True, wire.Truth.FALSE: False, wire.Truth.FREE: None}
 
 
@@ -178,10 +179,7 @@ class Engine:
                 handle.cancel()
                 return wire.Outcome(wire.Result.UNKNOWN, True, _texts(symbols))
             result = handle.get()
-        answer = {True: wire.Result.SAT, False: wire.Result.UNSAT, None: wire.Result.UNKNOWN}[
-            result.satisfiable
-        ]
-        return wire.Outcome(answer, result.interrupted, _texts(symbols))
+        return wire.Outcome(_RESULTS[result.satisfiable], result.interrupted, _texts(symbols))
 
     def _restart(self, _: Optional[wire.Restart] = None) -> None:
         # Everything that can fail comes first, so that a failure leaves the old solver in place.

@@ -21,12 +21,7 @@ from rosclingo.wire.xml_tree import MAX_ELEMENTS, Element, parse
 
 _ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _ELEMENTS, _TEXT = "elements", "text"  # what may be inside of an element, if not nothing
-_TRUTHS = {
-    "true": wire.Truth.TRUE,
-    "false": wire.Truth.FALSE,
-    "free": wire.Truth.FREE,
-    "none": wire.Truth.FREE,
-}
+_TRUTHS = {**{truth.value: truth for truth in wire.Truth}, "none": wire.Truth.FREE}
 
 
 def decode_commands(text: Union[str, bytes]) -> Tuple[wire.Command, ...]:
