@@ -6,9 +6,10 @@ a control reply, in the text of a goal's status, or on the terminal.
 
 from __future__ import annotations
 
+import logging
 from typing import Optional
 
-LONGEST_MESSAGE = 4000  # characters of an error that a client is told
+_LONGEST_MESSAGE = 4000  # characters of an error that a client is told
 
 
 def shorten(text: str, longest: int = 200) -> str:
@@ -20,6 +21,13 @@ def shorten(text: str, longest: int = 200) -> str:
 
 class RosclingoError(Exception):
     """Base class of every error that this package raises on purpose."""
+
+
+def report(err: Exception, where: str) -> str:
+    """Returns what a client is told of an error; a bug is logged too, with where it was met."""
+    if not isinstance(err, RosclingoError):
+        logging.getLogger("rosout").error("internal error %s", where, exc_info=err)
+    return shorten(str(err) or type(err).__name__, _LONGEST_MESSAGE)
 
 
 class OptionsError(RosclingoError):

@@ -32,9 +32,9 @@ from rosclingo.wire.commands import (
     Restart,
     Stats,
     Truth,
+    command_name,
 )
 from rosclingo.wire.xml_codec import (
-    command_name,
     decode_assumptions,
     decode_commands,
     decode_reply,

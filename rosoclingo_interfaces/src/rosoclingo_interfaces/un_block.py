@@ -63,9 +63,7 @@ def _announce(prompt: Prompt) -> int:
     if prompt.interactive:
         prompt.say(_HELP)
     status = 0
-    for line in prompt.lines():
-        if not line:
-            continue
+    for line in filter(None, prompt.lines()):
         try:
             value = parse_line(line)
         except (LineError, TermError) as err:

@@ -102,11 +102,9 @@ class Client:
         """Says what is known of the node, which may have been seen before, and what to do."""
         if known is Presence.RUNNING:
             return known.value
-        words = known.value
-        if known is Presence.UNKNOWN:
-            ended = "it has ended" if seen else "it was not started, or has ended"
-            words += f": {ended}, and its terminal says why"
-        return f"{words}; {self._how_to_start()}"
+        ended = "it has ended" if seen else "it was not started, or has ended"
+        where = f": {ended}, and its terminal says why" if known is Presence.UNKNOWN else ""
+        return f"{known.value}{where}; {self._how_to_start()}"
 
     def _how_to_start(self) -> str:
         namespace, _, name = self.name.rpartition("/")

@@ -15,7 +15,7 @@ import rospy
 from actionlib_msgs.msg import GoalStatus
 from std_msgs.msg import String
 
-from rosclingo.errors import LONGEST_MESSAGE, RosclingoError, XmlError, shorten
+from rosclingo.errors import RosclingoError, XmlError, report
 from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
 from rosclingo.ros import parameters
 from rosclingo.ros.about import about
@@ -68,7 +68,6 @@ class GoalJob(Job):
 
     def failed(self, message: str) -> None:
         """Aborts the goal."""
-        message = shorten(message, LONGEST_MESSAGE)
         rospy.logerr("solving failed: %s", message)
         self._abort(ROSClingoResult(result=Result.UNKNOWN.value), message)
 
@@ -152,9 +151,7 @@ class Node:
             try:
                 self._take_goal(goal)
             except Exception as err:  # a bug must not leave a goal open
-                if not isinstance(err, RosclingoError):
-                    rospy.logerr("internal error while reading a goal", exc_info=True)
-                message = shorten(str(err) or type(err).__name__, LONGEST_MESSAGE)
+                message = report(err, "while reading a goal")
                 rospy.logwarn("goal rejected: %s", message)
                 goal.set_rejected(ROSClingoResult(result=Result.UNKNOWN.value), message)
 

@@ -1,16 +1,16 @@
 """The solver: the only owner of a :class:`clingo.Control`.
 
 >>> engine = Engine(Options())
->>> engine.run([Add("base", (), "{ a; b }. :- not a."), Ground((Part("base"),))]).failure
->>> engine.solve([Assumption("b", True)]).symbols
+>>> base = [wire.Add("base", (), "{ a; b }. :- not a."), wire.Ground((wire.Part("base"),))]
+>>> engine.run(base).failure
+>>> engine.solve([wire.Assumption("b", True)]).symbols
 ('a', 'b')
->>> engine.run([Ground((Part("step", ("1",)),))]).failure.message
+>>> engine.run([wire.Ground((wire.Part("step", ("1",)),))]).failure.message
 'there is no program step/1 (name and number of parameters); there are base/0'
 """
 
 from __future__ import annotations
 
-import logging
 import os
 from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Tuple
 
@@ -19,50 +19,18 @@ from clingo import ast
 from clingo.backend import Observer
 from clingo.symbolic_atoms import SymbolicAtom
 
-from rosclingo.errors import (
-    LONGEST_MESSAGE,
-    RosclingoError,
-    SolverError,
-    UnknownExternalError,
-    UnknownProgramError,
-    shorten,
-)
+from rosclingo.errors import SolverError, UnknownExternalError, UnknownProgramError, report, shorten
 from rosclingo.solver import programs, scripts
 from rosclingo.solver.controls import Messages, atoms_after, new_control
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Policy, Program
 from rosclingo.solver.terms import parse_term
 from rosclingo.solver.watch import Watch
-from rosclingo.wire.commands import (
-    Add,
-    Answer,
-    AssignExternal,
-    Assumption,
-    CleanupDomains,
-    Command,
-    Externals,
-    Failure,
-    GetExternals,
-    GetPrograms,
-    GetStats,
-    Ground,
-    Improvement,
-    Load,
-    Outcome,
-    Part,
-    Programs,
-    ReleaseExternal,
-    Reply,
-    Restart,
-    Result,
-    Stats,
-    Truth,
-    command_name,
-)
+from rosclingo.wire import commands as wire
 
-_LOG = logging.getLogger("rosout")
 _MOST_ROUNDS = 10_000  # of grounding what the program asks for
-_CLINGO_VALUES = {Truth.TRUE: True, Truth.FALSE: False, Truth.FREE: None}
+_RESULTS = {True: wire.Result.SAT, False: wire.Result.UNSAT, None: wire.Result.UNKNOWN}
+_CLINGO_VALUES = {wire.Truth.TRUE: True, wire.Truth.FALSE: False, wire.Truth.FREE: None}
 
 
 _Part = Tuple[str, Tuple[clingo.Symbol, ...]]
@@ -98,17 +66,17 @@ class Engine:
         self.policy = policy if policy is not None else default_policy(options)
         self._options = options
         self._log = log
-        self._runners: Dict[type, Callable[[Any], Optional[Answer]]] = {
-            Add: self._add,
-            AssignExternal: self._assign_external,
-            CleanupDomains: self._cleanup,
-            GetExternals: self._get_externals,
-            GetPrograms: lambda _: Programs(tuple(sorted(self._parts))),
-            GetStats: lambda _: Stats(self._control.statistics),
-            Ground: self._ground,
-            Load: self._load,
-            ReleaseExternal: self._release_external,
-            Restart: self._restart,
+        self._runners: Dict[type, Callable[[Any], Optional[wire.Answer]]] = {
+            wire.Add: self._add,
+            wire.AssignExternal: self._assign_external,
+            wire.CleanupDomains: self._cleanup,
+            wire.GetExternals: self._get_externals,
+            wire.GetPrograms: lambda _: wire.Programs(tuple(sorted(self._parts))),
+            wire.GetStats: lambda _: wire.Stats(self._control.statistics),
+            wire.Ground: self._ground,
+            wire.Load: self._load,
+            wire.ReleaseExternal: self._release_external,
+            wire.Restart: self._restart,
         }
         self._program = Program()
         self._restart()
@@ -118,7 +86,7 @@ class Engine:
         """What was in the files of the command line, and in those that they include."""
         return dict(self._program.texts)
 
-    def apply(self, command: Command) -> Optional[Answer]:
+    def apply(self, command: wire.Command) -> Optional[wire.Answer]:
         """Runs a command.
 
         Returns:
@@ -137,36 +105,34 @@ class Engine:
         finally:
             self._log_messages()
 
-    def run(self, commands: Sequence[Command]) -> Reply:
+    def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
         """Runs commands in order until one fails; what ran before that stays.
 
         Returns:
             The answers, and the failure if there was one. Nothing is raised.
         """
-        answers: List[Answer] = []
+        answers: List[wire.Answer] = []
         for index, command in enumerate(commands):
             try:
                 answer = self.apply(command)
             except Exception as err:  # a bug must not end the node: the client learns of it
-                name = command_name(command)
-                if not isinstance(err, RosclingoError):
-                    _LOG.exception("internal error in <%s>", name)
+                name = wire.command_name(command)
                 # clingo's messages may quote all of a long program.
-                message = shorten(str(err) or type(err).__name__, LONGEST_MESSAGE)
-                return Reply(tuple(answers), Failure(name, index, message))
+                message = report(err, f"in <{name}>")
+                return wire.Reply(tuple(answers), wire.Failure(name, index, message))
             if answer is not None:
                 answers.append(answer)
-        return Reply(tuple(answers))
+        return wire.Reply(tuple(answers))
 
     def check(self) -> None:
         """Checks nothing: a solver in this process is there. See :meth:`.client.Client.check`."""
 
     def solve(
         self,
-        assumptions: Sequence[Assumption] = (),
+        assumptions: Sequence[wire.Assumption] = (),
         stopped: Optional[Callable[[], bool]] = None,
-        improved: Callable[[Improvement], None] = lambda _: None,
-    ) -> Outcome:
+        improved: Callable[[wire.Improvement], None] = lambda _: None,
+    ) -> wire.Outcome:
         """Searches for answer sets.
 
         Args:
@@ -196,8 +162,8 @@ class Engine:
         self,
         assumptions: Sequence[Tuple[clingo.Symbol, bool]],
         watch: Watch,
-        improved: Callable[[Improvement], None],
-    ) -> Outcome:
+        improved: Callable[[wire.Improvement], None],
+    ) -> wire.Outcome:
         best: Optional[List[int]] = None
         symbols: Sequence[clingo.Symbol] = ()
         with self._control.solve(assumptions, yield_=True) as handle:
@@ -206,17 +172,16 @@ class Engine:
                 cost = model.cost
                 if cost and (best is None or cost < best):
                     best = cost
-                    improved(Improvement(model.number, tuple(cost), _texts(symbols)))
+                    improved(wire.Improvement(model.number, tuple(cost), _texts(symbols)))
                 if watch.look():
                     break
             if watch.stopped:
                 handle.cancel()
-                return Outcome(Result.UNKNOWN, True, _texts(symbols))
+                return wire.Outcome(wire.Result.UNKNOWN, True, _texts(symbols))
             result = handle.get()
-        answer = {True: Result.SAT, False: Result.UNSAT, None: Result.UNKNOWN}[result.satisfiable]
-        return Outcome(answer, result.interrupted, _texts(symbols))
+        return wire.Outcome(_RESULTS[result.satisfiable], result.interrupted, _texts(symbols))
 
-    def _restart(self, _: Optional[Restart] = None) -> None:
+    def _restart(self, _: Optional[wire.Restart] = None) -> None:
         # Everything that can fail comes first, so that a failure leaves the old solver in place.
         options = self._options
         program = programs.parse_files(options.files, last=self._program)
@@ -243,12 +208,12 @@ class Engine:
         self._once: Set[_Part] = set()  # parts that were grounded by what asks
         self._ask: Optional[SymbolicAtom] = None  # the last ground(P) that was seen
 
-    def _add(self, command: Add) -> None:
+    def _add(self, command: wire.Add) -> None:
         self._take(
             programs.parse_part(command.name, command.parameters, command.program, self.policy)
         )
 
-    def _load(self, command: Load) -> None:
+    def _load(self, command: wire.Load) -> None:
         self._take(programs.parse_files([command.file], self.policy))
 
     def _take(self, program: Program) -> None:
@@ -257,7 +222,7 @@ class Engine:
         self._parts |= program.parts
         self._definitions += program.definitions
 
-    def _ground(self, command: Ground) -> None:
+    def _ground(self, command: wire.Ground) -> None:
         parts = [self._part(part) for part in command.parts]
         if not command.asking:
             self._control.ground(parts)
@@ -275,7 +240,7 @@ class Engine:
             f"{shorten(str(clingo.Function(name, arguments)))}: does it ever stop asking?"
         )
 
-    def _part(self, part: Part) -> _Part:
+    def _part(self, part: wire.Part) -> _Part:
         self._check_part(part.name, len(part.parameters), "")
         return part.name, tuple(parse_term(value) for value in part.parameters)
 
@@ -304,11 +269,11 @@ class Engine:
                 f"there are {shorten(known, 1000)}{by}"
             )
 
-    def _assign_external(self, command: AssignExternal) -> None:
+    def _assign_external(self, command: wire.AssignExternal) -> None:
         symbol = self._external(command.name)
         self._control.assign_external(symbol, _CLINGO_VALUES[command.value])
 
-    def _release_external(self, command: ReleaseExternal) -> None:
+    def _release_external(self, command: wire.ReleaseExternal) -> None:
         self._control.release_external(self._external(command.name))
 
     def _external(self, name: str) -> clingo.Symbol:
@@ -322,11 +287,11 @@ class Engine:
             )
         return symbol
 
-    def _cleanup(self, _: CleanupDomains) -> None:
+    def _cleanup(self, _: wire.CleanupDomains) -> None:
         self._ask = None  # it may go
         self._control.cleanup()
 
-    def _get_externals(self, _: GetExternals) -> Externals:
+    def _get_externals(self, _: wire.GetExternals) -> wire.Externals:
         atoms = self._control.symbolic_atoms
         found = [
             atom
@@ -342,8 +307,8 @@ class Engine:
                 for atom in found
             }
         values = self._externals.values
-        pairs = ((str(atom.symbol), values.get(atom.literal, Truth.FALSE)) for atom in found)
-        return Externals(tuple(sorted(pairs, key=lambda pair: pair[0])))
+        pairs = ((str(atom.symbol), values.get(atom.literal, wire.Truth.FALSE)) for atom in found)
+        return wire.Externals(tuple(sorted(pairs, key=lambda pair: pair[0])))
 
     def _log_messages(self) -> None:
         text = self._messages.text()
@@ -365,16 +330,16 @@ class _ExternalValues(Observer):
     """
 
     def __init__(self) -> None:
-        self.values: Dict[int, Truth] = {}
+        self.values: Dict[int, wire.Truth] = {}
 
     def external(self, atom: int, value: clingo.TruthValue) -> None:
         if value is clingo.TruthValue.Release:
             self.values.pop(atom, None)
         else:
-            self.values[atom] = _TRUTHS.get(value, Truth.FALSE)
+            self.values[atom] = _TRUTHS.get(value, wire.Truth.FALSE)
 
 
-_TRUTHS = {clingo.TruthValue.True_: Truth.TRUE, clingo.TruthValue.Free: Truth.FREE}
+_TRUTHS = {clingo.TruthValue.True_: wire.Truth.TRUE, clingo.TruthValue.Free: wire.Truth.FREE}
 
 
 def _texts(symbols: Sequence[clingo.Symbol]) -> Tuple[str, ...]:

@@ -13,17 +13,9 @@ import threading
 from concurrent.futures import Future
 from typing import List, Optional, Sequence, Tuple, Union
 
-from rosclingo.errors import RosclingoError
+from rosclingo.errors import report
 from rosclingo.solver.engine import Engine
-from rosclingo.wire.commands import (
-    Assumption,
-    Command,
-    Failure,
-    Improvement,
-    Outcome,
-    Reply,
-    Result,
-)
+from rosclingo.wire import commands as wire
 
 _LOG = logging.getLogger("rosout")
 
@@ -50,7 +42,7 @@ class Job:
         ended: Whether the worker is through with the job.
     """
 
-    def __init__(self, assumptions: Sequence[Assumption]) -> None:
+    def __init__(self, assumptions: Sequence[wire.Assumption]) -> None:
         self.assumptions = tuple(assumptions)
         self.reason: Optional[Stop] = None
         self.begun = False
@@ -68,17 +60,17 @@ class Job:
     def started(self) -> None:
         """The search begins."""
 
-    def improved(self, improvement: Improvement) -> None:
+    def improved(self, improvement: wire.Improvement) -> None:
         """A better model was found while optimising."""
 
-    def finished(self, outcome: Outcome) -> None:
+    def finished(self, outcome: wire.Outcome) -> None:
         """The search ended; ``outcome.interrupted`` tells whether :attr:`reason` ended it."""
 
     def failed(self, message: str) -> None:
         """The search was not possible."""
 
 
-_Control = Tuple[Sequence[Command], "Future[Reply]"]
+_Control = Tuple[Sequence[wire.Command], "Future[wire.Reply]"]
 
 
 class Worker:
@@ -99,9 +91,9 @@ class Worker:
         self._thread.start()
         threading.Thread(target=self._end_stopped, name="recall", daemon=True).start()
 
-    def control(self, commands: Sequence[Command]) -> Reply:
+    def control(self, commands: Sequence[wire.Command]) -> wire.Reply:
         """Ends open solve calls, runs the commands in order and returns when they are through."""
-        reply: Future[Reply] = Future()
+        reply: Future[wire.Reply] = Future()
         with self._lock:
             if self._closing:
                 return _refused()
@@ -187,20 +179,18 @@ class Worker:
     def _run_job(self, job: Job) -> None:
         try:
             if job.stopped():
-                outcome = Outcome(Result.UNKNOWN, interrupted=True)
+                outcome = wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
             else:
                 job.started()
                 outcome = self._engine.solve(job.assumptions, job.stopped, job.improved)
             job.finished(outcome)
         except Exception as err:  # a bug must not end the node: the client learns of it
-            if not isinstance(err, RosclingoError):
-                _LOG.exception("internal error while solving")
             try:
-                job.failed(str(err) or type(err).__name__)
+                job.failed(report(err, "while solving"))
             except Exception:
                 _LOG.exception("internal error while telling the client of an error")
         job.ended = True
 
 
-def _refused() -> Reply:
-    return Reply(failure=Failure("commands", -1, Stop.SHUTDOWN.value))
+def _refused() -> wire.Reply:
+    return wire.Reply(failure=wire.Failure("commands", -1, Stop.SHUTDOWN.value))

@@ -16,33 +16,15 @@ from typing import Callable, Dict, List, Mapping, Sequence, Tuple, Union
 from xml.sax.saxutils import escape, quoteattr
 
 from rosclingo.errors import XmlError, shorten
-from rosclingo.wire.commands import (
-    PLAIN,
-    Add,
-    Answer,
-    AssignExternal,
-    Assumption,
-    Command,
-    Externals,
-    Failure,
-    Ground,
-    Load,
-    Part,
-    Programs,
-    ReleaseExternal,
-    Reply,
-    Stats,
-    Truth,
-    command_name,
-)
+from rosclingo.wire import commands as wire
 from rosclingo.wire.xml_tree import MAX_ELEMENTS, Element, parse
 
 _ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _ELEMENTS, _TEXT = "elements", "text"  # what may be inside of an element, if not nothing
-_TRUTHS = {"true": Truth.TRUE, "false": Truth.FALSE, "free": Truth.FREE, "none": Truth.FREE}
+_TRUTHS = {**{truth.value: truth for truth in wire.Truth}, "none": wire.Truth.FREE}
 
 
-def decode_commands(text: Union[str, bytes]) -> Tuple[Command, ...]:
+def decode_commands(text: Union[str, bytes]) -> Tuple[wire.Command, ...]:
     """Decodes a control request.
 
     Raises:
@@ -55,7 +37,7 @@ def decode_commands(text: Union[str, bytes]) -> Tuple[Command, ...]:
     except XmlError as err:
         err.command = "commands"
         raise
-    commands: List[Command] = []
+    commands: List[wire.Command] = []
     for index, element in enumerate(root.children):
         try:
             if element.name not in _COMMANDS:
@@ -69,7 +51,7 @@ def decode_commands(text: Union[str, bytes]) -> Tuple[Command, ...]:
     return tuple(commands)
 
 
-def encode_commands(commands: Sequence[Command]) -> str:
+def encode_commands(commands: Sequence[wire.Command]) -> str:
     """Encodes a control request.
 
     Raises:
@@ -78,7 +60,7 @@ def encode_commands(commands: Sequence[Command]) -> str:
     return f"<commands>{''.join(_encode_command(command) for command in commands)}</commands>"
 
 
-def decode_assumptions(text: Union[str, bytes]) -> Tuple[Assumption, ...]:
+def decode_assumptions(text: Union[str, bytes]) -> Tuple[wire.Assumption, ...]:
     """Decodes a goal's assumptions; an empty text means none.
 
     Raises:
@@ -91,13 +73,13 @@ def decode_assumptions(text: Union[str, bytes]) -> Tuple[Assumption, ...]:
     assumptions = []
     for element in root.children:
         name, value = _valued(element, "assumption")
-        if value is Truth.FREE:
+        if value is wire.Truth.FREE:
             raise element.error("an assumption's value is true or false")
-        assumptions.append(Assumption(name, value is Truth.TRUE))
+        assumptions.append(wire.Assumption(name, value is wire.Truth.TRUE))
     return tuple(assumptions)
 
 
-def encode_assumptions(assumptions: Sequence[Assumption]) -> str:
+def encode_assumptions(assumptions: Sequence[wire.Assumption]) -> str:
     """Encodes a goal's assumptions.
 
     Raises:
@@ -110,7 +92,7 @@ def encode_assumptions(assumptions: Sequence[Assumption]) -> str:
     return f"<assumptions>{''.join(items)}</assumptions>"
 
 
-def decode_reply(text: Union[str, bytes]) -> Reply:
+def decode_reply(text: Union[str, bytes]) -> wire.Reply:
     """Decodes a control reply.
 
     Raises:
@@ -120,7 +102,7 @@ def decode_reply(text: Union[str, bytes]) -> Reply:
     _expect(root, "return", inside=_ELEMENTS)
     success = None
     failure = None
-    answers: List[Answer] = []
+    answers: List[wire.Answer] = []
     for element in root.children:
         if element.name == "success":
             _expect(element, "success", inside=_TEXT)
@@ -133,10 +115,10 @@ def decode_reply(text: Union[str, bytes]) -> Reply:
             raise element.error(f"<{shorten(element.name)}> does not belong into <return>")
     if success is None or success is not (failure is None):
         raise root.error("<return> needs a <success>, and an <error> exactly if that is False")
-    return Reply(tuple(answers), failure)
+    return wire.Reply(tuple(answers), failure)
 
 
-def encode_reply(reply: Reply) -> str:
+def encode_reply(reply: wire.Reply) -> str:
     """Encodes a control reply, each tag and text in a line of its own, as in the manual.
 
     Characters that XML cannot carry are replaced by U+FFFD.
@@ -148,10 +130,10 @@ def encode_reply(reply: Reply) -> str:
         message = _text(carried(failure.message))
         lines += [f'<error command={command} index="{failure.index}">', message, "</error>"]
     for answer in reply.answers:
-        if isinstance(answer, Externals):
+        if isinstance(answer, wire.Externals):
             values = [(name, value.value) for name, value in answer.values]
             lines += _listed("external", "value", values)
-        elif isinstance(answer, Programs):
+        elif isinstance(answer, wire.Programs):
             lines += _listed("program", "parameters", answer.parts)
         else:
             lines += ["<stats>", _text(json.dumps(answer.values)), "</stats>"]
@@ -164,17 +146,17 @@ def _listed(kind: str, key: str, pairs: Sequence[Tuple[str, object]]) -> List[st
     return [f"<{kind}s>", *rows, f"</{kind}s>"]
 
 
-def _decode_add(element: Element) -> Add:
+def _decode_add(element: Element) -> wire.Add:
     name = _expect(element, "add", "name", inside=_ELEMENTS)["name"]
     if not element.children or element.children[-1].name != "program":
         raise element.error("<add> needs a <program> after its <parameter_definition> elements")
     *definitions, program = element.children
     parameters = [_expect(each, "parameter_definition", "name")["name"] for each in definitions]
     _expect(program, "program", inside=_TEXT)
-    return Add(name, tuple(parameters), program.text)
+    return wire.Add(name, tuple(parameters), program.text)
 
 
-def _decode_ground(element: Element) -> Ground:
+def _decode_ground(element: Element) -> wire.Ground:
     attributes = _expect(element, "ground", optional=("asking", "reserved"), inside=_ELEMENTS)
     if not element.children:
         raise element.error('<ground> needs a <program name="..."> for each part to ground')
@@ -182,75 +164,75 @@ def _decode_ground(element: Element) -> Ground:
     asking = attributes.get("asking", "false").strip().lower()
     if asking not in ("true", "false"):
         raise element.error(f"asking of <ground> is true or false, not {asking[:50]!r}")
-    return Ground(parts, asking == "true", tuple(attributes.get("reserved", "").split()))
+    return wire.Ground(parts, asking == "true", tuple(attributes.get("reserved", "").split()))
 
 
-def _decode_part(element: Element) -> Part:
+def _decode_part(element: Element) -> wire.Part:
     name = _expect(element, "program", "name", inside=_ELEMENTS)["name"]
-    return Part(
+    return wire.Part(
         name, tuple(_expect(each, "parameter", "value")["value"] for each in element.children)
     )
 
 
-def _decode_plain(element: Element) -> Command:
+def _decode_plain(element: Element) -> wire.Command:
     _expect(element, element.name)
-    return PLAIN[element.name]
+    return wire.PLAIN[element.name]
 
 
-_COMMANDS: Dict[str, Callable[[Element], Command]] = {
+_COMMANDS: Dict[str, Callable[[Element], wire.Command]] = {
     "add": _decode_add,
-    "assign_external": lambda element: AssignExternal(*_valued(element, "assign_external")),
+    "assign_external": lambda element: wire.AssignExternal(*_valued(element, "assign_external")),
     "ground": _decode_ground,
-    "load": lambda element: Load(_expect(element, "load", "file")["file"]),
-    "release_external": lambda element: ReleaseExternal(
+    "load": lambda element: wire.Load(_expect(element, "load", "file")["file"]),
+    "release_external": lambda element: wire.ReleaseExternal(
         _expect(element, "release_external", "name")["name"]
     ),
-    **dict.fromkeys(PLAIN, _decode_plain),
+    **dict.fromkeys(wire.PLAIN, _decode_plain),
 }
 
 
-def _encode_command(command: Command) -> str:
-    if isinstance(command, Add):
+def _encode_command(command: wire.Command) -> str:
+    if isinstance(command, wire.Add):
         definitions = "".join(
             f"<parameter_definition name={_attribute(name)}/>" for name in command.parameters
         )
         program = f"<program>{_text(command.program)}</program>"
         return f"<add name={_attribute(command.name)}>{definitions}{program}</add>"
-    if isinstance(command, Ground):
+    if isinstance(command, wire.Ground):
         asking = ' asking="true"' if command.asking else ""
         if command.reserved:
             asking += f" reserved={_attribute(' '.join(command.reserved))}"
         return f"<ground{asking}>{''.join(_encode_part(part) for part in command.parts)}</ground>"
-    if isinstance(command, Load):
+    if isinstance(command, wire.Load):
         return f"<load file={_attribute(command.file)}/>"
-    if isinstance(command, AssignExternal):
+    if isinstance(command, wire.AssignExternal):
         name = _attribute(command.name)
         return f'<assign_external name={name} value="{command.value.value}"/>'
-    if isinstance(command, ReleaseExternal):
+    if isinstance(command, wire.ReleaseExternal):
         return f"<release_external name={_attribute(command.name)}/>"
-    return f"<{command_name(command)}/>"
+    return f"<{wire.command_name(command)}/>"
 
 
-def _encode_part(part: Part) -> str:
+def _encode_part(part: wire.Part) -> str:
     parameters = "".join(f"<parameter value={_attribute(value)}/>" for value in part.parameters)
     return f"<program name={_attribute(part.name)}>{parameters}</program>"
 
 
-def _decode_failure(element: Element) -> Failure:
+def _decode_failure(element: Element) -> wire.Failure:
     attributes = _expect(element, "error", "command", "index", inside=_TEXT)
     try:
         index = int(attributes["index"])
     except ValueError:
         raise element.error("attribute index of <error> is not a number") from None
-    return Failure(attributes["command"], index, _line(element.text))
+    return wire.Failure(attributes["command"], index, _line(element.text))
 
 
-def _decode_externals(element: Element) -> Externals:
+def _decode_externals(element: Element) -> wire.Externals:
     _expect(element, "externals", inside=_ELEMENTS)
-    return Externals(tuple(_valued(external, "external") for external in element.children))
+    return wire.Externals(tuple(_valued(external, "external") for external in element.children))
 
 
-def _decode_programs(element: Element) -> Programs:
+def _decode_programs(element: Element) -> wire.Programs:
     _expect(element, "programs", inside=_ELEMENTS)
     parts = []
     for program in element.children:
@@ -259,10 +241,10 @@ def _decode_programs(element: Element) -> Programs:
         if not count.isascii() or not count.isdecimal():
             raise program.error(f"parameters of <program> is a number, not {count[:50]!r}")
         parts.append((attributes["name"], int(count)))
-    return Programs(tuple(parts))
+    return wire.Programs(tuple(parts))
 
 
-def _decode_stats(element: Element) -> Stats:
+def _decode_stats(element: Element) -> wire.Stats:
     _expect(element, "stats", inside=_TEXT)
     try:
         values = json.loads(element.text)
@@ -270,17 +252,17 @@ def _decode_stats(element: Element) -> Stats:
         raise element.error(f"<stats> does not hold JSON: {err}") from err
     if not isinstance(values, dict):
         raise element.error("<stats> does not hold a JSON object")
-    return Stats(values)
+    return wire.Stats(values)
 
 
-_ANSWERS: Dict[str, Callable[[Element], Answer]] = {
+_ANSWERS: Dict[str, Callable[[Element], wire.Answer]] = {
     "externals": _decode_externals,
     "programs": _decode_programs,
     "stats": _decode_stats,
 }
 
 
-def _valued(element: Element, kind: str) -> Tuple[str, Truth]:
+def _valued(element: Element, kind: str) -> Tuple[str, wire.Truth]:
     """Returns the name and the value of an element of a kind, as those of atoms have them."""
     attributes = _expect(element, kind, "name", "value")
     word = attributes["value"]

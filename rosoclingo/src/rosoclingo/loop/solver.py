@@ -11,25 +11,7 @@ import time
 from typing import Callable, Dict, Iterable, List, Optional, Protocol, Sequence, Tuple
 
 from rosclingo.errors import shorten
-from rosclingo.wire.commands import (
-    Add,
-    AssignExternal,
-    Assumption,
-    Command,
-    Externals,
-    GetExternals,
-    GetPrograms,
-    Ground,
-    Improvement,
-    Outcome,
-    Part,
-    Programs,
-    ReleaseExternal,
-    Reply,
-    Restart,
-    Result,
-    Truth,
-)
+from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import query
@@ -46,9 +28,9 @@ _SHOWS = " ".join(
     for name, arity in SEEN.items()
 )
 EMPTY_PARTS = (
-    Add("state", ("t",), ""),
-    Add("transition", ("t",), ""),
-    Add("query", ("t",), _SHOWS),
+    wire.Add("state", ("t",), ""),
+    wire.Add("transition", ("t",), ""),
+    wire.Add("query", ("t",), _SHOWS),
 )
 """What lets an encoding leave out a part that it does not need, and tells what it hides."""
 
@@ -64,15 +46,15 @@ _MANY = 20  # so many assignments after one that failed, it is quicker to ask fo
 class Solver(Protocol):
     """Runs commands and solve calls. One thread makes the calls."""
 
-    def run(self, commands: Sequence[Command]) -> Reply:
+    def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
         """Runs commands in order until one fails; what ran before that stays."""
 
     def solve(
         self,
-        assumptions: Sequence[Assumption] = ...,
+        assumptions: Sequence[wire.Assumption] = ...,
         stopped: Optional[Callable[[], bool]] = ...,
-        improved: Callable[[Improvement], None] = ...,
-    ) -> Outcome:
+        improved: Callable[[wire.Improvement], None] = ...,
+    ) -> wire.Outcome:
         """Searches for answer sets until told to stop."""
 
     def check(self) -> None:
@@ -85,16 +67,16 @@ class Forwarding:
     def __init__(self, solver: Solver) -> None:
         self._solver = solver
 
-    def run(self, commands: Sequence[Command]) -> Reply:
+    def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
         """Runs commands in order until one fails; what ran before that stays."""
         return self._solver.run(commands)
 
     def solve(
         self,
-        assumptions: Sequence[Assumption] = (),
+        assumptions: Sequence[wire.Assumption] = (),
         stopped: Optional[Callable[[], bool]] = None,
-        improved: Callable[[Improvement], None] = lambda _: None,
-    ) -> Outcome:
+        improved: Callable[[wire.Improvement], None] = lambda _: None,
+    ) -> wire.Outcome:
         """Searches for answer sets until told to stop."""
         return self._solver.solve(assumptions, stopped, improved)
 
@@ -107,7 +89,7 @@ class Forwarding:
 class KeptPlan:
     """A plan that stands until something is told, for horizons from one on."""
 
-    outcome: Outcome
+    outcome: wire.Outcome
     horizon: int
 
 
@@ -163,25 +145,25 @@ class Planner(PlannerState):
         """
         self.demand.begin(())
         self._kept = None
-        self.run(Restart(), Add(_SLOT, (), _SLOTS), *EMPTY_PARTS)
+        self.run(wire.Restart(), wire.Add(_SLOT, (), _SLOTS), *EMPTY_PARTS)
         self.demand.begin(() if self._is_translated else self._programs())
-        base, first = [Part("base")], [Part("state", ("0",)), Part("query", ("0",))]
+        base, first = [wire.Part("base")], [wire.Part("state", ("0",)), wire.Part("query", ("0",))]
         if self.demand:
-            self.run(self.demand.ground([*base, Part(_SLOT)]))
+            self.run(self.demand.ground([*base, wire.Part(_SLOT)]))
             self.demand.tell(saved)
             self.run(self.demand.ground(first))
         else:
-            self.run(Ground((*base, *first, Part(_SLOT))))
+            self.run(wire.Ground((*base, *first, wire.Part(_SLOT))))
         externals = self.externals()
         self.demand.learn_examples(externals)
         slots = [atom for atom in externals if atom.startswith(f"{_SLOT}(")]
-        self.run(*(ReleaseExternal(atom) for atom in slots))
+        self.run(*(wire.ReleaseExternal(atom) for atom in slots))
         return [split_term(atom)[1][0] for atom in slots]
 
     def _programs(self) -> Sequence[Tuple[str, int]]:
         """Returns the program parts; none if the solver is one that cannot tell."""
-        reply = self._solver.run([GetPrograms()])
-        return next((a.parts for a in reply.answers if isinstance(a, Programs)), ())
+        reply = self._solver.run([wire.GetPrograms()])
+        return next((a.parts for a in reply.answers if isinstance(a, wire.Programs)), ())
 
     def ground_steps(self, steps: Iterable[int]) -> None:
         """Grounds state, transition and query of steps after step 0.
@@ -193,8 +175,10 @@ class Planner(PlannerState):
         else:
             self.demand.add_steps(steps)
 
-    def _grounding(self, step: int) -> Ground:
-        return self.demand.ground_step(step) if self.demand else Ground(tuple(step_parts(step)))
+    def _grounding(self, step: int) -> wire.Ground:
+        return (
+            self.demand.ground_step(step) if self.demand else wire.Ground(tuple(step_parts(step)))
+        )
 
     def query(self, horizon: int, before: Optional[int], steps: Sequence[int]) -> None:
         """Asks for plans with a horizon.
@@ -212,14 +196,14 @@ class Planner(PlannerState):
         if self._kept is not None:
             self.demand.add_steps(steps)
             if before is not None:
-                self.demand.set_query(query(before), Truth.FALSE)
-            self.demand.set_query(query(horizon), Truth.TRUE)
+                self.demand.set_query(query(before), wire.Truth.FALSE)
+            self.demand.set_query(query(horizon), wire.Truth.TRUE)
             return
-        old = [] if before is None else [AssignExternal(query(before), Truth.FALSE)]
+        old = [] if before is None else [wire.AssignExternal(query(before), wire.Truth.FALSE)]
         grounding = map(self._grounding, steps)
-        self.run(*old, *grounding, AssignExternal(query(horizon), Truth.TRUE))
+        self.run(*old, *grounding, wire.AssignExternal(query(horizon), wire.Truth.TRUE))
 
-    def run(self, *commands: Command) -> Reply:
+    def run(self, *commands: wire.Command) -> wire.Reply:
         """Runs commands, after what is still to be told.
 
         Raises:
@@ -227,12 +211,12 @@ class Planner(PlannerState):
         """
         commands = (*self.demand.take_pending(), *commands)
         if not commands:
-            return Reply()
+            return wire.Reply()
         self._note(commands)
         reply = self._solver.run(commands)
         while reply.failure is not None and _is_false_query(commands, reply.failure.index):
             commands = commands[reply.failure.index + 1 :]  # what does not exist is false already
-            reply = self._solver.run(commands) if commands else Reply()
+            reply = self._solver.run(commands) if commands else wire.Reply()
         if reply.failure is not None:
             failure = reply.failure
             raise PlannerError(
@@ -241,9 +225,9 @@ class Planner(PlannerState):
             )
         return reply
 
-    def _note(self, commands: Sequence[Command]) -> None:
+    def _note(self, commands: Sequence[wire.Command]) -> None:
         """Takes note of what may change the plan."""
-        truths = [c for c in commands if isinstance(c, (AssignExternal, ReleaseExternal))]
+        truths = [c for c in commands if isinstance(c, (wire.AssignExternal, wire.ReleaseExternal))]
         if any(not command.name.startswith("query(") for command in truths):
             self._forget_plan()
 
@@ -251,7 +235,7 @@ class Planner(PlannerState):
         self._kept = None
         self.demand.note_news()
 
-    def search(self, step: int, horizon: int, stopped: Callable[[], bool]) -> Outcome:
+    def search(self, step: int, horizon: int, stopped: Callable[[], bool]) -> wire.Outcome:
         """Searches for a plan until told to stop, which may be so from the beginning.
 
         A plan whose encoding says from which horizon on it is one stands until something is told.
@@ -265,25 +249,25 @@ class Planner(PlannerState):
             PlannerError: The encoding asks for what there is not.
         """
         if stopped():
-            return Outcome(Result.UNKNOWN, interrupted=True)
+            return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
         if self._kept is None:
             self.run(*self.demand.prepare(step))
             outcome = self._solve_and_ground(stopped)
             needed = needed_horizon(outcome.symbols) if self.demand else None
-            if needed is None or outcome.result is not Result.SAT:
+            if needed is None or outcome.result is not wire.Result.SAT:
                 return outcome
             self._kept = KeptPlan(outcome, needed)
         if horizon < self._kept.horizon:
-            return Outcome(Result.UNSAT)
+            return wire.Outcome(wire.Result.UNSAT)
         return self._kept.outcome
 
-    def _solve_and_ground(self, stopped: Callable[[], bool]) -> Outcome:
+    def _solve_and_ground(self, stopped: Callable[[], bool]) -> wire.Outcome:
         """Searches until an answer set asks for nothing new."""
         for _ in range(_MOST_ROUNDS):
             if stopped():  # while it was grounded
-                return Outcome(Result.UNKNOWN, interrupted=True)
+                return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
             outcome = self._solve(stopped)
-            if not (self.demand and outcome.result is Result.SAT):
+            if not (self.demand and outcome.result is wire.Result.SAT):
                 return outcome
             parts = self.demand.asked_for(outcome.symbols)
             if not parts:
@@ -294,11 +278,11 @@ class Planner(PlannerState):
             f"last for {shorten(str(parts[0]))}: does it ever stop asking?"
         )
 
-    def _solve(self, stopped: Callable[[], bool]) -> Outcome:
+    def _solve(self, stopped: Callable[[], bool]) -> wire.Outcome:
         """Searches until told to stop, or, with a model, for as long as is allowed."""
         if not self.search_seconds:
             return self._solver.solve((), stopped)
-        found: List[Improvement] = []
+        found: List[wire.Improvement] = []
         end = time.monotonic() + self.search_seconds
         is_stopped = False
 
@@ -310,7 +294,7 @@ class Planner(PlannerState):
         outcome = self._solver.solve((), has_to_end, found.append)
         if outcome.interrupted and found and not is_stopped:
             symbols = outcome.symbols or found[-1].symbols
-            return Outcome(Result.SAT, interrupted=True, symbols=symbols)
+            return wire.Outcome(wire.Result.SAT, interrupted=True, symbols=symbols)
         return outcome
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
@@ -318,19 +302,19 @@ class Planner(PlannerState):
         if stopped():
             return None
         self.run()  # what is still to be told
-        found: List[Improvement] = []
+        found: List[wire.Improvement] = []
         outcome = self._solver.solve((), lambda: bool(found) or stopped(), found.append)
-        if found or outcome.result is Result.SAT:
+        if found or outcome.result is wire.Result.SAT:
             return True
-        return False if outcome.result is Result.UNSAT else None
+        return False if outcome.result is wire.Result.UNSAT else None
 
-    def externals(self) -> Dict[str, Truth]:
+    def externals(self) -> Dict[str, wire.Truth]:
         """Returns all externals with their values."""
-        (answer,) = self.run(GetExternals()).answers
-        assert isinstance(answer, Externals)
+        (answer,) = self.run(wire.GetExternals()).answers
+        assert isinstance(answer, wire.Externals)
         return dict(answer.values)
 
-    def set_query(self, query: str, value: Truth) -> None:
+    def set_query(self, query: str, value: wire.Truth) -> None:
         """Sets an external ``query(T)``: whether all has to be done at a horizon.
 
         An encoding that has opted in learns it together with what it is told.
@@ -340,10 +324,10 @@ class Planner(PlannerState):
         """
         if self.demand:
             self.demand.set_query(query, value)
-        elif value is Truth.FALSE:
+        elif value is wire.Truth.FALSE:
             self.assign([query], value)  # what does not exist is false already
         else:
-            self.run(AssignExternal(query, value))
+            self.run(wire.AssignExternal(query, value))
 
     def declare(self, pairs: Sequence[Pair]) -> None:
         """Asks an encoding that is told its events whether it knows them."""
@@ -366,7 +350,7 @@ class Planner(PlannerState):
             The atoms that the encoding does not know, each with the reason.
         """
         if not self.demand.tells:
-            return self.assign(atoms, Truth.TRUE)
+            return self.assign(atoms, wire.Truth.TRUE)
         pairs = {atom: _pair(atom) for atom in atoms}
         own = ("commit", "save")
         self.declare([pair for pair in pairs.values() if pair[0] not in own])
@@ -380,7 +364,7 @@ class Planner(PlannerState):
             self._forget_plan()
         return [(atom, f"there is no external event({','.join(pairs[atom])})") for atom in missing]
 
-    def assign(self, atoms: Sequence[str], value: Truth) -> List[Tuple[str, str]]:
+    def assign(self, atoms: Sequence[str], value: wire.Truth) -> List[Tuple[str, str]]:
         """Assigns a value to those atoms that are externals.
 
         Returns:
@@ -390,7 +374,7 @@ class Planner(PlannerState):
         rest = list(atoms)
         while rest:
             batch = _batch(rest)
-            commands = [AssignExternal(atom, value) for atom in batch]
+            commands = [wire.AssignExternal(atom, value) for atom in batch]
             self.run()  # what is still to be told
             self._note(commands)
             reply = self._solver.run(commands)
@@ -411,11 +395,11 @@ class Planner(PlannerState):
         return missing
 
 
-def _is_false_query(commands: Sequence[Command], index: int) -> bool:
+def _is_false_query(commands: Sequence[wire.Command], index: int) -> bool:
     command = commands[index] if index >= 0 else None
     return (
-        isinstance(command, AssignExternal)
-        and command.value is Truth.FALSE
+        isinstance(command, wire.AssignExternal)
+        and command.value is wire.Truth.FALSE
         and command.name.startswith("query(")
     )
 

@@ -18,22 +18,7 @@ from clingo import ast
 from rosclingo.errors import OptionsError
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
-from rosclingo.wire.commands import (
-    Add,
-    AssignExternal,
-    Assumption,
-    Command,
-    Externals,
-    GetExternals,
-    Ground,
-    Improvement,
-    Outcome,
-    Part,
-    ReleaseExternal,
-    Reply,
-    Restart,
-    Truth,
-)
+from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.solver import HAS, Forwarding, Solver
@@ -64,67 +49,70 @@ class _Translation(Dialect2, abc.ABC):
 
     The loop asks for externals of the dialect 2.0 that encodings of these do not have. Those are
     answered for here.
+
+    Attributes:
+        acts: The part that says that an action was published.
+        passes: The part that says that a step has gone by.
     """
 
     first_step = 1
     events_are_facts = True
+    acts = passes = ""
 
     def __init__(self, solver: Solver) -> None:
         super().__init__(solver)
         self._open: Set[str] = set()  # steps that are grounded and have not gone by
 
-    def run(self, commands: Sequence[Command]) -> Reply:
+    def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
         """Runs commands in order until one fails; what ran before that stays."""
         answers: List[Any] = []
         for index, command in enumerate(commands):
             reply = self._solver.run(self._translate(command))
             if reply.failure is not None:
-                return Reply(tuple(answers), dataclasses.replace(reply.failure, index=index))
+                return wire.Reply(tuple(answers), dataclasses.replace(reply.failure, index=index))
             answers += reply.answers
-            if isinstance(command, GetExternals):
+            if isinstance(command, wire.GetExternals):
                 answers[-1] = self._translate_back(answers[-1])
-        return Reply(tuple(answers))
+        return wire.Reply(tuple(answers))
 
-    def _translate(self, command: Command) -> List[Command]:
-        if isinstance(command, Restart):
+    def _translate(self, command: wire.Command) -> List[wire.Command]:
+        if isinstance(command, wire.Restart):
             self._open.clear()
-        elif isinstance(command, Ground):
+        elif isinstance(command, wire.Ground):
             transitions = [part for part in command.parts if part.name == "transition"]
             self._open.update(part.parameters[0] for part in transitions)
-        elif isinstance(command, ReleaseExternal):
+        elif isinstance(command, wire.ReleaseExternal):
             virtual = command.name.startswith((_ANY_ATOM, _PASSED))
             return [] if virtual else [command]
-        elif isinstance(command, AssignExternal) and command.name.startswith("event("):
+        elif isinstance(command, wire.AssignExternal) and command.name.startswith("event("):
             return self._tell(command)
         return [command]
 
-    def _tell(self, command: AssignExternal) -> List[Command]:
+    def _tell(self, command: wire.AssignExternal) -> List[wire.Command]:
         source, content, step = split_term(command.name)[1]
-        if command.value is not Truth.TRUE:
+        if command.value is not wire.Truth.TRUE:
             return []  # what has happened has happened, and nothing else is true
         if command.name.startswith(_PASSED):
             is_open = step in self._open
             self._open.discard(step)
-            return [self._passes(step)] if is_open else []
+            return [_grounding(self.passes, step)] if is_open else []
         if source == "commit":
             actuator, action = split_term(content)[1]
-            return [self._acts(actuator, action, step)]
+            return [_grounding(self.acts, actuator, action, step)]
         return [self._happens(source, content, step)]
 
-    def _translate_back(self, externals: Externals) -> Externals:
-        passed = (event("info", "passed", int(step)) for step in sorted(self._open))
-        return Externals((*externals.values, *((atom, Truth.FALSE) for atom in passed)))
+    def _translate_back(self, externals: wire.Externals) -> wire.Externals:
+        virtual = (
+            (atom, wire.Truth.FALSE) for step in sorted(self._open) for atom in self._virtual(step)
+        )
+        return wire.Externals((*externals.values, *virtual))
+
+    def _virtual(self, step: str) -> List[str]:
+        """Returns the externals of an open step that the encoding does not have."""
+        return [event("info", "passed", int(step))]
 
     @abc.abstractmethod
-    def _acts(self, actuator: str, action: str, step: str) -> Command:
-        """Returns what says that an action was published."""
-
-    @abc.abstractmethod
-    def _passes(self, step: str) -> Command:
-        """Returns what says that a step has gone by."""
-
-    @abc.abstractmethod
-    def _happens(self, source: str, content: str, step: str) -> Command:
+    def _happens(self, source: str, content: str, step: str) -> wire.Command:
         """Returns what says that an event has happened."""
 
 
@@ -136,20 +124,13 @@ class Dialect1(_Translation):
     """
 
     name = "1.0"
+    acts, passes = "commit", "finalize"
 
-    def _translate_back(self, externals: Externals) -> Externals:
-        translated = super()._translate_back(externals)
-        any_event = (f"{_ANY_ATOM}{step})" for step in sorted(self._open))
-        return Externals((*translated.values, *((atom, Truth.FALSE) for atom in any_event)))
+    def _virtual(self, step: str) -> List[str]:
+        return [*super()._virtual(step), f"{_ANY_ATOM}{step})"]
 
-    def _acts(self, actuator: str, action: str, step: str) -> Command:
-        return Ground((Part("commit", (actuator, action, step)),))
-
-    def _passes(self, step: str) -> Command:
-        return Ground((Part("finalize", (step,)),))
-
-    def _happens(self, source: str, content: str, step: str) -> Command:
-        return Ground((Part("set_event", (source, content, step)),))
+    def _happens(self, source: str, content: str, step: str) -> wire.Command:
+        return _grounding("set_event", source, content, step)
 
 
 class PaperDialect(_Translation):
@@ -160,15 +141,16 @@ class PaperDialect(_Translation):
     """
 
     name = "paper"
+    acts, passes = "rosoclingo_commit", "rosoclingo_pass"
     _RULES = (
-        Add("base", (), "#defined id/1. rslot(ID) :- id(ID)."),
-        Add(
-            "rosoclingo_commit",
+        wire.Add("base", (), "#defined id/1. rslot(ID) :- id(ID)."),
+        wire.Add(
+            acts,
             ("r", "a", "t"),
             "rosoclingo_committed(r,a,t). :- not occurs(r,a,t).",
         ),
-        Add(
-            "rosoclingo_pass",
+        wire.Add(
+            passes,
             ("t",),
             "#defined occurs/3. #defined rosoclingo_committed/3."
             ":- occurs(R,A,t), not rosoclingo_committed(R,A,t).",
@@ -181,26 +163,26 @@ class PaperDialect(_Translation):
 
     def solve(
         self,
-        assumptions: Sequence[Assumption] = (),
+        assumptions: Sequence[wire.Assumption] = (),
         stopped: Optional[Callable[[], bool]] = None,
-        improved: Callable[[Improvement], None] = lambda _: None,
-    ) -> Outcome:
+        improved: Callable[[wire.Improvement], None] = lambda _: None,
+    ) -> wire.Outcome:
         """Searches for answer sets until told to stop."""
         outcome = super().solve(assumptions, stopped, improved)
         symbols = (f"do{s[6:]}" if s.startswith("occurs(") else s for s in outcome.symbols)
         return dataclasses.replace(outcome, symbols=tuple(symbols))
 
-    def _translate(self, command: Command) -> List[Command]:
-        if isinstance(command, Restart):
+    def _translate(self, command: wire.Command) -> List[wire.Command]:
+        if isinstance(command, wire.Restart):
             return [*super()._translate(command), *self._RULES]
-        if isinstance(command, Add) and HAS in command.program:
+        if isinstance(command, wire.Add) and HAS in command.program:
             text = command.program.replace("do/3", "occurs/3").replace(" do(", " occurs(")
             return [dataclasses.replace(command, program=text)]
-        if isinstance(command, Ground):
+        if isinstance(command, wire.Ground):
             parts = tuple(p for p in command.parts if p.name != "state" and p.parameters != ("0",))
             super()._translate(command)
-            return [Ground(parts)]
-        if isinstance(command, (AssignExternal, ReleaseExternal)):
+            return [wire.Ground(parts)]
+        if isinstance(command, (wire.AssignExternal, wire.ReleaseExternal)):
             command = dataclasses.replace(command, name=self._name(command.name))
         return super()._translate(command)
 
@@ -214,13 +196,13 @@ class PaperDialect(_Translation):
                 return f"event(request,({source},{content}),{step})"
         return atom
 
-    def _translate_back(self, externals: Externals) -> Externals:
+    def _translate_back(self, externals: wire.Externals) -> wire.Externals:
         translated = []
         for atom, value in super()._translate_back(externals).values:
             if atom.startswith(_SLOT):
                 self._slots.add(split_term(atom)[1][0])
             translated.append((self._name_back(atom), value))
-        return Externals(tuple(translated))
+        return wire.Externals(tuple(translated))
 
     def _name_back(self, atom: str) -> str:
         if atom.startswith("horizon("):
@@ -232,14 +214,12 @@ class PaperDialect(_Translation):
                 return f"event({request[0]},{request[1]},{arguments[2]})"
         return atom
 
-    def _acts(self, actuator: str, action: str, step: str) -> Command:
-        return Ground((Part("rosoclingo_commit", (actuator, action, step)),))
+    def _happens(self, source: str, content: str, step: str) -> wire.Command:
+        return wire.AssignExternal(event(source, content, int(step)), wire.Truth.TRUE)
 
-    def _passes(self, step: str) -> Command:
-        return Ground((Part("rosoclingo_pass", (step,)),))
 
-    def _happens(self, source: str, content: str, step: str) -> Command:
-        return AssignExternal(event(source, content, int(step)), Truth.TRUE)
+def _grounding(part: str, *parameters: str) -> wire.Ground:
+    return wire.Ground((wire.Part(part, parameters),))
 
 
 def says_status(options: Options) -> bool:
@@ -260,12 +240,8 @@ def detect(options: Options) -> Type[Dialect2]:
         RosclingoError: A file does not parse.
     """
     program = parse_files(options.files)
-    declared = set()
-    for statement in program.statements:
-        if statement.ast_type is ast.ASTType.External:
-            symbol = statement.atom.symbol
-            if symbol.ast_type is ast.ASTType.Function:
-                declared.add((symbol.name, len(symbol.arguments)))
+    externals = (s.atom.symbol for s in program.statements if s.ast_type is ast.ASTType.External)
+    declared = {(s.name, len(s.arguments)) for s in externals if s.ast_type is ast.ASTType.Function}
     missing = _PARTS_1_0 - program.parts
     if not missing:
         return Dialect1

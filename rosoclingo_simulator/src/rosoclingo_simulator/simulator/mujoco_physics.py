@@ -176,11 +176,8 @@ class MujocoPhysics:
         """Returns what a laser measures; see :class:`.physics.Physics`."""
         pose = self.pose
         start = np.array([pose.x, pose.y, physics.LASER_HEIGHT])
-        directions = np.zeros((len(angles), 3))
-        directions[:, 0], directions[:, 1] = (
-            np.cos(angles + pose.theta),
-            np.sin(angles + pose.theta),
-        )
+        ahead = angles + pose.theta
+        directions = np.stack((np.cos(ahead), np.sin(ahead), np.zeros_like(ahead)), axis=-1)
         hit = np.zeros(1, dtype=np.int32)
         # One by one: the arguments of mj_multiRay are not the same in all of MuJoCo's versions.
         found = np.array(

@@ -59,9 +59,8 @@ class Navigation:
     def _make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
         try:
             goal = messages.pose_from(request.goal)
-            start = None
-            if request.start.header.frame_id:  # without a frame, the robot's own place is meant
-                start = messages.pose_from(request.start)
+            # Without a frame, the robot's own place is meant.
+            start = messages.pose_from(request.start) if request.start.header.frame_id else None
         except messages.MessageError as err:
             raise rospy.ServiceException(str(err)) from err
         physics, costmap = self._simulation.physics, self._move_base.costmap

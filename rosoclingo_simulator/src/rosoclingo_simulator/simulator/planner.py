@@ -107,9 +107,8 @@ class Planner:
             return row, column
         reach = int(radius / self.grid.resolution)
         top, left = max(0, row - reach), max(0, column - reach)
-        around = np.argwhere(free[top : row + reach + 1, left : column + reach + 1]) + np.array(
-            (top, left)
-        )
+        window = free[top : row + reach + 1, left : column + reach + 1]
+        around = np.argwhere(window) + np.array((top, left))
         if not len(around):
             return None
         points = self.grid.points(around[:, 0], around[:, 1])

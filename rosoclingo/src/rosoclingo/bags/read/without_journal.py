@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from itertools import takewhile
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Sequence, Set
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Sequence, Set
 
 from rosclingo.wire.term_text import split_list
 from rosoclingo.bags.model import Entry
@@ -115,21 +115,12 @@ class Historian:
         self._answered: Set[str] = set()
         self._goals: Dict[str, float] = {}  # open ones: when they were sent, in seconds
         self._statuses: Dict[str, Status] = {}
-        self._takers: Mapping[str, Callable[[Any], Iterator[Event]]] = {
-            "goal": self._goal,
-            "cancel": self._cancel,
-            "in": self._in,
-            "out": self._out,
-            "status": self._status,
-            "feedback": self._feedback,
-            "result": lambda message: self._change(message.status),
-        }
 
     def entries(self, recorded: Iterable[Said]) -> Iterator[Entry]:
         """Yields the events that messages make known; these come in the order of the bag."""
         number = 0
         for said in in_order(recorded):
-            for event in self._takers[said.topic](said.message):
+            for event in getattr(self, f"_{said.topic}")(said.message):
                 number += 1
                 yield Entry(event, self._step, self._horizon, number, said.seconds)
 
@@ -174,6 +165,9 @@ class Historian:
         if found:
             self._horizon = int(found[1])
         yield from ()
+
+    def _result(self, message: Any) -> Iterator[Event]:
+        return self._change(message.status)
 
     def _change(self, told: Any) -> Iterator[Event]:
         identifier, status = told.goal_id.id, _STATUSES.get(told.status)
