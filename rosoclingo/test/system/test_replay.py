@@ -20,7 +20,7 @@ from terminals import Terminal, Terminals, package, terminals, wait_for
 
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.loop.journal import CommandDone, GoalArrived, LoopWaits, StatusSet
+from rosoclingo.loop.journal import CommandDone, GoalArrived, LoopWaits, Status, StatusSet
 
 __all__ = ["terminals"]
 
@@ -182,7 +182,8 @@ def is_through(bag: Path) -> bool:
     events = [entry.event for entry in recording.entries]
     last = [event for event in events if isinstance(event, (CommandDone, LoopWaits))][-1]
     rests = isinstance(last, LoopWaits) or last.publishes
-    ended = {event.goal for event in events if isinstance(event, StatusSet)}
+    statuses = [event for event in events if isinstance(event, StatusSet)]
+    ended = {event.goal for event in statuses if event.status is not Status.ACCEPTED}
     all_ended = all(event.goal in ended for event in events if isinstance(event, GoalArrived))
     knows_nodes = loop is not None and {*loop.solvers.values()} <= set(recording.programs)
     return rests and all_ended and knows_nodes
