@@ -18,10 +18,11 @@ FLOORS = {
         "errors", "loop", "commands", "single", "ros",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
+        "desk",
     ],
     "rosoclingo_interfaces": [
         "errors", "prompt", "topics", "journal", "announcements",
-        "execution", "interface", "executor", "clock", "node", "answers",
+        "execution", "interface", "executor", "clock", "node",
         "fulfill", "pickup_deliver", "un_block", "navigation",
     ],
     "rosoclingo_rviz": ["errors", "graph", "situation", "drawing", "messages", "node"],

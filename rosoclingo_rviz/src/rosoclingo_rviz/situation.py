@@ -8,9 +8,8 @@ from typing import Dict, FrozenSet, List, Mapping, Optional, Sequence, Set, Tupl
 import clingo
 
 from rosclingo.solver.terms import parse_term
+from rosoclingo.loop.words import ABORT, FAILURE, SOLVER, SUCCESS
 from rosoclingo_interfaces.announcements import SOURCE
-from rosoclingo_interfaces.executor import ABORT, SOLVER
-from rosoclingo_interfaces.interface import FAILURE, SUCCESS
 
 _MOST_DELIVERED = 10  # packages that are shown where they were delivered
 

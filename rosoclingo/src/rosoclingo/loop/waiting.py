@@ -11,6 +11,7 @@ from rosoclingo.loop.goals import Goals
 from rosoclingo.loop.inbox import Message
 from rosoclingo.loop.journal import Event, LoopWaits, Reason
 from rosoclingo.loop.mail import Mail
+from rosoclingo.loop.words import FAILURE
 
 _LOOK_SECONDS = 1.0  # how often it is seen, while waiting, whether the solvers are there
 _SILENT_SECONDS = 1.0  # how long the goals hear nothing while a plan is searched for
@@ -97,7 +98,7 @@ class Waiting:
                     f"{actuator} has not answered for {self._action_timeout:g} s "
                     "(~action_timeout): its action counts as failed"
                 )
-                self._mail.inbox.put(Message(actuator, "failure"))
+                self._mail.inbox.put(Message(actuator, FAILURE))
 
     def _step_is_awaited(self, step: int) -> bool:
         """Whether goals wait for a slot that is free as soon as the next step begins.

@@ -1,0 +1,12 @@
+"""Ids and values on ``~in`` and ``~out`` that mean something to rosoclingo itself."""
+
+from __future__ import annotations
+
+SUCCESS, FAILURE = "success", "failure"
+"""Usual answers to an action."""
+
+SOLVER = "solver"
+"""The id of a message that holds a whole plan, for no actuator."""
+
+ABORT = "abort"
+"""In the dialect of ROSoClingo 1.0, the action that ends what an actuator does."""
