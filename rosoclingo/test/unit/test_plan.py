@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.plan import main, run
 from rosoclingo.desk.simulation import Simulation
+from rosoclingo.drawing.errors import PictureError
 from rosoclingo.loop.journal import CommandDone, encode
 
 LINE = f"{EXAMPLES}/line.lp"
@@ -232,6 +234,45 @@ def test_json(plan: Any) -> None:
     assert [(entry["clock"], entry["id"], entry["text"]) for entry in actions] == [
         (0.0, "robot", "go(2)")
     ]
+
+
+MAP = """
+connection(1,2). connection(2,3). start(robot,1).
+position(1,0,0). position(2,40,0). position(3,80,30).
+"""
+
+
+def test_a_picture_on_the_map(plan: Any, tmp_path: Path) -> None:
+    """Waypoints, the blocked way, and the steps in which the robot moves; no bars."""
+    (tmp_path / "map.lp").write_text(MAP)
+    file = tmp_path / "plan.svg"
+    said = plan(LINE, str(tmp_path / "map.lp"), "--goal", "visit(3)", "--picture", str(file))
+    assert (said.status, said.lines[-1]) == (0, f"wrote {file}")
+    assert texts(file) == ["1", "2", "3", "1", "2", "visit(3)"]
+
+
+def test_a_picture_with_bars(plan: Any, tmp_path: Path) -> None:
+    file = tmp_path / "plan.svg"
+    plan(LINE, "--goal", "visit(3)", "--goal", "visit(2)", "--picture", str(file))
+    shown = texts(file)
+    assert shown[-5:] == ["visit(3)", "visit(2)", "go(2)", "go(3)", "visit(3) visit(2)"]
+    assert [text for text in shown if text.isalpha()] == ["steps", "goals", "robot"]
+
+
+def test_a_picture_of_a_run(plan: Any, tmp_path: Path) -> None:
+    file = tmp_path / "run.png"
+    plan(LINE, "--goal", "visit(3)", "--simulate", "--picture", str(file))
+    assert file.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_that_cannot_be_drawn(plan: Any, tmp_path: Path) -> None:
+    with pytest.raises(PictureError, match=r"plan\.bmp: .*; \.png is a good ending"):
+        plan(LINE, "--goal", "visit(2)", "--picture", str(tmp_path / "plan.bmp"))
+
+
+def texts(file: Path) -> List[str]:
+    """Returns the texts of a picture; matplotlib notes each before it draws it."""
+    return re.findall(r"<!-- (\S.*?) -->", file.read_text())
 
 
 def test_each_command(plan: Any) -> None:

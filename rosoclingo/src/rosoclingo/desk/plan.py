@@ -22,6 +22,7 @@ from rosoclingo.desk.progress import Progress
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.desk.story import Story
 from rosoclingo.desk.system import Request
+from rosoclingo.drawing.errors import picture_errors
 from rosoclingo.loop import journal
 from rosoclingo.loop.goals import Stage
 
@@ -67,6 +68,8 @@ def run(arguments: Sequence[str]) -> int:
         lost = [goal for goal in desk.goals if goal.stage is not Stage.ENDED]
     why = reasons(desk, lost, failure)
     desk.finish(wrong, why)
+    if chosen.picture is not None and desk.plan is not None:
+        _draw(chosen, desk, desk.plan)
     return 2 if wrong else 1 if why else 0
 
 
@@ -190,6 +193,19 @@ class Desk(Simulation):
     def _placed(self, plan: Plan) -> List[Any]:
         pairs = [(goal, plan.slots.get(goal.id, "")) for goal in self.goals]
         return [(goal, slot) for goal, slot in pairs if slot in plan.succeeds]
+
+
+def _draw(chosen: argparse.Namespace, desk: Desk, plan: Plan) -> None:
+    title = " ".join(goal.request for goal in desk.goals) or "plan"
+    with picture_errors(chosen.picture, "--picture"):
+        # It takes a second, and who wants no picture need not have matplotlib.
+        from rosoclingo.desk.picture import draw_plan, draw_run  # noqa: PLC0415 (see above)
+
+        if chosen.simulate:
+            draw_run(desk, title, chosen.picture)
+        else:
+            draw_plan(desk, plan, chosen.options, title, chosen.picture)
+    _print(f"wrote {chosen.picture}")
 
 
 def _name(goal: Request) -> str:

@@ -5,6 +5,9 @@ from __future__ import annotations
 SUCCESS, FAILURE = "success", "failure"
 """Usual answers to an action."""
 
+INFO = "info"
+"""The id of what nobody has to answer for: an observation, or what the loop itself says."""
+
 SOLVER = "solver"
 """The id of a message that holds a whole plan, for no actuator."""
 
