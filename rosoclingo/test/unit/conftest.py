@@ -175,7 +175,7 @@ def system() -> Iterator[Callable[..., System]]:
     ) -> System:
         parts = make_parts(mode, _options(encoding), options, commands=commands)
         made = System(
-            parts.decider,
+            parts.decider(),
             planner or parts.planner,
             parts.commands,
             action_timeout=action_timeout,
@@ -200,7 +200,7 @@ def single() -> Iterator[Callable[..., System]]:
     ) -> System:
         parts = make_parts(SINGLE, _options(arguments))
         made = System(
-            parts.decider,
+            parts.decider(),
             parts.planner,
             parts.commands,
             inbox=inbox,

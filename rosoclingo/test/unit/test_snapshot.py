@@ -12,7 +12,7 @@ from conftest import PACKAGE
 
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Part, Result
-from rosoclingo.desk.parts import EXAMPLES, SINGLE, Parts, make_parts
+from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
 from rosoclingo.loop import journal
 from rosoclingo.loop.goals import Goal, Stage
@@ -132,13 +132,9 @@ def without_times(saved: str) -> object:
 
 
 def check(mode: str, encoding: str, seed: int) -> None:
-    def parts() -> Parts:
-        return make_parts(mode, Options((f"{EXAMPLES}/{encoding}",)), ("-c", "steps=30"))
-
     def make() -> Make:
-        planner = parts().planner
-        # What decides begins anew, the planner is as it was.
-        return lambda *ends: replace(parts(), planner=planner).loop(*ends)
+        """What decides begins anew with each loop, the planner is as it was."""
+        return make_parts(mode, Options((f"{EXAMPLES}/{encoding}",)), ("-c", "steps=30")).loop
 
     runs = [Run(seed, make(), restores=restores) for restores in (False, True)]
     ends = [str(run.run()) for run in runs]

@@ -1,8 +1,8 @@
 """What a loop in this process is made of: by the name of a mode, and encodings.
 
 >>> parts = make_parts("dynamic.incremental.recording", Options(), [])
->>> type(parts.decider).__name__
-'Controller'
+>>> parts.loop(Inbox(), Environment()).state.step
+0
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ SINGLE = "run-1.0"
 
 @dataclass(frozen=True)
 class Parts:
-    """What a loop is made of; each may be used by one loop at a time.
+    """What a loop is made of.
 
     Attributes:
-        decider: Says what to do next.
-        planner: The solver with the task's encoding.
+        decider: Makes what says what to do next; each loop has one of its own.
+        planner: The solver with the task's encoding, for one loop at a time.
         commands: Class with a method for each command.
     """
 
-    decider: Decider
+    decider: Callable[[], Decider]
     planner: Solver
     commands: Callable[[State], Any]
 
@@ -50,7 +50,7 @@ class Parts:
             environment: Where actions and log messages go.
             parameters: Those of :class:`Loop` that have a name.
         """
-        return Loop(self.decider, self.planner, self.commands, inbox, environment, **parameters)
+        return Loop(self.decider(), self.planner, self.commands, inbox, environment, **parameters)
 
 
 def make_parts(
@@ -60,7 +60,6 @@ def make_parts(
     *,
     commands: Type[Any] = ROSCommands,
     log: Callable[[str], None] = lambda _: None,
-    wrap: Callable[[Solver], Solver] = lambda solver: solver,
 ) -> Parts:
     """Makes the solvers of a system, and what decides.
 
@@ -70,18 +69,20 @@ def make_parts(
         mode_options: The controller's options for clingo.
         commands: Class with a method for each command, such as ``ROSCommands``.
         log: Called with clingo's warnings of the planner.
-        wrap: Returns what is to stand between the planner's solver and the loop.
 
     Raises:
         RosclingoError: There is no such mode, or a file or an option is wrong.
     """
     if mode == SINGLE:
         dialect = detect(options)
-        decider = Algorithm1(dialect.first_step, last_step((*options.clingo, *mode_options)))
-        planner = dialect(wrap(Engine(options, log=log)))
-        return Parts(decider, planner, commands_for(dialect, commands, says_status(options)))
-    controller = Engine(Options((find_mode(mode),), tuple(mode_options)))
-    return Parts(Controller(controller), wrap(Engine(options, log=log)), commands)
+        last = last_step((*options.clingo, *mode_options))
+        return Parts(
+            lambda: Algorithm1(dialect.first_step, last),
+            dialect(Engine(options, log=log)),
+            commands_for(dialect, commands, says_status(options)),
+        )
+    controller = Options((find_mode(mode),), tuple(mode_options))
+    return Parts(lambda: Controller(Engine(controller)), Engine(options, log=log), commands)
 
 
 def find_mode(mode: str) -> str:

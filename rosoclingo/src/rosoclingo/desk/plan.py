@@ -58,7 +58,7 @@ def run(arguments: Sequence[str]) -> int:
     with Progress(lambda: (desk.loop.state.step, desk.loop.state.horizon)):
         failure = desk.run()
     wrong = refused(desk)
-    if not parts.decider.dynamic:
+    if not desk.loop.dynamic:
         messages = [one for one in chosen.inputs if one.kind != GOAL]
         wrong += [
             f"{one}: the controller's mode is static: it takes no messages" for one in messages
