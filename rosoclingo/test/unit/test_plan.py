@@ -6,13 +6,15 @@ import json
 import re
 import subprocess
 import sys
+import threading
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple
+from typing import Any, Dict, List, NamedTuple, Tuple
 
 import pytest
 
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
+from rosoclingo.desk import progress
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.plan import main, run
@@ -147,11 +149,57 @@ def test_no_plan_for_one_of_two(plan: Any) -> None:
     assert "visit(3) was aborted: the planner has no plan within the horizon of 5" in said.err
 
 
+def test_no_plan_in_a_simulation(plan: Any) -> None:
+    """It is told how it came to that, and no plan from before the goal is shown."""
+    said = plan(LINE, "--goal", "visit(3)", "--event", "info:close(2)", "-c", "steps=3",
+                "--simulate", "--mode", SINGLE)  # fmt: skip
+    assert said.status == 1
+    assert said.lines == [
+        "message info: close(2)",
+        "goal 1 comes: visit(3)",
+        "the loop ends: the planner has no plan within the horizon of 3 steps for visit(3); "
+        "-c steps=N sets another, at the controller if there is one",
+        "goal 1, visit(3), is aborted: the planner has no plan within the horizon of 3 steps for "
+        "visit(3); -c steps=N sets another, at the controller if there is one",
+        "after 0 steps, at 0 s",
+        "goal 1, visit(3): aborted",
+    ]
+
+
+def test_a_request_that_is_cut_off(plan: Any, tmp_path: Path) -> None:
+    """The encoding finds plans in which nothing is done for it."""
+    (tmp_path / "off.lp").write_text(
+        "rslot(1). #program state(t). #external event(1,(here;there),t)."
+        "status(1,accepted,t) :- event(1,_,t). status(1,succeeded,t) :- event(1,here,t)."
+        "#program query(t). #external query(t)."
+    )
+    assert plan(str(tmp_path / "off.lp"), "--goal", "here").status == 0
+    said = plan(str(tmp_path / "off.lp"), "--goal", "there")
+    assert (said.status, said.err) == (
+        1,
+        "plan.py: there: not reached; the plan has no action for it, with a horizon of 0 steps\n",
+    )
+
+
+def test_progress(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """It is said on stderr, how far the loop is, as long as that takes."""
+    asked = threading.Event()
+
+    def place() -> Tuple[int, int]:
+        asked.set()
+        return 3, 7
+
+    monkeypatch.setattr(progress, "_SECONDS", 0.001)
+    with progress.Progress(place):
+        assert asked.wait(30)
+    assert "0 s: step 3, horizon 7\n" in capsys.readouterr().err
+
+
 def test_a_simulation_that_would_not_end(plan: Any) -> None:
     said = plan(LINE, "--goal", "visit(3)", "--simulate", "--fail", "go", "--mode",
                 "dynamic.incremental.reset", "--most-steps", "12")  # fmt: skip
     assert (said.status, said.lines[-1]) == (1, "goal 1, visit(3): accepted")
-    assert "the simulation has ended after 12 steps: --most-steps" in said.err
+    assert "plan.py: ended without visit(3) after 12 steps, as --most-steps says" in said.err
 
 
 @pytest.mark.parametrize(

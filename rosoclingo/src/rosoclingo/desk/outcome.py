@@ -114,12 +114,13 @@ def reasons(
         failure: Why the loop ended by itself, if it did.
     """
     said = [] if failure is None else [str(failure)]
+    requests = ", ".join(goal.request for goal in lost)
     if simulation.is_too_long:
-        said.append(f"the simulation has ended after {simulation.elapsed} steps: --most-steps")
+        without = f" without {requests}" if lost else ""
+        said.append(f"ended{without} after {simulation.elapsed} steps, as --most-steps says")
     ended = [goal for goal in simulation.goals if goal.words[-1:] == ["aborted"]]
     said += [f"{g.request} was aborted: {g.reason}" for g in ended if g.reason != str(failure)]
-    if failure is None and lost:
-        requests = ", ".join(goal.request for goal in lost)
+    if failure is None and lost and not simulation.is_too_long:
         said.append(
             f"{requests}: not reached; the plan has no action for it, with a horizon of "
             f"{simulation.loop.state.horizon} steps"

@@ -116,8 +116,8 @@ class Desk(Simulation):
             wrong: What of the input is wrong.
             why: Why goals were not reached.
         """
-        if not self._is_shown:
-            self._show()
+        if not self._is_shown:  # the loop has ended before it could wait
+            self._tell_all()
         if self._chosen.json:
             print(json.dumps(self._values(wrong, why), indent=1))
         elif self._chosen.simulate:
@@ -135,10 +135,13 @@ class Desk(Simulation):
         return self._chosen.simulate and not self._chosen.json
 
     def _show(self) -> None:
-        self._is_shown = True
         self.plan = current_plan(self)
         if self.plan is not None and not self._chosen.json:
             self._print_plan(self.plan)
+        self._tell_all()
+
+    def _tell_all(self) -> None:
+        self._is_shown = True
         for entry in self.journal if self._tells else ():
             self._story.hear(entry)
 
