@@ -421,6 +421,7 @@ def test_plants(page: Page) -> None:
     heard.wait_for("go(")
     page.run("/rosoclingo/in")
     wait_for(lambda: heard.output.count("go(") == 2)
+    assert "goal 1, water((3,4)): succeeded" in page.run("plan.py")
     page.block("prolog")  # which test_library.py plans with
 
 
