@@ -152,7 +152,7 @@ def test_no_plan_for_one_of_two(plan: Any) -> None:
 def test_no_plan_in_a_simulation(plan: Any) -> None:
     """It is told how it came to that, and no plan from before the goal is shown."""
     said = plan(LINE, "--goal", "visit(3)", "--event", "info:close(2)", "-c", "steps=3",
-                "--simulate", "--mode", SINGLE)  # fmt: skip
+                "--simulate", "--mode", SINGLE, "--at", "1", "goal:visit(2)")  # fmt: skip
     assert said.status == 1
     assert said.lines == [
         "message info: close(2)",
@@ -309,7 +309,8 @@ def test_a_picture_with_bars(plan: Any, tmp_path: Path) -> None:
 
 def test_a_picture_of_a_run(plan: Any, tmp_path: Path) -> None:
     file = tmp_path / "run.png"
-    plan(LINE, "--goal", "visit(3)", "--simulate", "--picture", str(file))
+    said = plan(LINE, "--goal", "visit(3)", "--simulate", "--json", "--picture", str(file))
+    assert json.loads(said.out)["goals"][0]["status"] == "succeeded"
     assert file.read_bytes().startswith(b"\x89PNG")
 
 

@@ -83,19 +83,25 @@ def unreached(simulation: Simulation, plan: Optional[Plan]) -> List[Request]:
     return [g for g in open_goals if g.id in plan.slots and plan.slots[g.id] not in plan.succeeds]
 
 
-def refused(simulation: Simulation) -> List[str]:
-    """Returns what of the input the loop has not taken, in words."""
+def refused(simulation: Simulation, failure: Optional[RosclingoError]) -> List[str]:
+    """Returns what of the input the loop has not taken, in words.
+
+    Args:
+        simulation: The run.
+        failure: Why the loop ended by itself, if it did; what came after that is not told.
+    """
     said = list(simulation.strange)
-    said += [
-        f"{one.moment} {one}: did not come, because the loop has ended or waited for ever after "
-        f"{simulation.commands} commands"
-        for one in simulation.left
-    ]
+    is_over = failure is None and not simulation.is_too_long
+    for one in simulation.left if is_over else ():
+        waits = f"after {simulation.commands} commands, nothing was left to do"
+        said.append(f"--at {one.moment} {one}: did not come; {waits}")
     for entry in simulation.journal:
         event = entry.event
         if isinstance(event, journal.MessageDropped):
             said.append(f"{DROPPED}{event.reason}")
         elif isinstance(event, journal.StatusSet) and event.status is journal.Status.REJECTED:
+            if event.reason == str(failure):
+                continue
             goal = simulation.goals[int(event.goal) - 1]
             said.append(f"rejected the goal {goal.request}: {event.reason}")
     return said

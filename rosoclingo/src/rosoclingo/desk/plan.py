@@ -57,7 +57,7 @@ def run(arguments: Sequence[str]) -> int:
     desk = Desk(parts.loop, chosen)
     with Progress(lambda: (desk.loop.state.step, desk.loop.state.horizon)):
         failure = desk.run()
-    wrong = refused(desk)
+    wrong = refused(desk, failure)
     if not desk.loop.dynamic:
         messages = [one for one in chosen.inputs if one.kind != GOAL]
         wrong += [
@@ -208,7 +208,8 @@ def _draw(chosen: argparse.Namespace, desk: Desk, plan: Plan) -> None:
             draw_run(desk, title, chosen.picture)
         else:
             draw_plan(desk, plan, chosen.options, title, chosen.picture)
-    _print(f"wrote {chosen.picture}")
+    if not chosen.json:
+        _print(f"wrote {chosen.picture}")
 
 
 def _name(goal: Request) -> str:

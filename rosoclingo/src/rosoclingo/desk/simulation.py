@@ -19,7 +19,7 @@ from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import AFTER, CANCEL, GOAL, IN, STEP, Input
 from rosoclingo.desk.system import System
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.words import ABORT, SOLVER
+from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 
 Answer = Callable[[str, str], Optional[str]]
 """Returns the answer to an actuator's action, or None for none at all."""
@@ -103,10 +103,10 @@ class Simulation(System):
             self._due[actuator] = self.clock + self._seconds
             self._answers[actuator] = answer
 
-    def answer(self, actuator: str, *value: str) -> str:
+    def answer(self, actuator: str, value: str = SUCCESS) -> str:
         """Answers the action of an actuator that acts, and returns the action."""
         self._due.pop(actuator, None)
-        return super().answer(actuator, *value)
+        return super().answer(actuator, value)
 
     def begin_decision(self, waits: Callable[[], None]) -> None:
         """Lets come what comes between two commands."""
