@@ -166,6 +166,14 @@ def test_no_plan_in_a_simulation(plan: Any) -> None:
     ]
 
 
+def test_a_mode_of_ones_own(plan: Any, tmp_path: Path) -> None:
+    """One that gives no command ends the loop, and the goals are no fault."""
+    (tmp_path / "mode.lp").write_text("#external event(info,new_messages,0).")
+    said = plan(LINE, "--goal", "visit(2)", "--mode", str(tmp_path / "mode.lp"))
+    assert (said.status, said.out) == (1, "")
+    assert "plan.py: the controller has 0 commands in its answer set" in said.err
+
+
 def test_a_request_that_is_cut_off(plan: Any, tmp_path: Path) -> None:
     """The encoding finds plans in which nothing is done for it."""
     (tmp_path / "off.lp").write_text(

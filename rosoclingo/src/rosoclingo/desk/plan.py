@@ -9,7 +9,7 @@ import argparse
 import json
 import signal
 import sys
-from typing import Any, Dict, List, NoReturn, Optional, Sequence
+from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence
 
 from rosclingo.errors import RosclingoError
 from rosoclingo.bags.text import lines, say
@@ -23,8 +23,10 @@ from rosoclingo.desk.simulation import Simulation
 from rosoclingo.desk.story import Story
 from rosoclingo.desk.system import Request
 from rosoclingo.drawing.errors import picture_errors
+from rosoclingo.errors import ControllerError
 from rosoclingo.loop import journal
 from rosoclingo.loop.goals import Stage
+from rosoclingo.loop.loop import Loop
 
 _PROGRAM = "plan.py"
 
@@ -58,7 +60,7 @@ def run(arguments: Sequence[str]) -> int:
     with Progress(lambda: (desk.loop.state.step, desk.loop.state.horizon)):
         failure = desk.run()
     wrong = refused(desk, failure)
-    if not desk.loop.dynamic:
+    if not (desk.loop.dynamic or isinstance(failure, ControllerError)):
         messages = [one for one in chosen.inputs if one.kind != GOAL]
         wrong += [
             f"{one}: the controller's mode is static: it takes no messages" for one in messages
@@ -80,7 +82,7 @@ class Desk(Simulation):
         plan: The first plan.
     """
 
-    def __init__(self, make: Any, chosen: argparse.Namespace) -> None:
+    def __init__(self, make: Callable[..., Loop], chosen: argparse.Namespace) -> None:
         self.plan: Optional[Plan] = None
         self._chosen = chosen
         self._is_shown = False
