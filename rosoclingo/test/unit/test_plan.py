@@ -166,6 +166,24 @@ def test_no_plan_in_a_simulation(plan: Any) -> None:
     ]
 
 
+def test_an_action_without_an_answer(plan: Any) -> None:
+    said = plan(LINE, "--goal", "visit(3)", "--simulate", "--no-answer", r"go\(3\)")
+    assert (said.status, said.lines[-1]) == (1, "goal 1, visit(3): accepted")
+    assert said.err == "plan.py: visit(3): not reached; robot never answers\n"
+
+
+def test_an_action_that_takes_too_long(plan: Any) -> None:
+    """The loop's clock is that of the simulation."""
+    said = plan(LINE, "--goal", "visit(3)", "--simulate", "--no-answer", r"go\(3\)", "--seconds",
+                "4", "--action-timeout", "40", "--at", "2", "goal:visit(1)", "--at", "3",
+                "cancel:1")  # fmt: skip
+    assert said.status == 0
+    assert "robot answers failure, at 44 s" in said.lines
+    assert said.lines[-3] == "after 4 steps, at 48 s"
+    assert "robot has not answered for 30 s" in said.err
+    assert "robot has not answered for 40 s (~action_timeout)" in said.err
+
+
 def test_a_mode_of_ones_own(plan: Any, tmp_path: Path) -> None:
     """One that gives no command ends the loop, and the goals are no fault."""
     (tmp_path / "mode.lp").write_text("#external event(info,new_messages,0).")

@@ -51,6 +51,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         help="what comes in a step: goal:REQUEST, cancel:NUMBER or SOURCE:VALUE; in:N instead of a "
         "step means in the loop's N-th command, and after:N after it")  # fmt: skip
     add("--fail", type=_pattern, metavar="REGEX", help="actions that fail, where it is found")
+    add("--no-answer", type=_pattern, metavar="REGEX", help="those that are never answered")
+    add("--action-timeout", type=_number(), default=0.0, metavar="S",
+        help="when an action without an answer counts as failed; by default never")  # fmt: skip
     add("--fail-probability", type=_number(1.0), default=0.0, metavar="P", help="of the others")
     add("--seed", type=int, default=0, metavar="N", help="of these failures; by default 0")
     add("--seconds", type=_number(), default=1.0, metavar="S", help="how long an action takes")
@@ -66,7 +69,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     chosen.options = options = parse_options([word for one in rest for word in _as_file(one)])
     if not options.files:
         raise OptionsError("name the planner's encoding and instance: plan.py FILE.lp...")
-    alone = ("at", "fail", "fail_probability", "commands")
+    alone = ("at", "fail", "no_answer", "fail_probability", "action_timeout", "commands")
     for option in alone if not chosen.simulate else ():
         if getattr(chosen, option):
             raise OptionsError(f"--{option.replace('_', '-')} is for a run: add --simulate")

@@ -128,7 +128,9 @@ def reasons(
     said += [f"{g.request} was aborted: {g.reason}" for g in ended if g.reason != str(failure)]
     if failure is None and lost and not simulation.is_too_long:
         said.append(
-            f"{requests}: not reached; the plan has no action for it, with a horizon of "
+            f"{requests}: not reached; {', '.join(simulation.silent)} never answers"
+            if simulation.silent
+            else f"{requests}: not reached; the plan has no action for it, with a horizon of "
             f"{simulation.loop.state.horizon} steps"
         )
     return said

@@ -87,14 +87,19 @@ class Desk(Simulation):
         self._chosen = chosen
         self._is_shown = False
         self._story = Story(_print, commands=chosen.commands)
-        fails = {} if chosen.fail is None else {"fail": chosen.fail}
-        answers = Answers(fail_probability=chosen.fail_probability, seed=chosen.seed, **fails)
+        patterns = {name: getattr(chosen, name) for name in ("fail", "no_answer")}
+        answers = Answers(
+            fail_probability=chosen.fail_probability,
+            seed=chosen.seed,
+            **{name: pattern for name, pattern in patterns.items() if pattern is not None},
+        )
         super().__init__(
             make,
             chosen.inputs,
             answers.next,
             seconds=chosen.seconds,
             most_steps=chosen.most_steps,
+            action_timeout=chosen.action_timeout,
             abort_unreachable=chosen.abort_unreachable,
             search_seconds=chosen.search_seconds,
         )

@@ -19,6 +19,7 @@ from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import AFTER, CANCEL, GOAL, IN, STEP, Input
 from rosoclingo.desk.system import System
 from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.waiting import LOOK_SECONDS
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 
 Answer = Callable[[str, str], Optional[str]]
@@ -48,6 +49,7 @@ class Simulation(System):
         *,
         seconds: float = 1.0,
         most_steps: int = 1000,
+        action_timeout: float = 0.0,
         **parameters: Any,
     ) -> None:
         """Makes the loop, which runs by :meth:`run`.
@@ -58,6 +60,8 @@ class Simulation(System):
             answer: Says how actions end; by default all succeed.
             seconds: How long an action takes.
             most_steps: The run is over when so many steps have begun.
+            action_timeout: From when on an action without an answer counts as failed, in seconds;
+                0 for never.
             parameters: Further arguments for the loop.
         """
         self.commands = 0
@@ -67,9 +71,10 @@ class Simulation(System):
         self._answer = answer or Answers().next
         self._seconds = seconds
         self._most_steps = most_steps
+        self._is_patient = action_timeout == 0
         self._due: Dict[str, float] = {}  # when those who act answer
         self._answers: Dict[str, str] = {}
-        super().__init__(make, **parameters)
+        super().__init__(make, action_timeout=action_timeout, **parameters)
         self._come([one for one in self.left if (one.moment.kind, one.moment.number) == (STEP, 0)])
 
     def turn(self) -> bool:
@@ -85,12 +90,24 @@ class Simulation(System):
         if inputs:
             self._come(inputs)
             return True
-        if not self._due:
+        return self._pass()
+
+    def _pass(self) -> bool:
+        """Lets time pass until somebody answers, or the loop wants to look who does not."""
+        moments = list(self._due.values())
+        if self.acting and not self._is_patient:
+            moments.append(self.clock + LOOK_SECONDS)
+        if not moments:
             return False
-        self.clock = min(self._due.values())
-        for actuator in [one for one, due in self._due.items() if due == self.clock]:
+        self.clock = min(moments)
+        for actuator in [one for one, due in self._due.items() if due <= self.clock]:
             self.answer(actuator, self._answers[actuator])
         return True
+
+    @property
+    def silent(self) -> List[str]:
+        """Those who act and never answer."""
+        return [actuator for actuator in self.acting if actuator not in self._due]
 
     def publish(self, actuator: str, action: str) -> None:
         """Has an actuator act; how that ends is decided now."""

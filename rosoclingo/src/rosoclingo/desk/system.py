@@ -174,11 +174,14 @@ class System(Inbox, Environment):
     # What the loop calls.
 
     def wait(self, timeout: float) -> bool:
-        """Lets the world take its turn until there is something; ends if it has nothing to do."""
-        while not (self._items or self.closed):
-            if not self.turn():
-                self.close()
+        """Lets the world take its turn, unless there is something; ends if it does nothing."""
+        if not (self._items or self.closed or self.turn()):
+            self.close()
         return True
+
+    def now(self) -> float:
+        """Returns what time it is."""
+        return self.clock
 
     def publish(self, actuator: str, action: str) -> None:
         """Has an actuator act until it answers."""

@@ -115,7 +115,7 @@ class State(Progress):
         self.environment = environment
         self.externals = PlannerExternals(planner)
         self.goals = Goals()
-        self.mail = Mail(inbox, self.goals, self.externals, environment.warn, self.note)
+        self.mail = Mail(inbox, self.goals, self.externals, environment, self.note)
         self.waiting = Waiting(
             self.mail,
             self.goals,
