@@ -15,16 +15,17 @@ ROS = {"rospy", "actionlib", "rosgraph", "rosbag"}
 FLOORS = {
     "rosclingo": ["errors", "wire", "solver", "ros"],
     "rosoclingo": [
-        "errors", "loop", "commands", "single", "ros",
+        "errors", "loop", "drawing", "commands", "single", "ros",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
+        "desk",
     ],
     "rosoclingo_interfaces": [
         "errors", "prompt", "topics", "journal", "announcements",
-        "execution", "interface", "executor", "clock", "node", "answers",
+        "execution", "interface", "executor", "clock", "node",
         "fulfill", "pickup_deliver", "un_block", "navigation",
     ],
-    "rosoclingo_rviz": ["errors", "graph", "situation", "drawing", "messages", "node"],
+    "rosoclingo_rviz": ["errors", "messages", "node"],
     "rosoclingo_simulator": ["errors", "world", "simulator"],
     "rosoclingo_gazebo": ["navigation", "demo"],
 }  # fmt: skip

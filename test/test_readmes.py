@@ -64,6 +64,7 @@ COMPARED = {
     ("docs/bags.md", "compare.py"): "test/test_readmes.py",
     ("rosclingo/README.md", "rosclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "rosoclingo"): "test/test_readmes.py",
+    ("rosoclingo/README.md", "At the desk: plan.py"): "test/test_readmes.py",
     ("rosoclingo_aspprograms/README.md", "rosoclingo_aspprograms"): "test/test_readmes.py",
     ("rosoclingo_examples/README.md", "rosoclingo_examples"): "test/test_readmes.py",
     ("rosoclingo_interfaces/README.md", "rosoclingo_interfaces"): "test/test_readmes.py",
@@ -306,6 +307,16 @@ def test_the_blocks_world(page: Page) -> None:
     page.type("rostopic echo").wait_for("do(arm,putdown(3),14)")
 
 
+@of("rosoclingo/README.md", "At the desk: plan.py")
+def test_plan(page: Page) -> None:
+    planned = page.run("plan.py")
+    said = planned + page.run("--simulate")
+    check_output("rosoclingo/README.md", "At the desk: plan.py", said)
+    page.has(line_lp=LINE)
+    has_libraries(page)
+    assert page.run("python3 -m").splitlines()[1:] == planned.splitlines()[1:]
+
+
 @of("rosoclingo/README.md", "One node: run-1.0.py")
 def test_one_node(page: Page) -> None:
     page.has(instance_lp=OFFICE, encoding_lp=PAPER)
@@ -356,8 +367,8 @@ def test_asking(tmp_path: Path) -> None:
     assert sorted(engine.solve().symbols) == expected
 
 
-def has_rosbags(page: Page) -> None:
-    """Makes python3 one that has the library rosbags, as the text wants it."""
+def has_libraries(page: Page) -> None:
+    """Makes python3 one that has the libraries which the text wants."""
     page.terminals.environment["PATH"] = os.pathsep.join(
         [os.path.dirname(sys.executable), os.environ["PATH"]]
     )
@@ -368,7 +379,7 @@ def test_compare(page: Page) -> None:
     page.has(
         yesterday_bag=BAGS / "scenario1_recording.bag", today_bag=BAGS / "scenario2_recording.bag"
     )
-    has_rosbags(page)
+    has_libraries(page)
     for word in ("rosrun", "python3 -m"):
         compared = page.type(word)
         assert compared.wait() == 1, compared.output
@@ -378,7 +389,7 @@ def test_compare(page: Page) -> None:
 @of("docs/bags.md", "report.py")
 def test_report(page: Page) -> None:
     page.has(run_bag=BAGS / "scenario1_single.bag")
-    has_rosbags(page)
+    has_libraries(page)
     for word in ("rosrun", "python3 -m"):
         page.run(word)
         report = page.folder / "run.html"
@@ -410,6 +421,7 @@ def test_plants(page: Page) -> None:
     heard.wait_for("go(")
     page.run("/rosoclingo/in")
     wait_for(lambda: heard.output.count("go(") == 2)
+    assert "goal 1, water((3,4)): succeeded" in page.run("plan.py")
     page.block("prolog")  # which test_library.py plans with
 
 

@@ -17,6 +17,7 @@ from rosoclingo.loop import diagnosis
 from rosoclingo.loop.atoms import event, query
 from rosoclingo.loop.search import search
 from rosoclingo.loop.state import State
+from rosoclingo.loop.words import SOLVER
 
 _TRUTHS = frozenset(truth.value for truth in Truth)
 
@@ -139,7 +140,7 @@ class ROSCommands:
     def publish(self) -> None:
         """Publishes the whole plan as one message; the loop is through then."""
         plan = ", ".join(str(action) for action in self.state.plan.actions_from(0))
-        self.state.environment.publish("solver", f"[{plan}]")
+        self.state.environment.publish(SOLVER, f"[{plan}]")
         self.state.finish("the plan is published, and the mode is through: it takes no goals")
 
     def idle(self) -> None:

@@ -88,6 +88,17 @@ def test_the_manuals_example(terminals: Terminals, arguments: list[str]) -> None
     assert node.wait() == 0
 
 
+@pytest.mark.install_space
+def test_the_same_plan_at_the_desk(terminals: Terminals) -> None:
+    planned = terminals.run(
+        "rosrun", "rosoclingo", "plan.py", *blocks(), "--mode", "static.incremental.recording"
+    )
+    assert planned.wait() == 0, planned.output
+    _, *steps = planned.output.splitlines()
+    actions = [re.fullmatch(r" *(\d+)  arm: (.*)", step) for step in steps]
+    assert [f"do(arm,{action[2]},{action[1]})" for action in actions if action] == PLAN
+
+
 def test_no_plan_within_the_horizon(terminals: Terminals) -> None:
     controller(terminals, "static.incremental.recording", "-c", "steps=10")
     planner(terminals, *blocks())

@@ -9,45 +9,37 @@ from typing import Any, Callable, Iterator, List, Optional, Sequence, Tuple
 import pytest
 
 from rosclingo.errors import RosclingoError
-from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options, parse_options
 from rosoclingo.commands import ROSCommands
+from rosoclingo.desk.parts import SINGLE, make_parts
+from rosoclingo.desk.system import Request
 from rosoclingo.loop.atoms import Action
-from rosoclingo.loop.controller import Controller, Decider
+from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.goals import Goal, GoalClient
+from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.solver import Solver
-from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
-from rosoclingo.single.dialects import detect, says_status
 
 PACKAGE = Path(__file__).resolve().parents[2]
 TIMEOUT = 30.0  # seconds; no more than a bound for what never comes
 
 
-class RecordedGoal(Goal, GoalClient):
-    """A goal that remembers what its client is told."""
+class RecordedGoal(Request):
+    """A goal for whose statuses another thread can wait."""
 
     def __init__(self, request: str, identifier: str = "") -> None:
-        super().__init__(request, (f"information of {request}",), identifier, self)
-        self.words: List[str] = []
-        self.lines: List[str] = []
-        self.reason = ""
+        super().__init__(request, (f"information of {request}",), identifier)
         self._ended = threading.Event()
         self._accepted = threading.Event()
 
     def accepted(self) -> None:
-        self.words.append("accepted")
+        super().accepted()
         self._accepted.set()
 
     def ended(self, word: str, reason: str) -> None:
-        self.words.append(word)
-        self.reason = reason
+        super().ended(word, reason)
         self._ended.set()
-
-    def feedback(self, line: str) -> None:
-        self.lines.append(line)
 
     def wait(self) -> str:
         """Waits for the end and returns the terminal status."""
@@ -163,8 +155,7 @@ class System:
 
 
 def _options(arguments: Sequence[str]) -> Options:
-    files = [a for a in arguments if a.endswith(".lp")]
-    return Options(tuple(files), tuple(a for a in arguments if not a.endswith(".lp")))
+    return parse_options([p for a in arguments for p in (("-f", a) if ".lp" in a else (a,))])
 
 
 @pytest.fixture
@@ -182,11 +173,11 @@ def system() -> Iterator[Callable[..., System]]:
         abort_unreachable: bool = False,
         planner: Optional[Solver] = None,
     ) -> System:
-        file = mode if mode.endswith(".lp") else str(PACKAGE / "modes" / f"{mode}.lp")
+        parts = make_parts(mode, _options(encoding), options, commands=commands)
         made = System(
-            Controller(Engine(_options([file, *options]))),
-            planner or Engine(_options(encoding)),
-            commands,
+            parts.decider(),
+            planner or parts.planner,
+            parts.commands,
             action_timeout=action_timeout,
             inbox=inbox,
             abort_unreachable=abort_unreachable,
@@ -207,12 +198,11 @@ def single() -> Iterator[Callable[..., System]]:
     def make(
         *arguments: str, inbox: Optional[Inbox] = None, abort_unreachable: bool = False
     ) -> System:
-        options = parse_options([p for a in arguments for p in (("-f", a) if ".lp" in a else (a,))])
-        dialect = detect(options)
+        parts = make_parts(SINGLE, _options(arguments))
         made = System(
-            Algorithm1(dialect.first_step, last_step(options.clingo)),
-            dialect(Engine(options)),
-            commands_for(dialect, ROSCommands, says_status(options)),
+            parts.decider(),
+            parts.planner,
+            parts.commands,
             inbox=inbox,
             abort_unreachable=abort_unreachable,
         )

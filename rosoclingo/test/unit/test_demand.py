@@ -98,14 +98,15 @@ def test_unknown_requests_and_messages_leave_no_trace(system: Callable[..., Syst
     run = told(system, "recording", planner=solver).start()
     assert run.goal("visit(2)").wait() == "succeeded"
     solver.commands.clear()
-    for request, why in (
-        ("visit(7)", "7 is unknown as the first argument of visit; a request that it knows is "),
-        ("fly(2)", "there is no request like fly(2); one that it knows is "),
-        ("visit(1,2)", "there is no request like visit(1,2); one that it knows is "),
+    for request, why, meant in (
+        ("visit(7)", "7 is unknown as the first argument of visit; a request that it knows", 6),
+        ("fly(2)", "there is no request like fly(2); one that it knows", 0),
+        ("visit(1,2)", "there is no request like visit(1,2); one that it knows", 2),
     ):
+        hint = f"; did you mean visit({meant})?" if meant else ""
         goal = run.goal(request)
         assert goal.wait() == "rejected"
-        assert f"{why}visit(1) (there is no external event(1,{request}," in goal.reason
+        assert f"{why} is visit(1){hint} (there is no external event(1,{request}," in goal.reason
     assert not solver.commands  # what the examples exclude is not even asked for
     run.send("info", "close(7)")
     run.send("robot", "dance")

@@ -319,16 +319,18 @@ def test_a_rejection_says_what_is_wrong(system: Make, tmp_path: Path, late: bool
         made.world.wait_for(lambda world: bool(world.warnings))
     known = "is bring(1,2)"
     for request, reason in (
-        ("fly(1)", f"no request like fly(1); one that it knows {known}"),
-        ("bring(1)", f"no request like bring(1); one that it knows {known}"),
+        ("fly(1)", f"no request like fly(1); one that it knows {known} ("),
+        ("brig(2,3)", f"like brig(2,3); one that it knows {known}; did you mean bring(2,3)? ("),
+        ("bring(1)", f"like bring(1); one that it knows {known}; did you mean bring("),
         ("bring", f"no request like bring; one that it knows {known}"),
         ("7", f"no request like 7; one that it knows {known}"),
         ("(1,2)", f"no request like (1,2); one that it knows {known}"),
         (
             "bring(1,9)",
-            f"9 is unknown as the second argument of bring; a request that it knows {known}",
+            f"9 is unknown as the second argument of bring; a request that it knows {known}; "
+            "did you mean bring(1,3)? (",
         ),
-        ("bring(2,2)", "2 and 2 do not go together in bring"),
+        ("bring(2,2)", "2 and 2 do not go together in bring; did you mean bring("),
     ):
         goal = made.goal(request)
         assert goal.wait() == "rejected"

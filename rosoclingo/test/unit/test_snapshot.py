@@ -5,41 +5,36 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, replace
 from random import Random
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Any, Callable, Dict, List, Optional, Tuple
 
 import pytest
 from conftest import PACKAGE
 
-from rosclingo.errors import RosclingoError
-from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Part, Result
-from rosoclingo.commands import ROSCommands
-from rosoclingo.errors import ShutdownError
+from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.desk.system import Request, System
 from rosoclingo.loop import journal
-from rosoclingo.loop.controller import Controller
-from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.goals import Goal, GoalClient, Stage
-from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.goals import Goal, Stage
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.snapshot import decode, encode
-from rosoclingo.single.algorithm1 import Algorithm1, commands_for
-from rosoclingo.single.dialects import detect, says_status
 
-EXAMPLE = PACKAGE / "example"
 DYNAMIC = sorted(file.stem for file in (PACKAGE / "modes").glob("dynamic.*.lp"))
 ENCODINGS = ["line.lp", "line_demand.lp"]
-SINGLE = ["line.lp", "line_1.0.lp", "line_paper.lp", "line_demand.lp"]
+SINGLE_ENCODINGS = ["line.lp", "line_1.0.lp", "line_paper.lp", "line_demand.lp"]
 INPUTS = 12
 
+Make = Callable[..., Loop]
+"""Makes a loop of an inbox and an environment."""
 
-class Client(GoalClient):
-    """Remembers what it is told, and cancels the goal that is its now."""
 
-    def __init__(self, run: Run, identifier: str, request: str) -> None:
-        self.goal = Goal(request, ("one", "two"), identifier, self)
+class Client(Request):
+    """Remembers all that it is told, in order, and the goal that is its now."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.goal: Goal = self
         self.heard: List[Tuple[str, ...]] = []
-        self._run = run
 
     def noted(self, goal: Goal, word: str, reason: str) -> None:
         self.heard.append(("status", goal.slot or "", word, reason))
@@ -54,40 +49,30 @@ class Client(GoalClient):
         self.heard.append(("feedback", line))
 
 
-class Run(Inbox, Environment):
-    """A run in one thread: what comes, comes by chance, but the same in each run of a seed."""
+class Run(System):
+    """A run in which what comes, comes by chance, but the same in each run of a seed."""
 
-    def __init__(self, seed: int, make: Callable[[Run], Loop], *, restores: bool) -> None:
-        super().__init__()
+    def __init__(self, seed: int, make: Make, *, restores: bool) -> None:
         self.clients: Dict[str, Client] = {}
         self.seen: List[object] = []  # all that leaves the loop
         self.snapshots = 0
         self._chance = Random(seed)
-        self._acting: Dict[str, str] = {}
         self._left = INPUTS
         self._make = make
         self._restores = restores
-        self.loop = make(self)
+        super().__init__(make)
 
-    def run(self) -> Optional[RosclingoError]:
-        """Runs until nothing comes any more; returns why the loop ended by itself."""
-        try:
-            self.loop.prepare()
-            while True:
-                if self._restores:
-                    self._restore()
-                if self._chance.random() < 0.1:  # while the loop is busy
-                    self._turn()
-                self.loop.step()
-        except ShutdownError:
-            return None
-        except RosclingoError as err:
-            return err
+    def step(self) -> None:
+        if self._restores:
+            self._restore()
+        if self._chance.random() < 0.1:  # while the loop is busy
+            self.turn()
+        super().step()
 
     def _restore(self) -> None:
         """Goes on with a new loop."""
         saved = self.loop.snapshot()
-        self.loop = self._make(self)
+        self.loop = self._make(self, self)
         for identifier, goal in self.loop.restore(saved, self.clients.__getitem__).items():
             self.clients[identifier].goal = goal
         assert without_times(self.loop.snapshot()) == without_times(saved)
@@ -96,9 +81,8 @@ class Run(Inbox, Environment):
     # What the loop calls.
 
     def publish(self, actuator: str, action: str) -> None:
+        super().publish(actuator, action)
         self.seen.append(("publish", actuator, action))
-        if actuator != "solver" and action != "abort":
-            self._acting[actuator] = action
 
     def note(self, record: journal.Record) -> None:
         fields = journal.encode(record.event)._replace(seconds=0.0)
@@ -107,30 +91,27 @@ class Run(Inbox, Environment):
     def warn(self, text: str) -> None:
         self.seen.append(("warn", text))
 
-    def wait(self, timeout: float) -> bool:
-        while not (self._items or self.closed):
-            self._turn()
-        return True
-
     # What happens outside.
 
-    def _turn(self) -> None:
-        """Lets something come, an answer or something new; closes when all has come."""
-        answers = bool(self._acting) and (self._left == 0 or self._chance.random() < 0.7)
+    def turn(self) -> bool:
+        """Lets something come, an answer or something new; nothing when all has come."""
+        answers = bool(self.acting) and (self._left == 0 or self._chance.random() < 0.7)
         if answers:
-            actuator = self._chance.choice(sorted(self._acting))
-            del self._acting[actuator]
-            self.put(Message(actuator, self._chance.choice(["success", "success", "failure"])))
+            actuator = self._chance.choice(sorted(self.acting))
+            self.answer(actuator, self._chance.choice(["success", "success", "failure"]))
         elif self._left:
             self._left -= 1
             self._chance.choice([*[self._ask] * 3, self._cancel, self._tell])()
         else:
             self.close()
+        return True
+
+    def new_goal(self, *arguments: Any) -> Request:
+        client = self.clients[arguments[-1]] = Client(*arguments)
+        return client
 
     def _ask(self) -> None:
-        identifier, cell = f"goal {len(self.clients)}", self._chance.choice([1, 2, 3, 4, 99])
-        client = self.clients[identifier] = Client(self, identifier, f"visit({cell})")
-        self.put(client.goal)
+        self.request(f"visit({self._chance.choice([1, 2, 3, 4, 99])})", ("one", "two"))
 
     def _cancel(self) -> None:
         goals = [c.goal for c in self.clients.values() if c.goal.stage is not Stage.ENDED]
@@ -139,7 +120,7 @@ class Run(Inbox, Environment):
 
     def _tell(self) -> None:
         values = ["close(8)", "close(99)", "open(8)", "nonsense(", "passed"]
-        self.put(Message("info", self._chance.choice(values)))
+        self.tell("info", self._chance.choice(values))
 
 
 def without_times(saved: str) -> object:
@@ -150,7 +131,11 @@ def without_times(saved: str) -> object:
     return data
 
 
-def check(make: Callable[[], Callable[[Run], Loop]], seed: int) -> None:
+def check(mode: str, encoding: str, seed: int) -> None:
+    def make() -> Make:
+        """What decides begins anew with each loop, the planner is as it was."""
+        return make_parts(mode, Options((f"{EXAMPLES}/{encoding}",)), ("-c", "steps=30")).loop
+
     runs = [Run(seed, make(), restores=restores) for restores in (False, True)]
     ends = [str(run.run()) for run in runs]
     assert ends[0] == ends[1]
@@ -158,7 +143,7 @@ def check(make: Callable[[], Callable[[Run], Loop]], seed: int) -> None:
     heard = [{name: client.heard for name, client in run.clients.items()} for run in runs]
     assert heard[0] == heard[1]
     assert runs[1].snapshots > INPUTS
-    assert any(entry[0] == "publish" for entry in runs[0].seen if isinstance(entry, tuple))
+    assert runs[0].published
 
 
 @pytest.mark.long
@@ -166,26 +151,13 @@ def check(make: Callable[[], Callable[[Run], Loop]], seed: int) -> None:
 @pytest.mark.parametrize("encoding", ENCODINGS)
 @pytest.mark.parametrize("mode", DYNAMIC)
 def test_a_mode(mode: str, encoding: str, seed: int) -> None:
-    def make() -> Callable[[Run], Loop]:
-        options = Options((str(PACKAGE / "modes" / f"{mode}.lp"),), ("-c", "steps=30"))
-        planner = Engine(Options((str(EXAMPLE / encoding),)))
-        # The controller begins anew, the planner is as it was.
-        return lambda run: Loop(Controller(Engine(options)), planner, ROSCommands, run, run)
-
-    check(make, seed)
+    check(mode, encoding, seed)
 
 
 @pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("encoding", SINGLE)
+@pytest.mark.parametrize("encoding", SINGLE_ENCODINGS)
 def test_one_node(encoding: str, seed: int) -> None:
-    def make() -> Callable[[Run], Loop]:
-        options = Options((str(EXAMPLE / encoding),))
-        dialect = detect(options)
-        planner = dialect(Engine(options))
-        commands = commands_for(dialect, ROSCommands, says_status(options))
-        return lambda run: Loop(Algorithm1(dialect.first_step, 30), planner, commands, run, run)
-
-    check(make, seed)
+    check(SINGLE, encoding, seed)
 
 
 @dataclass(frozen=True)

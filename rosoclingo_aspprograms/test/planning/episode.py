@@ -1,36 +1,25 @@
-"""The whole planning system in this process and thread: a world that acts whenever the loop waits.
-
-Nothing runs at the same time, so that a seed determines all that happens.
-"""
+"""Mailbots in this process and thread, and a validator that sees all they do."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, List, Optional, Sequence
 
-import rosoclingo
-from rosclingo.solver.engine import Engine
+from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Result
-from rosoclingo.commands import ROSCommands
-from rosoclingo.errors import LoopError, ShutdownError
-from rosoclingo.loop.controller import Controller
-from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.inbox import Cancel, Inbox, Message
-from rosoclingo.loop.loop import Loop
-from rosoclingo.single.algorithm1 import Algorithm1, commands_for
-from rosoclingo.single.dialects import detect, says_status
+from rosoclingo.desk.parts import SINGLE, make_parts
+from rosoclingo.desk.system import Request, System
+from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.journal import PlanFound, Record
+from rosoclingo.loop.words import SOLVER
 from rosoclingo_aspprograms.validator import Map, Validator
 
 PACKAGE = Path(__file__).resolve().parents[2]
-ROSOCLINGO = Path(rosoclingo.__file__).resolve().parents[2]
 STATIC = ["static.fixed.recording", "static.incremental.recording"]
 FIXED = "dynamic.fixed.recording"
 RECORDING = "dynamic.incremental.recording"
 RESET = "dynamic.incremental.reset"
 DYN_RESET = "dynamic.incremental.dyn_reset"
-SINGLE = "run-1.0"  # no mode, but one node for all
 INCREMENTAL = [RECORDING, RESET, DYN_RESET, SINGLE]
 MAILBOT = str(PACKAGE / "mailbot" / "mailbot.lp")
 PAPER = str(PACKAGE / "mailbot" / "mailbot_paper.lp")
@@ -39,34 +28,25 @@ OFFICE = str(PACKAGE / "mailbot" / "instances" / "graph_wg.lp")
 REQUEST = str(PACKAGE / "mailbot" / "mailbot" / "requests" / "request01.lp")
 
 
-class Request(Goal, GoalClient):
-    """A goal that remembers what its client is told, and tells the validator."""
+class CheckedRequest(Request):
+    """A goal that also tells the validator."""
 
-    def __init__(self, request: str, validator: Validator) -> None:
-        super().__init__(request, client=self)
-        self.words: List[str] = []
-        self.reason = ""
-        self.cancel_requested = False
+    def __init__(self, validator: Validator, *arguments: Any) -> None:
+        super().__init__(*arguments)
         self._validator = validator
+        validator.request(self, self.request)
 
     def accepted(self) -> None:
-        self.words.append("accepted")
+        super().accepted()
         self._validator.status(self, "accepted", self.slot)
 
     def ended(self, word: str, reason: str) -> None:
-        self.words.append(word)
-        self.reason = reason
+        super().ended(word, reason)
         self._validator.status(self, word, self.slot)
 
 
-class Episode(Inbox, Environment):
-    """A planner, a mode, and the world around them.
-
-    Attributes:
-        published: All actions published, in order.
-        pending: For each robot that acts, its action.
-        warnings: What rosoclingo has warned of.
-    """
+class Episode(System):
+    """A planner, a mode, and the world around them."""
 
     def __init__(
         self,
@@ -76,31 +56,17 @@ class Episode(Inbox, Environment):
         mode_options: Sequence[str] = ("-c", "steps=60"),
         options: Sequence[str] = (),
     ) -> None:
-        super().__init__()
         self.validator = Validator(graph, immediate=True)
-        self.published: List[Tuple[str, str]] = []
-        self.pending: Dict[str, str] = {}
-        self.warnings: List[str] = []
-        self._turn: Callable[[], bool] = lambda: False
-        planner_options = Options(tuple(encoding), tuple(options))
-        self.planner = Engine(planner_options, log=self.warnings.append)
-        episode = self
-
-        class Commands(ROSCommands):
-            def solve(self) -> None:
-                super().solve()
-                if self.state.result is Result.SAT:
-                    episode.found_plan()
-
-        if mode == SINGLE:
-            dialect = detect(planner_options)
-            single = Algorithm1(dialect.first_step)
-            commands = commands_for(dialect, Commands, says_status(planner_options))
-            self.loop = Loop(single, dialect(self.planner), commands, self, self)
-        else:
-            file = str(ROSOCLINGO / "modes" / f"{mode}.lp")
-            controller = Controller(Engine(Options((file,), tuple(mode_options))))
-            self.loop = Loop(controller, self.planner, Commands, self, self)
+        self.cancelled: List[Goal] = []
+        self._turn: Callable[[], bool] = super().turn
+        parts = make_parts(
+            mode,
+            Options(tuple(encoding), tuple(options)),
+            () if mode == SINGLE else mode_options,
+            log=self.warn,
+        )
+        self.planner = parts.planner
+        super().__init__(parts.loop)
 
     def found_plan(self) -> None:
         """The planner has found a plan."""
@@ -108,22 +74,22 @@ class Episode(Inbox, Environment):
     # What the loop calls.
 
     def publish(self, actuator: str, action: str) -> None:
-        self.published.append((actuator, action))
-        if actuator != "solver":
+        super().publish(actuator, action)
+        if actuator != SOLVER:
             self.validator.action(actuator, action)
-            self.pending[actuator] = action
 
-    def warn(self, text: str) -> None:
-        self.warnings.append(text)
+    def note(self, record: Record) -> None:
+        super().note(record)
+        if isinstance(record.event, PlanFound):
+            self.found_plan()
 
     def wait(self, timeout: float) -> bool:
-        """Lets the world take its turn until there is news; ends if it has nothing to do."""
-        if not (self.pending or self._items):
+        if not (self.acting or self._items):
             self.validator.settle()
-        while not (self._items or self.closed):
-            if not self._turn():
-                self.close()
-        return True
+        return super().wait(timeout)
+
+    def turn(self) -> bool:
+        return self._turn()
 
     # What a test calls.
 
@@ -131,29 +97,22 @@ class Episode(Inbox, Environment):
     def actions(self) -> List[str]:
         return [action for _, action in self.published]
 
-    def request(self, text: str) -> Request:
-        goal = Request(text, self.validator)
-        self.validator.request(goal, text)
-        self.put(goal)
-        return goal
+    def new_goal(self, *arguments: Any) -> Request:
+        return CheckedRequest(self.validator, *arguments, self.note_event)
 
-    def cancel(self, goal: Request) -> None:
+    def cancel(self, goal: Goal) -> None:
         self.validator.cancel(goal)
-        goal.cancel_requested = True
-        self.put(Cancel(goal))
+        self.cancelled.append(goal)
+        super().cancel(goal)
+
+    def tell(self, source: str, value: str) -> None:
+        self.validator.message(source, value)
+        super().tell(source, value)
 
     def announce(self, value: str) -> None:
-        self.validator.message("info", value)
-        self.put(Message("info", value))
+        self.tell("info", value)
 
-    def answer(self, actuator: str, value: str = "success") -> str:
-        """Answers the action of a robot, and returns the action."""
-        action = self.pending.pop(actuator)
-        self.validator.message(actuator, value)
-        self.put(Message(actuator, value))
-        return action
-
-    def run(self, turn: Optional[Callable[[], bool]] = None) -> Optional[LoopError]:
+    def play(self, turn: Optional[Callable[[], bool]] = None) -> Optional[RosclingoError]:
         """Runs until the world has nothing to do when the loop waits.
 
         Args:
@@ -163,22 +122,5 @@ class Episode(Inbox, Environment):
         Returns:
             Why the loop ended, if it did so by itself.
         """
-        self._turn = turn if turn is not None else self.succeed
-        self._closed = False
-        try:
-            if not self.loop.state.externals.grounded and not self.published:
-                self.loop.prepare()
-            while not self.closed:
-                self.loop.step()
-        except ShutdownError:
-            return None
-        except LoopError as err:
-            self.loop.state.goals.end_all("aborted", str(err))
-            return err
-        return None
-
-    def succeed(self) -> bool:
-        """Lets all actions succeed."""
-        for actuator in sorted(self.pending):
-            self.answer(actuator)
-        return bool(self._items)
+        self._turn = turn or super().turn
+        return self.run()

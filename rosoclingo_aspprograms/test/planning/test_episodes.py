@@ -48,7 +48,7 @@ class RandomEpisode(Episode):
     def turn(self) -> bool:
         """Lets something happen, or nothing if all is over."""
         self._disturb()
-        for robot, action in sorted(self.pending.items()):
+        for robot, action in sorted(self.acting.items()):
             self.answer(robot, self._outcome(action))
         if not self._items and self.left and self.mode != FIXED:
             self._ask()
@@ -64,8 +64,8 @@ class RandomEpisode(Episode):
         here = self.validator.positions["mailbot"]
         load = self.validator.loads.get("mailbot")
         picked, dropped = self._expected()
-        if self.pending.get("mailbot", "").startswith("go("):
-            here = self.pending["mailbot"][3:-1]
+        if self.acting.get("mailbot", "").startswith("go("):
+            here = self.acting["mailbot"][3:-1]
         if dropped is not None:
             load = None
         load = picked if picked is not None else load
@@ -85,7 +85,7 @@ class RandomEpisode(Episode):
 
     def _expected(self) -> List[Optional[Parcel]]:
         """Returns the package that is being picked up and the one that is being delivered."""
-        action = self.pending.get("mailbot", "")
+        action = self.acting.get("mailbot", "")
         slot = action[action.find("(") + 1 : -1]
         goal = self.loop.state.goals.occupant(slot)
         parcel = self.validator.goals[goal] if isinstance(goal, Request) else None
@@ -94,7 +94,7 @@ class RandomEpisode(Episode):
         return [picked, dropped]
 
     def _disturb(self) -> None:
-        running = self.mode != FIXED or bool(self.pending)
+        running = self.mode != FIXED or bool(self.acting)
         if self.left and running and self.random.random() < 0.15:
             self._ask()
         calm = max(self.loop.state.externals.grounded, default=0) > self.long and self.mode != FIXED
@@ -151,7 +151,7 @@ def test_a_random_episode(seed: int) -> None:
     """Each mode in turn has a world of its own."""
     episode = RandomEpisode(list(STEPS)[seed % len(STEPS)], seed)
     episode._ask()
-    failure = episode.run(episode.turn)
+    failure = episode.run()
     assert failure is None, failure
     assert episode.validator.finish() == []
     assert [text for text in episode.warnings if "info" not in text] == []

@@ -263,7 +263,7 @@ def test_plants_are_watered_in_all_modes(mode: str) -> None:
     episode = Episode(mode, Map.grid(2, 2), encoding, options=["-c", "full=2"])
     goals = [episode.request(f"water(({x},{y}))") for x, y in [(2, 3), (3, 3), (1, 4), (2, 2)]]
     unknown = episode.request("water((99,1))")
-    assert episode.run() is None
+    assert episode.play() is None
     assert [goal.words for goal in goals] == [["accepted", "succeeded"]] * len(goals)
     assert unknown.words == ["rejected"]
     assert episode.warnings == []

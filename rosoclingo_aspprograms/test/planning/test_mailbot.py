@@ -37,7 +37,7 @@ def _grid(mode: str, slots: int = 3, steps: int = 60) -> Episode:
 
 
 def _ok(episode: Episode, turn: Optional[Callable[[], bool]] = None) -> None:
-    assert episode.run(turn) is None
+    assert episode.play(turn) is None
     assert episode.validator.finish() == []
     assert episode.warnings == []
 
@@ -50,7 +50,7 @@ def test_a_static_mode_publishes_the_plan_for_the_request_file(mode: str) -> Non
     options = ["-c", "slots=1", "-c", "x=2", "-c", "y=2"]
     graph = Map.grid(2, 2)
     episode = Episode(mode, graph, [BENCH, REQUEST, MAILBOT], ["-c", "steps=14"], options)
-    assert episode.run() is None
+    assert episode.play() is None
     ((identifier, plan),) = episode.published
     assert identifier == "solver"
     actions = ["go(1)", "pickup(1)", "go(c(1))", "go(c(3))", "go(3)", "deliver(1)"]
@@ -89,7 +89,7 @@ def test_scenario_2_the_robot_turns_round_when_the_corridor_is_free_again(mode: 
     episode.request("bring(o9,o14)")
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
         if episode.answer("mailbot") == "go(c6)" and "pickup(1)" in episode.actions:
             episode.announce("unblocked(c4,c3)")
@@ -106,9 +106,9 @@ def test_scenario_3_a_failure_changes_the_order_of_the_deliveries(mode: str) -> 
     others = []
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
-        action = episode.pending["mailbot"]
+        action = episode.acting["mailbot"]
         if action == "go(c6)" and not others:
             others.append(episode.request("bring(o2,o3)"))
         fails = action == "go(c4)" and episode.validator.positions["mailbot"] == "c5"
@@ -147,7 +147,7 @@ def test_failed_pickups_and_deliveries_are_tried_again(mode: str) -> None:
     failures = {"pickup(1)": 2, "deliver(1)": 1}
 
     def turn() -> bool:
-        action = episode.pending.get("mailbot")
+        action = episode.acting.get("mailbot")
         if action is None:
             return False
         failures[action] = failures.get(action, 0) - 1
@@ -170,9 +170,9 @@ def test_a_failed_move_blocks_the_way_for_good(mode: str) -> None:
     goals = [episode.request("bring(1,2)"), episode.request("bring(2,1)")]
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
-        here, action = episode.validator.positions["mailbot"], episode.pending["mailbot"]
+        here, action = episode.validator.positions["mailbot"], episode.acting["mailbot"]
         between = {f"go({here})", action} == {"go(c(1))", "go(c(2))"}
         episode.answer("mailbot", "failure" if between else "success")
         return True
@@ -191,9 +191,9 @@ def test_cancel_before_the_pickup(mode: str) -> None:
     goal = episode.request("bring(4,1)")
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
-        if episode.pending["mailbot"] == "go(c(4))":
+        if episode.acting["mailbot"] == "go(c(4))":
             episode.cancel(goal)
         episode.answer("mailbot")
         return True
@@ -210,9 +210,9 @@ def test_cancel_during_the_pickup(mode: str, outcome: str) -> None:
     goal = episode.request("bring(1,4)")
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
-        if episode.pending["mailbot"] == "pickup(1)":
+        if episode.acting["mailbot"] == "pickup(1)":
             episode.cancel(goal)
             episode.answer("mailbot", outcome)
         else:
@@ -232,9 +232,9 @@ def test_cancel_after_the_pickup_brings_the_package_back(mode: str) -> None:
     after = []
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
-        if episode.pending["mailbot"] == "go(c(1))":
+        if episode.acting["mailbot"] == "go(c(1))":
             episode.cancel(goal)
             after.append(list(goal.words))
         episode.answer("mailbot")
@@ -252,9 +252,9 @@ def test_cancel_during_the_delivery(mode: str, outcome: str) -> None:
     goal = episode.request("bring(1,2)")
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
-        if episode.pending["mailbot"] == "deliver(1)" and not goal.cancel_requested:
+        if episode.acting["mailbot"] == "deliver(1)" and goal not in episode.cancelled:
             episode.cancel(goal)
             episode.answer("mailbot", outcome)
         else:
@@ -311,7 +311,7 @@ def test_what_cannot_be_reached_waits_and_the_rest_is_served(mode: str) -> None:
     stuck, other = episode.request("bring(o2,o3)"), episode.request("bring(o1,o10)")
 
     def turn() -> bool:
-        if episode.pending:
+        if episode.acting:
             episode.answer("mailbot")
         elif other.words[-1:] == ["succeeded"] and not stuck.words[1:]:
             if not episode.validator.believed():
@@ -338,7 +338,7 @@ def test_while_a_request_waits_a_message_takes_one_step(mode: str, r: int) -> No
     said: List[str] = []
 
     def turn() -> bool:
-        if episode.pending:
+        if episode.acting:
             episode.answer("mailbot")
         elif len(said) < 40:
             said.append("unblocked" if len(said) % 2 else "blocked")

@@ -15,7 +15,7 @@ def _office() -> Episode:
 
 
 def _run(episode: Episode, turn: Optional[Callable[[], bool]] = None) -> None:
-    assert episode.run(turn) is None
+    assert episode.play(turn) is None
     assert episode.warnings == []
 
 
@@ -40,7 +40,7 @@ def test_scenario_2() -> None:
     episode.request("bring(o9,o14)")
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
         if episode.answer("mailbot") == "go(c6)" and "pickup(o9,o14)" in episode.actions:
             episode.announce("unblocked(c4,c3)")
@@ -55,11 +55,11 @@ def test_scenario_3() -> None:
     goals = [episode.request("bring(o7,o11)")]
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
-        if episode.pending["mailbot"] == "go(c6)" and len(goals) == 1:
+        if episode.acting["mailbot"] == "go(c6)" and len(goals) == 1:
             goals.append(episode.request("bring(o2,o3)"))
-        fails = episode.pending["mailbot"] == "go(c4)" and "go(open1)" not in episode.actions
+        fails = episode.acting["mailbot"] == "go(c4)" and "go(open1)" not in episode.actions
         episode.answer("mailbot", "failure" if fails else "success")
         return True
 
@@ -76,9 +76,9 @@ def test_a_package_on_the_robot_goes_back() -> None:
     goal = episode.request("bring(o1,o3)")
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
-        if episode.pending["mailbot"] == "pickup(o1,o3)":
+        if episode.acting["mailbot"] == "pickup(o1,o3)":
             episode.cancel(goal)
         episode.answer("mailbot")
         return True
@@ -93,7 +93,7 @@ def test_a_package_that_is_not_picked_up_stays() -> None:
     goals = [episode.request("bring(o1,o3)")]
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
         if len(goals) == 1:
             episode.cancel(goals[0])
@@ -113,9 +113,9 @@ def test_failures() -> None:
     failing = ["pickup(o1,o2)", "deliver(o1,o2)"]
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
-        action = episode.pending["mailbot"]
+        action = episode.acting["mailbot"]
         fails = action in failing
         if fails:
             failing.remove(action)
@@ -134,9 +134,9 @@ def test_one_of_two_requests_for_the_same_package_is_cancelled() -> None:
     goals = [episode.request("bring(o1,o3)"), episode.request("bring(o1,o3)")]
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
-        if episode.pending["mailbot"] == "pickup(o1,o3)":
+        if episode.acting["mailbot"] == "pickup(o1,o3)":
             episode.cancel(goals[0])
         episode.answer("mailbot")
         return True
@@ -151,11 +151,11 @@ def test_a_package_on_its_way_back_is_requested_again() -> None:
     goals = [episode.request("bring(o1,o2)")]
 
     def turn() -> bool:
-        if not episode.pending:
+        if not episode.acting:
             return False
-        if episode.pending["mailbot"] == "go(c2)" and len(goals) == 1:
+        if episode.acting["mailbot"] == "go(c2)" and len(goals) == 1:
             episode.cancel(goals[0])
-        elif goals[0].cancel_requested and len(goals) == 1:
+        elif goals[0] in episode.cancelled and len(goals) == 1:
             goals.append(episode.request("bring(o1,o2)"))
         episode.answer("mailbot")
         return True

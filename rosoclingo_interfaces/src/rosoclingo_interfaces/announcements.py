@@ -6,10 +6,9 @@ from typing import Iterable, Optional
 
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo.loop.journal import CommandDone, Event, MessageArrived, MessageDropped, naming
+from rosoclingo.loop.words import INFO
 from rosoclingo_interfaces.errors import LineError
 
-SOURCE = "info"
-"""The id of the messages."""
 TAKEN = ""
 """The verdict on an announcement that the planner was told."""
 
@@ -40,11 +39,11 @@ def verdict(events: Iterable[Event], value: str) -> Optional[str]:
     Returns:
         :data:`TAKEN`, the reason for which it was dropped, or None if that is not known yet.
     """
-    dropped = naming(SOURCE, value)
+    dropped = naming(INFO, value)
     heard = False
     for event in events:
         if isinstance(event, MessageArrived):
-            heard |= (event.source, event.value) == (SOURCE, value)
+            heard |= (event.source, event.value) == (INFO, value)
         elif heard and isinstance(event, MessageDropped) and event.reason.startswith(dropped):
             return event.reason[len(dropped) :]
         elif heard and isinstance(event, CommandDone) and event.name == "assign_messages":

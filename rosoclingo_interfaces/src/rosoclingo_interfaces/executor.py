@@ -9,14 +9,10 @@ from typing import Callable, Dict, FrozenSet, Optional
 
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.solver.terms import parse_term
+from rosoclingo.loop.words import ABORT, FAILURE, SOLVER
 from rosoclingo_interfaces.errors import CanceledError
 from rosoclingo_interfaces.execution import CURRENT, Clock, Execution
-from rosoclingo_interfaces.interface import FAILURE, ActionInterface, answer_text
-
-SOLVER = "solver"
-"""The id of a message that holds a whole plan, for no actuator."""
-ABORT = "abort"
-"""In the dialect of ROSoClingo 1.0, the action that ends what an actuator does."""
+from rosoclingo_interfaces.interface import ActionInterface, answer_text
 
 # How long an actuator's next action waits for the end of the one before it, which was cancelled.
 _SECONDS_TO_STOP = 2.0

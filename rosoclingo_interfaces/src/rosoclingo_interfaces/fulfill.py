@@ -9,8 +9,9 @@ import clingo
 import rospy
 
 from rosclingo.ros import parameters
-from rosoclingo_interfaces.answers import ANSWERS, Answers
-from rosoclingo_interfaces.interface import SUCCESS, ActionInterface, Answer
+from rosoclingo.desk.answers import ANSWERS, Answers
+from rosoclingo.loop.words import SUCCESS
+from rosoclingo_interfaces.interface import ActionInterface, Answer
 from rosoclingo_interfaces.node import run
 
 

@@ -9,11 +9,9 @@ import clingo
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo.loop.dispatch import bind, find
+from rosoclingo.loop.words import FAILURE, SUCCESS
 from rosoclingo_interfaces.errors import ActionError
 from rosoclingo_interfaces.execution import Execution, current
-
-SUCCESS = "success"
-FAILURE = "failure"
 
 Answer = Union[bool, str]
 

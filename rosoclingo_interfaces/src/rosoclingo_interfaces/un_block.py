@@ -10,8 +10,9 @@ import rospy
 
 from rosclingo.errors import TermError
 from rosclingo.ros.init import init_node, on_shutdown
+from rosoclingo.loop.words import INFO
 from rosoclingo.msg import ROSoClingoIn
-from rosoclingo_interfaces.announcements import SOURCE, TAKEN, parse_line, verdict
+from rosoclingo_interfaces.announcements import TAKEN, parse_line, verdict
 from rosoclingo_interfaces.errors import LineError
 from rosoclingo_interfaces.journal import JournalReader
 from rosoclingo_interfaces.prompt import Prompt
@@ -74,7 +75,7 @@ def _announce(prompt: Prompt) -> int:
             prompt.say(f"{value} was not announced: nobody listens to {publisher.resolved_name}")
             return 1
         has_journal = journal.begin(prompt)
-        publisher.publish(SOURCE, value)
+        publisher.publish(INFO, value)
         prompt.say(value)
         if not has_journal:
             prompt.say(f"whether it is taken is not known: nobody publishes {journal.name}")

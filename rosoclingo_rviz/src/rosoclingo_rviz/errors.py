@@ -5,9 +5,5 @@ from __future__ import annotations
 from rosclingo.errors import RosclingoError
 
 
-class GraphError(RosclingoError):
-    """An instance that cannot be read or drawn; the message names file, atom and remedy."""
-
-
 class MarkerFileError(RosclingoError):
     """A file that is no visualization_msgs/MarkerArray; the message names it and the remedy."""

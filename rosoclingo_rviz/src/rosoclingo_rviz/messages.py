@@ -11,7 +11,7 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from rosoclingo_rviz.drawing import Shape
+from rosoclingo.drawing.shapes import Shape
 from rosoclingo_rviz.errors import MarkerFileError
 
 _TYPES: Dict[str, int] = {

@@ -13,6 +13,9 @@ from rosclingo.errors import TermError
 from rosclingo.ros import parameters
 from rosclingo.ros.init import init_node, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
+from rosoclingo.drawing.graph import Graph, read_graph
+from rosoclingo.drawing.shapes import draw
+from rosoclingo.drawing.situation import Situation
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
     ROSoClingoActionResult,
@@ -21,10 +24,7 @@ from rosoclingo.msg import (
     ROSoClingoPlan,
 )
 from rosoclingo_interfaces.topics import topic
-from rosoclingo_rviz.drawing import draw
-from rosoclingo_rviz.graph import Graph, read_graph
 from rosoclingo_rviz.messages import marker_array, read_markers
-from rosoclingo_rviz.situation import Situation
 
 _USAGE = """\
 usage: graph_markers.py _instance:="FILE..." [_PARAMETER:=VALUE]... [ROS remappings]

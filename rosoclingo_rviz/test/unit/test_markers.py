@@ -8,11 +8,11 @@ from typing import Dict, List, Tuple
 import pytest
 
 from rosclingo.errors import TermError
-from rosoclingo_rviz.drawing import DELIVERED, PACKAGE, Shape, draw
-from rosoclingo_rviz.errors import GraphError
-from rosoclingo_rviz.graph import Graph, read_graph
+from rosoclingo.drawing.errors import GraphError
+from rosoclingo.drawing.graph import Graph, read_graph
+from rosoclingo.drawing.shapes import DELIVERED, PACKAGE, Shape, draw
+from rosoclingo.drawing.situation import Package, Situation
 from rosoclingo_rviz.messages import marker_array
-from rosoclingo_rviz.situation import Package, Situation
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 INSTANCE = REPOSITORY / "rosoclingo_aspprograms" / "mailbot" / "instances" / "graph_wg.lp"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Sequence
 
 from rosoclingo.loop.atoms import Action
@@ -10,6 +11,10 @@ from rosoclingo.loop.journal import Record
 
 class Environment:
     """The world that the loop speaks to; a node overrides the methods."""
+
+    def now(self) -> float:
+        """Returns the time by which actuators answer, in seconds; it never goes back."""
+        return time.monotonic()
 
     def publish(self, actuator: str, action: str) -> None:
         """Sends an action, or with the id ``solver`` a whole plan."""

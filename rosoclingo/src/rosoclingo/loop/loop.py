@@ -135,10 +135,15 @@ class Loop:
         self._controller.restore(snapshot.controller)
         return self.state.restore(snapshot.state, client)
 
+    @property
+    def dynamic(self) -> bool:
+        """Whether the mode takes messages and goals; known once it is prepared."""
+        return self._controller.dynamic
+
     def prepare(self) -> None:
         """Prepares the controller."""
         self._controller.prepare()
-        if not self._controller.dynamic:
+        if not self.dynamic:
             self.state.mail.refuse("the controller's mode is static: it takes no goals")
 
     def step(self) -> None:

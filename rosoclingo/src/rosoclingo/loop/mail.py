@@ -10,6 +10,7 @@ from rosclingo.errors import TermError, shorten
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import canonical, event
 from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.externals import PlannerExternals
 from rosoclingo.loop.goals import Goal, Goals
 from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message
@@ -26,7 +27,8 @@ class Acting:
     """That an actuator was told to act in the current step.
 
     Attributes:
-        began: When, in seconds of a monotonic clock; in a snapshot, of one that stands at 0 then.
+        began: When, in seconds of the environment's clock; in a snapshot, of one that stands at 0
+            then.
         reminded: When it was said last that it does not answer, likewise.
         is_overdue: Whether its time is over.
         answer: What it has answered.
@@ -96,7 +98,7 @@ class Mail(MailState):
         inbox: Inbox,
         goals: Goals,
         externals: PlannerExternals,
-        warn: Callable[[str], None],
+        environment: Environment,
         note: Callable[[journal.Event], None],
     ) -> None:
         super().__init__()
@@ -104,7 +106,7 @@ class Mail(MailState):
         self._goals = goals
         self.cancels: List[Goal] = []
         self._externals = externals
-        self._warn = warn
+        self._environment = environment
         self._note = note
         self._held: List[Item] = []  # nobody can say yet whether the planner knows it
         self._acting: Dict[str, Acting] = {}
@@ -112,7 +114,7 @@ class Mail(MailState):
 
     def snapshot(self) -> MailSnapshot:
         """Returns what has come and is not told yet, and who acts."""
-        now = time.monotonic()
+        now = self._environment.now()
         return MailSnapshot(
             self,
             tuple(goal.id for goal in self.cancels),
@@ -130,7 +132,7 @@ class Mail(MailState):
         take_over(self, saved.state)
         self.cancels = [goals[key] for key in saved.cancels]
         self._held = [_item(key, goals) for key in saved.held]
-        now = time.monotonic()
+        now = self._environment.now()
         self._acting = {actuator: one.since(-now) for actuator, one in saved.acting.items()}
 
     @property
@@ -303,7 +305,7 @@ class Mail(MailState):
         """Says that an answer ends its action, but that the planner cannot be told of it."""
         if source not in self._undeclared:
             self._undeclared.add(source)
-            self._warn(
+            self._environment.warn(
                 f"{shorten(source)} has answered {shorten(value)}: that ends its action, but the "
                 "planner is not told, because its encoding does not declare "
                 f"#external {shorten(f'event({source},{value},t)')}; this is said once"
@@ -329,7 +331,7 @@ class Mail(MailState):
 
     def acts(self, actuator: str) -> None:
         """Notes that an actuator was told to act: what it answered was to another action."""
-        now = time.monotonic()
+        now = self._environment.now()
         self._acting[actuator] = Acting(now, now)
 
     def is_acting(self, actuator: str) -> bool:
@@ -338,7 +340,7 @@ class Mail(MailState):
 
     def overdue(self, seconds: float) -> List[str]:
         """Returns the actuators without an answer since so many seconds; each action's once."""
-        now = time.monotonic()
+        now = self._environment.now()
         late = {name: one for name, one in self._silent() if now - one.began >= seconds}
         for name, one in late.items():
             self._acting[name] = replace(one, is_overdue=True)
@@ -350,7 +352,7 @@ class Mail(MailState):
         Args:
             seconds: Longest silence; each actuator is returned again after so much more of it.
         """
-        now = time.monotonic()
+        now = self._environment.now()
         late = []
         for actuator, one in self._silent():
             if now - one.reminded >= seconds:
@@ -393,9 +395,11 @@ class Mail(MailState):
         for reason in dropped:
             self._note(journal.MessageDropped(reason))
         for reason in dropped[:_LOGGED_DROPS]:
-            self._warn(f"dropped a message: {reason}")
+            self._environment.warn(f"dropped a message: {reason}")
         if len(dropped) > _LOGGED_DROPS:
-            self._warn(f"dropped {len(dropped) - _LOGGED_DROPS} more messages like these")
+            self._environment.warn(
+                f"dropped {len(dropped) - _LOGGED_DROPS} more messages like these"
+            )
 
 
 def _arrival(item: Item, seconds: float) -> journal.Event:

@@ -16,6 +16,7 @@ from rosoclingo.loop.mail import Mail, MailSnapshot
 from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.solver import Planner, PlannerState
 from rosoclingo.loop.waiting import Waiting
+from rosoclingo.loop.words import ABORT
 
 
 @dataclass
@@ -114,7 +115,7 @@ class State(Progress):
         self.environment = environment
         self.externals = PlannerExternals(planner)
         self.goals = Goals()
-        self.mail = Mail(inbox, self.goals, self.externals, environment.warn, self.note)
+        self.mail = Mail(inbox, self.goals, self.externals, environment, self.note)
         self.waiting = Waiting(
             self.mail,
             self.goals,
@@ -311,7 +312,7 @@ class State(Progress):
 
     def publish_abort(self, actuator: str) -> None:
         """Tells an actuator to end what it does, once in a step; nobody answers that."""
-        abort = Action(actuator, "abort", self.step)
+        abort = Action(actuator, ABORT, self.step)
         if abort not in self._published:
             self._published.add(abort)
             self.environment.publish(actuator, abort.name)

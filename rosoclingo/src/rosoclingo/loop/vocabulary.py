@@ -1,16 +1,24 @@
-"""Which events the planner's encoding declares, and why it does not declare others."""
+"""Which events the planner's encoding declares, and why it does not declare others.
+
+>>> explain("brign(o9)", ["bring(o1)", "bring(o9)"])
+'there is no request like brign(o9); one that it knows is bring(o1); did you mean bring(o9)?'
+"""
 
 from __future__ import annotations
 
+import difflib
 from dataclasses import dataclass, field
-from typing import Dict, Iterable, List, Sequence, Set, Tuple
+from typing import Collection, Dict, Iterable, List, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
-from rosclingo.wire.term_text import split_term
+from rosclingo.wire.term_text import number, split_term
 from rosoclingo.loop.demand import Demand, Pair
 
 ANY_EVENT = "_,_"
 """Stands for the source and content of any event, of a source that declares none of its own."""
+
+_LONGEST = 200  # characters of a request for which it is looked what was meant
+_MOST_ALIKE = 1000  # requests, or arguments at a place, with which it is compared
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth")
 
@@ -98,18 +106,24 @@ class ToldVocabulary:
     def explain(self, source: str, content: str) -> str:
         """Says why there is no such event."""
         if self._demand.examples:
-            return explain(content, sorted(self._demand.examples))
+            return explain(content, sorted(self._demand.examples), are_examples=True)
         declared = self._demand.declared.items()
         return no_request_like(content, [c for (s, c), known in declared if known and s == source])
 
 
-def explain(request: str, known: Sequence[str]) -> str:
-    """Says why a request is unknown, by comparing it with known ones.
+def explain(request: str, known: Sequence[str], *, are_examples: bool = False) -> str:
+    """Says why a request is unknown, by comparing it with known ones, and what was meant.
 
     Args:
         request: The request, as clingo prints it.
         known: The known ones likewise, and what else is known.
+        are_examples: Whether others are known that have the same arguments at the same places.
     """
+    meant = _meant(request, known, are_examples)
+    return _reason(request, known) + (f"; did you mean {meant}?" if meant else "")
+
+
+def _reason(request: str, known: Sequence[str]) -> str:
     name, arguments = split_term(request)
     alike = [
         (other, split_term(other)[1])
@@ -119,12 +133,12 @@ def explain(request: str, known: Sequence[str]) -> str:
     alike = [(other, others) for other, others in alike if len(others) == len(arguments)]
     if not alike:
         return no_request_like(request, known)
-    for number, argument in enumerate(arguments):
-        if all(others[number] != argument for _, others in alike):
-            place = _ORDINALS[number] if number < len(_ORDINALS) else f"{number + 1}th"
+    for place, argument in enumerate(arguments):
+        if all(others[place] != argument for _, others in alike):
+            ordinal = _ORDINALS[place] if place < len(_ORDINALS) else f"{place + 1}th"
             return (
-                f"{shorten(argument)} is unknown as the {place} argument of {name}; a request that "
-                f"it knows is {shorten(alike[0][0])}"
+                f"{shorten(argument)} is unknown as the {ordinal} argument of {name}; a request "
+                f"that it knows is {shorten(alike[0][0])}"
             )
     return f"{shorten(' and '.join(arguments))} do not go together in {name}"
 
@@ -134,3 +148,34 @@ def no_request_like(request: str, known: Sequence[str]) -> str:
     example = next((other for other in known if "(" in other), "")
     example = f"; one that it knows is {shorten(example)}" if example else ""
     return f"there is no request like {shorten(request)}{example}"
+
+
+def _meant(request: str, known: Sequence[str], are_examples: bool) -> str:
+    """Returns the known request that is most like another one; nothing if none is like it."""
+    name, arguments = split_term(request)
+    if len(request) > _LONGEST or not name:
+        return ""
+    name = _closest(name, {other.partition("(")[0] for other in known if other != "cancel"})
+    alike = [other for other in known if other == name or other.startswith(f"{name}(")]
+    same = [others for others in (split_term(o)[1] for o in alike) if len(others) == len(arguments)]
+    places = [
+        _closest(argument, {others[place] for others in same})
+        for place, argument in enumerate(arguments)
+    ]
+    if same and not all(places):
+        return ""
+    meant = f"{name}({','.join(places)})" if places else name
+    if meant != request and (meant in alike or (same and are_examples)):
+        return meant
+    return next(iter(difflib.get_close_matches(request, alike[:_MOST_ALIKE], 1)), "")
+
+
+def _closest(word: str, known: Collection[str]) -> str:
+    """Returns the known word that is most like another one; of numbers, the next one."""
+    value = number(word)
+    if word in known:
+        return word
+    if value is None:
+        return next(iter(difflib.get_close_matches(word, sorted(known)[:_MOST_ALIKE], 1)), "")
+    numbers = [other for other in map(number, known) if other is not None]
+    return str(min(numbers, key=lambda other: (abs(other - value), other))) if numbers else ""

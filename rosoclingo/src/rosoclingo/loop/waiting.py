@@ -11,8 +11,11 @@ from rosoclingo.loop.goals import Goals
 from rosoclingo.loop.inbox import Message
 from rosoclingo.loop.journal import Event, LoopWaits, Reason
 from rosoclingo.loop.mail import Mail
+from rosoclingo.loop.words import FAILURE
 
-_LOOK_SECONDS = 1.0  # how often it is seen, while waiting, whether the solvers are there
+LOOK_SECONDS = 1.0
+"""How often it is seen, while waiting, whether solvers and actuators are there."""
+
 _SILENT_SECONDS = 1.0  # how long the goals hear nothing while a plan is searched for
 _REMINDER_SECONDS = 30.0  # how often it is said that an actuator does not answer
 
@@ -76,15 +79,15 @@ class Waiting:
             if not noted:
                 noted = True
                 self._note(LoopWaits())
-            mail.inbox.wait(max(0.0, self._look_at - time.monotonic()))
+            mail.inbox.wait(max(0.0, self._look_at - self._environment.now()))
             self._look()
             mail.take(may_ask=True)
 
     def _look(self) -> None:
         """Looks now and then, whatever comes, whether the solvers and the actuators are there."""
-        if time.monotonic() < self._look_at:
+        if self._environment.now() < self._look_at:
             return
-        self._look_at = time.monotonic() + _LOOK_SECONDS
+        self._look_at = self._environment.now() + LOOK_SECONDS
         self._check()
         for actuator, seconds in self._mail.late(_REMINDER_SECONDS):
             self._environment.warn(
@@ -97,7 +100,7 @@ class Waiting:
                     f"{actuator} has not answered for {self._action_timeout:g} s "
                     "(~action_timeout): its action counts as failed"
                 )
-                self._mail.inbox.put(Message(actuator, "failure"))
+                self._mail.inbox.put(Message(actuator, FAILURE))
 
     def _step_is_awaited(self, step: int) -> bool:
         """Whether goals wait for a slot that is free as soon as the next step begins.
@@ -131,7 +134,7 @@ class Waiting:
         inbox = self._mail.inbox
         while not inbox.closed:
             self._mail.take()
-            inbox.wait(_LOOK_SECONDS)
+            inbox.wait(LOOK_SECONDS)
         raise ShutdownError(Reason.SHUTDOWN)
 
     def begin_planning(self) -> None:

@@ -7,10 +7,10 @@ import threading
 from collections import deque
 from typing import Callable, Deque, List, Set
 
+from rosoclingo.loop.words import SUCCESS
 from rosoclingo_aspprograms.validator import Map, Validator
 from rosoclingo_examples.orders import Bring
 from rosoclingo_gazebo.demo.trace import Kind, Point, Trace
-from rosoclingo_interfaces.interface import SUCCESS
 
 ROBOT = "mailbot"
 BOOK = Bring("bring(o7,o11)", ("book",))

@@ -11,8 +11,8 @@ import rospy
 
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import publisher
+from rosoclingo.loop.words import INFO
 from rosoclingo.msg import ROSoClingoIn
-from rosoclingo_interfaces.announcements import SOURCE
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.execution import Execution
 from rosoclingo_interfaces.interface import ActionInterface
@@ -108,7 +108,7 @@ class MoveBase(ActionInterface):
                     self._blamed.clear()
                     break
         for last, name in ways:
-            self._in.publish(SOURCE, f"unblocked({last},{name})")
+            self._in.publish(INFO, f"unblocked({last},{name})")
         for last, name in ways:
             rospy.loginfo("%s is there again: %s to %s is not blocked", self._base.name, last, name)
 

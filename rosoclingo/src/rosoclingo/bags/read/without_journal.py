@@ -16,6 +16,7 @@ from rosclingo.wire.term_text import split_list
 from rosoclingo.bags.model import Entry
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Event, Reason, Status
+from rosoclingo.loop.words import SOLVER
 
 TOPICS = ("goal", "in", "out", "cancel", "status", "feedback", "result")
 """What the events are made from."""
@@ -145,7 +146,7 @@ class Historian:
             self._answered.add(message.id)
 
     def _out(self, message: Any) -> Iterator[Event]:
-        if message.id == "solver":  # the whole plan of a static mode
+        if message.id == SOLVER:  # the whole plan of a static mode
             yield journal.PlanFound(tuple(split_list(message.action.strip("[]"))))
             yield journal.CommandDone("publish")
             return

@@ -12,10 +12,7 @@ from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.report.page import render
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.bags.text import lines, say
-
-
-class PictureError(RosclingoError):
-    """The picture cannot be drawn."""
+from rosoclingo.drawing.errors import picture_errors
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
@@ -63,13 +60,9 @@ def _report(bag: Path, page: Path, picture: Optional[Path], name: Optional[str])
     page.write_text(render(recording, statistics, bag), encoding="utf-8")
     print(lines(f"wrote {page}"))
     if picture is not None:
-        # It takes a second, and who wants no picture need not have matplotlib.
-        try:
+        with picture_errors(picture, "--png"):
+            # It takes a second, and who wants no picture need not have matplotlib.
             from rosoclingo.bags.report.picture import draw  # noqa: PLC0415 (see above)
-        except ImportError as err:
-            raise PictureError(f"{picture}: {err}; pip install matplotlib, or no --png") from err
-        try:
+
             draw(statistics, f"{bag.name}: {recording.name}", picture)
-        except ValueError as err:
-            raise PictureError(f"{picture}: {err}; .png is a good ending") from err
         print(lines(f"wrote {picture}"))

@@ -11,13 +11,13 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from rosoclingo.bags.report.run import GoalRun, Statistics
+from rosoclingo.drawing.canvas import plain, save
 
 _INCHES = (14.0, 8.4)
-_DOTS_PER_INCH = 100
 _MOST_LABELS = 40  # bars with a text; more of them would hide each other
 _MOST_COLUMNS = 400  # of a chart; each shows the largest value of its steps
-_THICK, _THIN = 11.0, 5.0  # bars and marks, in points
-_COLOURS = {
+THICK, _THIN = 11.0, 5.0  # bars and marks, in points
+COLOURS = {
     "succeeded": "#2a9d63", "open": "#2f6feb", "canceled": "#8b95a5", "recalled": "#b3bac6",
     "rejected": "#c77d0a", "aborted": "#d23f3f", "success": "#4c8fd6", "failure": "#d23f3f",
     "": "#a4adba", "message": "#7a4fc4", "dropped": "#d23f3f", "change": "#2f6feb",
@@ -28,6 +28,8 @@ _SEARCHING, _COMMANDS = "#2f6feb", "#b3bac6"
 
 Bar = Tuple[float, float, str]
 """From, to, colour."""
+Row = Tuple[str, List[Bar], float]
+"""Name, bars, and their width in points."""
 
 
 def draw(statistics: Statistics, title: str, file: Path) -> None:
@@ -36,7 +38,7 @@ def draw(statistics: Statistics, title: str, file: Path) -> None:
     Args:
         statistics: What happened.
         title: What stands above.
-        file: Where to write it; the ending says as what, such as ``.png`` or ``.svg``.
+        file: Where to write it, see :func:`.canvas.save`.
 
     Raises:
         OSError: The file cannot be written.
@@ -46,18 +48,40 @@ def draw(statistics: Statistics, title: str, file: Path) -> None:
     axes: Dict[str, Any] = figure.subplot_mosaic(
         [["time"] * 3, ["horizon", "solving", "searches"]], gridspec_kw={"height_ratios": [1.7, 1]}
     )
-    figure.suptitle(_plain(title))
+    figure.suptitle(plain(title))
     _draw_time_line(axes["time"], statistics)
     _draw_steps(axes, statistics)
-    figure.savefig(file, dpi=_DOTS_PER_INCH, format=file.suffix[1:] or "png")
+    save(figure, file)
 
 
 def _draw_time_line(axes: Any, run: Statistics) -> None:
     is_labelled = len(run.goals) <= _MOST_LABELS
     goals = _placed(run.goals, run.ended, (run.ended - run.began) / (12 if is_labelled else 700))
-    rows, names = _rows(run, goals), []
-    for number, (name, bars, points) in enumerate(rows):
-        names.append(_plain(name))
+    draw_rows(axes, _rows(run, goals), run.began, run.ended, "s")
+    for goal, number in goals if is_labelled else ():
+        label(axes, goal.request, goal.came, number)
+    outcomes = sorted({goal.outcome for goal in run.goals})
+    handles = [Patch(color=COLOURS.get(word, _OTHER), label=word) for word in outcomes]
+    handles += [
+        Patch(color=COLOURS["success"], label="action"),
+        Patch(color=COLOURS["failure"], label="failed or dropped"),
+        Patch(color=COLOURS["message"], label="message"),
+    ]
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.1),
+                ncol=len(handles), frameon=False)  # fmt: skip
+
+
+def draw_rows(axes: Any, rows: Sequence[Row], began: float, ended: float, unit: str) -> None:
+    """Draws rows of bars, one below the other, over the time.
+
+    Args:
+        axes: Where to draw them.
+        rows: The rows.
+        began: Where the time begins.
+        ended: Where it ends.
+        unit: That of the time.
+    """
+    for number, (_, bars, points) in enumerate(rows):
         axes.add_collection(
             LineCollection(
                 [((a, number), (b, number)) for a, b, _ in bars],
@@ -67,70 +91,69 @@ def _draw_time_line(axes: Any, run: Statistics) -> None:
                 snap=False,  # of many that are close, none is to vanish
             )
         )
-    for goal, number in goals if is_labelled else ():
-        axes.annotate(
-            _plain(goal.request), (goal.came, number), (4, 0), textcoords="offset points",
-            va="center", size=8, clip_on=True,
-        )  # fmt: skip
-    axes.set_yticks(range(len(rows)), names)
+    axes.set_yticks(range(len(rows)), [plain(name) for name, _, _ in rows])
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(len(rows) - 0.4, -0.6)
-    axes.set_xlim(run.began, max(run.ended, run.began + 0.1))
-    axes.set_xlabel("s")
+    axes.set_xlim(began, max(ended, began + 0.1))
+    axes.set_xlabel(unit)
     axes.grid(axis="x", alpha=0.3)
     axes.set_axisbelow(True)
-    outcomes = sorted({goal.outcome for goal in run.goals})
-    handles = [Patch(color=_COLOURS.get(word, _OTHER), label=word) for word in outcomes]
-    handles += [
-        Patch(color=_COLOURS["success"], label="action"),
-        Patch(color=_COLOURS["failure"], label="failed or dropped"),
-        Patch(color=_COLOURS["message"], label="message"),
-    ]
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.1),
-                ncol=len(handles), frameon=False)  # fmt: skip
 
 
-def _rows(
-    run: Statistics, goals: Sequence[Tuple[GoalRun, int]]
-) -> List[Tuple[str, List[Bar], float]]:
-    """Returns the rows of the time line: name, bars, and their width in points."""
+def label(axes: Any, text: str, begin: float, row: int) -> None:
+    """Writes a text on a bar.
+
+    Args:
+        axes: Where.
+        text: The text.
+        begin: Where the bar begins.
+        row: The number of its row.
+    """
+    axes.annotate(
+        plain(text), (begin, row), (4, 0), textcoords="offset points",
+        va="center", size=8, clip_on=True,
+    )  # fmt: skip
+
+
+def _rows(run: Statistics, goals: Sequence[Tuple[GoalRun, int]]) -> List[Row]:
+    """Returns the rows of the time line."""
     least = (run.ended - run.began) / 700  # of a mark, so that it can be seen
     by_row: Dict[int, List[Bar]] = {}
     for goal, number in goals:
         ended = max(run.ended if goal.ended is None else goal.ended, goal.came + least)
         accepted = ended if goal.accepted is None else goal.accepted
-        colour = _COLOURS.get(goal.outcome, _OTHER)
+        colour = COLOURS.get(goal.outcome, _OTHER)
         by_row.setdefault(number, []).extend(
             [(goal.came, accepted, f"{colour}70"), (accepted, ended, colour)]
         )
-    rows = [("" if number else "goals", bars, _THICK) for number, bars in by_row.items()]
+    rows = [("" if number else "goals", bars, THICK) for number, bars in by_row.items()]
     for actuator in dict.fromkeys(action.actuator for action in run.actions):
         bars = [
             (
                 action.began,
                 run.ended if action.ended is None else action.ended,
-                _COLOURS.get(action.answer, _OTHER),
+                COLOURS.get(action.answer, _OTHER),
             )
             for action in run.actions
             if action.actuator == actuator
         ]
-        rows.append((actuator, bars, _THICK))
+        rows.append((actuator, bars, THICK))
     marks = [
         (message.seconds, message.seconds + least,
-         _COLOURS["dropped" if message.dropped else "message"])
+         COLOURS["dropped" if message.dropped else "message"])
         for message in run.messages
     ]  # fmt: skip
     changes = [
         (change.seconds, change.seconds + least,
-         _COLOURS.get(change.causes[0].kind, _COLOURS["change"]))
+         COLOURS.get(change.causes[0].kind, COLOURS["change"]))
         for change in run.changes
     ]  # fmt: skip
     searches = [
         (search.ended - search.duration, max(search.ended, search.ended - search.duration + least),
-         _COLOURS.get(search.result, _OTHER))
+         COLOURS.get(search.result, _OTHER))
         for search in run.searches
     ]  # fmt: skip
-    rows += [("messages", marks, _THICK), ("plan changes", changes, _THICK)]
+    rows += [("messages", marks, THICK), ("plan changes", changes, THICK)]
     return [*rows, ("searches", searches, _THIN)]
 
 
@@ -172,7 +195,7 @@ def _draw_steps(axes: Dict[str, Any], run: Statistics) -> None:
         ],
         "solving": [(both, "other commands", _COMMANDS), (solving, "searching", _SEARCHING)],
         "searches": [
-            ([step.searches for step in run.steps], "interrupted", _COLOURS["unknown"]),
+            ([step.searches for step in run.steps], "interrupted", COLOURS["unknown"]),
             (ended, "ended", _SEARCHING),
         ],
     }
@@ -193,8 +216,3 @@ def _draw_steps(axes: Dict[str, Any], run: Statistics) -> None:
         axes[name].set_ylim(bottom=0)
         if run.steps:
             axes[name].legend(frameon=False, fontsize=8)
-
-
-def _plain(text: str) -> str:
-    """Keeps matplotlib from reading a text as a formula."""
-    return text.replace("$", r"\$")

@@ -8,9 +8,7 @@ from typing import Dict, FrozenSet, List, Mapping, Optional, Sequence, Set, Tupl
 import clingo
 
 from rosclingo.solver.terms import parse_term
-from rosoclingo_interfaces.announcements import SOURCE
-from rosoclingo_interfaces.executor import ABORT, SOLVER
-from rosoclingo_interfaces.interface import FAILURE, SUCCESS
+from rosoclingo.loop.words import ABORT, FAILURE, INFO, SOLVER, SUCCESS
 
 _MOST_DELIVERED = 10  # packages that are shown where they were delivered
 
@@ -115,7 +113,7 @@ class Situation:
     def hear(self, source: str, value: str) -> None:
         """A message to rosoclingo was published: an answer, or what someone has seen."""
         sender, term = str(parse_term(source)), parse_term(value)
-        if sender == SOURCE:
+        if sender == INFO:
             self._announce(term)
         elif sender in self.positions and str(term) in (SUCCESS, FAILURE):
             if sender in self._actions:

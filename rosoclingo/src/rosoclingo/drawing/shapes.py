@@ -7,8 +7,8 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import DefaultDict, Iterator, List, Tuple
 
-from rosoclingo_rviz.graph import Graph, Point
-from rosoclingo_rviz.situation import Package, Situation
+from rosoclingo.drawing.graph import Graph, Point
+from rosoclingo.drawing.situation import Package, Situation
 
 Colour = Tuple[float, float, float]
 

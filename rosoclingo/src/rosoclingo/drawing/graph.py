@@ -8,7 +8,7 @@ from typing import Dict, List, Mapping, Sequence, Tuple
 
 import clingo
 
-from rosoclingo_rviz.errors import GraphError
+from rosoclingo.drawing.errors import GraphError
 
 _METRES = 0.1  # in a unit of position/3
 _MOST = 5  # waypoints that an error lists
@@ -31,16 +31,17 @@ class Graph:
     starts: Mapping[str, str]
 
 
-def read_graph(files: Sequence[str]) -> Graph:
+def read_graph(files: Sequence[str], options: Sequence[str] = ()) -> Graph:
     """Grounds an instance and takes ``connection/2``, ``position/3`` and ``start/2`` out of it.
 
     Args:
         files: Encodings that together are the instance; positions are in decimetres.
+        options: Options for clingo, such as constants.
 
     Raises:
         GraphError: The files do not parse, or do not say where all waypoints are.
     """
-    atoms = _ground(files)
+    atoms = _ground(files, options)
     where = " ".join(files)
     places: Dict[str, Point] = {}
     for atom in _named(atoms, "position", 3):
@@ -67,12 +68,12 @@ def read_graph(files: Sequence[str]) -> Graph:
     return Graph(places, tuple((a, b) for a, b in sorted(pairs)), starts)
 
 
-def _ground(files: Sequence[str]) -> List[clingo.Symbol]:
+def _ground(files: Sequence[str], options: Sequence[str]) -> List[clingo.Symbol]:
     for file in files:
         if not Path(file).is_file():
             raise GraphError(f"there is no file {file}; check the path")
     said: List[str] = []
-    solver = clingo.Control(logger=lambda _, text: said.append(text.strip()))
+    solver = clingo.Control(list(options), logger=lambda _, text: said.append(text.strip()))
     try:
         for file in files:
             solver.load(file)

@@ -1,4 +1,4 @@
-"""How ``fulfill.py`` answers. Needs no ROS."""
+"""How actuators answer that do nothing: those of ``fulfill.py`` and of a simulation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Dict, List, Optional, Pattern, Sequence
 
-from rosoclingo_interfaces.interface import FAILURE, SUCCESS
+from rosoclingo.loop.words import FAILURE, SUCCESS
 
 NO_ANSWER = "none"
 ANSWERS = (SUCCESS, FAILURE, NO_ANSWER)

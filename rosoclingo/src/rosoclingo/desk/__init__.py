@@ -1,0 +1,1 @@
+"""The planning system in one process, to try encodings at the desk. Needs no ROS."""

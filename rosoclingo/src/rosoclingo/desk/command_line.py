@@ -1,0 +1,114 @@
+"""The command line of ``plan.py``."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+from typing import Callable, List, Pattern, Sequence
+
+from rosclingo.errors import OptionsError
+from rosclingo.solver.options import parse_options
+from rosoclingo.desk.inputs import GOAL, read_input
+from rosoclingo.desk.parts import SINGLE
+
+_MODE = "dynamic.incremental.recording"
+_STEPS = 50  # the longest plan; the modes' own default is too short for trying
+_OF_THE_MODE = ("steps", "r")  # constants
+
+_EPILOG = """\
+All else is handed to clingo, such as -c NAME=TERM or -t N; -c steps=N, the longest plan, and -c r=N
+are the mode's as well. Exit status: 0; 1 if there is no plan, or a goal was not reached; 2 if the
+command line, a file, a goal or a message is wrong."""
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """Reads the command line without the program's name; ends the process if it is none.
+
+    Returns:
+        The options by their names, and besides: ``options`` for the planner, ``mode_options`` for
+        the mode, and the ``inputs``, in the order in which they come.
+
+    Raises:
+        RosclingoError: A file or a term is wrong.
+    """
+    parser = argparse.ArgumentParser(
+        prog="plan.py",
+        usage="plan.py FILE... [--goal REQUEST]... [options] [clingo options]",
+        description="Plans without a ROS master, and executes the plan in a simulation.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    add = parser.add_argument
+    add("--goal", action="append", default=[], metavar="REQUEST", help="such as 'bring(o9,o14)'")
+    add("--event", action="append", default=[], metavar="SOURCE:VALUE",
+        help="a message before the goals, such as 'info:blocked(c3,c4)'")  # fmt: skip
+    add("--mode", default=_MODE, metavar="M",
+        help=f"a mode's name or path, or {SINGLE} for one node; by default {_MODE}")  # fmt: skip
+    add("--simulate", action="store_true", help="execute the plan; the loop is the robot's own")
+    add("--at", action="append", nargs=2, default=[], metavar=("STEP", "INPUT"),
+        help="what comes in a step: goal:REQUEST, cancel:NUMBER or SOURCE:VALUE; in:N instead of a "
+        "step means in the loop's N-th command, and after:N after it")  # fmt: skip
+    add("--fail", type=_pattern, metavar="REGEX", help="actions that fail, where it is found")
+    add("--no-answer", type=_pattern, metavar="REGEX", help="those that are never answered")
+    add("--action-timeout", type=_number(), default=0.0, metavar="S",
+        help="when an action without an answer counts as failed; by default never")  # fmt: skip
+    add("--fail-probability", type=_number(1.0), default=0.0, metavar="P", help="of the others")
+    add("--seed", type=int, default=0, metavar="N", help="of these failures; by default 0")
+    add("--seconds", type=_number(), default=1.0, metavar="S", help="how long an action takes")
+    add("--most-steps", type=int, default=1000, metavar="N", help="when the simulation ends")
+    add("--commands", action="store_true", help="also tell each command of the mode")
+    add("--abort-unreachable", action="store_true",
+        help="a goal without a plan ends alone, and not all with the loop")  # fmt: skip
+    add("--search-seconds", type=_number(), default=0.0, metavar="S",
+        help="when an optimising search ends that has found a plan")  # fmt: skip
+    add("--json", action="store_true", help="print plan, goals and journal as JSON")
+    add("--picture", type=Path, metavar="FILE", help="draw the plan or the run; .svg, .png, .pdf")
+    chosen, rest = parser.parse_known_args(arguments)
+    chosen.options = options = parse_options([word for one in rest for word in _as_file(one)])
+    if not options.files:
+        raise OptionsError("name the planner's encoding and instance: plan.py FILE.lp...")
+    alone = ("at", "fail", "no_answer", "fail_probability", "action_timeout", "commands")
+    for option in alone if not chosen.simulate else ():
+        if getattr(chosen, option):
+            raise OptionsError(f"--{option.replace('_', '-')} is for a run: add --simulate")
+    chosen.inputs = [
+        *(read_input(text) for text in chosen.event),
+        *(read_input(f"{GOAL}:{text}") for text in chosen.goal),
+        *(read_input(text, when) for when, text in chosen.at),
+    ]
+    chosen.mode_options = _mode_options(options.clingo)
+    return chosen
+
+
+def _as_file(word: str) -> Sequence[str]:
+    """Lets a file stand without -f before it."""
+    return ("-f", word) if word.endswith(".lp") and not word.startswith("-") else (word,)
+
+
+def _pattern(text: str) -> Pattern[str]:
+    try:
+        return re.compile(text)
+    except re.error as err:
+        raise argparse.ArgumentTypeError(f"{text!r} is no regular expression: {err}") from err
+
+
+def _number(most: float = float("inf")) -> Callable[[str], float]:
+    def number(text: str) -> float:
+        value = float(text)
+        if not 0 <= value <= most:
+            raise ValueError(text)
+        return value
+
+    return number
+
+
+def _mode_options(clingo: Sequence[str]) -> List[str]:
+    """Returns those constants of the command line that are the mode's."""
+    given = {"steps": str(_STEPS)}
+    for option, value in zip(clingo, clingo[1:]):
+        name, _, text = value.partition("=")
+        if option == "-c" and name.strip() in _OF_THE_MODE:
+            given[name.strip()] = text.strip()
+    return [word for name, text in given.items() for word in ("-c", f"{name}={text}")]

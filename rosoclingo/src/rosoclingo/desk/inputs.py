@@ -1,0 +1,89 @@
+"""What comes from outside during a simulation, and when, as a user types it.
+
+>>> read_input("goal:bring(o2,o3)", "4")
+Input(kind='goal', value='bring(o2,o3)', moment=Moment(kind='step', number=4))
+>>> read_input("info: blocked(c3,c4)", "in:17").moment
+Moment(kind='in', number=17)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rosclingo.errors import OptionsError, TermError, shorten
+from rosoclingo.loop.atoms import canonical
+
+GOAL, CANCEL = "goal", "cancel"
+STEP, IN, AFTER = "step", "in", "after"
+
+
+@dataclass(frozen=True)
+class Moment:
+    """When something comes.
+
+    Attributes:
+        kind: ``step``, as soon as the loop waits in a step; ``in``, while it carries out a command;
+            or ``after``, between a command and the next decision.
+        number: Which step or command, both counted from the beginning; a reset counts on.
+    """
+
+    kind: str = STEP
+    number: int = 0
+
+    def __str__(self) -> str:
+        return str(self.number) if self.kind == STEP else f"{self.kind}:{self.number}"
+
+
+@dataclass(frozen=True)
+class Input:
+    """Something that comes from outside.
+
+    Attributes:
+        kind: ``goal``, ``cancel``, or the source of a message.
+        value: The request, the number of a goal, from 1, or the message's value.
+        moment: When it comes; in the beginning, by default.
+    """
+
+    kind: str
+    value: str
+    moment: Moment = Moment()
+
+    def __str__(self) -> str:
+        return f"{self.kind}:{self.value}"
+
+
+def read_input(text: str, when: str = "0") -> Input:
+    """Reads ``goal:REQUEST``, ``cancel:NUMBER`` or ``SOURCE:VALUE``.
+
+    Args:
+        text: What comes.
+        when: When it comes: a step, ``in:COMMAND`` or ``after:COMMAND``.
+
+    Raises:
+        OptionsError: One of the two is none of these.
+    """
+    source, colon, value = (word.strip() for word in text.partition(":"))
+    if not colon:
+        raise OptionsError(
+            f"{shorten(text)!r}: expected goal:REQUEST, cancel:NUMBER or SOURCE:VALUE, such as "
+            "'info:blocked(c3,c4)'"
+        )
+    moment = _moment(when)
+    if source == CANCEL:
+        if not (value.isdecimal() and int(value) > 0):
+            raise OptionsError(f"{shorten(text)!r}: expected the number of a goal, from 1 on")
+        return Input(source, str(int(value)), moment)
+    try:
+        return Input(source if source == GOAL else canonical(source), canonical(value), moment)
+    except TermError as err:
+        raise OptionsError(f"{shorten(text)!r}: {err}") from err
+
+
+def _moment(when: str) -> Moment:
+    kind, colon, number = when.rpartition(":")
+    if (kind in (IN, AFTER) or not colon) and number.isdecimal():
+        return Moment(kind or STEP, int(number))
+    raise OptionsError(
+        f"{shorten(when)!r}: expected when it comes: a step, in:COMMAND or after:COMMAND, such as "
+        "4, in:17 or after:17"
+    )

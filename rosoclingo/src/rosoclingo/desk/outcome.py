@@ -1,0 +1,136 @@
+"""What has come of planning, as values: the plan, the goals, and why something was not reached."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Sequence, Tuple
+
+from rosclingo.errors import RosclingoError
+from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.system import Request
+from rosoclingo.loop import journal
+from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.goals import Stage
+
+DROPPED = "dropped a message: "
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A plan as it was found.
+
+    Attributes:
+        actions: Its actions, ordered by step.
+        horizon: The step at which all is done.
+        searches: How many searches it took.
+        seconds: How long these took, in seconds of wall time.
+        succeeds: For each slot whose goal succeeds by the plan, in which step.
+        slots: For each goal that has a slot, by its number, the slot.
+    """
+
+    actions: Tuple[Action, ...]
+    horizon: int
+    searches: int
+    seconds: float
+    succeeds: Dict[str, int]
+    slots: Dict[str, str]
+
+    @property
+    def steps(self) -> Dict[int, List[Action]]:
+        """The actions of each step that has some."""
+        steps: Dict[int, List[Action]] = {}
+        for action in self.actions:
+            steps.setdefault(action.step, []).append(action)
+        return steps
+
+
+def current_plan(simulation: Simulation) -> Optional[Plan]:
+    """Returns the plan that stands now, if there is one, from its first step on."""
+    state = simulation.loop.state
+    if not state.shows_plan:
+        return None
+    searches = [
+        entry.event
+        for entry in simulation.journal
+        if isinstance(entry.event, journal.CommandDone) and entry.event.is_search
+    ]
+    succeeds: Dict[str, int] = {}
+    for step in range(state.horizon, -1, -1):
+        for slot, word in state.plan.statuses(step):
+            if word == "succeeded":
+                succeeds[slot] = step
+    return Plan(
+        tuple(a for a in state.plan.actions_from(0) if a.step <= state.horizon),
+        state.horizon,
+        len(searches),
+        sum(search.seconds for search in searches),
+        succeeds,
+        {goal.id: goal.slot for goal in simulation.goals if goal.slot is not None},
+    )
+
+
+def unreached(simulation: Simulation, plan: Optional[Plan]) -> List[Request]:
+    """Returns the open goals that a plan does not reach.
+
+    That is known if it says of some goal that it succeeds, or if it has no actions; an encoding may
+    also say so only when all is done.
+    """
+    open_goals = [goal for goal in simulation.goals if goal.stage is not Stage.ENDED]
+    if plan is None:
+        return open_goals
+    if not plan.succeeds and plan.actions:
+        return []
+    return [g for g in open_goals if g.id in plan.slots and plan.slots[g.id] not in plan.succeeds]
+
+
+def refused(simulation: Simulation, failure: Optional[RosclingoError]) -> List[str]:
+    """Returns what of the input the loop has not taken, in words.
+
+    Args:
+        simulation: The run.
+        failure: Why the loop ended by itself, if it did; what came after that is not told.
+    """
+    said = list(simulation.strange)
+    is_over = failure is None and not simulation.is_too_long
+    for one in simulation.left if is_over else ():
+        waits = f"after {simulation.commands} commands, nothing was left to do"
+        said.append(f"--at {one.moment} {one}: did not come; {waits}")
+    for entry in simulation.journal:
+        event = entry.event
+        if isinstance(event, journal.MessageDropped):
+            said.append(f"{DROPPED}{event.reason}")
+        elif isinstance(event, journal.StatusSet) and event.status is journal.Status.REJECTED:
+            if event.reason == str(failure):
+                continue
+            goal = simulation.goals[int(event.goal) - 1]
+            said.append(f"rejected the goal {goal.request}: {event.reason}")
+    return said
+
+
+def reasons(
+    simulation: Simulation, lost: Sequence[Request], failure: Optional[RosclingoError]
+) -> List[str]:
+    """Returns why goals were not reached, in sentences; none if all is well.
+
+    All that is said about that is said here.
+
+    Args:
+        simulation: The run.
+        lost: The goals that were not reached.
+        failure: Why the loop ended by itself, if it did.
+    """
+    said = [] if failure is None else [str(failure)]
+    requests = ", ".join(goal.request for goal in lost)
+    if simulation.is_too_long:
+        without = f" without {requests}" if lost else ""
+        said.append(f"ended{without} after {simulation.elapsed} steps, as --most-steps says")
+    ended = [goal for goal in simulation.goals if goal.words[-1:] == ["aborted"]]
+    said += [f"{g.request} was aborted: {g.reason}" for g in ended if g.reason != str(failure)]
+    if failure is None and lost and not simulation.is_too_long:
+        said.append(
+            f"{requests}: not reached; {', '.join(simulation.silent)} never answers"
+            if simulation.silent
+            else f"{requests}: not reached; the plan has no action for it, with a horizon of "
+            f"{simulation.loop.state.horizon} steps"
+        )
+    return said

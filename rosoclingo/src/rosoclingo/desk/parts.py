@@ -1,0 +1,119 @@
+"""What a loop in this process is made of: by the name of a mode, and encodings.
+
+>>> parts = make_parts("dynamic.incremental.recording", Options(), [])
+>>> parts.loop(Inbox(), Environment()).state.step
+0
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Callable, List, Sequence, Type
+
+from rosclingo.errors import OptionsError
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosoclingo.commands import ROSCommands
+from rosoclingo.loop.controller import Controller, Decider
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.state import State
+from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
+from rosoclingo.single.dialects import detect, says_status
+
+SINGLE = "run-1.0"
+"""Stands in the place of a mode for the one-node system."""
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a loop is made of.
+
+    Attributes:
+        decider: Makes what says what to do next; each loop has one of its own.
+        planner: The solver with the task's encoding, for one loop at a time.
+        commands: Class with a method for each command.
+    """
+
+    decider: Callable[[], Decider]
+    planner: Solver
+    commands: Callable[[State], Any]
+
+    def loop(self, inbox: Inbox, environment: Environment, **parameters: Any) -> Loop:
+        """Returns a loop of these parts.
+
+        Args:
+            inbox: Where messages, goals and cancel requests come in.
+            environment: Where actions and log messages go.
+            parameters: Those of :class:`Loop` that have a name.
+        """
+        return Loop(self.decider(), self.planner, self.commands, inbox, environment, **parameters)
+
+
+def make_parts(
+    mode: str,
+    options: Options,
+    mode_options: Sequence[str] = (),
+    *,
+    commands: Type[Any] = ROSCommands,
+    log: Callable[[str], None] = lambda _: None,
+) -> Parts:
+    """Makes the solvers of a system, and what decides.
+
+    Args:
+        mode: The name of a mode, the path of one, or :data:`SINGLE`.
+        options: The planner's files, and its options for clingo.
+        mode_options: The controller's options for clingo.
+        commands: Class with a method for each command, such as ``ROSCommands``.
+        log: Called with clingo's warnings of the planner.
+
+    Raises:
+        RosclingoError: There is no such mode, or a file or an option is wrong.
+    """
+    if mode == SINGLE:
+        dialect = detect(options)
+        last = last_step((*options.clingo, *mode_options))
+        return Parts(
+            lambda: Algorithm1(dialect.first_step, last),
+            dialect(Engine(options, log=log)),
+            commands_for(dialect, commands, says_status(options)),
+        )
+    controller = Options((find_mode(mode),), tuple(mode_options))
+    return Parts(lambda: Controller(Engine(controller)), Engine(options, log=log), commands)
+
+
+def find_mode(mode: str) -> str:
+    """Returns the path of a mode's file.
+
+    Args:
+        mode: Its name, or its path.
+
+    Raises:
+        OptionsError: There is no such mode.
+    """
+    candidates = [path for path in _modes() if path.stem == mode]
+    if mode.endswith(".lp"):
+        candidates = [Path(mode).expanduser()]
+    for path in candidates:
+        if path.is_file():
+            return str(path)
+    known = ", ".join([*(path.stem for path in _modes()), SINGLE])
+    raise OptionsError(f"there is no mode {mode!r}; there are {known}, and any by its path, X.lp")
+
+
+def _modes() -> List[Path]:
+    return sorted((_shared() / "modes").glob("*.lp"))
+
+
+def _shared() -> Path:
+    """Returns the folder of what the package has besides Python, in a clone or installed."""
+    here = Path(__file__).resolve()
+    places = [p for folder in here.parents for p in (folder, folder / "share" / "rosoclingo")]
+    return next((place for place in places if (place / "modes").is_dir()), here.parent)
+
+
+EXAMPLES = str(_shared() / "example")
+"""The folder of the package's small encodings."""

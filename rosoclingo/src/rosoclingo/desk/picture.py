@@ -1,0 +1,100 @@
+"""A plan as a picture: on the map if there is one, else as bars. Needs matplotlib, and no ROS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import List, Optional, Tuple
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from rosclingo.solver.options import Options
+from rosoclingo.bags.model import Recording
+from rosoclingo.bags.report import picture
+from rosoclingo.bags.report.picture import COLOURS, THICK, Row, draw_rows, label
+from rosoclingo.bags.report.run import OPEN
+from rosoclingo.bags.report.statistics import compute
+from rosoclingo.desk.outcome import Plan
+from rosoclingo.desk.simulation import Simulation
+from rosoclingo.drawing.canvas import draw_shapes, plain, save
+from rosoclingo.drawing.errors import GraphError
+from rosoclingo.drawing.graph import Graph, read_graph
+from rosoclingo.drawing.shapes import draw
+from rosoclingo.drawing.situation import Situation
+from rosoclingo.loop.journal import MessageArrived
+
+_WIDTH, _ROW = 14.0, 0.5  # inches
+
+
+def draw_run(simulation: Simulation, title: str, file: Path) -> None:
+    """Draws what has happened in a simulation, as ``report.py`` draws a run.
+
+    Args:
+        simulation: The run.
+        title: What stands above.
+        file: Where to write it, see :func:`.canvas.save`.
+
+    Raises:
+        OSError: The file cannot be written.
+        ValueError: There are no pictures of this ending.
+    """
+    picture.draw(compute(Recording("", tuple(simulation.journal))), title, file)
+
+
+def draw_plan(desk: Simulation, plan: Plan, options: Options, title: str, file: Path) -> None:
+    """Draws a plan: on the map if the instance has one with positions, else as bars.
+
+    Args:
+        desk: What has found the plan.
+        plan: The plan.
+        options: The files, and options for clingo.
+        title: What stands above.
+        file: Where to write it, see :func:`.canvas.save`.
+
+    Raises:
+        OSError: The file cannot be written.
+        ValueError: There are no pictures of this ending.
+    """
+    graph = _graph(options)
+    if graph is None:
+        _draw_bars(desk, plan, title, file)
+        return
+    situation = Situation(graph.starts)
+    for goal in desk.goals:
+        situation.begin_goal(goal.id, goal.request)
+    for entry in desk.journal:
+        if isinstance(entry.event, MessageArrived):
+            situation.hear(entry.event.source, entry.event.value)
+    situation.set_plan([str(action) for action in plan.actions])
+    standing = [shape for shape in draw(graph, situation) if not shape.robot]
+    draw_shapes(standing, title, file)
+
+
+def _graph(options: Options) -> Optional[Graph]:
+    try:
+        return read_graph(options.files, options.clingo)
+    except GraphError:
+        return None
+
+
+def _draw_bars(desk: Simulation, plan: Plan, title: str, file: Path) -> None:
+    last = max((action.step for action in plan.actions), default=0)
+    rows: List[Row] = []
+    labels: List[Tuple[str, float, int]] = []
+    for goal in desk.goals:
+        step = plan.succeeds.get(plan.slots.get(goal.id, ""))
+        colour = COLOURS[OPEN if step is None else "succeeded"]
+        labels.append((goal.request, 0, len(rows)))
+        rows.append(("" if rows else "goals", [(0, last if step is None else step, colour)], THICK))
+    for actuator in dict.fromkeys(action.actuator for action in plan.actions):
+        own = [action for action in plan.actions if action.actuator == actuator]
+        labels += [(action.name, action.step - 1, len(rows)) for action in own]
+        rows.append((actuator, [(a.step - 1, a.step, COLOURS["success"]) for a in own], THICK))
+    figure = Figure(figsize=(_WIDTH, (len(rows) + 2) * _ROW), layout="constrained")
+    figure.suptitle(plain(title))
+    axes = figure.subplots()
+    draw_rows(axes, rows, 0, last, "steps")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    for one in labels:
+        label(axes, *one)
+    save(figure, file)

@@ -1,0 +1,242 @@
+"""Plans, and executes the plan in a simulation: the command ``plan.py``. Needs no ROS.
+
+``python3 -m rosoclingo.desk.plan`` is ``rosrun rosoclingo plan.py`` without ROS.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence
+
+from rosclingo.errors import RosclingoError
+from rosoclingo.bags.text import lines, say
+from rosoclingo.desk.answers import Answers
+from rosoclingo.desk.command_line import parse
+from rosoclingo.desk.inputs import GOAL
+from rosoclingo.desk.outcome import DROPPED, Plan, current_plan, reasons, refused, unreached
+from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.progress import Progress
+from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.story import Story
+from rosoclingo.desk.system import Request
+from rosoclingo.drawing.errors import picture_errors
+from rosoclingo.errors import ControllerError
+from rosoclingo.loop import journal
+from rosoclingo.loop.goals import Stage
+from rosoclingo.loop.loop import Loop
+
+_PROGRAM = "plan.py"
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
+    """Runs the command and ends the process.
+
+    Args:
+        arguments: The command line without the program's name; by default that of the process.
+    """
+    try:
+        sys.exit(run(sys.argv[1:] if arguments is None else arguments))
+    except (RosclingoError, OSError) as err:
+        say(_PROGRAM, str(err))
+        sys.exit(2)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Runs the command and returns its exit status.
+
+    Args:
+        arguments: The command line without the program's name.
+
+    Raises:
+        RosclingoError: The command line or a file is wrong.
+        OSError: The picture cannot be written.
+    """
+    chosen = parse(arguments)
+    parts = make_parts(chosen.mode, chosen.options, chosen.mode_options, log=_warn)
+    desk = Desk(parts.loop, chosen)
+    with Progress(lambda: (desk.loop.state.step, desk.loop.state.horizon)):
+        failure = desk.run()
+    wrong = refused(desk, failure)
+    if not (desk.loop.dynamic or isinstance(failure, ControllerError)):
+        messages = [one for one in chosen.inputs if one.kind != GOAL]
+        wrong += [
+            f"{one}: the controller's mode is static: it takes no messages" for one in messages
+        ]
+    lost = unreached(desk, desk.plan)
+    if chosen.simulate:
+        lost = [goal for goal in desk.goals if goal.stage is not Stage.ENDED]
+    why = reasons(desk, lost, failure)
+    desk.finish(wrong, why)
+    if chosen.picture is not None and desk.plan is not None:
+        _draw(chosen, desk, desk.plan)
+    return 2 if wrong else 1 if why else 0
+
+
+class Desk(Simulation):
+    """A simulation that shows the plan as soon as there is one, and then what happens.
+
+    Attributes:
+        plan: The first plan.
+    """
+
+    def __init__(self, make: Callable[..., Loop], chosen: argparse.Namespace) -> None:
+        self.plan: Optional[Plan] = None
+        self._chosen = chosen
+        self._is_shown = False
+        self._story = Story(_print, commands=chosen.commands)
+        patterns = {name: getattr(chosen, name) for name in ("fail", "no_answer")}
+        answers = Answers(
+            fail_probability=chosen.fail_probability,
+            seed=chosen.seed,
+            **{name: pattern for name, pattern in patterns.items() if pattern is not None},
+        )
+        super().__init__(
+            make,
+            chosen.inputs,
+            answers.next,
+            seconds=chosen.seconds,
+            most_steps=chosen.most_steps,
+            action_timeout=chosen.action_timeout,
+            abort_unreachable=chosen.abort_unreachable,
+            search_seconds=chosen.search_seconds,
+        )
+
+    def turn(self) -> bool:
+        """Shows the plan when the loop waits for the first time; goes on in a simulation."""
+        if not self._is_shown:
+            self._show()
+        return bool(self._chosen.simulate) and super().turn()
+
+    def note(self, record: journal.Record) -> None:
+        """Tells what happens, once the plan is shown."""
+        super().note(record)
+        if self._is_shown and self._tells:
+            self._story.hear(self.journal[-1])
+
+    def finish(self, wrong: Sequence[str], why: Sequence[str]) -> None:
+        """Says how it has ended.
+
+        Args:
+            wrong: What of the input is wrong.
+            why: Why goals were not reached.
+        """
+        if not self._is_shown:  # the loop has ended before it could wait
+            self._tell_all()
+        if self._chosen.json:
+            print(json.dumps(self._values(wrong, why), indent=1))
+        elif self._chosen.simulate:
+            _print(f"after {self.elapsed} steps, at {self.clock:g} s")
+            for goal in self.goals:
+                _print(f"    {_name(goal)}: {_status(goal)}")
+        for warning in self.warnings:
+            if not warning.startswith(DROPPED):  # which is among what is wrong
+                say("warning", warning)
+        for text in (*wrong, *why):
+            say(_PROGRAM, text)
+
+    @property
+    def _tells(self) -> bool:
+        return self._chosen.simulate and not self._chosen.json
+
+    def _show(self) -> None:
+        self.plan = current_plan(self)
+        if self.plan is not None and not self._chosen.json:
+            self._print_plan(self.plan)
+        self._tell_all()
+
+    def _tell_all(self) -> None:
+        self._is_shown = True
+        for entry in self.journal if self._tells else ():
+            self._story.hear(entry)
+
+    def _print_plan(self, plan: Plan) -> None:
+        searches = "1 search" if plan.searches == 1 else f"{plan.searches} searches"
+        last = max(plan.steps, default=0)
+        size = f"{last} step{'' if last == 1 else 's'}" if last else "nothing to do"
+        _print(f"plan: {size}, found in {plan.seconds:.3f} s after {searches}")
+        for step, actions in plan.steps.items():
+            _print(f"{step:6}  {', '.join(f'{a.actuator}: {a.name}' for a in actions)}")
+        for goal in self.goals:
+            slot = plan.slots.get(goal.id)
+            if slot in plan.succeeds:
+                _print(f"{_name(goal)}, succeeds in step {plan.succeeds[slot]}")
+            elif goal.stage is not Stage.ENDED and slot is None:
+                _print(f"{_name(goal)}, waits for a slot; the encoding has {len(plan.slots)}")
+
+    def _values(self, wrong: Sequence[str], why: Sequence[str]) -> Dict[str, Any]:
+        """Returns what JSON says of the run."""
+        plan = self.plan
+        return {
+            "plan": None if plan is None else {
+                "horizon": plan.horizon,
+                "searches": plan.searches,
+                "seconds": plan.seconds,
+                "actions": [[a.step, a.actuator, a.name] for a in plan.actions],
+                "succeeds": {g.id: plan.succeeds[s] for g, s in self._placed(plan)},
+            },
+            "goals": [
+                {
+                    "number": int(goal.id),
+                    "request": goal.request,
+                    "status": _status(goal),
+                    "reason": str(goal.reason),
+                }
+                for goal in self.goals
+            ],
+            "wrong": list(wrong),
+            "reasons": list(why),
+            "warnings": self.warnings,
+            "journal": [
+                {
+                    "clock": entry.seconds,
+                    "step": entry.step,
+                    "horizon": entry.horizon,
+                    **journal.encode(entry.event)._asdict(),
+                }
+                for entry in (self.journal if self._chosen.simulate else ())
+            ],
+        }  # fmt: skip
+
+    def _placed(self, plan: Plan) -> List[Any]:
+        pairs = [(goal, plan.slots.get(goal.id, "")) for goal in self.goals]
+        return [(goal, slot) for goal, slot in pairs if slot in plan.succeeds]
+
+
+def _draw(chosen: argparse.Namespace, desk: Desk, plan: Plan) -> None:
+    title = " ".join(goal.request for goal in desk.goals) or "plan"
+    with picture_errors(chosen.picture, "--picture"):
+        # It takes a second, and who wants no picture need not have matplotlib.
+        from rosoclingo.desk.picture import draw_plan, draw_run  # noqa: PLC0415 (see above)
+
+        if chosen.simulate:
+            draw_run(desk, title, chosen.picture)
+        else:
+            draw_plan(desk, plan, chosen.options, title, chosen.picture)
+    if not chosen.json:
+        _print(f"wrote {chosen.picture}")
+
+
+def _name(goal: Request) -> str:
+    return f"goal {goal.id}, {goal.request}"
+
+
+def _status(goal: Request) -> str:
+    return goal.words[-1] if goal.words else "waiting"
+
+
+def _warn(text: str) -> None:
+    if "warning:" in text or "error:" in text:  # and not what only may be of interest
+        say("clingo", text)
+
+
+def _print(text: str) -> None:
+    print(lines(text))
+
+
+if __name__ == "__main__":
+    # Python could not handle it before a search is over.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    main()

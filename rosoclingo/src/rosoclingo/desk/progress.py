@@ -1,0 +1,38 @@
+"""Says on stderr now and then how far something is that takes long."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from typing import Callable, Tuple
+
+_SECONDS = 2.0
+
+
+class Progress:
+    """A context that says every 2 s how far the loop is."""
+
+    def __init__(self, place: Callable[[], Tuple[int, int]]) -> None:
+        """Says nothing yet.
+
+        Args:
+            place: Returns the loop's step and horizon; called in another thread.
+        """
+        self._place = place
+        self._is_over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="progress", daemon=True)
+
+    def __enter__(self) -> None:
+        self._thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._is_over.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        began = time.monotonic()
+        while not self._is_over.wait(_SECONDS):
+            step, horizon = self._place()
+            seconds = time.monotonic() - began
+            print(f"{seconds:.0f} s: step {step}, horizon {horizon}", file=sys.stderr)

@@ -1,0 +1,156 @@
+"""A system in which time passes by itself: actuators take a while, and things come when told.
+
+>>> from rosclingo.solver.options import Options
+>>> from rosoclingo.desk.inputs import read_input
+>>> from rosoclingo.desk.parts import EXAMPLES, make_parts
+>>> parts = make_parts("dynamic.incremental.recording", Options((f"{EXAMPLES}/line.lp",)))
+>>> inputs = [read_input("goal:visit(3)"), read_input("robot:failure", "1")]
+>>> simulation = Simulation(parts.loop, inputs)
+>>> simulation.run()
+>>> [action for _, action in simulation.published], simulation.clock
+(['go(2)', 'go(2)', 'go(3)'], 3.0)
+"""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Dict, List, Optional, Sequence
+
+from rosoclingo.desk.answers import Answers
+from rosoclingo.desk.inputs import AFTER, CANCEL, GOAL, IN, STEP, Input
+from rosoclingo.desk.system import System
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.waiting import LOOK_SECONDS
+from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
+
+Answer = Callable[[str, str], Optional[str]]
+"""Returns the answer to an actuator's action, or None for none at all."""
+
+
+class Simulation(System):
+    """A system with actuators that answer after a while, and inputs at given moments.
+
+    Whenever the loop waits, the next thing happens: first the inputs of the step, then the answers
+    that are due next. A message from an actuator that acts is its answer: in a step, when that is
+    due; in or after a command, at once. When nothing else is left, inputs of later steps come;
+    those of commands that are never given are left.
+
+    Attributes:
+        commands: How many commands were begun.
+        left: The inputs that have not come.
+        strange: The inputs that make no sense, in words.
+        is_too_long: Whether it has ended because there were too many steps.
+    """
+
+    def __init__(
+        self,
+        make: Callable[..., Loop],
+        inputs: Sequence[Input] = (),
+        answer: Optional[Answer] = None,
+        *,
+        seconds: float = 1.0,
+        most_steps: int = 1000,
+        action_timeout: float = 0.0,
+        **parameters: Any,
+    ) -> None:
+        """Makes the loop, which runs by :meth:`run`.
+
+        Args:
+            make: Makes a loop of its inbox and environment, such as :meth:`.parts.Parts.loop`.
+            inputs: What comes from outside.
+            answer: Says how actions end; by default all succeed.
+            seconds: How long an action takes.
+            most_steps: The run is over when so many steps have begun.
+            action_timeout: From when on an action without an answer counts as failed, in seconds;
+                0 for never.
+            parameters: Further arguments for the loop.
+        """
+        self.commands = 0
+        self.left: List[Input] = list(inputs)
+        self.strange: List[str] = []
+        self.is_too_long = False
+        self._answer = answer or Answers().next
+        self._seconds = seconds
+        self._most_steps = most_steps
+        self._is_patient = action_timeout == 0
+        self._due: Dict[str, float] = {}  # when those who act answer
+        self._answers: Dict[str, str] = {}
+        super().__init__(make, action_timeout=action_timeout, **parameters)
+        self._come([one for one in self.left if (one.moment.kind, one.moment.number) == (STEP, 0)])
+
+    def turn(self) -> bool:
+        """Lets the next thing happen; nothing when all is over."""
+        self.is_too_long = self.elapsed >= self._most_steps
+        if self.is_too_long:
+            return False
+        by_step = [one for one in self.left if one.moment.kind == STEP]
+        inputs = [one for one in by_step if one.moment.number <= self.elapsed]
+        if not (inputs or self._due):
+            first = min((one.moment.number for one in by_step), default=None)
+            inputs = [one for one in by_step if one.moment.number == first]
+        if inputs:
+            self._come(inputs)
+            return True
+        return self._pass()
+
+    def _pass(self) -> bool:
+        """Lets time pass until somebody answers, or the loop wants to look who does not."""
+        moments = list(self._due.values())
+        if self.acting and not self._is_patient:
+            moments.append(self.clock + LOOK_SECONDS)
+        if not moments:
+            return False
+        self.clock = min(moments)
+        for actuator in [one for one, due in self._due.items() if due <= self.clock]:
+            self.answer(actuator, self._answers[actuator])
+        return True
+
+    @property
+    def silent(self) -> List[str]:
+        """Those who act and never answer."""
+        return [actuator for actuator in self.acting if actuator not in self._due]
+
+    def publish(self, actuator: str, action: str) -> None:
+        """Has an actuator act; how that ends is decided now."""
+        super().publish(actuator, action)
+        if actuator == SOLVER or action == ABORT:
+            return
+        answer = self._answer(actuator, action)
+        self._due.pop(actuator, None)
+        if answer is not None:
+            self._due[actuator] = self.clock + self._seconds
+            self._answers[actuator] = answer
+
+    def answer(self, actuator: str, value: str = SUCCESS) -> str:
+        """Answers the action of an actuator that acts, and returns the action."""
+        self._due.pop(actuator, None)
+        return super().answer(actuator, value)
+
+    def begin_decision(self, waits: Callable[[], None]) -> None:
+        """Lets come what comes between two commands."""
+        self._come_at(AFTER)
+
+    def begin_command(self, waits: Callable[[], None]) -> None:
+        """Lets come what comes in a command, which ends a search."""
+        self.commands += 1
+        self._come_at(IN)
+
+    def _come_at(self, kind: str) -> None:
+        at = (kind, self.commands)
+        self._come([one for one in self.left if (one.moment.kind, one.moment.number) == at])
+
+    def _come(self, inputs: Sequence[Input]) -> None:
+        for one in inputs:
+            self.left.remove(one)
+            if one.kind == GOAL:
+                self.request(one.value)
+            elif one.kind == CANCEL and int(one.value) > len(self.goals):
+                self.strange.append(f"{one}: there is no such goal yet, but {len(self.goals)}")
+            elif one.kind == CANCEL:
+                self.cancel(self.goals[int(one.value) - 1])
+            elif one.kind in self.acting and one.moment.kind == STEP:
+                self._answers[one.kind] = one.value
+                self._due.setdefault(one.kind, self.clock + self._seconds)
+            elif one.kind in self.acting:
+                self.answer(one.kind, one.value)
+            else:
+                self.tell(one.kind, one.value)

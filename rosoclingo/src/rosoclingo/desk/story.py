@@ -1,0 +1,141 @@
+"""A run told line by line, from the entries of its journal.
+
+>>> story = Story(print)
+>>> story.hear(Entry(journal.ActionPublished("robot", "go(2)"), step=1, horizon=2))
+step 1 of 2, at 0 s
+    robot: go(2)
+>>> story.hear(Entry(journal.MessageArrived("robot", "failure"), 1, 2, seconds=1.0))
+    robot answers failure, at 1 s
+"""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Dict, List, Mapping, Set
+
+from rosclingo.wire.commands import Result
+from rosoclingo.bags.model import Entry
+from rosoclingo.bags.report.changes import Planned, after_reset, change, planned
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Status
+
+
+class Story:
+    """Tells what a loop does; is told its journal in order."""
+
+    def __init__(self, say: Callable[[str], None], *, commands: bool = False) -> None:
+        """Begins with nothing said.
+
+        Args:
+            say: Called with each line.
+            commands: Whether each command of the controller is told, too.
+        """
+        self._say = say
+        self._commands = commands
+        self._count = 0  # commands
+        self._step = 0
+        self._elapsed = 0  # steps, which a reset does not number anew
+        self._headed = 0  # the last step that was told
+        self._searches = 0  # since the last plan
+        self._plan: Planned = {}
+        self._acting: Set[str] = set()
+        self._requests: Dict[str, str] = {}
+        self._tellers: Mapping[type, Callable[[Entry, Any], List[str]]] = {
+            journal.GoalArrived: self._on_goal,
+            journal.CancelArrived: lambda _, e: [f"{self._goal(e.goal)} is to be cancelled"],
+            journal.MessageArrived: self._on_message,
+            journal.MessageDropped: lambda _, e: [f"dropped a message: {e.reason}"],
+            journal.CommandDone: self._on_command,
+            journal.PlanFound: self._on_plan,
+            journal.ActionPublished: self._on_action,
+            journal.StatusSet: self._on_status,
+            journal.LoopWaits: lambda *_: [] if self._acting else ["waits"],
+            journal.LoopEnded: lambda _, e: [f"the loop ends: {e.reason}"],
+        }
+
+    def hear(self, entry: Entry) -> None:
+        """Tells the next entry."""
+        self._elapsed += max(0, entry.step - self._step)
+        self._step = entry.step
+        teller = self._tellers.get(type(entry.event))
+        said = teller(entry, entry.event) if teller else []
+        if said and self._elapsed > self._headed:
+            self._head(entry)
+        for line in said:
+            self._say(f"    {line}")
+
+    def _head(self, entry: Entry) -> None:
+        """Says which step it is; those before in which nothing has happened are told in a line."""
+        first, last = self._headed + 1, self._elapsed - 1
+        if first <= last:
+            steps = f"step {first}" if first == last else f"steps {first} to {last}"
+            self._say(f"{steps}: nothing to do")
+        self._headed = self._elapsed
+        before = self._elapsed - entry.step
+        self._say(f"step {self._elapsed} of {before + entry.horizon}, at {entry.seconds:g} s")
+
+    def _goal(self, identifier: str) -> str:
+        return f"goal {identifier}, {self._requests.get(identifier, '?')},"
+
+    def _on_goal(self, _: Entry, event: journal.GoalArrived) -> List[str]:
+        self._requests[event.goal] = event.request
+        return [f"goal {event.goal} comes: {event.request}"]
+
+    def _on_message(self, entry: Entry, event: journal.MessageArrived) -> List[str]:
+        if event.source not in self._acting:
+            return [f"message {event.source}: {event.value}"]
+        self._acting.discard(event.source)
+        return [f"{event.source} answers {event.value}, at {entry.seconds:g} s"]
+
+    def _on_command(self, _: Entry, event: journal.CommandDone) -> List[str]:
+        self._count += 1
+        lines = []
+        if self._commands:
+            result = f": {event.result.value}" if event.result else ""
+            lines = [f"command {self._count}, {event.command}{result}"]
+        if event.is_search:
+            self._searches += event.result is not Result.SAT
+        if event.resets_to is not None:
+            self._plan = after_reset(self._plan, event.resets_to)
+            self._acting.clear()
+            lines.append(f"reset: step {event.resets_to} is step 0 for the planner now")
+        return lines
+
+    def _on_plan(self, entry: Entry, event: journal.PlanFound) -> List[str]:
+        searches, self._searches = self._searches + 1, 0
+        before = {step: actions for step, actions in self._plan.items() if step >= entry.step}
+        is_first, self._plan = not self._plan, planned(event.actions)
+        changed = change(entry, before, self._plan)
+        if changed is None:
+            return []
+        best = "" if event.is_best else ", the best so far"
+        found = f"{_number(changed.new, 'action')} ahead{best}, after {_number(searches, 'search')}"
+        if is_first:
+            return [f"plan: {found}"]
+        later = self._elapsed - entry.step
+        new, old = (", ".join(actions) or "nothing" for actions in (changed.after, changed.before))
+        return [f"another plan: {found}; in step {later + changed.first} {new} instead of {old}"]
+
+    def _on_action(self, _: Entry, event: journal.ActionPublished) -> List[str]:
+        self._acting.add(event.actuator)
+        return [f"{event.actuator}: {event.action}"]
+
+    def _on_status(self, _: Entry, event: journal.StatusSet) -> List[str]:
+        goal = self._goal(event.goal)
+        if event.status is Status.ACCEPTED:
+            return [f"{goal} is accepted, in slot {event.slot}"]
+        is_asked = event.status in (Status.SUCCEEDED, Status.CANCELED)
+        why = "" if is_asked and event.slot else f": {event.reason}"
+        return [f"{goal} {_ENDS[event.status]}{why}"]
+
+
+_ENDS = {
+    Status.REJECTED: "is rejected",
+    Status.SUCCEEDED: "has succeeded",
+    Status.CANCELED: "is canceled",
+    Status.ABORTED: "is aborted",
+}
+
+
+def _number(count: int, word: str) -> str:
+    plural = f"{word}es" if word.endswith("ch") else f"{word}s"
+    return f"{count} {word if count == 1 else plural}"

@@ -1,0 +1,205 @@
+"""A loop and the world around it, all in one thread.
+
+Nothing happens at the same time, so that what the world does determines the whole run. As long as
+a subclass does not say what that is, each action succeeds:
+
+>>> from rosclingo.solver.options import Options
+>>> from rosoclingo.desk.parts import EXAMPLES, make_parts
+>>> parts = make_parts("dynamic.incremental.recording", Options((f"{EXAMPLES}/line.lp",)))
+>>> system = System(parts.loop)
+>>> goal = system.request("visit(2)")
+>>> system.run()
+>>> goal.words, system.published
+(['accepted', 'succeeded'], [('robot', 'go(2)')])
+"""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+
+from rosclingo.errors import RosclingoError
+from rosoclingo.bags.model import Entry
+from rosoclingo.errors import ShutdownError
+from rosoclingo.loop import journal
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.goals import Goal, GoalClient
+from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
+
+
+class Request(Goal, GoalClient):
+    """A goal that remembers what its client is told.
+
+    Attributes:
+        words: The statuses, in order.
+        lines: The feedback, in order.
+        reason: Why it has ended.
+    """
+
+    def __init__(
+        self,
+        request: str,
+        information: Sequence[str] = (),
+        identifier: str = "",
+        note: Callable[[journal.Event], None] = lambda _: None,
+    ) -> None:
+        """Makes a goal that nobody knows yet.
+
+        Args:
+            request: The request, a ground term as clingo prints it.
+            information: What comes with it.
+            identifier: What the client calls it.
+            note: Adds an event to the journal.
+        """
+        super().__init__(request, information, identifier, self)
+        self.words: List[str] = []
+        self.lines: List[str] = []
+        self.reason = ""
+        self._note = note
+
+    def noted(self, goal: Goal, word: str, reason: str) -> None:
+        """Adds the status to the journal."""
+        self._note(journal.StatusSet(goal.id, journal.Status(word), goal.slot or "", reason))
+
+    def accepted(self) -> None:
+        """Remembers that it is accepted."""
+        self.words.append("accepted")
+
+    def ended(self, word: str, reason: str) -> None:
+        """Remembers how it has ended."""
+        self.words.append(word)
+        self.reason = reason
+
+    def feedback(self, line: str) -> None:
+        """Remembers the line."""
+        self.lines.append(line)
+
+
+class System(Inbox, Environment):
+    """A loop, and around it a world that has its turn whenever the loop waits.
+
+    One thread makes the calls.
+
+    Attributes:
+        loop: The loop.
+        clock: What time it is, in seconds since the beginning; nothing but a subclass moves it.
+        elapsed: How many steps have begun since the beginning, whatever a reset calls them.
+        journal: What the loop has learned and done; the times are those of the clock, but how long
+            a command took is real time.
+        published: All actions published, with their actuators, in order.
+        acting: For each actuator that acts, its action.
+        warnings: What the loop has warned of.
+        goals: What was asked for, in order; the ids are the numbers, from 1.
+    """
+
+    def __init__(self, make: Callable[..., Loop], **parameters: Any) -> None:
+        """Makes the loop, which runs by :meth:`run`.
+
+        Args:
+            make: Makes a loop of its inbox and environment, such as :meth:`.parts.Parts.loop`.
+            parameters: Further arguments for it.
+        """
+        super().__init__()
+        self.clock = 0.0
+        self.elapsed = 0
+        self.journal: List[Entry] = []
+        self.published: List[Tuple[str, str]] = []
+        self.acting: Dict[str, str] = {}
+        self.warnings: List[str] = []
+        self.goals: List[Request] = []
+        self._step = 0
+        self._is_prepared = False
+        self.loop = make(self, self, **parameters)
+
+    # What a subclass says.
+
+    def turn(self) -> bool:
+        """Lets the world do something while the loop waits; here, all actions succeed.
+
+        Returns:
+            Whether it did something; if not, the run is over.
+        """
+        for actuator in sorted(self.acting):
+            self.answer(actuator)
+        return bool(self._items)
+
+    # What a user calls.
+
+    def request(self, text: str, information: Sequence[str] = ()) -> Request:
+        """Asks for something, by a ground term as clingo prints it."""
+        goal = self.new_goal(text, information, str(len(self.goals) + 1))
+        self.goals.append(goal)
+        self.put(goal)
+        return goal
+
+    def new_goal(self, text: str, information: Sequence[str], identifier: str) -> Request:
+        """Returns a goal that nobody knows yet; a subclass may have a class of its own."""
+        return Request(text, information, identifier, self.note_event)
+
+    def tell(self, source: str, value: str) -> None:
+        """Sends a message."""
+        self.put(Message(source, value))
+
+    def answer(self, actuator: str, value: str = SUCCESS) -> str:
+        """Answers the action of an actuator that acts, and returns the action."""
+        action = self.acting.pop(actuator)
+        self.tell(actuator, value)
+        return action
+
+    def run(self) -> Optional[RosclingoError]:
+        """Runs until the world has nothing to do while the loop waits; may be called again then.
+
+        Returns:
+            Why the loop ended, if it did so by itself.
+        """
+        self._closed = False
+        try:
+            if not self._is_prepared:
+                self._is_prepared = True
+                self.loop.prepare()
+            while not self.closed:
+                self.step()
+        except ShutdownError:
+            return None
+        except RosclingoError as err:
+            self.loop.end(str(err))
+            return err
+        return None
+
+    def step(self) -> None:
+        """Lets the loop make one decision and carry it out."""
+        self.loop.step()
+
+    # What the loop calls.
+
+    def wait(self, timeout: float) -> bool:
+        """Lets the world take its turn, unless there is something; ends if it does nothing."""
+        if not (self._items or self.closed or self.turn()):
+            self.close()
+        return True
+
+    def now(self) -> float:
+        """Returns what time it is."""
+        return self.clock
+
+    def publish(self, actuator: str, action: str) -> None:
+        """Has an actuator act until it answers."""
+        self.published.append((actuator, action))
+        if actuator != SOLVER and action != ABORT:
+            self.acting[actuator] = action
+
+    def note(self, record: journal.Record) -> None:
+        """Adds an event to the journal."""
+        self.elapsed += max(0, record.step - self._step)
+        self._step = record.step
+        number = len(self.journal) + 1
+        self.journal.append(Entry(record.event, record.step, record.horizon, number, self.clock))
+
+    def note_event(self, event: journal.Event) -> None:
+        """Adds an event to the journal, in the loop's step."""
+        self.loop.state.note(event)
+
+    def warn(self, text: str) -> None:
+        """Remembers what the loop warns of."""
+        self.warnings.append(text)

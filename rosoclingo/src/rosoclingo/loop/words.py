@@ -1,0 +1,15 @@
+"""Ids and values on ``~in`` and ``~out`` that mean something to rosoclingo itself."""
+
+from __future__ import annotations
+
+SUCCESS, FAILURE = "success", "failure"
+"""Usual answers to an action."""
+
+INFO = "info"
+"""The id of what nobody has to answer for: an observation, or what the loop itself says."""
+
+SOLVER = "solver"
+"""The id of a message that holds a whole plan, for no actuator."""
+
+ABORT = "abort"
+"""In the dialect of ROSoClingo 1.0, the action that ends what an actuator does."""
