@@ -15,7 +15,7 @@ ROS = {"rospy", "actionlib", "rosgraph", "rosbag"}
 FLOORS = {
     "rosclingo": ["errors", "wire", "solver", "ros"],
     "rosoclingo": [
-        "errors", "loop", "commands", "single", "ros",
+        "errors", "loop", "commands", "single", "why", "ros",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
     ],

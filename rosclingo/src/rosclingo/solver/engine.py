@@ -75,6 +75,8 @@ class Engine:
 
     Attributes:
         policy: What programs and files from clients may do.
+        core: Those assumptions of the last search that exclude an answer set, whatever the others
+            are; empty if there is one, or if there is none without assumptions either.
     """
 
     def __init__(
@@ -111,6 +113,7 @@ class Engine:
             Restart: self._restart,
         }
         self._program = Program()
+        self.core: Tuple[Assumption, ...] = ()
         self._restart()
 
     @property
@@ -180,6 +183,7 @@ class Engine:
             SolverError: clingo failed.
         """
         literals = [(parse_term(a.name), a.value) for a in assumptions]
+        self.core = ()
         try:
             with Watch(stopped or (lambda: False), self._control.interrupt) as watch:
                 outcome = self._search(literals, watch, improved)
@@ -213,8 +217,22 @@ class Engine:
                 handle.cancel()
                 return Outcome(Result.UNKNOWN, True, _texts(symbols))
             result = handle.get()
+            if result.unsatisfiable and assumptions:
+                self.core = self._name(handle.core(), assumptions)
         answer = {True: Result.SAT, False: Result.UNSAT, None: Result.UNKNOWN}[result.satisfiable]
         return Outcome(answer, result.interrupted, _texts(symbols))
+
+    def _name(
+        self, literals: Sequence[int], assumptions: Sequence[Tuple[clingo.Symbol, bool]]
+    ) -> Tuple[Assumption, ...]:
+        """Returns the assumptions that have become some literals."""
+        core, atoms = set(literals), self._control.symbolic_atoms
+        named = []
+        for symbol, value in assumptions:
+            atom = atoms[symbol]
+            if atom is not None and (atom.literal if value else -atom.literal) in core:
+                named.append(Assumption(str(symbol), value))
+        return tuple(named)
 
     def _restart(self, _: Optional[Restart] = None) -> None:
         # Everything that can fail comes first, so that a failure leaves the old solver in place.

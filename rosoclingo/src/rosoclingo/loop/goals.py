@@ -253,6 +253,11 @@ class Goals:
         goals = self._slots.values()
         return [goal for goal in goals if goal is not None and goal.stage is not Stage.ENDED]
 
+    @property
+    def queued(self) -> List[Goal]:
+        """The goals without a slot that have not ended, in the order in which they came."""
+        return [goal for goal in self._waiting if goal.stage is not Stage.ENDED]
+
     def is_slot(self, term: str) -> bool:
         """Whether a term is the id of a slot."""
         return term in self._slots
