@@ -84,6 +84,8 @@ class Engine:
         options: Options,
         policy: Optional[Policy] = None,
         log: Callable[[str], None] = lambda _: None,
+        *,
+        rereads: bool = True,
     ) -> None:
         """Loads the files and grounds nothing.
 
@@ -92,6 +94,7 @@ class Engine:
             policy: What clients may do; by default, no scripts, and files from the folders of
                 the command line's files and from the working directory.
             log: Called with clingo's warnings, in the thread that runs the command.
+            rereads: Whether a restart looks whether the files have changed.
 
         Raises:
             OptionsError: clingo refuses an option.
@@ -112,14 +115,15 @@ class Engine:
             ReleaseExternal: self._release_external,
             Restart: self._restart,
         }
-        self._program = Program()
+        self._program: Optional[Program] = None
+        self._rereads = rereads
         self.core: Tuple[Assumption, ...] = ()
         self._restart()
 
     @property
     def files(self) -> Dict[str, str]:
         """What was in the files of the command line, and in those that they include."""
-        return dict(self._program.texts)
+        return dict(self._program.texts) if self._program else {}
 
     def apply(self, command: Command) -> Optional[Answer]:
         """Runs a command.
@@ -237,17 +241,21 @@ class Engine:
     def _restart(self, _: Optional[Restart] = None) -> None:
         # Everything that can fail comes first, so that a failure leaves the old solver in place.
         options = self._options
-        program = programs.parse_files(options.files, last=self._program)
+        last = self._program
+        if last is None or self._rereads:
+            program = programs.parse_files(options.files, last=last)
+        else:
+            program = last
         namespace: scripts.Namespace = {}
         messages = Messages()
         with scripts.using(namespace):
-            if program is not self._program:
+            if program is not last:
                 programs.check(program, (), options.clingo)
             control = new_control(options.clingo, messages)
             externals = _ExternalValues()
             control.register_observer(externals)
             program.add_to(control)
-        if program is not self._program:
+        if program is not last:
             for remark in program.remarks:
                 self._log(remark)
         self._program = program

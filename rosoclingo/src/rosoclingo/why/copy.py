@@ -11,7 +11,7 @@ from typing import AbstractSet, Callable, FrozenSet, List, Optional, Sequence, T
 from rosclingo.wire.commands import Assumption
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError
-from rosoclingo.loop.atoms import Plan
+from rosoclingo.loop.atoms import Plan, event
 
 ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
 """The statuses with which a goal ends."""
@@ -33,6 +33,8 @@ class Possible:
         actions: Its actions from the current step on, as ``do(R,A,T)``, ordered by step.
         step: The current step.
         horizon: The step at which all is done.
+        steps: How many steps it still takes: those after the current one, and that one if there is
+            something to be done in it that was not done yet.
         ends: Slot, status and step of each goal that ends in it.
         holds: The fluents that hold at the current step, as far as the encoding shows them.
     """
@@ -40,13 +42,9 @@ class Possible:
     actions: Tuple[str, ...]
     step: int
     horizon: int
+    steps: int
     ends: Tuple[Tuple[str, str, int], ...] = ()
     holds: Tuple[str, ...] = ()
-
-    @property
-    def steps(self) -> int:
-        """How many steps it still takes."""
-        return max(0, self.horizon - self.step)
 
     def end_of(self, slot: str) -> Optional[int]:
         """Returns the step in which the goal in a slot ends."""
@@ -141,6 +139,10 @@ class Copy(abc.ABC):
             for slot, word in plan.statuses(step)
             if word in ENDS and step >= begins.get(slot, 0)
         ]
+        now = (
+            event("commit", f"do({a.actuator},{a.name})", a.step) for a in plan.actions(self.step)
+        )
+        steps = last - self.step + any(commit not in told for commit in now)
         actions = [action for action in plan.actions_from(self.step) if action.step <= last]
         holds = plan.last_fluents(self.step)
-        return Possible(tuple(map(str, actions)), self.step, last, tuple(ends), tuple(holds))
+        return Possible(tuple(map(str, actions)), self.step, last, steps, tuple(ends), tuple(holds))

@@ -21,6 +21,7 @@ from rosoclingo.why.instead import Instead
 from rosoclingo.why.phrases import Phrases
 from rosoclingo.why.reason import Search
 from rosoclingo.why.rebuilding import RebuildingCopy
+from rosoclingo.why.retelling import RetellingCopy
 from rosoclingo.why.situation import Situation
 
 _ON_DEMAND = {("event", 3), ("search", 2)}
@@ -143,6 +144,8 @@ class Explainer:
         return _Case(copy, self._situation, deadline, says_ends=self._says_ends)
 
     def _copy(self, situation: Situation, deadline: Deadline, last: Optional[int] = None) -> Copy:
+        if self._is_told:
+            return RetellingCopy(self._options, situation, deadline, last)
         if self._must_rebuild:
             return RebuildingCopy(self._options, situation, deadline, self._dialect, last)
         return AssumingCopy(self._options, situation, deadline, last)
@@ -181,7 +184,7 @@ class Explainer:
         case = self._begin()
         best = case.ask(case.facts.all()).plan
         if self._is_told:
-            if not isinstance(case.copy, RebuildingCopy):
+            if not isinstance(case.copy, RetellingCopy):
                 raise AssertionError("an encoding that is told its events has another copy")
             contrast = Instead(case.copy, case.facts, case.goals(case.facts.all()), case.deadline)
             found = contrast.look(best, action, is_demanded=is_demanded)

@@ -16,14 +16,14 @@ from rosoclingo.why.answers import Contrast
 from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
 from rosoclingo.why.facts import Fact, Facts, atoms
 from rosoclingo.why.reason import Reason, Search
-from rosoclingo.why.rebuilding import RebuildingCopy
+from rosoclingo.why.retelling import RetellingCopy
 
 
 class Instead:
     """Looks for the best plan with another action."""
 
     def __init__(
-        self, copy: RebuildingCopy, facts: Facts, goals: FrozenSet[str], deadline: Deadline
+        self, copy: RetellingCopy, facts: Facts, goals: FrozenSet[str], deadline: Deadline
     ) -> None:
         """Looks for nothing yet.
 
@@ -116,7 +116,9 @@ class Instead:
         ]
         ends = tuple((slot, word, at + step - 1) for slot, word, at in plan.ends)
         texts = tuple(map(str, [*done, *actions, *later]))
-        return Possible(texts, self._copy.step, plan.horizon + step - 1, ends, plan.holds)
+        horizon = plan.horizon + step - 1
+        left = horizon - self._copy.step
+        return Possible(texts, self._copy.step, horizon, left, ends, plan.holds)
 
 
 def _commit(action: Action, step: int) -> str:

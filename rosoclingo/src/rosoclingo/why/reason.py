@@ -15,7 +15,7 @@ Ask = Callable[[FrozenSet[Fact]], Verdict]
 _TOGETHER = (
     (Kind.CANCEL, Kind.REQUEST, Kind.SAVED), (Kind.ANNOUNCEMENT,), (Kind.FAILURE, Kind.ACTION),
 )  # fmt: skip
-_BUDGET = 0.4  # of the time that is left, for looking whether there is a smaller set
+_BUDGET = 0.1  # of the time that is left, for looking whether there is a smaller set
 
 
 @dataclass(frozen=True)
@@ -214,10 +214,20 @@ class Search:
 
     def _grow(self, facts: FrozenSet[Fact], pool: FrozenSet[Fact]) -> FrozenSet[Fact]:
         """Adds facts as long as there is a plan."""
-        for fact in sorted(pool - facts, key=_order):
-            if not self._is_wrong(facts | {fact}):
-                facts |= {fact}
-        return facts
+        grown = set(facts)
+
+        def add(some: Sequence[Fact]) -> None:
+            if not self._is_wrong(grown.union(some)):
+                grown.update(some)
+            elif len(some) > 1:
+                half = len(some) // 2
+                add(some[:half])
+                add(some[half:])
+
+        rest = sorted(pool - facts, key=_order)
+        if rest:
+            add(rest)
+        return frozenset(grown)
 
 
 def _order(fact: Fact) -> Tuple[int, int, str]:

@@ -2,36 +2,24 @@
 
 from __future__ import annotations
 
-import contextlib
-from typing import Dict, FrozenSet, Iterator, List, Optional, Sequence, Tuple, Type
+from typing import Dict, FrozenSet, List, Optional, Sequence, Tuple, Type
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import (
-    Add,
-    Assumption,
-    GetPrograms,
-    Ground,
-    Outcome,
-    Part,
-    Programs,
-    Result,
-    Truth,
-)
-from rosclingo.wire.term_text import last_number, split_term
-from rosoclingo.errors import InterruptedQuestionError, QuestionError
+from rosclingo.wire.commands import Add, Assumption, Ground, Outcome, Part, Result, Truth
+from rosclingo.wire.term_text import last_number
+from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.atoms import query
-from rosoclingo.loop.externals import SAVE
 from rosoclingo.loop.solver import Planner
 from rosoclingo.single.dialects import Dialect2, PaperDialect
 from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
 from rosoclingo.why.situation import Situation
 
-_PASSED = "event(info,passed,"
+PASSED = "event(info,passed,"
 
 
 class RebuildingCopy(Copy):
-    """A copy for all encodings: it is told events in the way in which the planner is."""
+    """A copy for any encoding with externals ``query(T)``, in any dialect."""
 
     def __init__(
         self,
@@ -53,38 +41,17 @@ class RebuildingCopy(Copy):
         self.step = max(situation.step, dialect.first_step)
         self.last = max(self.step, situation.last if last is None else last)
         self._deadline = deadline
-        self._situation = situation
         self._dialect = dialect
-        engine = Engine(options)
-        parts = engine.run([GetPrograms()]).answers
-        self._has_possible = any(
-            ("possible", 1) in a.parts for a in parts if isinstance(a, Programs)
-        )
-        self._planner = Planner(dialect(engine))
+        self._engine = Engine(options, rereads=False)
+        self._planner = Planner(dialect(self._engine))
         self.slots = self._planner.begin()
         self._cache: Dict[Tuple[object, ...], Verdict] = {}
-        self._has_begun = True  # and nothing was told
         self._excluded = 0  # how many demands
-
-    @property
-    def is_told(self) -> bool:
-        """Whether the encoding is told its events by grounding."""
-        return self._planner.demand.tells
-
-    @contextlib.contextmanager
-    def at(self, step: int) -> Iterator[None]:
-        """Returns a context in which another step is the current one."""
-        own, self.step = self.step, step
-        try:
-            yield
-        finally:
-            self.step = own
 
     def unknown(self, events: Sequence[str]) -> List[str]:
         """Returns the reasons why some of these events cannot be told."""
-        if not self.is_told:
-            self._begin(())
-            self._planner.ground_steps(range(1, self.step + 1))
+        self._planner.begin((), self.slots)
+        self._planner.ground_steps(range(1, self.step + 1))
         return [reason for _, reason in self._planner.tell(list(events))]
 
     def ask(
@@ -93,65 +60,37 @@ class RebuildingCopy(Copy):
         goals: FrozenSet[str] = frozenset(),
         demands: Tuple[Assumption, ...] = (),
     ) -> Verdict:
-        """Looks for a shortest plan; see :class:`.copy.Copy`.
-
-        Raises:
-            QuestionError: There are demands, and the encoding has no atoms for its actions.
-        """
-        if demands and self.is_told:
-            raise QuestionError("an encoding that is told its events has no atoms to be demanded")
+        """Looks for a shortest plan; see :class:`.copy.Copy`."""
         key = (told, goals, demands, self.step, self.last)
         if key not in self._cache:
             self._cache[key] = self._ask(told, goals, demands)
         return self._cache[key]
 
-    def possible(self, told: FrozenSet[str]) -> FrozenSet[Tuple[str, str]]:
-        """Returns who can do what next, by the part ``possible(k)`` of the encoding.
-
-        Raises:
-            QuestionError: It has none.
-        """
-        if not self._has_possible:
-            raise QuestionError(
-                "the encoding does not say what can be done instead: it has no part possible(k) "
-                "with #external possible(R,A); see docs/why.md"
-            )
-        self._ask(told, frozenset(), ())
-        planner = self._planner
-        planner.run(planner.demand.ground([Part("possible", (str(planner.demand.searches),))]))
-        terms = (split_term(atom) for atom in planner.externals())
-        return frozenset((a[0], a[1]) for n, a in terms if n == "possible" and len(a) == 2)
-
     def _ask(
         self, told: FrozenSet[str], goals: FrozenSet[str], demands: Tuple[Assumption, ...]
     ) -> Verdict:
-        self._replay(told)
+        self._planner.begin((), self.slots)
+        self._replay(told, self.step)
         is_consistent = False
         planner = self._planner
         open_demands = {demand: last_number(demand.name) or 0 for demand in demands}
         before: Optional[int] = None
-        grounded = horizon = self.step
-        while horizon <= self.last or planner.needed == horizon:
+        for horizon in range(self.step, self.last + 1):
             self._deadline.check()
-            planner.query(horizon, before, range(grounded + 1, horizon + 1))
-            before, grounded = horizon, max(grounded, horizon)
+            planner.query(horizon, before, [horizon] if horizon > self.step else ())
+            before = horizon
             for demand in [d for d, step in open_demands.items() if step <= horizon]:
                 del open_demands[demand]
                 self._exclude(demand)
             if any(demand.value for demand in open_demands):
-                horizon += 1
                 continue
             outcome = self._search(horizon)
             if outcome.result is Result.SAT:
                 plan = self._plan(outcome.symbols, horizon, told)
                 if all(plan.end_of(slot) is not None for slot in goals):
-                    answer = Answer.PLAN if horizon <= self.last else Answer.NONE
-                    return Verdict(answer, plan)
+                    return Verdict(Answer.PLAN, plan)
                 is_consistent = True
-                if planner.needed is not None:
-                    break  # it is the plan for all other horizons, too
-            horizon = max(horizon + 1, planner.needed or 0)
-        if is_consistent or self._has_answer_set(before):
+        if is_consistent or self._has_answer_set(self.last):
             return Verdict(Answer.NONE)
         return Verdict(Answer.CONTRADICTION)
 
@@ -165,31 +104,27 @@ class RebuildingCopy(Copy):
         rule = f":- {'not ' if demand.value else ''}{atom}."
         self._planner.run(Add(name, (), rule), Ground((Part(name),)))
 
-    def _begin(self, saved: Sequence[str]) -> None:
-        if not self._has_begun or saved:
-            self._planner.begin(saved)
-        self._has_begun = False
+    def _replay(self, told: FrozenSet[str], last: int) -> None:
+        """Tells what has happened, step by step, to a planner that has begun.
 
-    def _replay(self, told: FrozenSet[str]) -> None:
-        """Begins anew, and tells what has happened step by step."""
-        saved = sorted(atom for atom in told if atom.startswith(SAVE))
-        planner = self._planner
-        self._begin(saved if self.is_told else ())
+        Args:
+            told: The events.
+            last: The last step; in all before it there are searches.
+        """
         by_step: Dict[int, List[str]] = {}
-        for atom in sorted(told - set(saved)):
+        for atom in sorted(told):
             by_step.setdefault(last_number(atom) or 0, []).append(atom)
-        if saved and not self.is_told:
-            by_step.setdefault(0, []).extend(saved)
-        for step in range(self.step + 1):
+        planner = self._planner
+        for step in range(last + 1):
             self._deadline.check()
             if step:
                 planner.ground_steps([step])
             events = by_step.get(step, [])
             # When a step goes by, all else of it is known already.
-            passed = [atom for atom in events if atom.startswith(_PASSED)]
+            passed = [atom for atom in events if atom.startswith(PASSED)]
             self._tell([atom for atom in events if atom not in passed])
-            # The encoding learns from a search what has happened in a step, and remembers it.
-            if len(events) > len(passed) and step < self.step:
+            # An encoding may learn only from a search what has happened in a step.
+            if len(events) > len(passed) and step < last:
                 planner.run(*planner.demand.prepare(step))
             self._tell(passed)
 
@@ -203,10 +138,9 @@ class RebuildingCopy(Copy):
             raise InterruptedQuestionError("there was no time for an answer")
         return outcome
 
-    def _has_answer_set(self, horizon: Optional[int]) -> bool:
+    def _has_answer_set(self, horizon: int) -> bool:
         """Returns whether there is an answer set if no plan is asked for."""
-        if horizon is not None:
-            self._planner.assign([query(horizon)], Truth.FALSE)
+        self._planner.assign([query(horizon)], Truth.FALSE)
         found = self._planner.has_answer_set(self._deadline.is_over)
         if found is None:
             raise InterruptedQuestionError("there was no time for an answer")

@@ -1,0 +1,150 @@
+"""A copy for encodings that are told their events by grounding, and plan when they are surprised.
+
+What is left out changes what the encoding has planned in the steps before, and the plan of such a
+step would stand, although nobody has executed it. So a plan is always made in the last step in
+which something happened: that step is the only one, or the encoding is told what holds after it as
+what was saved, as a reset does it. Since then nothing has changed, and the plan is moved on to the
+current step.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import replace
+from typing import FrozenSet, Iterator, List, Optional, Sequence, Tuple
+
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Assumption, GetPrograms, Improvement, Part, Programs, Result
+from rosclingo.wire.term_text import last_number, split_term
+from rosoclingo.errors import InterruptedQuestionError, QuestionError
+from rosoclingo.loop.atoms import Action, Plan, event
+from rosoclingo.loop.externals import SAVE
+from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
+from rosoclingo.why.rebuilding import PASSED, RebuildingCopy
+from rosoclingo.why.situation import Situation
+
+_COMMIT = "event(commit,"
+
+
+class RetellingCopy(RebuildingCopy):
+    """A copy that tells an encoding what has happened, and has it plan."""
+
+    def __init__(
+        self, options: Options, situation: Situation, deadline: Deadline, last: Optional[int] = None
+    ) -> None:
+        """Reads the encoding; for the arguments see :class:`.rebuilding.RebuildingCopy`."""
+        super().__init__(options, situation, deadline, last=last)
+        answers = self._engine.run([GetPrograms()]).answers
+        self._says_possible = any(
+            ("possible", 1) in a.parts for a in answers if isinstance(a, Programs)
+        )
+
+    @contextlib.contextmanager
+    def at(self, step: int) -> Iterator[None]:
+        """Returns a context in which another step is the current one."""
+        own, self.step = self.step, step
+        try:
+            yield
+        finally:
+            self.step = own
+
+    def unknown(self, events: Sequence[str]) -> List[str]:
+        """Returns the reasons why some of these events cannot be told."""
+        return [reason for _, reason in self._planner.tell(list(events))]
+
+    def possible(self, told: FrozenSet[str]) -> FrozenSet[Tuple[str, str]]:
+        """Returns who can do what next, by the part ``possible(k)`` of the encoding.
+
+        Raises:
+            QuestionError: It has none.
+        """
+        if not self._says_possible:
+            raise QuestionError(
+                "the encoding does not say what can be done instead: it has no part possible(k) "
+                "with #external possible(R,A); see docs/why.md"
+            )
+        self._ask(told, frozenset(), ())
+        planner = self._planner
+        planner.run(planner.demand.ground([Part("possible", (str(planner.demand.searches),))]))
+        terms = (split_term(atom) for atom in planner.externals())
+        return frozenset((a[0], a[1]) for n, a in terms if n == "possible" and len(a) == 2)
+
+    def _ask(
+        self, told: FrozenSet[str], goals: FrozenSet[str], demands: Tuple[Assumption, ...]
+    ) -> Verdict:
+        if demands:
+            raise QuestionError("an encoding that is told its events has no atoms to be demanded")
+        saved = sorted(atom for atom in told if atom.startswith(SAVE))
+        happened = told.difference(saved)
+        happened = frozenset(atom for atom in happened if not atom.startswith(PASSED))
+        steps = {last_number(atom) or 0 for atom in happened}
+        last = max(steps, default=0)
+        self._planner.begin(saved, self.slots)
+        self._replay(happened, last)
+        past: Tuple[Tuple[str, str, int], ...] = ()
+        if len(steps) > 1:
+            before = self._model(last, told)
+            if before is None:
+                return Verdict(Answer.CONTRADICTION)
+            past, last = before.ends, 0
+            self._planner.begin([event("save", fluent, 0) for fluent in before.holds], self.slots)
+        found = self._shortest(last, told)
+        if found is None:
+            return Verdict(self._without_plan())
+        plan = _moved(found, self.step - last)
+        plan = replace(plan, ends=(*(end for end in past if end[2] <= self.step), *plan.ends))
+        if any(plan.end_of(slot) is None for slot in goals):
+            return Verdict(Answer.NONE)
+        return Verdict(Answer.PLAN if plan.horizon <= self.last else Answer.NONE, plan)
+
+    def _model(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
+        """Returns any plan after a step: what is known of that step is the same in all."""
+        self._planner.run(*self._planner.demand.prepare(step))
+        found: List[Improvement] = []
+        outcome = self._engine.solve(
+            (), lambda: bool(found) or self._deadline.is_over(), found.append
+        )
+        if not found and outcome.result is Result.UNKNOWN:
+            raise InterruptedQuestionError("there was no time for an answer")
+        if not found and outcome.result is Result.UNSAT:
+            return None
+        with self.at(step):
+            return self._plan(found[-1].symbols if found else outcome.symbols, step, told)
+
+    def _shortest(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
+        """Returns the best plan after a step, for the first horizon that has one."""
+        planner = self._planner
+        before: Optional[int] = None
+        horizon = step
+        with self.at(step):
+            while horizon <= max(step, self.last) or planner.needed == horizon:
+                self._deadline.check()
+                planner.query(horizon, before, range((before or step) + 1, horizon + 1))
+                before = horizon
+                outcome = self._search(horizon)
+                if outcome.result is Result.SAT:
+                    return self._plan(outcome.symbols, horizon, told)
+                horizon = max(horizon + 1, planner.needed or 0)
+        self._asked = before
+        return None
+
+    def _without_plan(self) -> Answer:
+        """Returns whether there is an answer set at least."""
+        asked = self._asked
+        is_consistent = asked is None or self._has_answer_set(asked)
+        return Answer.NONE if is_consistent else Answer.CONTRADICTION
+
+
+def _moved(plan: Possible, steps: int) -> Possible:
+    """Returns a plan that begins some steps later."""
+    actions = (
+        Action(action.actuator, action.name, action.step + steps)
+        for action in Plan(plan.actions).actions_from(plan.step + 1)
+    )
+    return replace(
+        plan,
+        actions=tuple(map(str, actions)),
+        step=plan.step + steps,
+        horizon=plan.horizon + steps,
+        ends=tuple((slot, word, at + steps) for slot, word, at in plan.ends),
+    )
