@@ -121,15 +121,15 @@ def test_what_is_named_suffices_and_each_of_it_is_needed(seed: int, tmp_path: Pa
     for order in orders:
         others = [e for e in building.graph.edges if e not in order]
         noise = building.pick.sample(sorted(others, key=sorted), 2)
-        told = [f"event(1,{building.request},0)"]
-        for step, edge in enumerate([*noise, *order]):
-            told.append(f"event(info,{building.blocked(edge)},{step})")
+        edges = [*noise, *order]
+        request = f"event(1,{building.request},{building.pick.randint(0, len(edges))})"
+        told = [f"event(info,{building.blocked(e)},{step})" for step, e in enumerate(edges)]
         situation = Situation(
-            tuple(told), step=len(told) - 2, last=60, goals=(("1", building.request),)
+            (request, *told), step=len(told), last=60, goals=(("1", building.request),)
         )
         answer = Explainer(building.options, situation, seconds=SECONDS).goal("1")
         assert answer.no_plan is not None
-        check(building, answer.no_plan.reason, told[0])
+        check(building, answer.no_plan.reason, request)
 
 
 def drawn(seed: int, folder: Path) -> Tuple[Building, Situation, List[str], List[Edge]]:
@@ -152,7 +152,7 @@ def length(building: Building, place: str, requests: Sequence[str], blocked: Ite
     return shortest(building.graph, place, None, jobs, blocked)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(12))
 def test_another_first_move(seed: int, tmp_path: Path) -> None:
     building, situation, requests, blocked = drawn(seed, tmp_path)
     start = building.graph.starts["mailbot"]
@@ -189,7 +189,7 @@ def test_another_first_move(seed: int, tmp_path: Path) -> None:
             assert without.horizon <= min([*others, best + 1])
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(6))
 def test_what_would_be(seed: int, tmp_path: Path) -> None:
     building, situation, requests, blocked = drawn(seed, tmp_path)
     start = building.graph.starts["mailbot"]
@@ -249,7 +249,7 @@ def test_a_failure_is_named_and_what_came_before_a_reset(mode: str) -> None:
     happens: Dict[int, Sequence[str]] = {
         0: ["goal:bring(o1,o3)"],
         3: ["info:blocked(c3,c4)"],
-        7: ["goal:bring(o2,o1)"],
+        6: ["goal:bring(o2,o1)"],
         9: ["fails:"],
     }
     situation, episode = run(mode, happens, 9)
@@ -268,7 +268,7 @@ def test_a_way_blocked_before_a_reset_is_named() -> None:
     happens: Dict[int, Sequence[str]] = {
         0: ["goal:bring(o1,o3)"],
         3: ["info:blocked(c2,o2)"],
-        7: ["goal:bring(o2,o1)"],
+        6: ["goal:bring(o2,o1)"],
     }
     situation, _ = run(DYN_RESET, happens, 7)
     assert situation.step == 0 or "event(save,blocked(c2,o2),0)" in situation.told

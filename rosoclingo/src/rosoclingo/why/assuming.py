@@ -53,7 +53,7 @@ class AssumingCopy(Copy):
         """
         self.step = situation.step
         self.last = max(situation.step, situation.last if last is None else last)
-        self._deadline = deadline
+        self.deadline = deadline
         self._engine = Engine(options)
         planner = Planner(self._engine)
         self.slots = planner.begin()
@@ -85,6 +85,8 @@ class AssumingCopy(Copy):
         told: FrozenSet[str],
         goals: FrozenSet[str] = frozenset(),
         demands: Tuple[Assumption, ...] = (),
+        *,
+        best: bool = False,
     ) -> Verdict:
         """Looks for a shortest plan; see :class:`.copy.Copy`."""
         new: List[Command] = [
@@ -95,17 +97,19 @@ class AssumingCopy(Copy):
         self._planner.run(*new)
         self._free.update((c.name, None) for c in new if isinstance(c, AssignExternal))
         facts = [Assumption(atom, atom in told) for atom in self._free]
-        facts += [Assumption(self._wants(slot), slot in goals) for slot in self.slots]
-        facts += demands
-        outcome = self._search([*facts, *self._asking()], best=False)
+        wishes = [Assumption(self._wants(slot), slot in goals) for slot in self.slots]
+        wishes += demands
+        outcome = self._search([*facts, *wishes, *self._asking()], best=False)
         if outcome.result is not Result.SAT:
             core = frozenset(a.name for a in self._engine.core if a.value) & told
             return Verdict(self._without_plan(facts), core=core)
         for horizon in self._horizons():
-            asking = [*facts, *self._asking(horizon)]
-            if self._search(asking, best=False).result is Result.SAT:
-                symbols = self._search(asking, best=True).symbols
-                return Verdict(Answer.PLAN, self._plan(symbols, horizon, told))
+            asking = [*facts, *wishes, *self._asking(horizon)]
+            outcome = self._search(asking, best=False)
+            if outcome.result is Result.SAT:
+                if best:
+                    outcome = self._search(asking, best=True)
+                return Verdict(Answer.PLAN, self._plan(outcome.symbols, horizon, told))
         raise AssertionError("a plan for some horizon is none for any")
 
     def _asking(self, horizon: Optional[int] = None) -> List[Assumption]:
@@ -118,19 +122,18 @@ class AssumingCopy(Copy):
     def _without_plan(self, facts: List[Assumption]) -> Answer:
         """Returns whether there is an answer set at least."""
         nobody = [Assumption(query(h), False) for h in self._horizons()]
-        plain = [a for a in facts if not a.name.startswith(_WANTS)]
         idle = [Assumption(self._wants(slot), False) for slot in self.slots]
         asks = Assumption(f"{_ASKS}({self.last})", False)
-        result = self._search([*plain, *idle, *nobody, asks], best=False).result
+        result = self._search([*facts, *idle, *nobody, asks], best=False).result
         return Answer.NONE if result is Result.SAT else Answer.CONTRADICTION
 
     def _search(self, assumptions: Sequence[Assumption], *, best: bool) -> Outcome:
         """Searches for any answer set, or for the best one."""
-        self._deadline.check()
+        self.deadline.check()
         found: List[Improvement] = []
 
         def stopped() -> bool:
-            return (bool(found) and not best) or self._deadline.is_over()
+            return (bool(found) and not best) or self.deadline.is_over()
 
         outcome = self._engine.solve(assumptions, stopped, found.append)
         if found and not best:

@@ -94,8 +94,10 @@ class Copy(abc.ABC):
         slots: The ids that it has for goals.
         step: The current step.
         last: The last step that may be planned for.
+        deadline: When to end; may be set anew for each question.
     """
 
+    deadline: Deadline
     slots: Sequence[str]
     step: int
     last: int
@@ -106,6 +108,8 @@ class Copy(abc.ABC):
         told: FrozenSet[str],
         goals: FrozenSet[str] = frozenset(),
         demands: Tuple[Assumption, ...] = (),
+        *,
+        best: bool = False,
     ) -> Verdict:
         """Looks for a shortest plan.
 
@@ -113,6 +117,7 @@ class Copy(abc.ABC):
             told: The events that are true; no others are.
             goals: The slots of goals that have to end in the plan, whatever the encoding wants.
             demands: Atoms that have to be in it, or must not.
+            best: Whether the plan that the encoding finds best is wanted, of those for its horizon.
 
         Raises:
             InterruptedQuestionError: It is too late.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Callable, FrozenSet, List, Optional, Sequence, Tuple, Type
+from typing import Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple, Type
 
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
@@ -63,6 +63,7 @@ class Explainer:
         self._must_rebuild = bool(parts & _ON_DEMAND) or dialect is not Dialect2
         self._says_ends = self._is_told or says_status(options)
         self._phrases = Phrases.read(options)
+        self._copies: Dict[Optional[int], Copy] = {}
 
     # The questions.
 
@@ -96,7 +97,8 @@ class Explainer:
             return words.goal(
                 WhyGoal("", slot, request, end, after, situation.silent), situation, self._phrases
             )
-        case.take_only(slot, request)
+        case.take_as_given(slot)
+        case.request = request
         no_plan = self._no_plan(case)
         return words.goal(
             WhyGoal("", slot, request, silent=situation.silent, no_plan=no_plan),
@@ -140,15 +142,22 @@ class Explainer:
 
     def _begin(self) -> _Case:
         deadline = Deadline(self._seconds, self._stopped)
-        copy = self._copy(self._situation, deadline)
+        copy = self._copy(deadline)
         return _Case(copy, self._situation, deadline, says_ends=self._says_ends)
 
-    def _copy(self, situation: Situation, deadline: Deadline, last: Optional[int] = None) -> Copy:
+    def _copy(self, deadline: Deadline, last: Optional[int] = None) -> Copy:
+        """Returns the copy that may plan up to a step; it serves all questions."""
+        if last not in self._copies:
+            self._copies[last] = self._new_copy(deadline, last)
+        self._copies[last].deadline = deadline
+        return self._copies[last]
+
+    def _new_copy(self, deadline: Deadline, last: Optional[int]) -> Copy:
         if self._is_told:
-            return RetellingCopy(self._options, situation, deadline, last)
+            return RetellingCopy(self._options, self._situation, deadline, last)
         if self._must_rebuild:
-            return RebuildingCopy(self._options, situation, deadline, self._dialect, last)
-        return AssumingCopy(self._options, situation, deadline, last)
+            return RebuildingCopy(self._options, self._situation, deadline, self._dialect, last)
+        return AssumingCopy(self._options, self._situation, deadline, last)
 
     def _no_plan(self, case: _Case) -> WhyNoPlan:
         """Says why there is no plan, or that there is one."""
@@ -171,7 +180,7 @@ class Explainer:
         last = 2 * case.copy.last + 10
         deadline = Deadline(case.deadline.left() * _FARTHER, self._stopped)
         try:
-            return case.on(self._copy(case.situation, deadline, last)).plan
+            return case.on(self._copy(deadline, last)).plan
         except InterruptedQuestionError:
             return None
 
@@ -183,10 +192,12 @@ class Explainer:
             raise QuestionError(f"{action} is no action; one is do(R,A,T), T being a step")
         case = self._begin()
         best = case.ask(case.facts.all()).plan
+        goals = case.goals(case.facts.all())
+        case.take_as_given()
         if self._is_told:
             if not isinstance(case.copy, RetellingCopy):
                 raise AssertionError("an encoding that is told its events has another copy")
-            contrast = Instead(case.copy, case.facts, case.goals(case.facts.all()), case.deadline)
+            contrast = Instead(case.copy, case.facts, goals, case.deadline)
             found = contrast.look(best, action, is_demanded=is_demanded)
             return words.contrast(found, self._phrases)
         case.demands = (Assumption(action, is_demanded),)
@@ -247,29 +258,39 @@ class _Case:
         self.demands: Tuple[Assumption, ...] = ()
         self._says_ends = says_ends
         self.request = ""
-        self._only: Optional[str] = None  # the slot of that goal
+        self._only: Optional[FrozenSet[str]] = None  # the slots of the goals that matter
 
     def goals(self, facts: FrozenSet[Fact]) -> FrozenSet[str]:
         """Returns the slots of the goals that have to end if these facts are so."""
-        if not self._says_ends:
-            return frozenset()
-        if self._only is not None:
-            return frozenset((self._only,))
+        if self._only is not None or not self._says_ends:
+            return self._only or frozenset()
         known = {fact.source for fact in self.facts.all() if fact.kind is Kind.REQUEST}
         asked = {fact.source for fact in facts if fact.kind is Kind.REQUEST}
         return frozenset(s for s, _ in self.situation.goals if s in asked or s not in known)
 
-    def take_only(self, slot: str, request: str) -> None:
-        """Takes one goal as given, and looks at no other from now on."""
-        own = [f for f in self.facts.free if f.kind is Kind.REQUEST and f.source == slot]
-        free = tuple(fact for fact in self.facts.free if fact not in own)
-        self.facts = Facts(free, self.facts.history, self.facts.fixed | atoms(own))
-        self._only, self.request = slot, request
+    def take_as_given(self, slot: str = "") -> None:
+        """Takes it as given that a goal is wanted, and looks at no other from now on.
+
+        Args:
+            slot: The goal's; by default, all goals are wanted.
+        """
+        self._only = (
+            frozenset((slot,)) if slot and self._says_ends else self.goals(self.facts.all())
+        )
+        wanted = frozenset(
+            fact
+            for fact in self.facts.free
+            if fact.kind is Kind.REQUEST and slot in ("", fact.source)
+        )
+        free = tuple(fact for fact in self.facts.free if fact not in wanted)
+        self.facts = Facts(free, self.facts.history, self.facts.fixed | atoms(wanted))
 
     def ask(self, facts: FrozenSet[Fact], goals: Optional[FrozenSet[str]] = None) -> Verdict:
         """Looks for a plan with some facts."""
         told = atoms(facts) | self.facts.fixed
-        return self.copy.ask(told, self.goals(facts) if goals is None else goals, self.demands)
+        if goals is None:
+            goals = self.goals(facts)
+        return self.copy.ask(told, goals, self.demands, best=facts == self.facts.all())
 
     def on(self, copy: Copy) -> Verdict:
         """Looks for a plan with all facts on another copy."""

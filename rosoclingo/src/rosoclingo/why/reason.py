@@ -38,7 +38,7 @@ class Reason:
 
     Attributes:
         members: These facts. None: there is no plan whatever was told.
-        given: What was done before, which is taken as given.
+        given: What is taken as given: what was done before, and what that rests on.
         is_smallest: Whether no smaller set is a reason, as far as facts only ever prevent plans.
         is_complete: Whether there was time to look whether each member is needed.
     """
@@ -84,14 +84,20 @@ class Search:
             members = self._check(members)
         except InterruptedQuestionError:
             rest = sorted(self._best - self._given, key=_order)
-            given = tuple(sorted(self._given, key=_order))
-            return Reason(tuple(Member(f, None) for f in rest), given, is_complete=False)
+            done = tuple(sorted(self._given, key=_order))
+            return Reason(tuple(Member(f, None) for f in rest), done, is_complete=False)
         smallest = len(members) <= 1
         if not smallest:
             members, smallest = self._smaller(members)
-        plans = ((fact, self._verdict(members - {fact}).plan) for fact in members)
-        found = tuple(Member(*pair) for pair in sorted(plans, key=lambda pair: _order(pair[0])))
-        return Reason(found, tuple(sorted(self._given, key=_order)), smallest)
+        found, given = [], set(self._given)
+        for fact in sorted(members, key=_order):
+            without = self._verdict(members - {fact})
+            # What was done may rest on a fact, so that it cannot be left out.
+            if without.answer is Answer.CONTRADICTION:
+                given.add(fact)
+            else:
+                found.append(Member(fact, without.plan))
+        return Reason(tuple(found), tuple(sorted(given, key=_order)), smallest)
 
     def _verdict(self, facts: FrozenSet[Fact]) -> Verdict:
         """Returns what there is with some facts, and those that are given."""

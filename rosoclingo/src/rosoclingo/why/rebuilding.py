@@ -6,9 +6,18 @@ from typing import Dict, FrozenSet, List, Optional, Sequence, Tuple, Type
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Add, Assumption, Ground, Outcome, Part, Result, Truth
+from rosclingo.wire.commands import (
+    Add,
+    AssignExternal,
+    Assumption,
+    Ground,
+    Outcome,
+    Part,
+    Result,
+    Truth,
+)
 from rosclingo.wire.term_text import last_number
-from rosoclingo.errors import InterruptedQuestionError
+from rosoclingo.errors import InterruptedQuestionError, PlannerError
 from rosoclingo.loop.atoms import query
 from rosoclingo.loop.solver import Planner
 from rosoclingo.single.dialects import Dialect2, PaperDialect
@@ -40,13 +49,14 @@ class RebuildingCopy(Copy):
         """
         self.step = max(situation.step, dialect.first_step)
         self.last = max(self.step, situation.last if last is None else last)
-        self._deadline = deadline
+        self.deadline = deadline
         self._dialect = dialect
         self._engine = Engine(options, rereads=False)
         self._planner = Planner(dialect(self._engine))
         self.slots = self._planner.begin()
         self._cache: Dict[Tuple[object, ...], Verdict] = {}
         self._excluded = 0  # how many demands
+        self._guards: List[str] = []  # of those that are made now
 
     def unknown(self, events: Sequence[str]) -> List[str]:
         """Returns the reasons why some of these events cannot be told."""
@@ -59,11 +69,19 @@ class RebuildingCopy(Copy):
         told: FrozenSet[str],
         goals: FrozenSet[str] = frozenset(),
         demands: Tuple[Assumption, ...] = (),
+        *,
+        best: bool = False,
     ) -> Verdict:
-        """Looks for a shortest plan; see :class:`.copy.Copy`."""
+        """Looks for a shortest plan, which is always the best; see :class:`.copy.Copy`."""
         key = (told, goals, demands, self.step, self.last)
         if key not in self._cache:
-            self._cache[key] = self._ask(told, goals, demands)
+            try:
+                self._cache[key] = self._ask(told, goals, demands)
+            except PlannerError:
+                # What contradicts itself declares nothing any more.
+                if self._planner.has_answer_set(self.deadline.is_over) is not False:
+                    raise
+                self._cache[key] = Verdict(Answer.CONTRADICTION)
         return self._cache[key]
 
     def _ask(
@@ -74,9 +92,10 @@ class RebuildingCopy(Copy):
         is_consistent = False
         planner = self._planner
         open_demands = {demand: last_number(demand.name) or 0 for demand in demands}
+        self._guards = []
         before: Optional[int] = None
         for horizon in range(self.step, self.last + 1):
-            self._deadline.check()
+            self.deadline.check()
             planner.query(horizon, before, [horizon] if horizon > self.step else ())
             before = horizon
             for demand in [d for d, step in open_demands.items() if step <= horizon]:
@@ -101,8 +120,12 @@ class RebuildingCopy(Copy):
         atom = demand.name
         if issubclass(self._dialect, PaperDialect) and atom.startswith("do("):
             atom = f"occurs{atom[len('do') :]}"
-        rule = f":- {'not ' if demand.value else ''}{atom}."
-        self._planner.run(Add(name, (), rule), Ground((Part(name),)))
+        # Without a guard, the program might contradict itself for good.
+        rules = f"#external {name}. :- {name}, {'not ' if demand.value else ''}{atom}."
+        self._planner.run(
+            Add(name, (), rules), Ground((Part(name),)), AssignExternal(name, Truth.TRUE)
+        )
+        self._guards.append(name)
 
     def _replay(self, told: FrozenSet[str], last: int) -> None:
         """Tells what has happened, step by step, to a planner that has begun.
@@ -116,7 +139,7 @@ class RebuildingCopy(Copy):
             by_step.setdefault(last_number(atom) or 0, []).append(atom)
         planner = self._planner
         for step in range(last + 1):
-            self._deadline.check()
+            self.deadline.check()
             if step:
                 planner.ground_steps([step])
             events = by_step.get(step, [])
@@ -133,15 +156,15 @@ class RebuildingCopy(Copy):
             self._planner.tell(events)  # what it does not know now, it did not know then
 
     def _search(self, horizon: int) -> Outcome:
-        outcome = self._planner.search(self.step, horizon, self._deadline.is_over)
+        outcome = self._planner.search(self.step, horizon, self.deadline.is_over)
         if outcome.result is Result.UNKNOWN:
             raise InterruptedQuestionError("there was no time for an answer")
         return outcome
 
     def _has_answer_set(self, horizon: int) -> bool:
         """Returns whether there is an answer set if no plan is asked for."""
-        self._planner.assign([query(horizon)], Truth.FALSE)
-        found = self._planner.has_answer_set(self._deadline.is_over)
+        self._planner.assign([query(horizon), *self._guards], Truth.FALSE)
+        found = self._planner.has_answer_set(self.deadline.is_over)
         if found is None:
             raise InterruptedQuestionError("there was no time for an answer")
         return found

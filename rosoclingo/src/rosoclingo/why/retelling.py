@@ -79,18 +79,27 @@ class RetellingCopy(RebuildingCopy):
         happened = frozenset(atom for atom in happened if not atom.startswith(PASSED))
         steps = {last_number(atom) or 0 for atom in happened}
         last = max(steps, default=0)
-        self._planner.begin(saved, self.slots)
-        self._replay(happened, last)
         past: Tuple[Tuple[str, str, int], ...] = ()
-        if len(steps) > 1:
+        has_acted = any(atom.startswith(_COMMIT) for atom in happened)
+        found = None
+        if len(steps) <= 1 or not has_acted:
+            self._planner.begin(saved, self.slots)
+            self._replay(happened, last)
+            found = self._shortest(last, told)
+            if found is None:
+                return Verdict(self._without_plan())
+        if found is None or found.step < last:
+            self._planner.begin(saved, self.slots)
+            self._replay(happened, last)
             before = self._model(last, told)
             if before is None:
                 return Verdict(Answer.CONTRADICTION)
             past, last = before.ends, 0
-            self._planner.begin([event("save", fluent, 0) for fluent in before.holds], self.slots)
-        found = self._shortest(last, told)
-        if found is None:
-            return Verdict(self._without_plan())
+            told = frozenset(event("save", fluent, 0) for fluent in before.holds)
+            self._planner.begin(sorted(told), self.slots)
+            found = self._shortest(last, told)
+            if found is None:
+                return Verdict(self._without_plan())
         plan = _moved(found, self.step - last)
         plan = replace(plan, ends=(*(end for end in past if end[2] <= self.step), *plan.ends))
         if any(plan.end_of(slot) is None for slot in goals):
@@ -102,7 +111,7 @@ class RetellingCopy(RebuildingCopy):
         self._planner.run(*self._planner.demand.prepare(step))
         found: List[Improvement] = []
         outcome = self._engine.solve(
-            (), lambda: bool(found) or self._deadline.is_over(), found.append
+            (), lambda: bool(found) or self.deadline.is_over(), found.append
         )
         if not found and outcome.result is Result.UNKNOWN:
             raise InterruptedQuestionError("there was no time for an answer")
@@ -112,18 +121,22 @@ class RetellingCopy(RebuildingCopy):
             return self._plan(found[-1].symbols if found else outcome.symbols, step, told)
 
     def _shortest(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
-        """Returns the best plan after a step, for the first horizon that has one."""
+        """Returns the best plan, for the first horizon from a step on that has one.
+
+        Its step is that step, or an earlier one if it begins earlier.
+        """
         planner = self._planner
         before: Optional[int] = None
         horizon = step
         with self.at(step):
             while horizon <= max(step, self.last) or planner.needed == horizon:
-                self._deadline.check()
+                self.deadline.check()
                 planner.query(horizon, before, range((before or step) + 1, horizon + 1))
                 before = horizon
                 outcome = self._search(horizon)
                 if outcome.result is Result.SAT:
-                    return self._plan(outcome.symbols, horizon, told)
+                    plan = self._plan(outcome.symbols, horizon, told)
+                    return replace(plan, step=_first(outcome.symbols, told, step))
                 horizon = max(horizon + 1, planner.needed or 0)
         self._asked = before
         return None
@@ -133,6 +146,17 @@ class RetellingCopy(RebuildingCopy):
         asked = self._asked
         is_consistent = asked is None or self._has_answer_set(asked)
         return Answer.NONE if is_consistent else Answer.CONTRADICTION
+
+
+def _first(symbols: Sequence[str], told: FrozenSet[str], step: int) -> int:
+    """Returns the step before the first action that was not done, if that is before a step."""
+    actions = Plan(tuple(symbols)).actions_from(0)
+    new = (a.step for a in actions if event("commit", _act(a), a.step) not in told)
+    return min(step, min(new, default=step + 1) - 1)
+
+
+def _act(action: Action) -> str:
+    return f"do({action.actuator},{action.name})"
 
 
 def _moved(plan: Possible, steps: int) -> Possible:
