@@ -12,6 +12,7 @@ import pytest
 from conftest import PACKAGE, TIMEOUT, System
 
 from rosclingo.solver.options import Options
+from rosclingo.solver.programs import parse_files
 from rosclingo.wire.commands import AssignExternal, Ground, Part, ReleaseExternal, Restart, Truth
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
@@ -252,7 +253,7 @@ def test_phrases_are_read(tmp_path: Path) -> None:
         '#program phrases. phrase("visit(X)", "X is to be visited").'
         'phrase("close(X)", "cell X is closed"). phrase("pair(X,X)", "X twice").'
     )
-    phrases = Phrases.read(Options((LINE, str(file))))
+    phrases = Phrases.read(parse_files((LINE, str(file))))
     assert phrases.of("close(f(3))") == "cell f(3) is closed"
     assert phrases.of("pair(a,b)") == "pair(a,b)"
     situation = Situation(

@@ -58,11 +58,11 @@ class Explainer:
         self._dialect = dialect
         self._seconds = seconds
         self._stopped = stopped
-        parts = parse_files(options.files).parts
-        self._is_told = ("event", 3) in parts
-        self._must_rebuild = bool(parts & _ON_DEMAND) or dialect is not Dialect2
+        program = parse_files(options.files)
+        self._is_told = ("event", 3) in program.parts
+        self._must_rebuild = bool(program.parts & _ON_DEMAND) or dialect is not Dialect2
         self._says_ends = self._is_told or says_status(options)
-        self._phrases = Phrases.read(options)
+        self._phrases = Phrases.read(program)
         self._copies: Dict[Optional[int], Copy] = {}
 
     # The questions.
@@ -191,15 +191,16 @@ class Explainer:
         if name != "do" or len(arguments) != 3 or step is None:
             raise QuestionError(f"{action} is no action; one is do(R,A,T), T being a step")
         case = self._begin()
-        best = case.ask(case.facts.all()).plan
-        goals = case.goals(case.facts.all())
-        case.take_as_given()
         if self._is_told:
             if not isinstance(case.copy, RetellingCopy):
                 raise AssertionError("an encoding that is told its events has another copy")
-            contrast = Instead(case.copy, case.facts, goals, case.deadline)
+            best = case.ask(case.facts.all(), frozenset()).plan
+            case.take_as_given()
+            contrast = Instead(case.copy, case.facts, case.deadline)
             found = contrast.look(best, action, is_demanded=is_demanded)
             return words.contrast(found, self._phrases)
+        best = case.ask(case.facts.all()).plan
+        case.take_as_given()
         case.demands = (Assumption(action, is_demanded),)
         verdict = case.ask(case.facts.all())
         other = verdict.plan

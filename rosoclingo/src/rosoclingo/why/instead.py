@@ -22,20 +22,16 @@ from rosoclingo.why.retelling import RetellingCopy
 class Instead:
     """Looks for the best plan with another action."""
 
-    def __init__(
-        self, copy: RetellingCopy, facts: Facts, goals: FrozenSet[str], deadline: Deadline
-    ) -> None:
+    def __init__(self, copy: RetellingCopy, facts: Facts, deadline: Deadline) -> None:
         """Looks for nothing yet.
 
         Args:
             copy: The copy, which is at the current step.
             facts: What was told.
-            goals: The slots of the goals that have to end.
             deadline: When to answer.
         """
         self._copy = copy
         self._facts = facts
-        self._goals = goals
         self._deadline = deadline
 
     def look(self, best: Optional[Possible], text: str, *, is_demanded: bool) -> Contrast:
@@ -107,7 +103,7 @@ class Instead:
         """Returns the best plan after what holds before a step, and the actions of that step."""
         told = {event("save", fluent, 0) for fluent in holds} | {_commit(a, 1) for a in actions}
         with self._copy.at(1):
-            plan = self._copy.ask(frozenset(told), self._goals).plan
+            plan = self._copy.ask(frozenset(told)).plan
         if plan is None:
             return None
         later = [

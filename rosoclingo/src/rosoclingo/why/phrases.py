@@ -20,8 +20,7 @@ from typing import Dict, Iterable, Optional, Tuple
 
 from clingo import ast
 
-from rosclingo.solver.options import Options
-from rosclingo.solver.programs import parse_files
+from rosclingo.solver.programs import Program
 from rosclingo.wire.term_text import split_term
 from rosoclingo.why.facts import Fact, Kind
 
@@ -40,15 +39,11 @@ class Phrases:
     table: Tuple[Tuple[str, str], ...] = ()
 
     @classmethod
-    def read(cls, options: Options) -> Phrases:
-        """Reads those of the encodings of a command line.
-
-        Raises:
-            RosclingoError: A file does not parse.
-        """
+    def read(cls, program: Program) -> Phrases:
+        """Reads those of encodings."""
         heads = (
             str(statement.head)
-            for statement in parse_files(options.files).statements
+            for statement in program.statements
             if statement.ast_type is ast.ASTType.Rule and not statement.body
         )
         found = []

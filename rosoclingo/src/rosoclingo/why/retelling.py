@@ -69,11 +69,30 @@ class RetellingCopy(RebuildingCopy):
         terms = (split_term(atom) for atom in planner.externals())
         return frozenset((a[0], a[1]) for n, a in terms if n == "possible" and len(a) == 2)
 
+    def ask(
+        self,
+        told: FrozenSet[str],
+        goals: FrozenSet[str] = frozenset(),
+        demands: Tuple[Assumption, ...] = (),
+        *,
+        best: bool = False,
+    ) -> Verdict:
+        """Looks for the best plan; see :class:`.copy.Copy`.
+
+        Raises:
+            QuestionError: There are demands, for which the encoding has no atoms.
+        """
+        if demands:
+            raise QuestionError("an encoding that is told its events has no atoms to be demanded")
+        verdict = super().ask(told)
+        plan = verdict.plan
+        if plan is not None and any(plan.end_of(slot) is None for slot in goals):
+            return Verdict(Answer.NONE)
+        return verdict
+
     def _ask(
         self, told: FrozenSet[str], goals: FrozenSet[str], demands: Tuple[Assumption, ...]
     ) -> Verdict:
-        if demands:
-            raise QuestionError("an encoding that is told its events has no atoms to be demanded")
         saved = sorted(atom for atom in told if atom.startswith(SAVE))
         happened = told.difference(saved)
         happened = frozenset(atom for atom in happened if not atom.startswith(PASSED))
@@ -102,8 +121,6 @@ class RetellingCopy(RebuildingCopy):
                 return Verdict(self._without_plan())
         plan = _moved(found, self.step - last)
         plan = replace(plan, ends=(*(end for end in past if end[2] <= self.step), *plan.ends))
-        if any(plan.end_of(slot) is None for slot in goals):
-            return Verdict(Answer.NONE)
         return Verdict(Answer.PLAN if plan.horizon <= self.last else Answer.NONE, plan)
 
     def _model(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
