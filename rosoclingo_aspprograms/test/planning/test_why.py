@@ -278,11 +278,44 @@ def test_a_way_blocked_before_a_reset_is_named() -> None:
 
 def test_where_the_robot_has_gone_is_named() -> None:
     """It has gone into an office, and the way out is blocked."""
-    situation, episode = run(RECORDING, {0: ["goal:bring(o1,o3)"], 3: ["info:blocked(c1,o1)"]}, 3)
-    assert episode.actions[1] == "go(o1)"
-    answer = Explainer(Options((OFFICE, MAILBOT)), situation, seconds=SECONDS).no_plan()
-    assert "because" in answer.text
-    assert answer.reason is not None
+    happens: Dict[int, Sequence[str]] = {
+        0: ["goal:bring(o2,o3)", "goal:bring(o1,o3)"],
+        3: ["info:blocked(c1,o1)"],
+    }
+    situation, episode = run(RECORDING, happens, 3)
+    assert episode.actions == ["go(c1)", "go(o1)", "pickup(2)"]
+    explainer = Explainer(Options((OFFICE, MAILBOT)), situation, seconds=SECONDS)
+    reason = explainer.goal("bring(o2,o3)").no_plan.reason  # type: ignore[union-attr]
+    assert reason is not None
+    named = [member.fact.content for member in reason.members]
+    assert named == ["blocked(c1,o1)", "go(o1)"]
+    assert [fact.content for fact in reason.given if fact.kind is Kind.ACTION] == ["go(c1)"]
+
+
+def test_an_action_that_is_asked_about_may_be_impossible_or_planned() -> None:
+    options = Options((OFFICE, MAILBOT))
+    told = ("event(1,bring(o9,o14),0)", "event(info,blocked(open1,c6),0)")
+    situation = Situation(told, last=60, goals=(("1", "bring(o9,o14)"),))
+    explainer = Explainer(options, situation, seconds=SECONDS)
+    assert explainer.why_not("do(mailbot,go(c6),1)").text == (
+        "mailbot cannot go to c6 in step 1 because the way between open1 and c6 is blocked. "
+        "Without that, it could."
+    )
+    assert explainer.why_not("do(mailbot,go(o1),1)").text == (
+        "mailbot cannot go to o1 in step 1, whatever was told."
+    )
+    assert explainer.why("do(mailbot,go(c1),1)").text == (
+        "If mailbot were not to go to c1 in step 1, the best plan would take 13 steps, 1 more than "
+        "now."
+    )
+    assert explainer.why("do(mailbot,go(open2),1)").text.startswith("The plan has no such action.")
+    later = explainer.why_not("do(mailbot,go(c1),3)")
+    assert later.other is not None
+    assert later.other.actions[:4] == (
+        "do(mailbot,go(c1),1)", "do(mailbot,go(c2),2)", "do(mailbot,go(c1),3)",
+        "do(mailbot,go(c2),4)",
+    )  # fmt: skip
+    assert later.longer == 2
 
 
 def test_it_does_not_know_everything() -> None:

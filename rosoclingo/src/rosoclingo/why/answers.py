@@ -59,10 +59,11 @@ class Contrast:
         text: The answer in sentences.
         action: The action, as ``do(R,A,T)``.
         is_demanded: Whether it has to be in the plan; else, it must not.
-        plan: The best plan.
+        plan: The best plan; None if there is none in any case.
         other: The best plan with the demand; None if there is none.
         longer: By how many steps that is longer.
         reason: Why there is none.
+        is_possible: Whether the action itself is possible then, as far as that is known.
     """
 
     text: str
@@ -72,6 +73,12 @@ class Contrast:
     other: Optional[Possible] = None
     longer: Optional[int] = None
     reason: Optional[Reason] = None
+    is_possible: bool = True
+
+    @property
+    def is_planned(self) -> bool:
+        """Whether the best plan has the action."""
+        return self.plan is not None and self.action in self.plan.actions
 
 
 @dataclass(frozen=True)

@@ -199,20 +199,24 @@ class Explainer:
             contrast = Instead(case.copy, case.facts, case.deadline)
             found = contrast.look(best, action, is_demanded=is_demanded)
             return words.contrast(found, self._phrases)
-        best = case.ask(case.facts.all()).plan
+        no_plan = self._no_plan(case)
+        best = no_plan.plan
+        if no_plan.reason is not None:
+            found = Contrast("", action, is_demanded, None, reason=no_plan.reason)
+            return words.contrast(found, self._phrases)
         case.take_as_given()
         case.demands = (Assumption(action, is_demanded),)
         verdict = case.ask(case.facts.all())
         other = verdict.plan
         if other is None and verdict.answer is Answer.NONE:
             other = self._farther(case, verdict)
-        answer = Contrast("", action, is_demanded, best, other)
+        found = Contrast("", action, is_demanded, best, other)
         if other is None:
             reason = Search(case.ask, case.facts, case.deadline, verdict.answer).run()
-            answer = replace(answer, reason=reason)
+            found = replace(found, reason=reason)
         elif best is not None:
-            answer = replace(answer, longer=other.horizon - best.horizon)
-        return words.contrast(answer, self._phrases)
+            found = replace(found, longer=other.horizon - best.horizon)
+        return words.contrast(found, self._phrases)
 
     def _events(self, texts: Sequence[str], copy: Copy) -> Tuple[List[str], List[Tuple[str, str]]]:
         """Returns events in the current step, and the goals among them."""

@@ -59,7 +59,8 @@ class Instead:
         told = atoms(self._facts.all()) | self._facts.fixed
         possible, holds = self._before(told, done, action.step)
         if is_demanded and (actuator, name) not in possible:
-            return Contrast("", text, True, best, reason=self._why_impossible(action, done))
+            reason = self._why_impossible(action, done)
+            return Contrast("", text, True, best, reason=reason, is_possible=False)
         if is_demanded:
             others: List[Optional[Action]] = [action]
         else:
@@ -68,7 +69,7 @@ class Instead:
         plans = [
             self._with(holds, done, [*beside, *([a] if a else [])], action.step) for a in others
         ]
-        served = {slot for slot, _, _ in best.ends}
+        served = {slot for slot, _, step in best.ends if step >= action.step}
         same = [p for p in plans if p is not None and served <= {slot for slot, _, _ in p.ends}]
         other = min(same, key=lambda plan: plan.horizon, default=None)
         longer = None if other is None else other.horizon - best.horizon

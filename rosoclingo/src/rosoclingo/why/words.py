@@ -13,6 +13,8 @@ from rosoclingo.why.phrases import Phrases, join
 from rosoclingo.why.reason import Reason
 from rosoclingo.why.situation import Situation
 
+_THAT = ("that", "any one of these")
+
 
 def no_plan(answer: WhyNoPlan, last: int, phrases: Phrases, goal: str = "") -> WhyNoPlan:
     """Adds the sentences.
@@ -101,14 +103,22 @@ def contrast(answer: Contrast, phrases: Phrases) -> Contrast:
     """Adds the sentences."""
     actuator, action, step = split_term(answer.action)[1]
     deed = phrases.deed(action)
-    if answer.is_demanded:
-        lead = f"If {actuator} were to {deed} in step {step}"
-    else:
-        lead = f"If {actuator} were not to {deed} in step {step}"
-    if answer.other is not None and answer.longer is not None:
+    lead = f"If {actuator} were {'' if answer.is_demanded else 'not '}to {deed} in step {step}"
+    if not answer.is_possible and answer.reason is not None:
+        text = f"{actuator} cannot {deed} in step {step}"
+        if not answer.reason.members:
+            text += ", whatever was told."
+        else:
+            facts = [member.fact for member in answer.reason.members]
+            text += f" because {phrases.join(facts)}. Without {_THAT[len(facts) > 1]}, it could."
+    elif answer.other is not None and answer.longer is not None:
         text = f"{lead}, the best plan would take {steps(answer.other)}, {_more(answer.longer)}."
+        if answer.is_planned is answer.is_demanded:
+            text = f"The plan has {'it' if answer.is_planned else 'no such action'}. {text}"
     elif answer.other is not None:
         text = f"{lead}, there would be {a_plan(answer.other)}."
+    elif answer.reason is not None and answer.plan is None:
+        text = f"There is no plan in any case{because(answer.reason, phrases)}"
     elif answer.reason is not None:
         text = f"{lead}, there would be no plan{because(answer.reason, phrases)}"
     else:
