@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import random
 import time
 from pathlib import Path
@@ -178,6 +179,11 @@ def test_the_answer_is_said() -> None:
         "There is no plan for visit(6) because info says close(5). Without that, there would be a "
         "plan of 5 steps."
     )
+    assert explainer.goal("visit(2)").text == (
+        "There is no plan for visit(2) because visit(6) is asked for and info says close(5). Each "
+        "is needed: without the first, a plan of 1 step and without the second, a plan of 5 steps. "
+        "robot has not answered for 12 s."
+    )
     assert explainer.goal("visit(4)").text == (
         "visit(4) waits for a slot, which visit(6) (slot 1) and visit(2) (slot 2) have. robot has "
         "not answered for 12 s."
@@ -277,8 +283,11 @@ def test_the_situation_of_a_loop(system: Callable[..., System]) -> None:
     assert commit in situation.told
     assert situation.goals == (("1", "visit(4)"),)
     assert [actuator for actuator, _ in situation.silent] == ["robot"]
-    answer = Explainer(Options((LINE,)), situation, seconds=SECONDS).goal("1")
+    sent = pickle.loads(pickle.dumps(situation))
+    assert sent == situation
+    answer = Explainer(Options((LINE,)), sent, seconds=SECONDS).goal("1")
     assert answer.ends == 3
+    assert pickle.loads(pickle.dumps(answer)) == answer
     assert "robot has not answered for 0 s; it was told to do go(2)." in answer.text
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple, Type
+from typing import Callable, Dict, List, Optional, Sequence, Tuple, Type
 
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
@@ -15,8 +15,8 @@ from rosoclingo.single.dialects import Dialect2, says_status
 from rosoclingo.why import words
 from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
 from rosoclingo.why.assuming import AssumingCopy
+from rosoclingo.why.case import Case
 from rosoclingo.why.copy import Answer, Copy, Deadline, Possible, Verdict
-from rosoclingo.why.facts import Fact, Facts, Kind, atoms
 from rosoclingo.why.instead import Instead
 from rosoclingo.why.phrases import Phrases
 from rosoclingo.why.reason import Search
@@ -132,7 +132,7 @@ class Explainer:
             told=(*self._situation.told, *told),
             goals=(*self._situation.goals, *goals),
         )
-        case = _Case(case.copy, situation, case.deadline, says_ends=self._says_ends)
+        case = Case(case.copy, situation, case.deadline, says_ends=self._says_ends)
         no_plan = self._no_plan(case)
         if no_plan.reason is not None or no_plan.is_contradictory:
             return words.what_if(WhatIf("", tuple(told), before, None, no_plan))
@@ -140,10 +140,10 @@ class Explainer:
 
     # How they are answered.
 
-    def _begin(self) -> _Case:
+    def _begin(self) -> Case:
         deadline = Deadline(self._seconds, self._stopped)
         copy = self._copy(deadline)
-        return _Case(copy, self._situation, deadline, says_ends=self._says_ends)
+        return Case(copy, self._situation, deadline, says_ends=self._says_ends)
 
     def _copy(self, deadline: Deadline, last: Optional[int] = None) -> Copy:
         """Returns the copy that may plan up to a step; it serves all questions."""
@@ -159,7 +159,7 @@ class Explainer:
             return RebuildingCopy(self._options, self._situation, deadline, self._dialect, last)
         return AssumingCopy(self._options, self._situation, deadline, last)
 
-    def _no_plan(self, case: _Case) -> WhyNoPlan:
+    def _no_plan(self, case: Case) -> WhyNoPlan:
         """Says why there is no plan, or that there is one."""
         verdict = case.ask(case.facts.all())
         answer = WhyNoPlan("", verdict.plan)
@@ -173,7 +173,7 @@ class Explainer:
                 answer = WhyNoPlan("", is_contradictory=is_contradictory, reason=reason)
         return words.no_plan(answer, case.copy.last, self._phrases, case.request)
 
-    def _farther(self, case: _Case, verdict: Verdict) -> Optional[Possible]:
+    def _farther(self, case: Case, verdict: Verdict) -> Optional[Possible]:
         """Returns a plan beyond the last step, if one is found."""
         if verdict.plan is not None or self._is_told:
             return verdict.plan
@@ -239,65 +239,3 @@ class Explainer:
                 source, content = content, "cancel"
             told.append(event(source, content, copy.step))
         return told, goals
-
-
-class _Case:
-    """A situation, and a copy that is asked about it.
-
-    Attributes:
-        copy: The copy.
-        situation: The situation.
-        facts: What was told.
-        deadline: When to answer.
-        demands: What has to be in a plan.
-        request: That of the goal that alone matters; empty if all do.
-    """
-
-    def __init__(
-        self, copy: Copy, situation: Situation, deadline: Deadline, *, says_ends: bool
-    ) -> None:
-        self.copy = copy
-        self.situation = situation
-        self.facts = Facts.of(situation, copy.slots)
-        self.deadline = deadline
-        self.demands: Tuple[Assumption, ...] = ()
-        self._says_ends = says_ends
-        self.request = ""
-        self._only: Optional[FrozenSet[str]] = None  # the slots of the goals that matter
-
-    def goals(self, facts: FrozenSet[Fact]) -> FrozenSet[str]:
-        """Returns the slots of the goals that have to end if these facts are so."""
-        if self._only is not None or not self._says_ends:
-            return self._only or frozenset()
-        known = {fact.source for fact in self.facts.all() if fact.kind is Kind.REQUEST}
-        asked = {fact.source for fact in facts if fact.kind is Kind.REQUEST}
-        return frozenset(s for s, _ in self.situation.goals if s in asked or s not in known)
-
-    def take_as_given(self, slot: str = "") -> None:
-        """Takes it as given that a goal is wanted, and looks at no other from now on.
-
-        Args:
-            slot: The goal's; by default, all goals are wanted.
-        """
-        self._only = (
-            frozenset((slot,)) if slot and self._says_ends else self.goals(self.facts.all())
-        )
-        wanted = frozenset(
-            fact
-            for fact in self.facts.free
-            if fact.kind is Kind.REQUEST and slot in ("", fact.source)
-        )
-        free = tuple(fact for fact in self.facts.free if fact not in wanted)
-        self.facts = Facts(free, self.facts.history, self.facts.fixed | atoms(wanted))
-
-    def ask(self, facts: FrozenSet[Fact], goals: Optional[FrozenSet[str]] = None) -> Verdict:
-        """Looks for a plan with some facts."""
-        told = atoms(facts) | self.facts.fixed
-        if goals is None:
-            goals = self.goals(facts)
-        return self.copy.ask(told, goals, self.demands, best=facts == self.facts.all())
-
-    def on(self, copy: Copy) -> Verdict:
-        """Looks for a plan with all facts on another copy."""
-        told = atoms(self.facts.all()) | self.facts.fixed
-        return copy.ask(told, self.goals(self.facts.all()), self.demands)

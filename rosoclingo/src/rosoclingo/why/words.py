@@ -31,7 +31,7 @@ def no_plan(answer: WhyNoPlan, last: int, phrases: Phrases, goal: str = "") -> W
     else:
         lead = f"There is no plan{of_goal}"
     if answer.reason is not None:
-        text = f"{lead}{because(answer.reason, phrases)}"
+        text = f"{lead}{because(answer.reason, phrases, is_of_goal=bool(goal))}"
     elif answer.horizon is not None:
         text = (
             f"{lead} up to step {last}, the last one that may be planned for. That is the only "
@@ -42,14 +42,15 @@ def no_plan(answer: WhyNoPlan, last: int, phrases: Phrases, goal: str = "") -> W
     return replace(answer, text=text)
 
 
-def because(reason: Reason, phrases: Phrases) -> str:
+def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> str:
     """Returns how a sentence goes on whose cause is a reason, and what follows it.
 
-    Goals are what there is no plan for, and all else is why.
+    Goals are what there is no plan for, and all else is why. If it was said already for which goal
+    there is no plan, the others are why, too.
     """
     if not reason.members:
         return ", whatever was told: the encoding excludes it."
-    goals = [m for m in reason.members if m.fact.kind is Kind.REQUEST]
+    goals = [m for m in reason.members if m.fact.kind is Kind.REQUEST and not is_of_goal]
     causes = [m for m in reason.members if m not in goals]
     text = f" for {join(m.fact.content for m in goals)}" if goals else ""
     text += " together" if len(goals) > 1 else ""
