@@ -107,6 +107,17 @@ def check(building: Building, reason: Optional[Reason], request: str) -> None:
         assert one_shot(building.options, rest) == member.without.steps
 
 
+def smallest(building: Building, told: Iterable[str]) -> int:
+    """Returns how few of the ways that are blocked suffice to cut the room off."""
+    edges = sorted(closed(told), key=sorted)
+    ends = {building.graph.starts["mailbot"], *building.job}
+    for number in range(1, len(edges) + 1):
+        for some in itertools.combinations(edges, number):
+            if not building.graph.distances(building.job[0], some).keys() >= ends:
+                return number
+    raise AssertionError("the room can be reached")
+
+
 def closed(atoms: Iterable[str]) -> FrozenSet[Edge]:
     return frozenset(frozenset(split_term(split_term(a)[1][1])[1]) for a in atoms if "blocked" in a)
 
@@ -129,7 +140,11 @@ def test_what_is_named_suffices_and_each_of_it_is_needed(seed: int, tmp_path: Pa
         )
         answer = Explainer(building.options, situation, seconds=SECONDS).goal("1")
         assert answer.no_plan is not None
-        check(building, answer.no_plan.reason, request)
+        reason = answer.no_plan.reason
+        check(building, reason, request)
+        assert reason is not None
+        assert reason.is_smallest
+        assert len(reason.members) == smallest(building, told)
 
 
 def drawn(seed: int, folder: Path) -> Tuple[Building, Situation, List[str], List[Edge]]:
@@ -152,7 +167,7 @@ def length(building: Building, place: str, requests: Sequence[str], blocked: Ite
     return shortest(building.graph, place, None, jobs, blocked)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(10))
 def test_another_first_move(seed: int, tmp_path: Path) -> None:
     building, situation, requests, blocked = drawn(seed, tmp_path)
     start = building.graph.starts["mailbot"]

@@ -38,11 +38,11 @@ class Fact:
     step: int
     source: str
     content: str
-    atoms: FrozenSet[str]
+    atoms: Tuple[str, ...]
     answer: str = ""
 
     def __str__(self) -> str:
-        return " and ".join(sorted(self.atoms))
+        return " and ".join(self.atoms)
 
 
 @dataclass(frozen=True)
@@ -135,24 +135,24 @@ class _Sorter:
             elif source == "save" and content in self._saved_goals:
                 goals.setdefault(self._saved_goals[content], []).append(atom)
             elif source == "save":
-                free.append(Fact(Kind.SAVED, step, source, content, frozenset((atom,))))
+                free.append(Fact(Kind.SAVED, step, source, content, (atom,)))
             elif source in self._slots:
                 kind = Kind.CANCEL if content == "cancel" else Kind.REQUEST
-                fact = Fact(kind, step, source, content, frozenset((atom,)))
+                fact = Fact(kind, step, source, content, (atom,))
                 is_open = source in self._open and step >= self._last.get(source, 0)
                 (free if is_open else history).append(fact)
             elif (source, step) in self._acting:
                 answers[source, step] = (content, atom)
             else:
-                free.append(Fact(Kind.ANNOUNCEMENT, step, source, content, frozenset((atom,))))
+                free.append(Fact(Kind.ANNOUNCEMENT, step, source, content, (atom,)))
         for slot, saved in goals.items():
-            free.append(Fact(Kind.REQUEST, 0, slot, self._open[slot], frozenset(saved)))
+            free.append(Fact(Kind.REQUEST, 0, slot, self._open[slot], tuple(sorted(saved))))
         for (actuator, step), commit in self._acting.items():
             answer, atom = answers.get((actuator, step), ("", ""))
             action = split_term(commit)[1][1]
             events = {f"event(commit,{commit},{step})"} | ({atom} if atom else set())
             kind = Kind.ACTION if answer in ("", "success") else Kind.FAILURE
-            fact = Fact(kind, step, actuator, action, frozenset(events), answer)
+            fact = Fact(kind, step, actuator, action, tuple(sorted(events)), answer)
             (history if kind is Kind.ACTION else free).append(fact)
         free.sort(key=lambda fact: (_ORDER.index(fact.kind), fact.step, str(fact)))
         history.sort(key=lambda fact: (fact.step, str(fact)))

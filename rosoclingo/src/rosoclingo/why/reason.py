@@ -150,10 +150,9 @@ class Search:
         """Takes those of the free facts that are known to suffice, if the history is not needed."""
         core = self._verdict(self._facts.all()).core
         while core is not None:
-            left = {fact for fact in self._facts.free if fact.atoms & core}
-            if core - atoms(left) or not self._is_wrong(left):
-                break
-            if len(left) >= len(facts):
+            left = {fact for fact in self._facts.free if core.intersection(fact.atoms)}
+            needs_history = core & atoms(self._facts.history)
+            if needs_history or len(left) >= len(facts) or not self._is_wrong(left):
                 break
             facts, core = left, self._verdict(frozenset(left)).core
         return facts
