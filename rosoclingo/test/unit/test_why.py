@@ -14,7 +14,15 @@ from conftest import PACKAGE, TIMEOUT, System
 
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
-from rosclingo.wire.commands import AssignExternal, Ground, Part, ReleaseExternal, Restart, Truth
+from rosclingo.wire.commands import (
+    AssignExternal,
+    Assumption,
+    Ground,
+    Part,
+    ReleaseExternal,
+    Restart,
+    Truth,
+)
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
 from rosoclingo.loop.snapshot import decode, encode
@@ -22,11 +30,12 @@ from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.assuming import AssumingCopy
 from rosoclingo.why.case import Case
-from rosoclingo.why.copy import Deadline, Verdict
+from rosoclingo.why.copy import Answer, Deadline, Verdict
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.facts import Fact
+from rosoclingo.why.facts import Fact, Facts
 from rosoclingo.why.phrases import Phrases
 from rosoclingo.why.reason import Reason, Search
+from rosoclingo.why.rebuilding import RebuildingCopy
 from rosoclingo.why.situation import Situation
 
 LINES = {
@@ -217,6 +226,88 @@ def test_its_turn_comes_later() -> None:
     assert text.endswith("in step 1, the best plan would take 6 steps, 1 more than now.")
 
 
+DOOR = """
+#program state(t).
+#external event(info,(key;rain;passed),t).
+key(t) :- event(info,key,t).
+key(t) :- key(t-1).
+#program transition(t).
+{ do(r,open,t) }.
+#external event(commit,do(r,open),t).
+:- event(commit,do(r,open),t), not do(r,open,t).
+:- do(r,open,t), not event(commit,do(r,open),t), event(info,passed,t).
+:- do(r,open,t), not key(t-1).
+opened(t) :- do(r,open,t).
+opened(t) :- opened(t-1).
+#program query(t).
+#external query(t).
+:- query(t), opened(t).
+"""
+
+
+def test_what_an_action_rests_on_is_given(tmp_path: Path) -> None:
+    file = tmp_path / "door.lp"
+    file.write_text(DOOR)
+    told = ("event(info,key,0)", "event(info,passed,0)", "event(info,rain,0)")
+    situation = Situation((*told, "event(commit,do(r,open),1)"), step=1, last=3)
+    answer = Explainer(Options((str(file),)), situation, seconds=SECONDS).no_plan()
+    assert answer.reason is not None
+    assert [member.fact.content for member in answer.reason.members] == ["open"]
+    assert [fact.content for fact in answer.reason.given] == ["key"]
+    assert answer.text == (
+        "There is no plan because r was told open in step 1, given what had happened up to step 0. "
+        "Without that, there would be a plan of 0 steps."
+    )
+
+
+def test_what_was_done_for_another_goal_is_given() -> None:
+    """The robot has passed cell 3, which is closed now, before it was to go back."""
+    told = ["event(1,visit(4),0)", "event(2,visit(2),3)", "event(info,close(3),4)"]
+    answers = ("failure", "success", "success", "success")
+    for step, (cell, answer) in enumerate(zip((2, 2, 3, 4), answers), 1):
+        told.append(f"event(info,passed,{step - 1})")
+        told.append(f"event(commit,do(robot,go({cell})),{step})")
+        told.append(f"event(robot,{answer},{step})")
+    situation = Situation(tuple(told), step=4, last=12, goals=(("2", "visit(2)"),))
+    answer = Explainer(Options((LINE,)), situation, seconds=SECONDS).no_plan()
+    assert answer.reason is not None
+    named = [member.fact.content for member in answer.reason.members]
+    assert named == ["visit(2)", "close(3)"]
+    given = sorted((fact.step, fact.content) for fact in answer.reason.given)
+    assert given == [(0, "visit(4)"), (2, "go(2)"), (3, "go(3)"), (4, "go(4)")]
+    assert answer.text == (
+        "There is no plan for visit(2) because info says close(3), given what had happened up to "
+        "step 4. Without that, there would be a plan of 2 steps."
+    )
+
+
+def test_a_goal_that_has_ended_is_history() -> None:
+    told = ("event(1,visit(2),0)", "event(1,cancel,1)", "event(1,visit(3),9)", "event(1,cancel,9)")
+    facts = Facts.of(Situation(told, step=9, goals=(("1", "visit(3)"),)), ["1", "2"])
+    assert [str(fact) for fact in facts.history] == [told[0], told[1]]
+    assert [str(fact) for fact in facts.free] == [told[3], told[2]]
+
+
+def test_a_plan_that_nobody_has_executed_begins_anew() -> None:
+    """The last that has happened surprises nobody, so that the plan from before would stand."""
+    told = ("event(1,visit(4),0)", "event(info,passed,0)", "event(robot,success,3)")
+    situation = Situation(told, step=4, last=20, goals=(("1", "visit(4)"),))
+    options = Options((str(PACKAGE / "example/line_demand.lp"),))
+    plan = Explainer(options, situation, seconds=SECONDS).no_plan().plan
+    assert plan is not None
+    assert plan.actions[0] == "do(robot,go(2),5)"
+    assert (plan.steps, plan.horizon) == (3, 7)
+
+
+@pytest.mark.parametrize("dialect", [Dialect1, PaperDialect])
+def test_what_is_demanded_does_not_contradict_the_program(dialect: Dialect) -> None:
+    situation = Situation(("event(1,visit(4),1)",), 1, 9, 9, (("1", "visit(4)"),))
+    options = Options((LINES[dialect],))
+    copy = RebuildingCopy(options, situation, Deadline(SECONDS), dialect)
+    demand = Assumption("do(robot,go(5),2)", True)
+    assert copy.ask(frozenset(situation.told), demands=(demand,)).answer is Answer.NONE
+
+
 def test_an_encoding_that_excludes_all_is_named(tmp_path: Path) -> None:
     file = tmp_path / "never.lp"
     file.write_text("#program query(t). #external query(t). :- query(t).")
@@ -294,7 +385,7 @@ def test_what_is_found_in_part_suffices() -> None:
     situation, deadline = Situation(tuple(told), last=9, goals=goals), Deadline(SECONDS)
     copy = AssumingCopy(Options((LINE,)), situation, deadline)
     sizes = []
-    for enough in range(1, 40):
+    for enough in (*range(1, 20, 4), 100):
         case = Case(copy, situation, deadline, says_ends=True)
         hurried = Hurried(case, enough)
         reason = Search(hurried.ask, case.facts, deadline).run()

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Dict, FrozenSet, Iterable, List, Optional, Sequence, Tuple
 
 import pytest
-from episode import DYN_RESET, MAILBOT, OFFICE, RECORDING, Episode
+from episode import DYN_RESET, MAILBOT, OFFICE, PACKAGE, RECORDING, Episode
 from oracle import shortest
 
 from rosclingo.solver.engine import Engine
@@ -331,6 +331,24 @@ def test_an_action_that_is_asked_about_may_be_impossible_or_planned() -> None:
         "do(mailbot,go(c2),4)",
     )  # fmt: skip
     assert later.longer == 2
+
+
+def test_a_refill_that_is_put_off() -> None:
+    """A goal has ended before, and needs not end again."""
+    garden = PACKAGE / "plants"
+    files = (str(garden / "instances/garden.lp"), str(garden / "plants.lp"))
+    goals = (("1", "water((3,4))"), ("2", "water((2,2))"))
+    told = tuple(f"event({slot},{request},0)" for slot, request in goals)
+    situation = Situation(told, last=40, goals=goals)
+    explainer = Explainer(Options(files, ("-c", "full=1")), situation, seconds=SECONDS)
+    plan = explainer.no_plan().plan
+    assert plan is not None
+    assert plan.horizon == 12
+    (fill,) = [action for action in plan.actions if "fill" in action]
+    answer = explainer.why(fill)
+    assert answer.longer == 1
+    assert answer.other is not None
+    assert any("fill" in action for action in answer.other.actions)
 
 
 def test_it_does_not_know_everything() -> None:

@@ -130,6 +130,10 @@ class Search:
         # A failure goes with what was done before it.
         kept = self._reduce(failures, frozenset(free - failures) | frozenset(history))
         free = (free - failures) | kept
+        if any(fact.kind is not Kind.ACTION for fact in history):
+            # Without what has ended a goal, it would be open, and prevent plans itself.
+            self._given = frozenset(history)
+            return free
         floor = max((fact.step for fact in kept), default=0)
         low, high = sum(fact.step < floor for fact in history), len(history)
         if self._is_wrong([*free, *history[:low]]):
@@ -140,11 +144,8 @@ class Search:
                 high = middle
             else:
                 low = middle
-        if high == low:
-            self._given = frozenset(history[:low])
-            return free
         self._given = frozenset(history[:low])
-        return free | {history[low]}
+        return free.union(history[low:high])
 
     def _shrink(self, facts: Set[Fact]) -> Set[Fact]:
         """Takes those of the free facts that are known to suffice, if the history is not needed."""

@@ -55,10 +55,8 @@ def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> st
     text = f" for {join(m.fact.content for m in goals)}" if goals else ""
     text += " together" if len(goals) > 1 else ""
     text += f" because {phrases.join(m.fact for m in causes)}" if causes else ""
-    done = [fact.step for fact in reason.given if fact.kind is Kind.ACTION]
-    given = [f"what was done up to step {max(done)}"] if done else []
-    given += [f.content for f in reason.given if f.kind is not Kind.ACTION]
-    text += f", given {join(given)}" if given else ""
+    if reason.given:
+        text += f", given what had happened up to step {max(f.step for f in reason.given)}"
     if not reason.is_complete:
         return f"{text}. There was no time to look whether all of that is needed."
     without = [f"without {m.fact.content}, {a_plan(m.without)}" for m in goals]
