@@ -75,8 +75,8 @@ class Engine:
 
     Attributes:
         policy: What programs and files from clients may do.
-        core: Those assumptions of the last search that exclude an answer set, whatever the others
-            are; empty if there is one, or if there is none without assumptions either.
+        core: Assumptions of the last search that exclude an answer set, whatever the others are;
+            not as few as possible. Empty if there is one, or none without assumptions either.
     """
 
     def __init__(
@@ -222,20 +222,22 @@ class Engine:
                 return Outcome(Result.UNKNOWN, True, _texts(symbols))
             result = handle.get()
             if result.unsatisfiable and assumptions:
-                self.core = self._name(handle.core(), assumptions)
+                self.core = self._name(set(handle.core()), assumptions)
         answer = {True: Result.SAT, False: Result.UNSAT, None: Result.UNKNOWN}[result.satisfiable]
         return Outcome(answer, result.interrupted, _texts(symbols))
 
     def _name(
-        self, literals: Sequence[int], assumptions: Sequence[Tuple[clingo.Symbol, bool]]
+        self, literals: Set[int], assumptions: Sequence[Tuple[clingo.Symbol, bool]]
     ) -> Tuple[Assumption, ...]:
         """Returns the assumptions that have become some literals."""
-        core, atoms = set(literals), self._control.symbolic_atoms
+        atoms = self._control.symbolic_atoms
         named = []
         for symbol, value in assumptions:
-            atom = atoms[symbol]
-            if atom is not None and (atom.literal if value else -atom.literal) in core:
-                named.append(Assumption(str(symbol), value))
+            atom, assumption = atoms[symbol], Assumption(str(symbol), value)
+            if atom is None and value:  # it has no literal of its own
+                return (assumption,)
+            if atom is not None and (atom.literal if value else -atom.literal) in literals:
+                named.append(assumption)
         return tuple(named)
 
     def _restart(self, _: Optional[Restart] = None) -> None:

@@ -99,12 +99,12 @@ class AssumingCopy(Copy):
         facts = [Assumption(atom, atom in told) for atom in self._free]
         wishes = [Assumption(self._wants(slot), slot in goals) for slot in self.slots]
         wishes += demands
-        outcome = self._search([*facts, *wishes, *self._asking()], best=False)
+        outcome = self._search([*self._asking(), *wishes, *facts], best=False)
         if outcome.result is not Result.SAT:
             core = frozenset(a.name for a in self._engine.core if a.value) & told
             return Verdict(self._without_plan(facts), core=core)
         for horizon in self._horizons():
-            asking = [*facts, *wishes, *self._asking(horizon)]
+            asking = [*self._asking(horizon), *wishes, *facts]
             outcome = self._search(asking, best=False)
             if outcome.result is Result.SAT:
                 if best:

@@ -96,6 +96,9 @@ class _Log:
     """What follows from commands, of each dialect."""
 
     def __init__(self) -> None:
+        self._begin()
+
+    def _begin(self) -> None:
         self.told: Dict[str, None] = {}
         self.others: Dict[str, None] = {}
         self.slots: List[str] = []
@@ -103,7 +106,7 @@ class _Log:
 
     def take(self, command: Command) -> None:
         if isinstance(command, Restart):
-            self.__init__()  # type: ignore[misc]  # all is as in the beginning
+            self._begin()
         elif isinstance(command, Ground):
             for part in command.parts:
                 self._ground(part)
