@@ -288,6 +288,21 @@ def test_a_goal_that_has_ended_is_history() -> None:
     assert [str(fact) for fact in facts.free] == [told[3], told[2]]
 
 
+def test_what_was_saved_of_a_goal_is_that_goal() -> None:
+    """Numbers of slots may be those of places, too."""
+    told = ("at(r,9)", "carries(r,3)", "origin(1,3)", "origin(3,2)", "blocked(1,8)", "blocked(7,2)")
+    saved = tuple(f"event(save,{fluent},0)" for fluent in told)
+    situation = Situation(saved, last=9, goals=(("1", "bring(3,2)"), ("3", "bring(2,9)")))
+    facts = Facts.of(situation, ["1", "2", "3"])
+    assert [(fact.kind.value, fact.content, len(fact.atoms)) for fact in facts.free] == [
+        ("request", "bring(2,9)", 2),
+        ("request", "bring(3,2)", 1),
+        ("saved", "at(r,9)", 1),
+        ("saved", "blocked(1,8)", 1),
+        ("saved", "blocked(7,2)", 1),
+    ]
+
+
 def test_a_plan_that_nobody_has_executed_begins_anew() -> None:
     """The last that has happened surprises nobody, so that the plan from before would stand."""
     told = ("event(1,visit(4),0)", "event(info,passed,0)", "event(robot,success,3)")

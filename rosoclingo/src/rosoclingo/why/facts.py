@@ -104,8 +104,8 @@ class _Sorter:
     def _find_saved_goals(self) -> Dict[str, str]:
         """Returns the slot of each saved fluent that belongs to an open goal.
 
-        That is one with the slot as an argument, at a place where all fluents of the same form have
-        one.
+        That is one with the slot as an argument, at the first place where all fluents of the same
+        form have one.
         """
         forms: Dict[Tuple[str, int], List[List[str]]] = {}
         for _, source, content, _ in self._told:
@@ -118,7 +118,7 @@ class _Sorter:
             for place, argument in enumerate(arguments if source == "save" else ()):
                 alike = forms[name, len(arguments)]
                 if argument in self._open and all(o[place] in self._slots for o in alike):
-                    found[content] = argument
+                    found.setdefault(content, argument)
         return found
 
     def sorted(self) -> Facts:
