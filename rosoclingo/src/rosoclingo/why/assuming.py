@@ -57,7 +57,9 @@ class AssumingCopy(Copy):
         self._engine = Engine(options)
         planner = Planner(self._engine)
         self.slots = planner.begin()
-        planner.ground_steps(range(1, self.last + 1))
+        for step in range(1, self.last + 1):
+            deadline.check()
+            planner.ground_steps([step])
         planner.run(
             Add(_PART, ("a", "z"), _RULES),
             Ground((Part(_PART, (str(self.step), str(self.last))),)),
