@@ -15,7 +15,7 @@ ROS = {"rospy", "actionlib", "rosgraph", "rosbag"}
 FLOORS = {
     "rosclingo": ["errors", "wire", "solver", "ros"],
     "rosoclingo": [
-        "errors", "loop", "drawing", "commands", "single", "ros",
+        "errors", "loop", "drawing", "commands", "single", "why", "ros",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
         "desk",

@@ -11,6 +11,7 @@ import functools
 import os
 import re
 import shutil
+import subprocess
 import sys
 import textwrap
 import xml.etree.ElementTree as ET
@@ -26,7 +27,9 @@ from typist import pipe
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
+from rosclingo.solver.programs import parse_files
 from rosclingo.wire.commands import Ground, Part
+from rosoclingo.why.phrases import Phrases
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 
 __all__ = ["screen"]
@@ -62,6 +65,7 @@ COMPARED = {
     ("README.md", "Try it"): "rosoclingo_gazebo/test/system/test_demo.py",
     ("docs/bags.md", "replay.py"): "rosoclingo/test/system/test_replay.py",
     ("docs/bags.md", "compare.py"): "test/test_readmes.py",
+    ("docs/why.md", "In Python"): "test/test_readmes.py",
     ("rosclingo/README.md", "rosclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "rosoclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "At the desk: plan.py"): "test/test_readmes.py",
@@ -365,6 +369,26 @@ def test_asking(tmp_path: Path) -> None:
     engine.apply(Ground((Part("spread", ("1", "1")),), asking=True))
     expected = ["reach(1,1,0)", "reach(1,2,1)", "reach(1,3,1)", "reach(1,4,2)"]
     assert sorted(engine.solve().symbols) == expected
+
+
+@of("docs/why.md", "In Python")
+def test_why(tmp_path: Path) -> None:
+    shutil.copy(LINE, tmp_path)
+    (program,) = [p.text for p in section("docs/why.md", "In Python") if p.kind == "python"]
+    said = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, text=True
+    )
+    check_output("docs/why.md", "In Python", said.stdout)
+
+
+@of("docs/why.md", "What an encoding may say")
+def test_phrases(tmp_path: Path) -> None:
+    (program,) = [piece.text for piece in section("docs/why.md", "What an encoding may say")]
+    file = tmp_path / "phrases.lp"
+    file.write_text(program)
+    phrases = Phrases.read(parse_files([str(file)]))
+    assert phrases.of("blocked(c3,c4)") == "the way between c3 and c4 is blocked"
+    assert phrases.of("go(c3)") == "go to c3"
 
 
 def has_libraries(page: Page) -> None:

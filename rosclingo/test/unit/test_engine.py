@@ -408,6 +408,16 @@ def test_restart(tmp_path: Path) -> None:
     assert engine.solve() == sat("a(3)")
 
 
+def test_a_restart_may_leave_the_files_alone(tmp_path: Path) -> None:
+    file = tmp_path / "a.lp"
+    file.write_text("a.")
+    engine = Engine(Options((str(file),)), rereads=False)
+    file.unlink()
+    engine.apply(Restart())
+    engine.apply(Ground((Part("base"),)))
+    assert engine.solve().symbols == ("a",)
+
+
 def test_a_restart_parses_only_what_has_changed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -558,6 +568,21 @@ def test_assumptions(
     for _ in range(2):  # they hold for one call only
         assert engine.solve([Assumption(*pair) for pair in assumptions]) == expected
         assert engine.solve().result is Result.SAT
+
+
+def test_the_core_has_assumptions_that_exclude_an_answer_set(engine: Engine) -> None:
+    add(engine, "{ a; b; c }. :- a, not b.")
+    assumptions = [Assumption("a", True), Assumption("b", False), Assumption("c", True)]
+    assert engine.solve(assumptions).result is Result.UNSAT
+    assert set(engine.core) <= set(assumptions)
+    assert engine.solve(engine.core).result is Result.UNSAT
+    assert engine.solve(assumptions[1:]).result is Result.SAT
+    assert engine.core == ()
+    assert engine.solve([assumptions[2], Assumption("d", True)]).result is Result.UNSAT
+    assert engine.core == (Assumption("d", True),)
+    add(engine, ":- c. :- not c.", "wrong")
+    assert engine.solve(assumptions).result is Result.UNSAT
+    assert engine.core == ()
 
 
 @pytest.mark.parametrize("name", ["", "a(", "a(X)", "a b", "\0", "1/0", "ä"])

@@ -19,3 +19,11 @@ class PlannerError(LoopError):
 
 class ControllerError(LoopError):
     """The controller did not say what to do."""
+
+
+class QuestionError(RosclingoError):
+    """A question names what there is not, or cannot be answered of this encoding."""
+
+
+class InterruptedQuestionError(RosclingoError):
+    """A question was not answered in time."""

@@ -43,6 +43,8 @@ class Engine:
 
     Attributes:
         policy: What programs and files from clients may do.
+        core: Assumptions of the last search that exclude an answer set, whatever the others are;
+            not as few as possible. Empty if there is one, or none without assumptions either.
     """
 
     def __init__(
@@ -50,6 +52,8 @@ class Engine:
         options: Options,
         policy: Optional[Policy] = None,
         log: Callable[[str], None] = lambda _: None,
+        *,
+        rereads: bool = True,
     ) -> None:
         """Loads the files and grounds nothing.
 
@@ -58,6 +62,7 @@ class Engine:
             policy: What clients may do; by default, no scripts, and files from the folders of
                 the command line's files and from the working directory.
             log: Called with clingo's warnings, in the thread that runs the command.
+            rereads: Whether a restart looks whether the files have changed.
 
         Raises:
             OptionsError: clingo refuses an option.
@@ -78,13 +83,15 @@ class Engine:
             wire.ReleaseExternal: self._release_external,
             wire.Restart: self._restart,
         }
-        self._program = Program()
+        self._program: Optional[Program] = None
+        self._rereads = rereads
+        self.core: Tuple[wire.Assumption, ...] = ()
         self._restart()
 
     @property
     def files(self) -> Dict[str, str]:
         """What was in the files of the command line, and in those that they include."""
-        return dict(self._program.texts)
+        return dict(self._program.texts) if self._program else {}
 
     def apply(self, command: wire.Command) -> Optional[wire.Answer]:
         """Runs a command.
@@ -146,6 +153,7 @@ class Engine:
             SolverError: clingo failed.
         """
         literals = [(parse_term(a.name), a.value) for a in assumptions]
+        self.core = ()
         try:
             with Watch(stopped or (lambda: False), self._control.interrupt) as watch:
                 outcome = self._search(literals, watch, improved)
@@ -179,22 +187,42 @@ class Engine:
                 handle.cancel()
                 return wire.Outcome(wire.Result.UNKNOWN, True, _texts(symbols))
             result = handle.get()
+            if result.unsatisfiable and assumptions:
+                self.core = self._name(set(handle.core()), assumptions)
         return wire.Outcome(_RESULTS[result.satisfiable], result.interrupted, _texts(symbols))
+
+    def _name(
+        self, literals: Set[int], assumptions: Sequence[Tuple[clingo.Symbol, bool]]
+    ) -> Tuple[wire.Assumption, ...]:
+        """Returns the assumptions that have become some literals."""
+        atoms = self._control.symbolic_atoms
+        named = []
+        for symbol, value in assumptions:
+            atom, assumption = atoms[symbol], wire.Assumption(str(symbol), value)
+            if atom is None and value:  # it has no literal of its own
+                return (assumption,)
+            if atom is not None and (atom.literal if value else -atom.literal) in literals:
+                named.append(assumption)
+        return tuple(named)
 
     def _restart(self, _: Optional[wire.Restart] = None) -> None:
         # Everything that can fail comes first, so that a failure leaves the old solver in place.
         options = self._options
-        program = programs.parse_files(options.files, last=self._program)
+        last = self._program
+        if last is None or self._rereads:
+            program = programs.parse_files(options.files, last=last)
+        else:
+            program = last
         namespace: scripts.Namespace = {}
         messages = Messages()
         with scripts.using(namespace):
-            if program is not self._program:
+            if program is not last:
                 programs.check(program, (), options.clingo)
             control = new_control(options.clingo, messages)
             externals = _ExternalValues()
             control.register_observer(externals)
             program.add_to(control)
-        if program is not self._program:
+        if program is not last:
             for remark in program.remarks:
                 self._log(remark)
         self._program = program

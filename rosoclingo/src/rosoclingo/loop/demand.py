@@ -52,6 +52,11 @@ class Demand:
         """Whether the encoding has opted in."""
         return self.tells or self._searches
 
+    @property
+    def searches(self) -> int:
+        """How many searches after news there were since the planner began."""
+        return self._count
+
     def begin(self, parts: Sequence[Tuple[str, int]]) -> None:
         """Takes note that the planner begins again, and of the parts that its encoding has.
 

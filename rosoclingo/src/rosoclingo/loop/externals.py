@@ -111,6 +111,11 @@ class PlannerExternals(ExternalsState):
         return atom in self._true
 
     @property
+    def true(self) -> List[str]:
+        """Which events are true, ordered by step."""
+        return sorted(self._true, key=lambda atom: (last_number(atom) or 0, atom))
+
+    @property
     def saved(self) -> List[str]:
         """Which events are true that say what held in the beginning."""
         return sorted(atom for atom in self._true if atom.startswith(SAVE))

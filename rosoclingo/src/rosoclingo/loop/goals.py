@@ -255,6 +255,11 @@ class Goals:
         """The goals that have a slot, in the order of the slots."""
         return [goal for goal in self._slots.values() if goal is not None]
 
+    @property
+    def queued(self) -> List[Goal]:
+        """The goals without a slot that have not ended, in the order in which they came."""
+        return [goal for goal in self._waiting if goal.stage is not Stage.ENDED]
+
     def is_slot(self, term: str) -> bool:
         """Whether a term is the id of a slot."""
         return term in self._slots

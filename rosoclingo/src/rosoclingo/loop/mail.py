@@ -338,6 +338,14 @@ class Mail(MailState):
         """Whether an actuator was told to act in the current step."""
         return actuator in self._acting
 
+    def silent(self) -> List[Tuple[str, float]]:
+        """Returns the actuators without an answer, and for how many seconds they were told to act.
+
+        One whose time is over is none of them.
+        """
+        now = time.monotonic()
+        return [(actuator, now - one.began) for actuator, one in self._silent()]
+
     def overdue(self, seconds: float) -> List[str]:
         """Returns the actuators without an answer since so many seconds; each action's once."""
         now = self._environment.now()

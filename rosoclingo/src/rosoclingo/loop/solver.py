@@ -130,12 +130,13 @@ class Planner(PlannerState):
         """The first horizon of the plan that was found, if its encoding says so."""
         return None if self._kept is None else self._kept.horizon
 
-    def begin(self, saved: Sequence[str] = ()) -> List[str]:
+    def begin(self, saved: Sequence[str] = (), slots: Optional[Sequence[str]] = None) -> List[str]:
         """Grounds base, state(0) and query(0) on a fresh solver.
 
         Args:
             saved: The events ``event(save,F,0)`` that an encoding which is told its events knows
                 from the beginning.
+            slots: The ids for goals, if they are known from the last time.
 
         Returns:
             The ids that the encoding has for goals.
@@ -145,20 +146,24 @@ class Planner(PlannerState):
         """
         self.demand.begin(())
         self._kept = None
-        self.run(wire.Restart(), wire.Add(_SLOT, (), _SLOTS), *EMPTY_PARTS)
+        is_first = slots is None
+        self.run(wire.Restart(), *([wire.Add(_SLOT, (), _SLOTS)] if is_first else ()), *EMPTY_PARTS)
         self.demand.begin(() if self._is_translated else self._programs())
-        base, first = [wire.Part("base")], [wire.Part("state", ("0",)), wire.Part("query", ("0",))]
+        base = [wire.Part("base"), *([wire.Part(_SLOT)] if is_first else ())]
+        first = [wire.Part("state", ("0",)), wire.Part("query", ("0",))]
         if self.demand:
-            self.run(self.demand.ground([*base, wire.Part(_SLOT)]))
+            self.run(self.demand.ground(base))
             self.demand.tell(saved)
             self.run(self.demand.ground(first))
         else:
-            self.run(wire.Ground((*base, *first, wire.Part(_SLOT))))
+            self.run(wire.Ground((*base, *first)))
+        if slots is not None:
+            return list(slots)
         externals = self.externals()
         self.demand.learn_examples(externals)
-        slots = [atom for atom in externals if atom.startswith(f"{_SLOT}(")]
-        self.run(*(wire.ReleaseExternal(atom) for atom in slots))
-        return [split_term(atom)[1][0] for atom in slots]
+        declared = [atom for atom in externals if atom.startswith(f"{_SLOT}(")]
+        self.run(*(wire.ReleaseExternal(atom) for atom in declared))
+        return [split_term(atom)[1][0] for atom in declared]
 
     def _programs(self) -> Sequence[Tuple[str, int]]:
         """Returns the program parts; none if the solver is one that cannot tell."""

@@ -1,0 +1,80 @@
+"""A situation, what was told in it, and a copy that is asked about it."""
+
+from __future__ import annotations
+
+from typing import FrozenSet, Optional, Tuple
+
+from rosclingo.wire.commands import Assumption
+from rosoclingo.why.copy import Copy, Deadline, Verdict
+from rosoclingo.why.facts import Fact, Facts, Kind, atoms
+from rosoclingo.why.situation import Situation
+
+
+class Case:
+    """A situation, and a copy that is asked about it. Lasts for one question.
+
+    Attributes:
+        copy: The copy.
+        situation: The situation.
+        facts: What was told.
+        deadline: When to answer.
+        demands: What has to be in a plan.
+        request: That of the goal that alone matters; empty if all do.
+    """
+
+    def __init__(
+        self, copy: Copy, situation: Situation, deadline: Deadline, *, says_ends: bool
+    ) -> None:
+        """Takes all facts and goals as what a question may be about.
+
+        Args:
+            copy: The copy.
+            situation: The situation.
+            deadline: When to answer.
+            says_ends: Whether the encoding says how goals end.
+        """
+        self.copy = copy
+        self.situation = situation
+        self.facts = Facts.of(situation, copy.slots)
+        self.deadline = deadline
+        self.demands: Tuple[Assumption, ...] = ()
+        self._says_ends = says_ends
+        self.request = ""
+        self._only: Optional[FrozenSet[str]] = None  # the slots of the goals that matter
+
+    def goals(self, facts: FrozenSet[Fact]) -> FrozenSet[str]:
+        """Returns the slots of the goals that have to end if these facts are so."""
+        if self._only is not None or not self._says_ends:
+            return self._only or frozenset()
+        known = {fact.source for fact in self.facts.all() if fact.kind is Kind.REQUEST}
+        asked = {fact.source for fact in facts if fact.kind is Kind.REQUEST}
+        return frozenset(s for s, _ in self.situation.goals if s in asked or s not in known)
+
+    def take_as_given(self, slot: str = "") -> None:
+        """Takes it as given that a goal is wanted, and looks at no other from now on.
+
+        Args:
+            slot: The goal's; by default, all goals are wanted.
+        """
+        self._only = (
+            frozenset((slot,)) if slot and self._says_ends else self.goals(self.facts.all())
+        )
+        wanted = frozenset(
+            fact
+            for fact in self.facts.free
+            if fact.kind is Kind.REQUEST and slot in ("", fact.source)
+        )
+        free = tuple(fact for fact in self.facts.free if fact not in wanted)
+        self.facts = Facts(free, self.facts.history, self.facts.fixed | atoms(wanted))
+
+    def ask(self, facts: FrozenSet[Fact], goals: Optional[FrozenSet[str]] = None) -> Verdict:
+        """Looks for a plan with some facts."""
+        told = atoms(facts) | self.facts.fixed
+        if goals is None:
+            goals = self.goals(facts)
+        return self.copy.ask(told, goals, self.demands, best=facts == self.facts.all())
+
+    def on(self, copy: Copy) -> Verdict:
+        """Looks for a plan with all facts on another copy."""
+        told = atoms(self.facts.all()) | self.facts.fixed
+        return copy.ask(told, self.goals(self.facts.all()), self.demands)

@@ -1,0 +1,153 @@
+"""What a question asks of a planner of its own, and what that answers."""
+
+from __future__ import annotations
+
+import abc
+import enum
+import time
+from dataclasses import dataclass
+from typing import AbstractSet, Callable, FrozenSet, List, Optional, Sequence, Tuple
+
+from rosclingo.wire.commands import Assumption
+from rosclingo.wire.term_text import last_number, split_term
+from rosoclingo.errors import InterruptedQuestionError
+from rosoclingo.loop.atoms import Plan, event
+
+ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
+"""The statuses with which a goal ends."""
+
+
+class Answer(enum.Enum):
+    """Whether there is a plan."""
+
+    PLAN = "plan"
+    NONE = "none"
+    CONTRADICTION = "contradiction"  # there is no answer set, even if no plan is asked for
+
+
+@dataclass(frozen=True)
+class Possible:
+    """A plan that there would be.
+
+    Attributes:
+        actions: Its actions from the current step on, as ``do(R,A,T)``, ordered by step.
+        step: The current step.
+        horizon: The step at which all is done.
+        steps: How many steps it still takes: those after the current one, and that one if there is
+            something to be done in it that was not done yet.
+        ends: Slot, status and step of each goal that ends in it.
+        holds: The fluents that hold at the current step, as far as the encoding shows them.
+    """
+
+    actions: Tuple[str, ...]
+    step: int
+    horizon: int
+    steps: int
+    ends: Tuple[Tuple[str, str, int], ...] = ()
+    holds: Tuple[str, ...] = ()
+
+    def end_of(self, slot: str) -> Optional[int]:
+        """Returns the step in which the goal in a slot ends."""
+        return next((step for own, _, step in self.ends if own == slot), None)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a copy says of some facts.
+
+    Attributes:
+        answer: Whether there is a plan up to the last step.
+        plan: One of the shortest, if there is one, also if it is beyond the last step.
+        core: If there is none: facts that exclude it, whatever the others are. None if unknown.
+    """
+
+    answer: Answer
+    plan: Optional[Possible] = None
+    core: Optional[FrozenSet[str]] = None
+
+
+class Deadline:
+    """When an answer is due."""
+
+    def __init__(self, seconds: float, stopped: Callable[[], bool] = lambda: False) -> None:
+        self._end = time.monotonic() + seconds
+        self._stopped = stopped
+
+    def is_over(self) -> bool:
+        """Whether it is too late, or nobody waits any more."""
+        return time.monotonic() > self._end or self._stopped()
+
+    def left(self) -> float:
+        """Returns how many seconds are left."""
+        return max(0.0, self._end - time.monotonic())
+
+    def check(self) -> None:
+        """Raises InterruptedQuestionError if it is too late."""
+        if self.is_over():
+            raise InterruptedQuestionError("there was no time for an answer")
+
+
+class Copy(abc.ABC):
+    """A planner of its own. One thread makes the calls.
+
+    Attributes:
+        slots: The ids that it has for goals.
+        step: The current step.
+        last: The last step that may be planned for.
+        deadline: When to end; may be set anew for each question.
+    """
+
+    deadline: Deadline
+    slots: Sequence[str]
+    step: int
+    last: int
+
+    @abc.abstractmethod
+    def ask(
+        self,
+        told: FrozenSet[str],
+        goals: FrozenSet[str] = frozenset(),
+        demands: Tuple[Assumption, ...] = (),
+        *,
+        best: bool = False,
+    ) -> Verdict:
+        """Looks for a shortest plan.
+
+        Args:
+            told: The events that are true; no others are.
+            goals: The slots of goals that have to end in the plan, whatever the encoding wants.
+            demands: Atoms that have to be in it, or must not.
+            best: Whether the plan that the encoding finds best is wanted, of those for its horizon.
+
+        Raises:
+            InterruptedQuestionError: It is too late.
+            RosclingoError: The encoding does not fit.
+        """
+
+    @abc.abstractmethod
+    def unknown(self, events: Sequence[str]) -> List[str]:
+        """Returns the reasons why some of these events cannot be told."""
+
+    def _plan(self, symbols: Sequence[str], horizon: int, told: AbstractSet[str]) -> Possible:
+        """Returns the plan that an answer set has."""
+        plan = Plan(tuple(symbols))
+        begins = dict.fromkeys(self.slots, 0)
+        for atom in told:
+            _, arguments = split_term(atom)
+            if len(arguments) == 3 and arguments[0] in begins and arguments[1] != "cancel":
+                step = last_number(atom) or 0
+                begins[arguments[0]] = max(begins[arguments[0]], step)
+        last = max(self.step, horizon)
+        ends = [
+            (slot, word, step)
+            for step in range(last + 1)
+            for slot, word in plan.statuses(step)
+            if word in ENDS and step >= begins.get(slot, 0)
+        ]
+        now = (
+            event("commit", f"do({a.actuator},{a.name})", a.step) for a in plan.actions(self.step)
+        )
+        steps = last - self.step + any(commit not in told for commit in now)
+        actions = [action for action in plan.actions_from(self.step) if action.step <= last]
+        holds = plan.last_fluents(self.step)
+        return Possible(tuple(map(str, actions)), self.step, last, steps, tuple(ends), tuple(holds))

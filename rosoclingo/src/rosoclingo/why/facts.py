@@ -1,0 +1,164 @@
+"""What was told, as facts that can be left out one by one."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import Dict, FrozenSet, Iterable, List, Sequence, Tuple
+
+from rosclingo.wire.term_text import number, split_term
+from rosoclingo.why.situation import Situation
+
+
+class Kind(enum.Enum):
+    """What a fact is."""
+
+    REQUEST = "request"
+    CANCEL = "cancel"
+    SAVED = "saved"  # it held at the last reset
+    ANNOUNCEMENT = "announcement"
+    FAILURE = "failure"  # an action was answered by something else than success
+    ACTION = "action"  # it was published, and perhaps answered
+
+
+@dataclass(frozen=True)
+class Fact:
+    """Something that was told.
+
+    Attributes:
+        kind: What it is.
+        step: When, in steps since the last reset.
+        source: Who has told it: a slot, an actuator, or another id; ``save`` for what was saved.
+        content: The request, the action, what was announced, or what held.
+        answer: How the action was answered; empty for no answer, and for what is no action.
+        atoms: The events.
+    """
+
+    kind: Kind
+    step: int
+    source: str
+    content: str
+    atoms: Tuple[str, ...]
+    answer: str = ""
+
+    def __str__(self) -> str:
+        return " and ".join(self.atoms)
+
+
+@dataclass(frozen=True)
+class Facts:
+    """All that was told.
+
+    Attributes:
+        free: What can be left out by itself, with that first which explains least.
+        history: What was done, and the goals that have ended, ordered by step: can be left out from
+            its end on.
+        fixed: The events that cannot be left out: which steps have gone by.
+    """
+
+    free: Tuple[Fact, ...]
+    history: Tuple[Fact, ...]
+    fixed: FrozenSet[str]
+
+    @classmethod
+    def of(cls, situation: Situation, slots: Sequence[str]) -> Facts:
+        """Sorts what was told.
+
+        Args:
+            situation: It has what was told.
+            slots: The ids that the planner has for goals.
+        """
+        return _Sorter(situation, slots).sorted()
+
+    def all(self) -> FrozenSet[Fact]:
+        """Returns all facts."""
+        return frozenset(self.free + self.history)
+
+
+_ORDER = (Kind.CANCEL, Kind.REQUEST, Kind.SAVED, Kind.ANNOUNCEMENT, Kind.FAILURE)
+
+
+def atoms(facts: Iterable[Fact]) -> FrozenSet[str]:
+    """Returns the events of some facts."""
+    return frozenset(atom for fact in facts for atom in fact.atoms)
+
+
+class _Sorter:
+    """Makes facts of events."""
+
+    def __init__(self, situation: Situation, slots: Sequence[str]) -> None:
+        self._slots = set(slots)
+        self._open = dict(situation.goals)
+        self._told = [(atom, *_event(atom)) for atom in situation.told]
+        self._acting = {  # by actuator and step
+            (split_term(content)[1][0], step): content
+            for _, source, content, step in self._told
+            if source == "commit"
+        }
+        self._last: Dict[str, int] = {}  # when the goal that is open in a slot was told
+        for _, source, content, step in self._told:
+            if self._open.get(source) == content:
+                self._last[source] = step
+        self._saved_goals = self._find_saved_goals()
+
+    def _find_saved_goals(self) -> Dict[str, str]:
+        """Returns the slot of each saved fluent that belongs to an open goal.
+
+        That is one with the slot as an argument, at the first place where all fluents of the same
+        form have one.
+        """
+        forms: Dict[Tuple[str, int], List[List[str]]] = {}
+        for _, source, content, _ in self._told:
+            if source == "save":
+                name, arguments = split_term(content)
+                forms.setdefault((name, len(arguments)), []).append(arguments)
+        found: Dict[str, str] = {}
+        for _, source, content, _ in self._told:
+            name, arguments = split_term(content)
+            for place, argument in enumerate(arguments if source == "save" else ()):
+                alike = forms[name, len(arguments)]
+                if argument in self._open and all(o[place] in self._slots for o in alike):
+                    found.setdefault(content, argument)
+        return found
+
+    def sorted(self) -> Facts:
+        free: List[Fact] = []
+        history: List[Fact] = []
+        fixed = set()
+        answers: Dict[Tuple[str, int], Tuple[str, str]] = {}
+        goals: Dict[str, List[str]] = {}
+        for atom, source, content, step in self._told:
+            if source == "commit":
+                continue
+            if source == "info" and content == "passed":
+                fixed.add(atom)
+            elif source == "save" and content in self._saved_goals:
+                goals.setdefault(self._saved_goals[content], []).append(atom)
+            elif source == "save":
+                free.append(Fact(Kind.SAVED, step, source, content, (atom,)))
+            elif source in self._slots:
+                kind = Kind.CANCEL if content == "cancel" else Kind.REQUEST
+                fact = Fact(kind, step, source, content, (atom,))
+                is_open = source in self._open and step >= self._last.get(source, 0)
+                (free if is_open else history).append(fact)
+            elif (source, step) in self._acting:
+                answers[source, step] = (content, atom)
+            else:
+                free.append(Fact(Kind.ANNOUNCEMENT, step, source, content, (atom,)))
+        for slot, saved in goals.items():
+            free.append(Fact(Kind.REQUEST, 0, slot, self._open[slot], tuple(sorted(saved))))
+        for (actuator, step), commit in self._acting.items():
+            answer, atom = answers.get((actuator, step), ("", ""))
+            action = split_term(commit)[1][1]
+            events = {f"event(commit,{commit},{step})"} | ({atom} if atom else set())
+            kind = Kind.ACTION if answer in ("", "success") else Kind.FAILURE
+            fact = Fact(kind, step, actuator, action, tuple(sorted(events)), answer)
+            (history if kind is Kind.ACTION else free).append(fact)
+        free.sort(key=lambda fact: (_ORDER.index(fact.kind), fact.step, str(fact)))
+        history.sort(key=lambda fact: (fact.step, str(fact)))
+        return Facts(tuple(free), tuple(history), frozenset(fixed))
+
+
+def _event(atom: str) -> Tuple[str, str, int]:
+    source, content, step = split_term(atom)[1]
+    return source, content, number(step) or 0

@@ -1,0 +1,122 @@
+"""What if an action were demanded or excluded, for an encoding that is told its events.
+
+Such an encoding has no atoms for the actions of a plan, but it says who can do what next, in its
+part ``possible(k)``. So an action that may be done instead is told as one that was done, in the
+step before which all goes as planned, and the rest is planned for.
+"""
+
+from __future__ import annotations
+
+from typing import FrozenSet, List, Optional, Tuple
+
+from rosclingo.wire.term_text import last_number, split_term
+from rosoclingo.errors import QuestionError
+from rosoclingo.loop.atoms import Action, Plan, event
+from rosoclingo.why.answers import Contrast
+from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
+from rosoclingo.why.facts import Fact, Facts, atoms
+from rosoclingo.why.reason import Reason, Search
+from rosoclingo.why.retelling import RetellingCopy
+
+
+class Instead:
+    """Looks for the best plan with another action."""
+
+    def __init__(self, copy: RetellingCopy, facts: Facts, deadline: Deadline) -> None:
+        """Looks for nothing yet.
+
+        Args:
+            copy: The copy, which is at the current step.
+            facts: What was told.
+            deadline: When to answer.
+        """
+        self._copy = copy
+        self._facts = facts
+        self._deadline = deadline
+
+    def look(self, best: Optional[Possible], text: str, *, is_demanded: bool) -> Contrast:
+        """Compares the best plan with the best one that has an action, or that has it not.
+
+        Args:
+            best: The best plan.
+            text: The action.
+            is_demanded: Whether the other plan has to have it.
+
+        Raises:
+            QuestionError: The action's step has gone by, or the encoding does not say enough.
+        """
+        actuator, name, _ = split_term(text)[1]
+        action = Action(actuator, name, last_number(text) or 0)
+        if action.step <= self._copy.step:
+            raise QuestionError(f"{text}: the step has begun; the next is {self._copy.step + 1}")
+        if best is None:
+            raise QuestionError("there is no plan to compare with")
+        planned = Plan(best.actions)
+        done = [
+            a for step in range(self._copy.step + 1, action.step) for a in planned.actions(step)
+        ]
+        beside = [a for a in planned.actions(action.step) if a.actuator != actuator]
+        told = atoms(self._facts.all()) | self._facts.fixed
+        possible, holds = self._before(told, done, action.step)
+        if is_demanded and (actuator, name) not in possible:
+            reason = self._why_impossible(action, done)
+            return Contrast("", text, True, best, reason=reason, is_possible=False)
+        if is_demanded:
+            others: List[Optional[Action]] = [action]
+        else:
+            names = sorted(a for r, a in possible if r == actuator and a != name)
+            others = [None, *(Action(actuator, a, action.step) for a in names)]
+        plans = [
+            self._with(holds, done, [*beside, *([a] if a else [])], action.step) for a in others
+        ]
+        served = {slot for slot, _, step in best.ends if step >= action.step}
+        same = [p for p in plans if p is not None and served <= {slot for slot, _, _ in p.ends}]
+        other = min(same, key=lambda plan: plan.horizon, default=None)
+        longer = None if other is None else other.horizon - best.horizon
+        return Contrast("", text, is_demanded, best, other, longer)
+
+    def _before(
+        self, told: FrozenSet[str], done: List[Action], step: int
+    ) -> Tuple[FrozenSet[Tuple[str, str]], Tuple[str, ...]]:
+        """Returns what can be done in a step, and what holds before it."""
+        with_done = told | {_commit(a, a.step) for a in done}
+        with self._copy.at(step - 1):
+            plan = self._copy.ask(with_done).plan
+            return self._copy.possible(with_done), plan.holds if plan else ()
+
+    def _why_impossible(self, action: Action, done: List[Action]) -> Reason:
+        commits = frozenset(_commit(a, a.step) for a in done)
+        facts = Facts(
+            self._facts.free, (), self._facts.fixed | atoms(self._facts.history) | commits
+        )
+
+        def ask(some: FrozenSet[Fact]) -> Verdict:
+            with self._copy.at(action.step - 1):
+                possible = self._copy.possible(atoms(some) | facts.fixed)
+            can = (action.actuator, action.name) in possible
+            return Verdict(Answer.PLAN if can else Answer.NONE)
+
+        return Search(ask, facts, self._deadline).run()
+
+    def _with(
+        self, holds: Tuple[str, ...], done: List[Action], actions: List[Action], step: int
+    ) -> Optional[Possible]:
+        """Returns the best plan after what holds before a step, and the actions of that step."""
+        told = {event("save", fluent, 0) for fluent in holds} | {_commit(a, 1) for a in actions}
+        with self._copy.at(1):
+            plan = self._copy.ask(frozenset(told)).plan
+        if plan is None:
+            return None
+        later = [
+            Action(a.actuator, a.name, a.step + step - 1)
+            for a in Plan(plan.actions).actions_from(2)
+        ]
+        ends = tuple((slot, word, at + step - 1) for slot, word, at in plan.ends)
+        texts = tuple(map(str, [*done, *actions, *later]))
+        horizon = plan.horizon + step - 1
+        left = horizon - self._copy.step
+        return Possible(texts, self._copy.step, horizon, left, ends, plan.holds)
+
+
+def _commit(action: Action, step: int) -> str:
+    return event("commit", f"do({action.actuator},{action.name})", step)

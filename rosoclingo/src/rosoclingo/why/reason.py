@@ -1,0 +1,258 @@
+"""The smallest set of facts with which there is no plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Callable, Dict, FrozenSet, Iterable, List, Optional, Sequence, Set, Tuple
+
+import clingo
+
+from rosoclingo.errors import InterruptedQuestionError
+from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
+from rosoclingo.why.facts import Fact, Facts, Kind, atoms
+
+Ask = Callable[[FrozenSet[Fact]], Verdict]
+_TOGETHER = (
+    (Kind.CANCEL, Kind.REQUEST, Kind.SAVED), (Kind.ANNOUNCEMENT,), (Kind.FAILURE, Kind.ACTION),
+)  # fmt: skip
+_BUDGET = 0.1  # of the time that is left, for looking whether there is a smaller set
+
+
+@dataclass(frozen=True)
+class Member:
+    """One of the facts that together prevent a plan.
+
+    Attributes:
+        fact: The fact.
+        without: The plan that there would be without it, if of the others only those of the reason
+            were so. None if there was no time to look.
+    """
+
+    fact: Fact
+    without: Optional[Possible]
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Facts that together prevent a plan, each of which is needed for that.
+
+    Attributes:
+        members: These facts. None: there is no plan whatever was told.
+        given: What is taken as given: what was done before, and what that rests on.
+        is_smallest: Whether no smaller set is a reason, as far as facts only ever prevent plans.
+        is_complete: Whether there was time to look whether each member is needed.
+    """
+
+    members: Tuple[Member, ...]
+    given: Tuple[Fact, ...] = ()
+    is_smallest: bool = False
+    is_complete: bool = True
+
+    @property
+    def facts(self) -> FrozenSet[Fact]:
+        """The members' facts and those that are given."""
+        return frozenset((*(member.fact for member in self.members), *self.given))
+
+
+class Search:
+    """Looks for one reason."""
+
+    def __init__(
+        self, ask: Ask, facts: Facts, deadline: Deadline, wrong: Answer = Answer.NONE
+    ) -> None:
+        """Prepares a search.
+
+        Args:
+            ask: Says whether there is a plan with some facts alone.
+            facts: All facts; with all of them the answer is the wrong one.
+            deadline: When to end. The first sets that are found are larger than need be.
+            wrong: What is to be explained.
+        """
+        self._ask = ask
+        self._facts = facts
+        self._deadline = deadline
+        self._wrong = wrong
+        self._given: FrozenSet[Fact] = frozenset()
+        self._known: Dict[FrozenSet[Fact], Verdict] = {}
+        self._best: FrozenSet[Fact] = facts.all()  # with which the answer is still the wrong one
+
+    def run(self) -> Reason:
+        """Returns a reason; it is not complete if there was no time."""
+        try:
+            candidates = self._leave_history_out()
+            members = self._reduce(candidates, self._given)
+            members = self._check(members)
+        except InterruptedQuestionError:
+            rest = sorted(self._best - self._given, key=_order)
+            done = tuple(sorted(self._given, key=_order))
+            return Reason(tuple(Member(f, None) for f in rest), done, is_complete=False)
+        smallest = len(members) <= 1
+        if not smallest:
+            members, smallest = self._smaller(members)
+        found, given = [], set(self._given)
+        for fact in sorted(members, key=_order):
+            without = self._verdict(members - {fact})
+            # What was done may rest on a fact, so that it cannot be left out.
+            if without.answer is Answer.CONTRADICTION:
+                given.add(fact)
+            else:
+                found.append(Member(fact, without.plan))
+        return Reason(tuple(found), tuple(sorted(given, key=_order)), smallest)
+
+    def _verdict(self, facts: FrozenSet[Fact]) -> Verdict:
+        """Returns what there is with some facts, and those that are given."""
+        facts |= self._given
+        if facts not in self._known:
+            self._known[facts] = self._ask(facts)
+        return self._known[facts]
+
+    def _is_wrong(self, facts: Iterable[Fact]) -> bool:
+        """Whether the answer is the wrong one with some facts alone."""
+        facts = frozenset(facts) | self._given
+        wrong = self._verdict(facts).answer is self._wrong
+        if wrong and len(facts) < len(self._best):
+            self._best = facts
+        return wrong
+
+    def _leave_history_out(self) -> Set[Fact]:
+        """Leaves out of the history what can be, from its end on.
+
+        Returns:
+            The facts that are left, but those that are given from now on.
+        """
+        free = self._shrink(set(self._facts.free))
+        failures = {fact for fact in free if fact.kind is Kind.FAILURE}
+        history = list(self._facts.history)
+        if self._is_wrong(free - failures):
+            return free - failures
+        if not history:
+            return free
+        # A failure goes with what was done before it.
+        kept = self._reduce(failures, frozenset(free - failures) | frozenset(history))
+        free = (free - failures) | kept
+        if any(fact.kind is not Kind.ACTION for fact in history):
+            # Without what has ended a goal, it would be open, and prevent plans itself.
+            self._given = frozenset(history)
+            return free
+        floor = max((fact.step for fact in kept), default=0)
+        low, high = sum(fact.step < floor for fact in history), len(history)
+        if self._is_wrong([*free, *history[:low]]):
+            high = low
+        while high - low > 1:
+            middle = (low + high) // 2
+            if self._is_wrong([*free, *history[:middle]]):
+                high = middle
+            else:
+                low = middle
+        self._given = frozenset(history[:low])
+        return free.union(history[low:high])
+
+    def _shrink(self, facts: Set[Fact]) -> Set[Fact]:
+        """Takes those of the free facts that are known to suffice, if the history is not needed."""
+        core = self._verdict(self._facts.all()).core
+        while core is not None:
+            left = {fact for fact in self._facts.free if core.intersection(fact.atoms)}
+            needs_history = core & atoms(self._facts.history)
+            if needs_history or len(left) >= len(facts) or not self._is_wrong(left):
+                break
+            facts, core = left, self._verdict(frozenset(left)).core
+        return facts
+
+    def _reduce(self, facts: Iterable[Fact], background: FrozenSet[Fact]) -> FrozenSet[Fact]:
+        """Leaves out facts, many at once, as long as the answer is the wrong one.
+
+        Returns:
+            Those that are left.
+        """
+        ordered = sorted(facts, key=_order)
+        kept = set(ordered)
+
+        def leave_out(some: Sequence[Fact], may_all: bool = True) -> bool:
+            """Returns whether all of them were left out."""
+            if may_all and self._is_wrong(kept.difference(some) | background):
+                kept.difference_update(some)
+                return True
+            if len(some) > 1:
+                half = len(some) // 2
+                # If all of the first half can go, then not all of the second one.
+                leave_out(some[half:], not leave_out(some[:half]))
+            return False
+
+        for kinds in _TOGETHER:
+            some = [fact for fact in ordered if fact.kind in kinds]
+            if some:
+                leave_out(some)
+        return frozenset(kept)
+
+    def _check(self, members: FrozenSet[Fact]) -> FrozenSet[Fact]:
+        """Leaves out facts one by one until each is needed: facts may also make plans possible."""
+        while True:
+            for fact in sorted(members, key=_order):
+                if self._is_wrong(members - {fact}):
+                    members -= {fact}
+                    break
+            else:
+                return members
+
+    def _smaller(self, members: FrozenSet[Fact]) -> Tuple[FrozenSet[Fact], bool]:
+        """Looks for a reason with fewer members, as long as there is time.
+
+        A reason has one fact at least of each set without which there is a plan. The smallest sets
+        that have are tried, the others give further such sets.
+
+        Returns:
+            The members, and whether there are no fewer.
+        """
+        pool = frozenset(self._facts.free) | members
+        budget = Deadline(self._deadline.left() * _BUDGET)
+        must_hit = [pool - (members - {fact}) for fact in members]
+        try:
+            while not budget.is_over():
+                hitting = _hit(must_hit)
+                if len(hitting) >= len(members):
+                    return members, True
+                if self._is_wrong(hitting):
+                    return self._check(hitting), True
+                must_hit.append(pool - self._grow(hitting, pool))
+        except InterruptedQuestionError:
+            pass
+        return members, False
+
+    def _grow(self, facts: FrozenSet[Fact], pool: FrozenSet[Fact]) -> FrozenSet[Fact]:
+        """Adds facts as long as there is a plan."""
+        grown = set(facts)
+
+        def add(some: Sequence[Fact]) -> None:
+            if not self._is_wrong(grown.union(some)):
+                grown.update(some)
+            elif len(some) > 1:
+                half = len(some) // 2
+                add(some[:half])
+                add(some[half:])
+
+        rest = sorted(pool - facts, key=_order)
+        if rest:
+            add(rest)
+        return frozenset(grown)
+
+
+def _order(fact: Fact) -> Tuple[int, int, str]:
+    return (list(Kind).index(fact.kind), fact.step, str(fact))
+
+
+def _hit(sets: Sequence[FrozenSet[Fact]]) -> FrozenSet[Fact]:
+    """Returns as few facts as possible of which each set has one."""
+    facts: List[Fact] = sorted(frozenset().union(*sets), key=_order)
+    numbers = {fact: number for number, fact in enumerate(facts)}
+    control = clingo.Control(["--opt-mode=opt"])
+    rules = "".join(
+        f"1 {{ {';'.join(f'hit({numbers[fact]})' for fact in sorted(s, key=_order))} }}."
+        for s in sets
+    )
+    control.add("base", [], f"{rules} #minimize {{ 1,N : hit(N) }}. #show hit/1.")
+    control.ground([("base", [])])
+    best: List[int] = []
+    with control.solve(yield_=True) as handle:
+        for model in handle:
+            best = [symbol.arguments[0].number for symbol in model.symbols(shown=True)]
+    return frozenset(facts[number] for number in best)

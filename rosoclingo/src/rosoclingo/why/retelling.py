@@ -1,0 +1,191 @@
+"""A copy for encodings that are told their events by grounding, and plan when they are surprised.
+
+What is left out changes what the encoding has planned in the steps before, and the plan of such a
+step would stand, although nobody has executed it. So a plan is always made in the last step in
+which something happened: that step is the only one, or the encoding is told what holds after it as
+what was saved, as a reset does it. Since then nothing has changed, and the plan is moved on to the
+current step.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import replace
+from typing import FrozenSet, Iterator, List, Optional, Sequence, Tuple
+
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Assumption, GetPrograms, Improvement, Part, Programs, Result
+from rosclingo.wire.term_text import last_number, split_term
+from rosoclingo.errors import InterruptedQuestionError, QuestionError
+from rosoclingo.loop.atoms import Action, Plan, event
+from rosoclingo.loop.externals import SAVE
+from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
+from rosoclingo.why.rebuilding import PASSED, RebuildingCopy
+from rosoclingo.why.situation import Situation
+
+_COMMIT = "event(commit,"
+
+
+class RetellingCopy(RebuildingCopy):
+    """A copy that tells an encoding what has happened, and has it plan."""
+
+    def __init__(
+        self, options: Options, situation: Situation, deadline: Deadline, last: Optional[int] = None
+    ) -> None:
+        """Reads the encoding; for the arguments see :class:`.rebuilding.RebuildingCopy`."""
+        super().__init__(options, situation, deadline, last=last)
+        answers = self._engine.run([GetPrograms()]).answers
+        self._says_possible = any(
+            ("possible", 1) in a.parts for a in answers if isinstance(a, Programs)
+        )
+
+    @contextlib.contextmanager
+    def at(self, step: int) -> Iterator[None]:
+        """Returns a context in which another step is the current one."""
+        own, self.step = self.step, step
+        try:
+            yield
+        finally:
+            self.step = own
+
+    def unknown(self, events: Sequence[str]) -> List[str]:
+        """Returns the reasons why some of these events cannot be told."""
+        return [reason for _, reason in self._planner.tell(list(events))]
+
+    def possible(self, told: FrozenSet[str]) -> FrozenSet[Tuple[str, str]]:
+        """Returns who can do what next, by the part ``possible(k)`` of the encoding.
+
+        Raises:
+            QuestionError: It has none.
+        """
+        if not self._says_possible:
+            raise QuestionError(
+                "the encoding does not say what can be done instead: it has no part possible(k) "
+                "with #external possible(R,A); see docs/why.md"
+            )
+        self._ask(told, frozenset(), ())
+        planner = self._planner
+        planner.run(planner.demand.ground([Part("possible", (str(planner.demand.searches),))]))
+        terms = (split_term(atom) for atom in planner.externals())
+        return frozenset((a[0], a[1]) for n, a in terms if n == "possible" and len(a) == 2)
+
+    def ask(
+        self,
+        told: FrozenSet[str],
+        goals: FrozenSet[str] = frozenset(),
+        demands: Tuple[Assumption, ...] = (),
+        *,
+        best: bool = False,
+    ) -> Verdict:
+        """Looks for the best plan; see :class:`.copy.Copy`.
+
+        Raises:
+            QuestionError: There are demands, for which the encoding has no atoms.
+        """
+        if demands:
+            raise QuestionError("an encoding that is told its events has no atoms to be demanded")
+        verdict = super().ask(told)
+        plan = verdict.plan
+        if plan is not None and any(plan.end_of(slot) is None for slot in goals):
+            return Verdict(Answer.NONE)
+        return verdict
+
+    def _ask(
+        self, told: FrozenSet[str], goals: FrozenSet[str], demands: Tuple[Assumption, ...]
+    ) -> Verdict:
+        saved = sorted(atom for atom in told if atom.startswith(SAVE))
+        happened = told.difference(saved)
+        happened = frozenset(atom for atom in happened if not atom.startswith(PASSED))
+        steps = {last_number(atom) or 0 for atom in happened}
+        last = max(steps, default=0)
+        past: Tuple[Tuple[str, str, int], ...] = ()
+        has_acted = any(atom.startswith(_COMMIT) for atom in happened)
+        found = None
+        if len(steps) <= 1 or not has_acted:
+            self._planner.begin(saved, self.slots)
+            self._replay(happened, last)
+            found = self._shortest(last, told)
+            if found is None:
+                return Verdict(self._without_plan())
+        if found is None or found.step < last:
+            self._planner.begin(saved, self.slots)
+            self._replay(happened, last)
+            before = self._model(last, told)
+            if before is None:
+                return Verdict(Answer.CONTRADICTION)
+            past, last = before.ends, 0
+            told = frozenset(event("save", fluent, 0) for fluent in before.holds)
+            self._planner.begin(sorted(told), self.slots)
+            found = self._shortest(last, told)
+            if found is None:
+                return Verdict(self._without_plan())
+        plan = _moved(found, self.step - last)
+        plan = replace(plan, ends=(*(end for end in past if end[2] <= self.step), *plan.ends))
+        return Verdict(Answer.PLAN if plan.horizon <= self.last else Answer.NONE, plan)
+
+    def _model(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
+        """Returns any plan after a step: what is known of that step is the same in all."""
+        self._planner.run(*self._planner.demand.prepare(step))
+        found: List[Improvement] = []
+        outcome = self._engine.solve(
+            (), lambda: bool(found) or self.deadline.is_over(), found.append
+        )
+        if not found and outcome.result is Result.UNKNOWN:
+            raise InterruptedQuestionError("there was no time for an answer")
+        if not found and outcome.result is Result.UNSAT:
+            return None
+        with self.at(step):
+            return self._plan(found[-1].symbols if found else outcome.symbols, step, told)
+
+    def _shortest(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
+        """Returns the best plan, for the first horizon from a step on that has one.
+
+        Its step is that step, or an earlier one if it begins earlier.
+        """
+        planner = self._planner
+        before: Optional[int] = None
+        horizon = step
+        with self.at(step):
+            while horizon <= max(step, self.last) or planner.needed == horizon:
+                self.deadline.check()
+                planner.query(horizon, before, range((before or step) + 1, horizon + 1))
+                before = horizon
+                outcome = self._search(horizon)
+                if outcome.result is Result.SAT:
+                    plan = self._plan(outcome.symbols, horizon, told)
+                    return replace(plan, step=_first(outcome.symbols, told, step))
+                horizon = max(horizon + 1, planner.needed or 0)
+        self._asked = before
+        return None
+
+    def _without_plan(self) -> Answer:
+        """Returns whether there is an answer set at least."""
+        asked = self._asked
+        is_consistent = asked is None or self._has_answer_set(asked)
+        return Answer.NONE if is_consistent else Answer.CONTRADICTION
+
+
+def _first(symbols: Sequence[str], told: FrozenSet[str], step: int) -> int:
+    """Returns the step before the first action that was not done, if that is before a step."""
+    actions = Plan(tuple(symbols)).actions_from(0)
+    new = (a.step for a in actions if event("commit", _act(a), a.step) not in told)
+    return min(step, min(new, default=step + 1) - 1)
+
+
+def _act(action: Action) -> str:
+    return f"do({action.actuator},{action.name})"
+
+
+def _moved(plan: Possible, steps: int) -> Possible:
+    """Returns a plan that begins some steps later."""
+    actions = (
+        Action(action.actuator, action.name, action.step + steps)
+        for action in Plan(plan.actions).actions_from(plan.step + 1)
+    )
+    return replace(
+        plan,
+        actions=tuple(map(str, actions)),
+        step=plan.step + steps,
+        horizon=plan.horizon + steps,
+        ends=tuple((slot, word, at + steps) for slot, word, at in plan.ends),
+    )

@@ -1,0 +1,158 @@
+"""What a question is about: what the planner was told, and what the loop knows beside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Dict, Iterable, List, Optional, Tuple
+
+from rosclingo.wire.commands import (
+    AssignExternal,
+    Command,
+    Ground,
+    Part,
+    ReleaseExternal,
+    Restart,
+    Truth,
+)
+from rosclingo.wire.term_text import last_number, number, split_term
+from rosoclingo.loop.atoms import event, query
+from rosoclingo.loop.state import State
+
+
+@dataclass(frozen=True)
+class Situation:
+    """All that a copy of the planner has to know. Immutable; may be sent to another process.
+
+    Attributes:
+        told: The events that are true, as ``event(S,C,T)``, ordered by step.
+        step: The current step.
+        horizon: The step at which all is to be done, by the last search.
+        last: The last step that may be planned for, as far as that is known.
+        goals: Slot and request of each goal that is open.
+        queued: The requests of goals without a slot, in order.
+        silent: The actuators that have not answered, and since how many seconds.
+        others: Other externals that the mode has made true.
+    """
+
+    told: Tuple[str, ...] = ()
+    step: int = 0
+    horizon: int = 0
+    last: int = 0
+    goals: Tuple[Tuple[str, str], ...] = ()
+    queued: Tuple[str, ...] = ()
+    silent: Tuple[Tuple[str, float], ...] = ()
+    others: Tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, state: State, last: Optional[int] = None) -> Situation:
+        """Returns that of a loop; called by the loop's thread.
+
+        Args:
+            state: The loop's state.
+            last: The last step that may be planned for; by default, the last one that is grounded.
+        """
+        externals, goals = state.externals, state.goals
+        return cls(
+            told=tuple(externals.true),
+            step=state.step,
+            horizon=state.horizon,
+            last=max([last or 0, state.horizon, *externals.grounded]),
+            goals=tuple((goal.slot or "", goal.request) for goal in goals.open),
+            queued=tuple(goal.request for goal in goals.queued),
+            silent=tuple(state.mail.silent()),
+            others=tuple(atom for atom in externals.kept if atom != query(state.horizon)),
+        )
+
+    @classmethod
+    def after(cls, commands: Iterable[Command], last: Optional[int] = None) -> Situation:
+        """Returns that of a planner which was given these commands, as its control log has them.
+
+        Which goals are open is not known then: in each slot, it is the last one.
+
+        Args:
+            commands: Those that did not fail, in order.
+            last: The last step that may be planned for; by default, the last one that is grounded.
+        """
+        log = _Log()
+        for command in commands:
+            log.take(command)
+        told = sorted(log.told, key=lambda atom: (last_number(atom) or 0, atom))
+        goals: Dict[str, str] = {}
+        for atom in told:
+            source, content, _ = split_term(atom)[1]
+            if source in log.slots and content != "cancel":
+                goals[source] = content
+        return cls(
+            told=tuple(told),
+            step=log.step(),
+            horizon=log.horizon,
+            last=max(last or 0, log.horizon, log.last),
+            goals=tuple(goals.items()),
+            others=tuple(log.others),
+        )
+
+
+class _Log:
+    """What follows from commands, of each dialect."""
+
+    def __init__(self) -> None:
+        self._begin()
+
+    def _begin(self) -> None:
+        self.told: Dict[str, None] = {}
+        self.others: Dict[str, None] = {}
+        self.slots: List[str] = []
+        self.horizon = self.last = 0
+
+    def take(self, command: Command) -> None:
+        if isinstance(command, Restart):
+            self._begin()
+        elif isinstance(command, Ground):
+            for part in command.parts:
+                self._ground(part)
+        elif isinstance(command, AssignExternal):
+            self._assign(command.name, command.value is Truth.TRUE)
+        elif isinstance(command, ReleaseExternal):
+            name, arguments = split_term(command.name)
+            if name == "rosoclingo_slot":
+                self.slots += arguments
+            self._assign(command.name, False)
+
+    def _ground(self, part: Part) -> None:
+        values = part.parameters
+        if part.name in ("state", "transition") and len(values) == 1:
+            self.last = max(self.last, number(values[0]) or 0)
+        elif part.name in ("event", "set_event") and len(values) == 3:
+            self.told[f"event({','.join(values)})"] = None
+        elif part.name in ("commit", "rosoclingo_commit") and len(values) == 3:
+            action = f"do({values[0]},{values[1]})"
+            self.told[f"event(commit,{action},{values[2]})"] = None
+        elif part.name in ("finalize", "rosoclingo_pass") and len(values) == 1:
+            self.told[event("info", "passed", number(values[0]) or 0)] = None
+
+    def _assign(self, atom: str, true: bool) -> None:
+        name, arguments = split_term(atom)
+        if name in ("query", "horizon") and len(arguments) == 1:
+            self.horizon = (number(arguments[0]) or 0) if true else self.horizon
+            return
+        if name == "event" and len(arguments) == 3 and arguments[0] == "request":  # the paper's
+            own, request = split_term(arguments[1])
+            if not own and len(request) == 2:
+                atom = f"event({request[0]},{request[1]},{arguments[2]})"
+        known = self.told if name == "event" else self.others
+        if true:
+            known[atom] = None
+        else:
+            known.pop(atom, None)
+
+    def step(self) -> int:
+        """Returns the current step: the one after those that have gone by, or in which one acts."""
+        steps = [0]
+        for atom in self.told:
+            source, content, text = split_term(atom)[1]
+            step = number(text) or 0
+            if source == "info" and content == "passed":
+                steps.append(step + 1)
+            elif source != "save":
+                steps.append(step)
+        return max(steps)

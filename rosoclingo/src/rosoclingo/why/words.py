@@ -1,0 +1,173 @@
+"""The answers' sentences."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import List, Optional
+
+from rosclingo.wire.term_text import split_term
+from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
+from rosoclingo.why.copy import Possible
+from rosoclingo.why.facts import Kind
+from rosoclingo.why.phrases import Phrases, join
+from rosoclingo.why.reason import Reason
+from rosoclingo.why.situation import Situation
+
+_THAT = ("that", "any one of these")
+
+
+def no_plan(answer: WhyNoPlan, last: int, phrases: Phrases, goal: str = "") -> WhyNoPlan:
+    """Adds the sentences.
+
+    Args:
+        answer: What was found.
+        last: The last step that may be planned for.
+        phrases: What facts are called.
+        goal: The request of the goal that alone matters, if there is one.
+    """
+    of_goal = f" for {goal}" if goal else ""
+    if answer.is_contradictory:
+        lead = "The program has no answer set, even if no plan is asked for"
+    else:
+        lead = f"There is no plan{of_goal}"
+    if answer.reason is not None:
+        text = f"{lead}{because(answer.reason, phrases, is_of_goal=bool(goal))}"
+    elif answer.horizon is not None:
+        text = (
+            f"{lead} up to step {last}, the last one that may be planned for. That is the only "
+            f"reason: there is one up to step {answer.horizon}, with -c steps={answer.horizon}."
+        )
+    else:
+        text = f"There is a plan{of_goal} of {steps(answer.plan)}."
+    return replace(answer, text=text)
+
+
+def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> str:
+    """Returns how a sentence goes on whose cause is a reason, and what follows it.
+
+    Goals are what there is no plan for, and all else is why. If it was said already for which goal
+    there is no plan, the others are why, too.
+    """
+    if not reason.members:
+        return ", whatever was told: the encoding excludes it."
+    goals = [m for m in reason.members if m.fact.kind is Kind.REQUEST and not is_of_goal]
+    causes = [m for m in reason.members if m not in goals]
+    text = f" for {join(m.fact.content for m in goals)}" if goals else ""
+    text += " together" if len(goals) > 1 else ""
+    text += f" because {phrases.join(m.fact for m in causes)}" if causes else ""
+    if reason.given:
+        text += f", given what had happened up to step {max(f.step for f in reason.given)}"
+    if not reason.is_complete:
+        return f"{text}. There was no time to look whether all of that is needed."
+    without = [f"without {m.fact.content}, {a_plan(m.without)}" for m in goals]
+    if len(goals) == 1:
+        without = [] if causes else without
+    numbered = [(_ordinal(number), m) for number, m in enumerate(causes, 1)]
+    if len(causes) == 1:
+        numbered = [("that", causes[0])]
+    without += [f"without {name}, {a_plan(m.without)}" for name, m in numbered]
+    if len(without) == 1:
+        return f"{text}. W{without[0][1:].replace(', ', ', there would be ', 1)}."
+    return f"{text}. Each is needed: {join(without)}."
+
+
+def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
+    """Adds the sentences."""
+    sentences = []
+    if answer.no_plan is not None and answer.no_plan.text:
+        sentences.append(answer.no_plan.text)
+    elif answer.ends is not None:
+        ends = f"{answer.request} ends in step {answer.ends}, and it is step {situation.step} now"
+        if answer.after:
+            ends = f"{ends}: its turn comes after {join(answer.after)}"
+        sentences.append(f"{ends}.")
+    sentences += _silence(situation, phrases)
+    return replace(answer, text=" ".join(sentences))
+
+
+def queued(request: str, situation: Situation, phrases: Phrases) -> WhyGoal:
+    """Returns the answer for a goal that has no slot."""
+    place = situation.queued.index(request)
+    busy = [f"{other} (slot {slot})" for slot, other in situation.goals]
+    before = list(situation.queued[:place])
+    text = f"{request} waits for a slot, which {join(busy)} {'has' if len(busy) == 1 else 'have'}"
+    if before:
+        text += f"; before it comes {join(before)}"
+    after = tuple([other for _, other in situation.goals] + before)
+    answer = WhyGoal("", "", request, after=after, silent=situation.silent)
+    return replace(answer, text=" ".join([f"{text}.", *_silence(situation, phrases)]))
+
+
+def contrast(answer: Contrast, phrases: Phrases) -> Contrast:
+    """Adds the sentences."""
+    actuator, action, step = split_term(answer.action)[1]
+    deed = phrases.deed(action)
+    lead = f"If {actuator} were {'' if answer.is_demanded else 'not '}to {deed} in step {step}"
+    if not answer.is_possible and answer.reason is not None:
+        text = f"{actuator} cannot {deed} in step {step}"
+        if not answer.reason.members:
+            text += ", whatever was told."
+        else:
+            facts = [member.fact for member in answer.reason.members]
+            text += f" because {phrases.join(facts)}. Without {_THAT[len(facts) > 1]}, it could."
+    elif answer.other is not None and answer.longer is not None:
+        text = f"{lead}, the best plan would take {steps(answer.other)}, {_more(answer.longer)}."
+        if answer.is_planned is answer.is_demanded:
+            text = f"The plan has {'it' if answer.is_planned else 'no such action'}. {text}"
+    elif answer.other is not None:
+        text = f"{lead}, there would be {a_plan(answer.other)}."
+    elif answer.reason is not None and answer.plan is None:
+        text = f"There is no plan in any case{because(answer.reason, phrases)}"
+    elif answer.reason is not None:
+        text = f"{lead}, there would be no plan{because(answer.reason, phrases)}"
+    else:
+        text = f"{lead}, there would be no plan in which the same goals end."
+    return replace(answer, text=text)
+
+
+def what_if(answer: WhatIf) -> WhatIf:
+    """Adds the sentences."""
+    if answer.plan is None:
+        text = answer.no_plan.text if answer.no_plan else "There would be no plan."
+        return replace(answer, text=text.replace("There is no", "There would be no", 1))
+    text = f"There would be {a_plan(answer.plan)}"
+    if answer.before is not None:
+        text += f", {_more(answer.plan.horizon - answer.before.horizon)}"
+    return replace(answer, text=f"{text}.")
+
+
+def a_plan(plan: Optional[Possible]) -> str:
+    """Returns words for a plan."""
+    return "a plan" if plan is None else f"a plan of {steps(plan)}"
+
+
+def steps(plan: Optional[Possible]) -> str:
+    """Returns how many steps a plan takes."""
+    number = plan.steps if plan is not None else 0
+    return f"{number} step{'' if number == 1 else 's'}"
+
+
+def _more(number: int) -> str:
+    if number == 0:
+        return "as many as now"
+    return f"{abs(number)} {'more' if number > 0 else 'fewer'} than now"
+
+
+def _ordinal(number: int) -> str:
+    words = ("the first", "the second", "the third", "the fourth", "the fifth")
+    return words[number - 1] if number <= len(words) else f"number {number}"
+
+
+def _silence(situation: Situation, phrases: Phrases) -> List[str]:
+    """Returns a sentence for each actuator that has not answered."""
+    doing = {}
+    for atom in situation.told:
+        source, content, _ = split_term(atom)[1]
+        if source == "commit":
+            actuator, action = split_term(content)[1]
+            doing[actuator] = action
+    return [
+        f"{actuator} has not answered for {seconds:.0f} s"
+        + (f"; it was told to {phrases.deed(doing[actuator])}." if actuator in doing else ".")
+        for actuator, seconds in situation.silent
+    ]

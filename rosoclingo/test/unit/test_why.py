@@ -1,0 +1,494 @@
+"""Why there is no plan, and what would be instead: against a fresh clingo for each question."""
+
+from __future__ import annotations
+
+import pickle
+import random
+import time
+from pathlib import Path
+from typing import Any, Callable, FrozenSet, Iterable, List, Optional, Tuple, Type
+
+import clingo
+import pytest
+from conftest import PACKAGE, TIMEOUT, System
+
+from rosclingo.solver.options import Options
+from rosclingo.solver.programs import parse_files
+from rosclingo.wire.commands import (
+    AssignExternal,
+    Assumption,
+    Ground,
+    Part,
+    ReleaseExternal,
+    Restart,
+    Truth,
+)
+from rosclingo.wire.term_text import split_term
+from rosoclingo.errors import InterruptedQuestionError, QuestionError
+from rosoclingo.loop.snapshot import decode, encode
+from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
+from rosoclingo.why.answers import WhyGoal, WhyNoPlan
+from rosoclingo.why.assuming import AssumingCopy
+from rosoclingo.why.case import Case
+from rosoclingo.why.copy import Answer, Deadline, Verdict
+from rosoclingo.why.explainer import Explainer
+from rosoclingo.why.facts import Fact, Facts
+from rosoclingo.why.phrases import Phrases
+from rosoclingo.why.reason import Reason, Search
+from rosoclingo.why.rebuilding import RebuildingCopy
+from rosoclingo.why.situation import Situation
+
+LINES = {
+    dialect: str(PACKAGE / f"example/line{name}.lp")
+    for dialect, name in ((Dialect2, ""), (Dialect1, "_1.0"), (PaperDialect, "_paper"))
+}
+LINE = LINES[Dialect2]
+SECONDS = 60.0  # no more than a bound
+FARTHEST = 16  # steps; no plan takes more
+Dialect = Type[Dialect2]
+
+
+def one_shot(
+    dialect: Dialect, told: Iterable[str], first: int, last: int, demand: str = ""
+) -> Optional[int]:
+    """Returns the first horizon with a plan, found by a fresh clingo for each of them."""
+    events = [split_term(atom)[1] for atom in told]
+    for horizon in range(first, last + 1):
+        control = clingo.Control(["--opt-mode=ignore"], logger=lambda *_: None)
+        control.load(LINES[dialect])
+        steps = range(horizon + 1) if dialect is Dialect2 else range(1, horizon + 1)
+        parts: List[Tuple[str, List[clingo.Symbol]]] = [("base", [])]
+        for step in steps:
+            names = ["transition", "query"] if dialect is PaperDialect else ["state", "query"]
+            names += ["transition"] if step and dialect is not PaperDialect else []
+            parts += [(name, [clingo.Number(step)]) for name in names]
+        control.ground(parts)
+        rules = [demand]
+        for source, content, step in events:
+            atom = f"event({source},{content},{step})"
+            if dialect is PaperDialect and source in ("1", "2"):
+                atom = f"event(request,({source},{content}),{step})"
+            if dialect is Dialect1:
+                rules.append(f"{atom}.")
+            else:
+                control.assign_external(clingo.parse_term(atom), True)
+        control.add("demand", [], " ".join(rules))
+        control.ground([("demand", [])])
+        query = "horizon" if dialect is PaperDialect else "query"
+        control.assign_external(clingo.parse_term(f"{query}({horizon})"), True)
+        if control.solve().satisfiable:
+            return horizon
+    return None
+
+
+class Draw:
+    """A random state of the robot on a line: it is on its way, and something happens.
+
+    Attributes:
+        situation: The state.
+        pick: The source of random numbers.
+    """
+
+    def __init__(self, seed: int, dialect: Dialect = Dialect2) -> None:
+        pick = self.pick = random.Random(seed)
+        first = dialect.first_step
+        goals = {str(slot): pick.randint(2, 6) for slot in range(1, pick.randint(2, 3))}
+        told = [f"event({slot},visit({cell}),{first})" for slot, cell in goals.items()]
+        step, place = first, 1
+        for _ in range(pick.randint(0, 2) if dialect is Dialect2 else 0):
+            if place + 1 >= min(goals.values()):
+                break
+            told.append(f"event(info,passed,{step})")
+            step += 1
+            told.append(f"event(commit,do(robot,go({place + 1})),{step})")
+            answer = pick.choice(["success", "success", "failure"])
+            told.append(f"event(robot,{answer},{step})")
+            place += answer == "success"
+        for cell in pick.sample(range(2, 7), pick.randint(0, 3)):
+            told.append(f"event(info,close({cell}),{step})")
+        self.situation = Situation(
+            tuple(told),
+            step=step,
+            last=pick.choice([9, 4]) + step,
+            goals=tuple((slot, f"visit({cell})") for slot, cell in goals.items()),
+        )
+
+    def explainer(self, dialect: Dialect = Dialect2) -> Explainer:
+        return Explainer(Options((LINES[dialect],)), self.situation, dialect, seconds=SECONDS)
+
+    def one_shot(self, dialect: Dialect, told: Iterable[str], **others: Any) -> Optional[int]:
+        last = others.pop("last", self.situation.last)
+        return one_shot(dialect, told, self.situation.step, last, **others)
+
+
+def check(draw: Draw, reason: Reason, dialect: Dialect, demand: str = "") -> None:
+    """Checks that the facts suffice, and that each is needed."""
+    assert reason.is_complete
+    assert reason.is_smallest
+    # With a demand, the goals are given.
+    passed = [
+        atom for atom in draw.situation.told if "passed" in atom or (demand and "visit" in atom)
+    ]
+    atoms = {atom for fact in reason.facts for atom in fact.atoms}
+    assert draw.one_shot(dialect, [*passed, *atoms], demand=demand) is None
+    for member in reason.members:
+        rest = [*passed, *atoms.difference(member.fact.atoms)]
+        assert member.without is not None
+        assert draw.one_shot(dialect, rest, demand=demand) == member.without.horizon
+
+
+CASES = [(Dialect2, seed) for seed in range(9)]
+CASES += [(dialect, seed) for dialect in (Dialect1, PaperDialect) for seed in range(3)]
+
+
+@pytest.mark.parametrize(("dialect", "seed"), CASES)
+def test_why_there_is_no_plan(dialect: Dialect, seed: int) -> None:
+    draw = Draw(seed, dialect)
+    told = draw.situation.told
+    answer = draw.explainer(dialect).no_plan()
+    if answer.reason is not None:
+        assert draw.one_shot(dialect, told, last=FARTHEST) is None
+        check(draw, answer.reason, dialect)
+    elif answer.horizon is not None:
+        assert draw.one_shot(dialect, told) is None
+        assert draw.one_shot(dialect, told, last=FARTHEST) == answer.horizon
+    else:
+        assert answer.plan is not None
+        assert draw.one_shot(dialect, told) == answer.plan.horizon
+
+
+@pytest.mark.parametrize(("dialect", "seed"), CASES)
+def test_why_this_and_not_that(dialect: Dialect, seed: int) -> None:
+    draw = Draw(seed, dialect)
+    situation, pick = draw.situation, draw.pick
+    step = situation.step + pick.randint(1, 3)
+    action = f"do(robot,go({pick.randint(1, 5)}),{step})"
+    atom = action if dialect is not PaperDialect else f"occurs{action[2:]}"
+    explainer = draw.explainer(dialect)
+    best = draw.one_shot(dialect, situation.told, last=FARTHEST)
+    for answer, demand in (
+        (explainer.why(action), f":- {atom}."),
+        (explainer.why_not(action), f":- not {atom}."),
+    ):
+        expected = draw.one_shot(dialect, situation.told, last=FARTHEST, demand=demand)
+        assert (answer.other.horizon if answer.other else None) == expected
+        if best is not None and expected is not None:
+            assert answer.longer == expected - best
+        if expected is None:
+            assert answer.reason is not None
+            check(draw, answer.reason, dialect, demand if best is not None else "")
+
+
+def test_the_answer_is_said() -> None:
+    told = ("event(1,visit(6),0)", "event(2,visit(2),0)", "event(info,close(3),0)")
+    situation = Situation(
+        (*told, "event(info,close(5),1)", "event(info,open(3),1)", "event(info,passed,0)"),
+        step=1,
+        last=12,
+        goals=(("1", "visit(6)"), ("2", "visit(2)")),
+        queued=("visit(4)",),
+        silent=(("robot", 12.3),),
+    )
+    explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
+    assert explainer.no_plan().text == (
+        "There is no plan for visit(6) because info says close(5). Without that, there would be a "
+        "plan of 5 steps."
+    )
+    assert explainer.goal("visit(2)").text == (
+        "There is no plan for visit(2) because visit(6) is asked for and info says close(5). Each "
+        "is needed: without the first, a plan of 1 step and without the second, a plan of 5 steps. "
+        "robot has not answered for 12 s."
+    )
+    assert explainer.goal("visit(4)").text == (
+        "visit(4) waits for a slot, which visit(6) (slot 1) and visit(2) (slot 2) have. robot has "
+        "not answered for 12 s."
+    )
+    assert explainer.what_if(["info:open(5)"]).text == "There would be a plan of 5 steps."
+    assert explainer.why_not("do(robot,go(2),2)").text.startswith(
+        "There is no plan in any case for visit(6) because info says close(5). Without that, there"
+    )
+
+
+def test_its_turn_comes_later() -> None:
+    situation = Situation(
+        ("event(1,visit(6),0)", "event(2,visit(3),0)"),
+        last=9,
+        goals=(("1", "visit(6)"), ("2", "visit(3)")),
+    )
+    explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
+    answer = explainer.goal("visit(6)")
+    assert (answer.ends, answer.after) == (5, ("visit(3)",))
+    assert answer.text == (
+        "visit(6) ends in step 5, and it is step 0 now: its turn comes after visit(3)."
+    )
+    assert explainer.goal("2").after == ()
+    text = explainer.why("do(robot,go(2),1)").text
+    assert text.endswith("in step 1, the best plan would take 6 steps, 1 more than now.")
+
+
+DOOR = """
+#program state(t).
+#external event(info,(key;rain;passed),t).
+key(t) :- event(info,key,t).
+key(t) :- key(t-1).
+#program transition(t).
+{ do(r,open,t) }.
+#external event(commit,do(r,open),t).
+:- event(commit,do(r,open),t), not do(r,open,t).
+:- do(r,open,t), not event(commit,do(r,open),t), event(info,passed,t).
+:- do(r,open,t), not key(t-1).
+opened(t) :- do(r,open,t).
+opened(t) :- opened(t-1).
+#program query(t).
+#external query(t).
+:- query(t), opened(t).
+"""
+
+
+def test_what_an_action_rests_on_is_given(tmp_path: Path) -> None:
+    file = tmp_path / "door.lp"
+    file.write_text(DOOR)
+    told = ("event(info,key,0)", "event(info,passed,0)", "event(info,rain,0)")
+    situation = Situation((*told, "event(commit,do(r,open),1)"), step=1, last=3)
+    answer = Explainer(Options((str(file),)), situation, seconds=SECONDS).no_plan()
+    assert answer.reason is not None
+    assert [member.fact.content for member in answer.reason.members] == ["open"]
+    assert [fact.content for fact in answer.reason.given] == ["key"]
+    assert answer.text == (
+        "There is no plan because r was told open in step 1, given what had happened up to step 0. "
+        "Without that, there would be a plan of 0 steps."
+    )
+
+
+def test_what_was_done_for_another_goal_is_given() -> None:
+    """The robot has passed cell 3, which is closed now, before it was to go back."""
+    told = ["event(1,visit(4),0)", "event(2,visit(2),3)", "event(info,close(3),4)"]
+    answers = ("failure", "success", "success", "success")
+    for step, (cell, answer) in enumerate(zip((2, 2, 3, 4), answers), 1):
+        told.append(f"event(info,passed,{step - 1})")
+        told.append(f"event(commit,do(robot,go({cell})),{step})")
+        told.append(f"event(robot,{answer},{step})")
+    situation = Situation(tuple(told), step=4, last=12, goals=(("2", "visit(2)"),))
+    answer = Explainer(Options((LINE,)), situation, seconds=SECONDS).no_plan()
+    assert answer.reason is not None
+    named = [member.fact.content for member in answer.reason.members]
+    assert named == ["visit(2)", "close(3)"]
+    given = sorted((fact.step, fact.content) for fact in answer.reason.given)
+    assert given == [(0, "visit(4)"), (2, "go(2)"), (3, "go(3)"), (4, "go(4)")]
+    assert answer.text == (
+        "There is no plan for visit(2) because info says close(3), given what had happened up to "
+        "step 4. Without that, there would be a plan of 2 steps."
+    )
+
+
+def test_a_goal_that_has_ended_is_history() -> None:
+    told = ("event(1,visit(2),0)", "event(1,cancel,1)", "event(1,visit(3),9)", "event(1,cancel,9)")
+    facts = Facts.of(Situation(told, step=9, goals=(("1", "visit(3)"),)), ["1", "2"])
+    assert [str(fact) for fact in facts.history] == [told[0], told[1]]
+    assert [str(fact) for fact in facts.free] == [told[3], told[2]]
+
+
+def test_what_was_saved_of_a_goal_is_that_goal() -> None:
+    """Numbers of slots may be those of places, too."""
+    told = ("at(r,9)", "carries(r,3)", "origin(1,3)", "origin(3,2)", "blocked(1,8)", "blocked(7,2)")
+    saved = tuple(f"event(save,{fluent},0)" for fluent in told)
+    situation = Situation(saved, last=9, goals=(("1", "bring(3,2)"), ("3", "bring(2,9)")))
+    facts = Facts.of(situation, ["1", "2", "3"])
+    assert [(fact.kind.value, fact.content, len(fact.atoms)) for fact in facts.free] == [
+        ("request", "bring(2,9)", 2),
+        ("request", "bring(3,2)", 1),
+        ("saved", "at(r,9)", 1),
+        ("saved", "blocked(1,8)", 1),
+        ("saved", "blocked(7,2)", 1),
+    ]
+
+
+def test_a_plan_that_nobody_has_executed_begins_anew() -> None:
+    """The last that has happened surprises nobody, so that the plan from before would stand."""
+    told = ("event(1,visit(4),0)", "event(info,passed,0)", "event(robot,success,3)")
+    situation = Situation(told, step=4, last=20, goals=(("1", "visit(4)"),))
+    options = Options((str(PACKAGE / "example/line_demand.lp"),))
+    plan = Explainer(options, situation, seconds=SECONDS).no_plan().plan
+    assert plan is not None
+    assert plan.actions[0] == "do(robot,go(2),5)"
+    assert (plan.steps, plan.horizon) == (3, 7)
+
+
+@pytest.mark.parametrize("dialect", [Dialect1, PaperDialect])
+def test_what_is_demanded_does_not_contradict_the_program(dialect: Dialect) -> None:
+    situation = Situation(("event(1,visit(4),1)",), 1, 9, 9, (("1", "visit(4)"),))
+    options = Options((LINES[dialect],))
+    copy = RebuildingCopy(options, situation, Deadline(SECONDS), dialect)
+    demand = Assumption("do(robot,go(5),2)", True)
+    assert copy.ask(frozenset(situation.told), demands=(demand,)).answer is Answer.NONE
+
+
+def test_an_encoding_that_excludes_all_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "never.lp"
+    file.write_text("#program query(t). #external query(t). :- query(t).")
+    answer = Explainer(Options((str(file),)), Situation(last=3), seconds=SECONDS).no_plan()
+    assert answer.text == "There is no plan, whatever was told: the encoding excludes it."
+
+
+def test_a_contradiction_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "line.lp"
+    rules = "#program state(t). :- event(info,close(2),t), event(1,visit(X),T), T < t."
+    file.write_text(f"{Path(LINE).read_text()}\n{rules}\n")
+    told = ("event(1,visit(6),0)", "event(info,close(4),1)", "event(info,close(2),1)")
+    situation = Situation((*told, "event(info,passed,0)"), 1, 9, 9, (("1", "visit(6)"),))
+    answer = Explainer(Options((str(file),)), situation, seconds=SECONDS).no_plan()
+    assert answer.is_contradictory
+    assert answer.reason is not None
+    named = {atom for fact in answer.reason.facts for atom in fact.atoms}
+    assert named == {told[0], told[2]}
+
+
+def test_there_is_no_answer_without_time() -> None:
+    draw = Draw(1)
+    with pytest.raises(InterruptedQuestionError, match="no time"):
+        Explainer(Options((LINE,)), draw.situation, stopped=lambda: True).no_plan()
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda e: e.goal("visit(3)"), r"no open goal visit\(3\); there are visit\(6\)"),
+        (lambda e: e.why("go(2)"), "no action; one is do"),
+        (lambda e: e.what_if(["info:close(99)"]), "no external event"),
+        (lambda e: e.what_if(["close(3)"]), "goal:REQUEST"),
+        (lambda e: e.what_if(["goal:visit(2)", "goal:visit(3)"]), "no free slot for visit"),
+    ],
+)
+def test_a_wrong_question_is_refused(ask: Callable[[Explainer], object], words: str) -> None:
+    situation = Situation(("event(1,visit(6),0)",), last=9, goals=(("1", "visit(6)"),))
+    with pytest.raises(QuestionError, match=words):
+        ask(Explainer(Options((LINE,)), situation, seconds=SECONDS))
+
+
+def test_an_answer_can_be_written_as_json() -> None:
+    told = ("event(1,visit(6),0)", "event(info,close(5),0)")
+    situation = Situation(told, last=9, goals=(("1", "visit(6)"),))
+    answer = Explainer(Options((LINE,)), situation, seconds=SECONDS).no_plan()
+    assert decode(WhyNoPlan, encode(answer)) == answer
+
+
+class Hurried:
+    """Asks a copy, and has no time after some questions.
+
+    Attributes:
+        asked: How many there were.
+    """
+
+    def __init__(self, case: Case, enough: int) -> None:
+        self.asked = 0
+        self._case = case
+        self._enough = enough
+
+    def ask(self, facts: FrozenSet[Fact]) -> Verdict:
+        self.asked += 1
+        if self.asked > self._enough:
+            raise InterruptedQuestionError("no time")
+        return self._case.ask(facts)
+
+
+def test_what_is_found_in_part_suffices() -> None:
+    """There is time for some questions to the copy only."""
+    told = [f"event(info,{what}({cell}),0)" for what in ("open", "close") for cell in range(2, 7)]
+    told += ["event(1,visit(6),0)", "event(2,visit(3),0)"]
+    told = [atom for atom in told if "open(5)" not in atom and "open(3)" not in atom]
+    goals = (("1", "visit(6)"), ("2", "visit(3)"))
+    situation, deadline = Situation(tuple(told), last=9, goals=goals), Deadline(SECONDS)
+    copy = AssumingCopy(Options((LINE,)), situation, deadline)
+    sizes = []
+    for enough in (*range(1, 20, 4), 100):
+        case = Case(copy, situation, deadline, says_ends=True)
+        hurried = Hurried(case, enough)
+        reason = Search(hurried.ask, case.facts, deadline).run()
+        atoms = [atom for fact in reason.facts for atom in fact.atoms]
+        assert one_shot(Dialect2, atoms, 0, 9) is None
+        sizes.append(len(reason.members))
+        if reason.is_complete and reason.is_smallest:
+            break
+        assert hurried.asked > enough
+    assert reason.is_smallest
+    assert sizes == sorted(sizes, reverse=True)
+    assert sizes[0] == len(told)
+    assert sizes[-1] == 2
+
+
+def test_phrases_are_read(tmp_path: Path) -> None:
+    file = tmp_path / "phrases.lp"
+    file.write_text(
+        '#program phrases. phrase("visit(X)", "X is to be visited").'
+        'phrase("close(X)", "cell X is closed"). phrase("pair(X,X)", "X twice").'
+    )
+    phrases = Phrases.read(parse_files((LINE, str(file))))
+    assert phrases.of("close(f(3))") == "cell f(3) is closed"
+    assert phrases.of("pair(a,b)") == "pair(a,b)"
+    situation = Situation(
+        ("event(1,visit(6),0)", "event(info,close(5),0)"), last=9, goals=(("1", "visit(6)"),)
+    )
+    text = Explainer(Options((LINE, str(file))), situation, seconds=SECONDS).no_plan().text
+    assert text.startswith("There is no plan for visit(6) because cell 5 is closed. Without that")
+
+
+def test_the_situation_of_a_loop(system: Callable[..., System]) -> None:
+    made = system("dynamic.incremental.recording", "-c", "steps=30")
+    made.world.answer = lambda actuator, action: None
+    goal = made.goal("visit(4)")
+    made.start()
+    goal.wait_until_accepted()
+    commit = "event(commit,do(robot,go(2)),1)"
+    end = time.monotonic() + TIMEOUT
+    while not (made.loop.state.externals.is_true(commit) or time.monotonic() > end):
+        time.sleep(0.01)
+    situation = Situation.of(made.loop.state, 30)  # the loop waits for an answer
+    assert commit in situation.told
+    assert situation.goals == (("1", "visit(4)"),)
+    assert [actuator for actuator, _ in situation.silent] == ["robot"]
+    sent = pickle.loads(pickle.dumps(situation))
+    assert sent == situation
+    answer = Explainer(Options((LINE,)), sent, seconds=SECONDS).goal("1")
+    assert answer.ends == 3
+    assert pickle.loads(pickle.dumps(answer)) == answer
+    assert decode(WhyGoal, encode(answer)) == answer
+    assert "robot has not answered for 0 s; it was told to do go(2)." in answer.text
+
+
+def test_the_situation_of_a_control_log() -> None:
+    def ground(name: str, *values: str) -> Ground:
+        return Ground((Part(name, values),))
+
+    true, false = Truth.TRUE, Truth.FALSE
+    situation = Situation.after(
+        [
+            AssignExternal("event(1,visit(2),0)", true),
+            Restart(),
+            ReleaseExternal("rosoclingo_slot(1)"),
+            ground("state", "0"),
+            ground("state", "7"),
+            AssignExternal("query(0)", true),
+            AssignExternal("event(1,visit(6),0)", true),
+            AssignExternal("event(info,close(3),0)", true),
+            AssignExternal("event(info,close(4),0)", true),
+            AssignExternal("event(info,close(3),0)", false),
+            ground("event", "info", "passed", "0"),
+            ground("commit", "robot", "go(2)", "1"),
+            AssignExternal("event(request,(1,cancel),1)", true),
+            AssignExternal("query(0)", false),
+            AssignExternal("query(7)", true),
+        ]
+    )
+    assert situation == Situation(
+        told=(
+            "event(1,visit(6),0)",
+            "event(info,close(4),0)",
+            "event(info,passed,0)",
+            "event(1,cancel,1)",
+            "event(commit,do(robot,go(2)),1)",
+        ),
+        step=1,
+        horizon=7,
+        last=7,
+        goals=(("1", "visit(6)"),),
+    )
