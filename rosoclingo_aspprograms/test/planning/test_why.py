@@ -39,7 +39,7 @@ class Building:
     Attributes:
         graph: The map.
         options: The planner's command line.
-        room: A room that has two to four ways.
+        room: A room that has two or three ways.
         ways: These.
         pick: The source of random numbers.
     """
@@ -50,7 +50,7 @@ class Building:
         edges = {frozenset((node, pick.choice(nodes[:i]))) for i, node in enumerate(nodes) if i}
         edges |= {frozenset(pick.sample(nodes, 2)) for _ in range(len(nodes) // 2)}
         self.room = "room"
-        ways = {frozenset((self.room, n)) for n in pick.sample(nodes, pick.randint(2, 4))}
+        ways = {frozenset((self.room, n)) for n in pick.sample(nodes, pick.randint(2, 3))}
         offices = {self.room, *pick.sample(nodes, 2)}
         self.graph = Map(offices, edges | ways, {"mailbot": nodes[0]})
         self.ways = sorted(ways, key=sorted)
