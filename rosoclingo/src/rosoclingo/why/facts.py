@@ -112,7 +112,7 @@ class _Sorter:
             if source == "save":
                 name, arguments = split_term(content)
                 forms.setdefault((name, len(arguments)), []).append(arguments)
-        found = {}
+        found: Dict[str, str] = {}
         for _, source, content, _ in self._told:
             name, arguments = split_term(content)
             for place, argument in enumerate(arguments if source == "save" else ()):
