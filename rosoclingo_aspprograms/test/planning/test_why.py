@@ -317,7 +317,7 @@ def test_an_action_that_is_asked_about_may_be_impossible_or_planned() -> None:
         "Without that, it could."
     )
     assert explainer.why_not("do(mailbot,go(o1),1)").text == (
-        "mailbot cannot go to o1 in step 1, whatever was told."
+        "mailbot cannot go to o1 in step 1, after what is done until then."
     )
     assert explainer.why("do(mailbot,go(c1),1)").text == (
         "If mailbot were not to go to c1 in step 1, the best plan would take 13 steps, 1 more than "

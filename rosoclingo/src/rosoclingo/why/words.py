@@ -106,7 +106,7 @@ def contrast(answer: Contrast, phrases: Phrases) -> Contrast:
     if not answer.is_possible and answer.reason is not None:
         text = f"{actuator} cannot {deed} in step {step}"
         if not answer.reason.members:
-            text += ", whatever was told."
+            text += ", after what is done until then."
         else:
             facts = [member.fact for member in answer.reason.members]
             text += f" because {phrases.join(facts)}. Without {_THAT[len(facts) > 1]}, it could."
