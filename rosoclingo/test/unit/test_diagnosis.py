@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, Callable
 
@@ -387,7 +388,9 @@ def test_the_first_event_that_cannot_be_taken_back_is_named(
 ) -> None:
     made = single(line("#program set_event(id,e,t). :- e = visit(6).", LINES["_1.0"])).start()
     assert made.goal("visit(6)").wait() == "aborted"
-    assert "after event(1,visit(6),1)" in str(made.wait())
+    # Whether step 0 passes before the goal comes is up to chance.
+    said = re.sub(r"event\(info,passed,0\), ", "", str(made.wait()))
+    assert "after event(1,visit(6),1)" in said
 
 
 def test_what_is_released_may_contradict_the_program(

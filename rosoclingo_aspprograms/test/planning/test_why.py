@@ -241,11 +241,11 @@ def run(mode: str, happens: Dict[int, Sequence[str]], steps: int) -> Tuple[Situa
         happens.pop(len(episode.published), None)
         if len(episode.published) >= steps:
             return bool(episode._items)
-        for actuator in sorted(episode.pending):
+        for actuator in sorted(episode.acting):
             episode.answer(actuator)
         return bool(episode._items)
 
-    episode.run(turn)
+    episode.play(turn)
     return Situation.of(episode.loop.state, 60), episode
 
 
