@@ -21,6 +21,7 @@ from rosoclingo.loop.journal import ActionPublished, GoalArrived, Status, Status
 __all__ = ["terminals"]
 
 RECORD = ("rosrun", "rosoclingo", "record.py")
+NODES = {"/rosoclingo", "/controller", "/planner"}
 ACTIONS = ["go(1)", "pickup(1)", "go(c(1))", "go(c(3))", "go(3)", "deliver(1)"]
 
 
@@ -48,7 +49,7 @@ def read(bag: Path) -> Recording:
         found.append(recording)
         statuses = [e.event.status for e in recording.entries if isinstance(e.event, StatusSet)]
         has_ended = Status.SUCCEEDED in statuses
-        return has_ended and "/planner" in recording.programs
+        return has_ended and set(recording.programs) == NODES
 
     wait_for(is_through)
     return found[-1]
@@ -61,7 +62,7 @@ def check(recording: Recording) -> None:
     assert [event.action for event in events if isinstance(event, ActionPublished)] == ACTIONS
     goals = [event for event in events if isinstance(event, GoalArrived)]
     assert [goal.request for goal in goals] == ["bring(1,3)"]
-    assert set(recording.programs) == {"/rosoclingo", "/controller", "/planner"}
+    assert set(recording.programs) == NODES
     mode = package("rosoclingo") / "modes" / "dynamic.incremental.recording.lp"
     assert recording.programs["/controller"].files[str(mode)] == mode.read_text()
 
