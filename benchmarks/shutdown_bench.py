@@ -13,6 +13,9 @@ import rospy
 
 from harness import Report, RosSystem, Row, Samples, measure
 
+ROOT = Path(__file__).resolve().parents[1]
+WAYPOINTS = ROOT / "rosoclingo_interfaces" / "config" / "graph_wg.yaml"
+GRAPH = ROOT / "rosoclingo_aspprograms" / "mailbot" / "instances" / "graph_wg.lp"
 ENDS = 5
 LIMIT = 2000.0  # ms
 _WARM_UP_SECONDS = 1.0  # until a node is at its work
@@ -20,11 +23,11 @@ _WARM_UP_SECONDS = 1.0  # until a node is at its work
 NODES = (
     ("rosclingo", "run.py"),
     ("rosoclingo", "run.py"),
-    ("rosoclingo", "run-1.0.py"),
+    ("rosoclingo", "run-1.0.py", "-f", str(ROOT / "rosoclingo" / "example" / "line.lp")),
     ("rosoclingo", "record.py"),
     ("rosoclingo_interfaces", "fulfill.py"),
-    ("rosoclingo_interfaces", "move_base_interface.py"),
-    ("rosoclingo_rviz", "graph_markers.py"),
+    ("rosoclingo_interfaces", "move_base_interface.py", f"_waypoints:={WAYPOINTS}"),
+    ("rosoclingo_rviz", "graph_markers.py", f"_instance:={GRAPH}"),
     ("rosoclingo_simulator", "simulator.py"),
     ("rosoclingo_simulator", "simulator.py", "_physics:=mujoco"),
     ("rosoclingo_simulator", "simulator.py", "_speed:=0.02"),
@@ -34,20 +37,19 @@ NODES = (
 def run(system: RosSystem, folder: Path, report: Report) -> None:
     """Measures everything."""
     rospy.set_param("/use_sim_time", True)  # which nobody publishes, but for a simulator
-    encoding = folder / "encoding.lp"
-    encoding.write_text("a.\n")
     for package, program, *arguments in NODES:
-        files = {"run-1.0.py": ["-f", str(encoding)], "record.py": ["-o", str(folder / "bag")]}
         times = []
         for number in range(ENDS):
+            bag = ["-o", str(folder / f"{number}.bag")] if program == "record.py" else []
             name = f"{program.partition('.')[0].replace('-', '_')}{number}"
-            system.rosrun(package, program, *files.get(program, []), *arguments, name=name)
+            system.rosrun(package, program, *bag, *arguments, name=name)
             time.sleep(_WARM_UP_SECONDS)
             begin = time.monotonic()
             system.end(name)
             times.append((time.monotonic() - begin) * 1e3)
         samples = Samples("ms", tuple(times))
-        about = " ".join((package, program, *arguments))
+        settings = (one for one in arguments if ":=" in one and "/" not in one)
+        about = " ".join((package, program, *settings))
         report.add(Row(f"{about}, worst", None, samples, "max", max(times), "ms", LIMIT))
 
 
