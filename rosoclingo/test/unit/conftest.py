@@ -25,6 +25,15 @@ PACKAGE = Path(__file__).resolve().parents[2]
 TIMEOUT = 30.0  # seconds; no more than a bound for what never comes
 
 
+def walk(cells: List[int]) -> List[str]:
+    """Returns the actions of a shortest way over the cells of a line."""
+    actions = []
+    for begin, end in zip(cells, cells[1:]):
+        step = 1 if end > begin else -1
+        actions += [f"go({cell})" for cell in range(begin + step, end + step, step)]
+    return actions
+
+
 class RecordedGoal(Request):
     """A goal for whose statuses another thread can wait."""
 
@@ -159,56 +168,41 @@ def _options(arguments: Sequence[str]) -> Options:
 
 
 @pytest.fixture
-def system() -> Iterator[Callable[..., System]]:
-    """Makes systems: by the name of a mode, further options for it, and those of the planner."""
+def made() -> Iterator[List[System]]:
+    """The systems of a test, which are closed at its end."""
     systems: List[System] = []
+    yield systems
+    for one in systems:
+        one.close()
+
+
+@pytest.fixture
+def system(made: List[System]) -> Callable[..., System]:
+    """Makes systems: by the name of a mode, further options for it, and those of the planner."""
 
     def make(
         mode: str,
         *options: str,
         encoding: Sequence[str] = (str(PACKAGE / "example/line.lp"),),
         commands: Callable[..., Any] = ROSCommands,
-        action_timeout: float = 0.0,
-        inbox: Optional[Inbox] = None,
-        abort_unreachable: bool = False,
         planner: Optional[Solver] = None,
+        **others: Any,
     ) -> System:
         parts = make_parts(mode, _options(encoding), options, commands=commands)
-        made = System(
-            parts.decider(),
-            planner or parts.planner,
-            parts.commands,
-            action_timeout=action_timeout,
-            inbox=inbox,
-            abort_unreachable=abort_unreachable,
-        )
-        systems.append(made)
-        return made
+        decider = parts.decider()
+        made.append(System(decider, planner or parts.planner, parts.commands, **others))
+        return made[-1]
 
-    yield make
-    for made in systems:
-        made.close()
+    return make
 
 
 @pytest.fixture
-def single() -> Iterator[Callable[..., System]]:
+def single(made: List[System]) -> Callable[..., System]:
     """Makes one-node systems: by encodings, and options for clingo."""
-    systems: List[System] = []
 
-    def make(
-        *arguments: str, inbox: Optional[Inbox] = None, abort_unreachable: bool = False
-    ) -> System:
+    def make(*arguments: str, **others: Any) -> System:
         parts = make_parts(SINGLE, _options(arguments))
-        made = System(
-            parts.decider(),
-            parts.planner,
-            parts.commands,
-            inbox=inbox,
-            abort_unreachable=abort_unreachable,
-        )
-        systems.append(made)
-        return made
+        made.append(System(parts.decider(), parts.planner, parts.commands, **others))
+        return made[-1]
 
-    yield make
-    for made in systems:
-        made.close()
+    return make

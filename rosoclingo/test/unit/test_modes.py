@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Callable, List
 
 import pytest
+from conftest import walk
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
@@ -63,7 +64,7 @@ def test_goals_in_sequence(system: Make, mode: str) -> None:
         goal = running.goal(f"visit({target})")
         assert goal.wait() == "succeeded"
         assert goal.words == ["accepted", "succeeded"]
-    assert running.world.actions == _walk([1, 4, 2, 6, 1])
+    assert running.world.actions == walk([1, 4, 2, 6, 1])
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
@@ -184,7 +185,7 @@ def test_reset_every_r_steps(system: Make) -> None:
     targets = [6, 1] * 11
     for target in targets:
         assert running.goal(f"visit({target})").wait() == "succeeded"
-    assert running.world.actions == _walk([1, *targets])
+    assert running.world.actions == walk([1, *targets])
     assert len(running.world.actions) > 100
     assert max(running.loop.state.externals.grounded) <= 12
 
@@ -194,7 +195,7 @@ def test_reset_after_each_goal(system: Make) -> None:
     targets = [3, 6, 2, 5, 1] * 10
     for target in targets:
         assert running.goal(f"visit({target})").wait() == "succeeded"
-    assert running.world.actions == _walk([1, *targets])
+    assert running.world.actions == walk([1, *targets])
     assert max(running.loop.state.externals.grounded) <= 6
 
 
@@ -217,12 +218,3 @@ def test_a_mode_grounds_without_a_warning(mode: str, steps: int) -> None:
     engine = Engine(Options((file,), ("-c", f"steps={steps}")), log=messages.append)
     engine.apply(Ground((Part("base"),)))
     assert messages == []
-
-
-def _walk(cells: List[int]) -> List[str]:
-    """Returns the shortest way over the cells."""
-    actions = []
-    for begin, end in zip(cells, cells[1:]):
-        step = 1 if end > begin else -1
-        actions += [f"go({cell})" for cell in range(begin + step, end + step, step)]
-    return actions

@@ -10,7 +10,7 @@ from random import Random
 from typing import Callable, List, Optional
 
 import pytest
-from conftest import PACKAGE, System
+from conftest import PACKAGE, System, walk
 
 from rosclingo.errors import OptionsError, ProgramError
 from rosclingo.solver.options import Options
@@ -28,15 +28,6 @@ LINE = {
 }
 FIRST_STEP = {"paper": 1, "1.0": 1, "2.0": 0}
 EVERY = pytest.mark.parametrize("dialect", sorted(LINE))
-
-
-def walk(cells: List[int]) -> List[str]:
-    """Returns the shortest way over the cells."""
-    actions = []
-    for begin, end in zip(cells, cells[1:]):
-        step = 1 if end > begin else -1
-        actions += [f"go({cell})" for cell in range(begin + step, end + step, step)]
-    return actions
 
 
 @EVERY

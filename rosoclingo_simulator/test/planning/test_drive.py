@@ -14,7 +14,7 @@ from rosoclingo_simulator.simulator.follower import Limits
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
 from rosoclingo_simulator.simulator.move_base import End, MoveBase
 from rosoclingo_simulator.simulator.obstacles import Obstacles
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap, read_map
+from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import Pose
 from rosoclingo_simulator.simulator.planner import Planner
 from rosoclingo_simulator.simulator.simulation import Simulation
@@ -31,16 +31,6 @@ WAYS: List[Tuple[str, str]] = [
     for way in ((one, other), (other, one))
 ]
 LOOP = {"c1", "c2", "c3", "c4", "c5", "c6", "open1"}
-
-
-@pytest.fixture(scope="module")
-def office() -> OccupancyMap:
-    return read_map(PACKAGE / "maps" / "office.yaml")
-
-
-@pytest.fixture(scope="module")
-def planner(office: OccupancyMap) -> Planner:
-    return Planner(office)
 
 
 @pytest.fixture(scope="module")

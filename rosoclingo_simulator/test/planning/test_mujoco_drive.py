@@ -15,7 +15,7 @@ from rosoclingo_simulator.simulator.follower import Limits
 from rosoclingo_simulator.simulator.move_base import End, MoveBase
 from rosoclingo_simulator.simulator.mujoco_physics import MujocoPhysics
 from rosoclingo_simulator.simulator.obstacles import Obstacles
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap, read_map
+from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import Pose
 from rosoclingo_simulator.simulator.planner import Planner
 from rosoclingo_simulator.simulator.simulation import Simulation
@@ -37,16 +37,6 @@ WAYS = [
     if one in PLACES
     for way in ((one, other), (other, one))
 ]
-
-
-@pytest.fixture(scope="module")
-def office() -> OccupancyMap:
-    return read_map(PACKAGE / "maps" / "office.yaml")
-
-
-@pytest.fixture(scope="module")
-def planner(office: OccupancyMap) -> Planner:
-    return Planner(office)
 
 
 @pytest.fixture
