@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+import unittest.mock
 from pathlib import Path
 from typing import List
 
@@ -15,12 +16,14 @@ import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 from rosclingo.msg import (
+    ROSClingoAction,
     ROSClingoActionFeedback,
     ROSClingoActionGoal,
     ROSClingoActionResult,
     ROSClingoFeedback,
 )
 from rosclingo.ros.client import Client
+from rosclingo.ros.low_latency import LowLatencyActionClient
 from rosclingo.wire.commands import Outcome, Reply, Result
 from rosclingo.wire.xml_codec import decode_reply
 from solver_test_case import TIMEOUT, Goal, SolverTestCase, wait_for
@@ -58,6 +61,25 @@ class TestSolve(SolverTestCase):
             self.assertIn("canceled", text)
         for _ in range(200):
             self.assert_solves()
+
+    def test_a_burst_of_goals(self) -> None:
+        """None is lost, also of a client that its server finds while it opens its topics."""
+        rospy.wait_for_service("late/control", TIMEOUT)
+        get_param = rospy.get_param
+
+        def when_connected(name: str, *default: object) -> object:
+            if name == "actionlib_client_sub_queue_size":  # when it has opened the goals' topic
+                topic = rospy.topics.get_topic_manager().pubs[rospy.resolve_name("late/goal")]
+                wait_for(lambda: topic.connections)
+            return get_param(name, *default)
+
+        with unittest.mock.patch("rospy.get_param", when_connected):
+            client = LowLatencyActionClient("late", ROSClingoAction)
+        self.assertTrue(client.wait_for_server(rospy.Duration.from_sec(TIMEOUT)))
+        # What is large makes the connection slower than this loop.
+        goals = [Goal(client, "no XML" + 1_000_000 * ".") for _ in range(60)]
+        for goal in goals:
+            self.assertEqual(goal.result()[0], "REJECTED")
 
     def test_a_control_request_aborts(self) -> None:
         goal = self.search_for_minutes()

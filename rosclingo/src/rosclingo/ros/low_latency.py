@@ -200,17 +200,20 @@ class LowLatencyActionClient(actionlib.ActionClient):
             spec: The action's type, such as ``ROSClingoAction``.
         """
         action, name = spec(), rospy.remap_name(name)
+        goals = publisher(f"{name}/goal", type(action.action_goal))
+        cancels = publisher(f"{name}/cancel", GoalID)
+        # With actionlib's 10, a burst of goals loses some, and their client waits for ever. A
+        # server that connects while actionlib opens the topics would keep the 10.
+        for topic in (goals, cancels):
+            topic.impl.set_queue_size = _stay
         self._topics = [
-            publisher(f"{name}/goal", type(action.action_goal)),
-            publisher(f"{name}/cancel", GoalID),
+            goals,
+            cancels,
             subscriber(f"{name}/status", GoalStatusArray),
             subscriber(f"{name}/result", type(action.action_result)),
             subscriber(f"{name}/feedback", type(action.action_feedback)),
         ]
         super().__init__(name, spec)
-        # With actionlib's 10, a burst of goals loses some, and their client waits for ever.
-        for topic in (self.pub_goal, self.pub_cancel):
-            topic.impl.set_queue_size(_QUEUE_SIZE)
 
     def send_goal(
         self,
@@ -225,6 +228,10 @@ class LowLatencyActionClient(actionlib.ActionClient):
         """
         handle = super().send_goal(goal, transition_cb, feedback_cb)
         return _GoalHandle(handle.comm_state_machine)
+
+
+def _stay(_queue_size: int) -> None:
+    """Leaves a topic's queue as it is."""
 
 
 class _Publisher(rospy.Publisher):
