@@ -18,7 +18,7 @@ UNSAT, SAT = Info(Result.UNSAT), Info(Result.SAT)
 
 
 def make(file: str = MODE) -> Controller:
-    controller = Controller(Engine(Options((file,))))
+    controller = Controller(Engine(Options((file,))), is_remote=True)
     controller.prepare()
     return controller
 

@@ -121,13 +121,20 @@ class _Ahead(NamedTuple):
 class Controller:
     """Asks a mode what to do, and remembers what the mode wants to be reminded of."""
 
-    def __init__(self, solver: Solver) -> None:
+    def __init__(self, solver: Solver, *, is_remote: bool = False) -> None:
+        """Asks nothing yet.
+
+        Args:
+            solver: Solver with the mode.
+            is_remote: Whether the solver works in another process, so that it is worth asking it
+                in the background; one in this process would only hold up who works meanwhile.
+        """
         self._solver = solver
         self._declared: Set[str] = set()
         self._true: Set[str] = set()
         self._saved: Tuple[str, ...] = ()
         self._save_events: Dict[str, str] = {}
-        self._background = ThreadPoolExecutor(1, "look ahead")
+        self._background = ThreadPoolExecutor(1, "look ahead") if is_remote else None
         self._ahead: Optional[_Ahead] = None
         self._decided_from: Set[str] = set()  # the last time
 
@@ -178,7 +185,10 @@ class Controller:
         """Decides in the background what is next, if the controller learns this then.
 
         The mode's answer depends on nothing else, so nothing is lost if it learns something else.
+        Does nothing with a solver in this process.
         """
+        if self._background is None:
+            return
         unwanted = threading.Event()
         decision = self._background.submit(self._decide, info, unwanted.is_set)
         self._ahead = _Ahead(info, unwanted, decision)

@@ -291,9 +291,9 @@ def _make(commands: Callable[..., Any]) -> Node:
 
     solvers = {"controller": controller.name, "planner": planner.name}
     description = about("rosoclingo run.py", [], {}, solvers=solvers)
-    decider = Controller(Insistent(controller, controller.name, rospy.logwarn))
-    insistent = Insistent(planner, planner.name, rospy.logwarn)
-    return Node(decider, insistent, commands, inbox, ready=ready, description=description)
+    decides, plans = (Insistent(each, each.name, rospy.logwarn) for each in (controller, planner))
+    decider = Controller(decides, is_remote=True)
+    return Node(decider, plans, commands, inbox, ready=ready, description=description)
 
 
 def open_inbox() -> Inbox:
