@@ -1,17 +1,24 @@
-"""Sends a goal, listens to results when it has ended, sends another, and prints the results."""
+"""Sends a goal, listens to a topic when it has ended, sends another, and prints whose is heard.
+
+Usage: late_client.py SERVER TOPIC, such as solver result.
+"""
 
 from __future__ import annotations
 
 import queue
+import sys
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-from rosclingo.msg import ROSClingoActionGoal, ROSClingoActionResult
+from rosclingo.msg import ROSClingoActionFeedback, ROSClingoActionGoal, ROSClingoActionResult
 from solver_test_case import TIMEOUT, wait_for
 
+KINDS = {"feedback": ROSClingoActionFeedback, "result": ROSClingoActionResult}
+
 if __name__ == "__main__":
-    rospy.init_node("late_client", disable_rosout=True)
+    server, topic = sys.argv[1:]
+    rospy.init_node("late_client", anonymous=True, disable_rosout=True)
     ended = set()
 
     def note(message: GoalStatusArray) -> None:
@@ -21,13 +28,17 @@ if __name__ == "__main__":
             if status.status == GoalStatus.SUCCEEDED
         )
 
-    rospy.Subscriber("solver/status", GoalStatusArray, note)
-    goals = rospy.Publisher("solver/goal", ROSClingoActionGoal, queue_size=2)
+    rospy.Subscriber(f"{server}/status", GoalStatusArray, note)
+    goals = rospy.Publisher(f"{server}/goal", ROSClingoActionGoal, queue_size=2)
     wait_for(goals.get_num_connections)
-    goals.publish(ROSClingoActionGoal(goal_id=GoalID(id="before")))
-    wait_for(lambda: "before" in ended)
-    results: queue.Queue[ROSClingoActionResult] = queue.Queue()
-    rospy.Subscriber("solver/result", ROSClingoActionResult, results.put)
-    for _ in range(2):
-        print(results.get(timeout=TIMEOUT).status.goal_id.id, flush=True)
-        goals.publish(ROSClingoActionGoal(goal_id=GoalID(id="after")))
+    heard: queue.Queue[str] = queue.Queue()
+    for name in (f"before_{topic}", f"after_{topic}"):
+        goals.publish(ROSClingoActionGoal(goal_id=GoalID(id=name)))
+        if name.startswith("before"):
+            wait_for(lambda: f"before_{topic}" in ended)
+            rospy.Subscriber(
+                f"{server}/{topic}", KINDS[topic], lambda m: heard.put(m.status.goal_id.id)
+            )
+        while heard.get(timeout=TIMEOUT) != name:
+            pass
+        print(name, flush=True)

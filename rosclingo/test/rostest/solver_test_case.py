@@ -44,6 +44,10 @@ class Goal:
     def id(self) -> str:
         return str(self._handle.comm_state_machine.action_goal.goal_id.id)
 
+    @property
+    def has_ended(self) -> bool:
+        return self._done.is_set()
+
     def wait_until_active(self) -> None:
         if not self._active.wait(TIMEOUT):
             raise AssertionError("the goal was not accepted")

@@ -28,7 +28,11 @@ from rosclingo.wire.commands import Outcome, Reply, Result
 from rosclingo.wire.xml_codec import decode_reply
 from solver_test_case import TIMEOUT, Goal, SolverTestCase, wait_for
 
-OPTIMISE = "1 { a(1..12) } 5. #minimize { X,X : a(X) }. #maximize { 1@2,X : a(X) }. #show a/1."
+_OPTIMISE = (
+    '<commands><restart/><add name="p"><program>1 { a(1..12) } 5. #minimize { X,X : a(X) }. '
+    '#maximize { 1@2,X : a(X) }. #show a/1.</program></add><ground><program name="p"/></ground>'
+    "</commands>"
+)
 
 
 class TestSolve(SolverTestCase):
@@ -149,16 +153,19 @@ class TestSolve(SolverTestCase):
         self.assertNotIn(goal.id, self._wait_for_status("later"))
         self.assertEqual(goal.result()[0], "REJECTED")
 
-    def test_a_goal_that_ends_before_its_client_listens_to_results(self) -> None:
+    def test_a_goal_that_ends_before_its_client_listens(self) -> None:
+        control, _ = self.connect("optimiser")
+        self.assertIsNone(decode_reply(control(_OPTIMISE).result).failure)
         script = Path(__file__).resolve().with_name("late_client.py")
-        client = subprocess.run(
-            [sys.executable, str(script)],
-            check=True,
-            stdout=subprocess.PIPE,
-            text=True,
-            timeout=2 * TIMEOUT,
-        )
-        self.assertEqual(client.stdout.split(), ["before", "after"])
+        for server, topic in (("solver", "result"), ("optimiser", "feedback")):
+            client = subprocess.run(
+                [sys.executable, str(script), server, topic],
+                check=True,
+                stdout=subprocess.PIPE,
+                text=True,
+                timeout=3 * TIMEOUT,
+            )
+            self.assertEqual(client.stdout.split(), [f"before_{topic}", f"after_{topic}"])
 
     def _statuses(self) -> List[str]:
         """Returns the ids of the goals in the status list."""
@@ -227,7 +234,8 @@ class TestSolve(SolverTestCase):
             thread.start()
         for thread in threads:
             thread.join()
-        self.control("<get_externals/>")  # ends the last goal
+        # A goal may come after a control request that was sent later: they take two connections.
+        wait_for(lambda: self.control("<get_externals/>") and all(goal.has_ended for goal in goals))
         ends = {goal.result()[0] for goal in goals}
         self.assertEqual(len(goals), 40)
         self.assertLessEqual(ends, {"PREEMPTED", "RECALLED", "ABORTED"})
@@ -235,10 +243,7 @@ class TestSolve(SolverTestCase):
 
     def test_optimum_and_feedback(self) -> None:
         control, client = self.connect("optimiser")
-        control(
-            f'<commands><restart/><add name="p"><program>{OPTIMISE}</program></add>'
-            '<ground><program name="p"/></ground></commands>'
-        )
+        control(_OPTIMISE)
         # Not by the goal: actionlib drops what comes after the result, by another connection.
         feedback: List[ROSClingoFeedback] = []
         listener = rospy.Subscriber(

@@ -9,8 +9,9 @@ The status list: actionlib sends the statuses of all goals of the last five seco
 one of them changes. With hundreds of short goals a second, that takes most of the time. And it
 repeats them by the clock of ROS, so that nothing comes while a simulator's stands still.
 
-Results that are lost: rospy counts a subscription as connected before the connection is made, so a
-client may send a goal, and the server end it, before the result has a way to the client.
+Results and feedback that are lost: rospy counts a subscription as connected before the connection
+is made, so a client may send a goal, and the server accept or end it, before what it says of that
+has a way to the client.
 
 And it is told here that cancel requests may come late: actionlib's server takes one for a goal that
 has left the list as one for a goal that is still to come, and its client forgets that a goal has
@@ -41,9 +42,16 @@ _ENDED_SECONDS = 0.2
 
 _REMEMBERED_GOALS = 10_000  # ended goals for which a cancel request may still come
 
-# Results kept for a client whose connection is being made: so many, and for so long.
-_KEPT_RESULTS = 100
+# Messages of a topic kept for clients whose connection is being made: so many, and for so long.
+_KEPT_MESSAGES = 100
 _KEPT_SECONDS = 60.0
+
+
+class _Kept(Deque[Tuple[float, str, Any]]):
+    """Messages that their client was not connected for: when, for which node, and the message."""
+
+    def __init__(self) -> None:
+        super().__init__(maxlen=_KEPT_MESSAGES)
 
 
 class LowLatencyActionServer(actionlib.ActionServer):
@@ -71,8 +79,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._recalled = recalled
         self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
         self._ended_ids: OrderedDict[str, None] = OrderedDict()  # likewise
-        # Results that their client was not connected for: when, for which node, and the message.
-        self._kept: Deque[Tuple[float, str, Any]] = deque(maxlen=_KEPT_RESULTS)
+        self._kept_results, self._kept_feedback = _Kept(), _Kept()
 
     def initialize(self) -> None:
         """Opens the topics, in place of actionlib's own method; called when the server starts."""
@@ -80,9 +87,17 @@ class LowLatencyActionServer(actionlib.ActionServer):
         statuses = f"{name}/status"
         self.status_pub = publisher(statuses, GoalStatusArray, latch=True, queue_size=_STATUSES)
         self.result_pub = publisher(
-            f"{name}/result", self.ActionResult, on_subscriber=self._send_kept_results
+            f"{name}/result",
+            self.ActionResult,
+            on_subscriber=lambda send: self._send_kept(self._kept_results, self.result_pub, send),
         )
-        self.feedback_pub = publisher(f"{name}/feedback", self.ActionFeedback)
+        self.feedback_pub = publisher(
+            f"{name}/feedback",
+            self.ActionFeedback,
+            on_subscriber=lambda send: self._send_kept(
+                self._kept_feedback, self.feedback_pub, send
+            ),
+        )
         self.goal_sub = subscriber(f"{name}/goal", self.ActionGoal, self.internal_goal_callback)
         self.cancel_sub = subscriber(f"{name}/cancel", GoalID, self.internal_cancel_callback)
 
@@ -113,33 +128,40 @@ class LowLatencyActionServer(actionlib.ActionServer):
                 self.status_list[:] = [
                     goal for goal in self.status_list if goal.status is not oldest
                 ]
-            self._keep_result(now, status, result)
+            message = self.ActionResult(status=status, result=result)
+            self._keep(self._kept_results, self.result_pub, message)
             super().publish_result(status, result)
 
-    def _keep_result(self, now: float, status: GoalStatus, result: Any) -> None:
-        """Keeps a result, if the node that sent the goal is not connected for it yet."""
-        goals = [each.goal for each in self.status_list if each.status is status and each.goal]
-        for goal in goals:
-            client = (goal._connection_header or {}).get("callerid")
-            if client and not self.result_pub.impl.has_connection(client):
-                message = self.ActionResult(status=status, result=result)
-                message.header.stamp = rospy.Time.now()
-                self._kept.append((now, client, message))
+    def publish_feedback(self, status: GoalStatus, feedback: Any) -> None:
+        """Publishes feedback for a goal; called by actionlib."""
+        with self.lock:
+            message = self.ActionFeedback(status=status, feedback=feedback)
+            self._keep(self._kept_feedback, self.feedback_pub, message)
+            super().publish_feedback(status, feedback)
 
-    def _send_kept_results(self, send: Callable[[Any], None]) -> None:
-        """Sends a new subscriber the results that it should have got before.
+    def _keep(self, kept: _Kept, topic: rospy.Publisher, message: Any) -> None:
+        """Keeps what is said of a goal, if the node that sent it is not connected for it yet."""
+        message.header.stamp = rospy.Time.now()
+        for each in self.status_list:
+            if each.status is message.status and each.goal:
+                client = (each.goal._connection_header or {}).get("callerid")
+                if client and not topic.impl.has_connection(client):
+                    kept.append((time.monotonic(), client, message))
+
+    def _send_kept(self, kept: _Kept, topic: rospy.Publisher, send: Callable[[Any], None]) -> None:
+        """Sends a new subscriber what it should have got before.
 
         rospy makes connections one by one, so it is the one that is connected now.
         """
         with self.lock:
             oldest = time.monotonic() - _KEPT_SECONDS
-            kept = list(self._kept)
-            self._kept.clear()
-            for when, client, message in kept:
-                if self.result_pub.impl.has_connection(client):
+            messages = list(kept)
+            kept.clear()
+            for when, client, message in messages:
+                if topic.impl.has_connection(client):
                     send(message)
                 elif when > oldest:
-                    self._kept.append((when, client, message))
+                    kept.append((when, client, message))
 
     def internal_goal_callback(self, goal: Any) -> None:
         """Takes a goal; one whose cancel request has come first is known by that only."""
