@@ -30,7 +30,7 @@ from rosoclingo.why.situation import Situation
 from rosoclingo_aspprograms.validator import Edge, Map
 
 MAPS = int(os.environ.get("WHY_MAPS", "0"))
-SECONDS = 60.0  # no more than a bound
+SECONDS = 600.0  # no more than a bound
 
 
 class Building:
