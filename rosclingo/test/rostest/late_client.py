@@ -39,6 +39,7 @@ if __name__ == "__main__":
             rospy.Subscriber(
                 f"{server}/{topic}", KINDS[topic], lambda m: heard.put(m.status.goal_id.id)
             )
-        while heard.get(timeout=TIMEOUT) != name:
-            pass
-        print(name, flush=True)
+        said = ""
+        while said != name:
+            said = heard.get(timeout=TIMEOUT)
+            print(said, flush=True)
