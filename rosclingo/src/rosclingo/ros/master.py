@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import uuid
 
@@ -10,6 +11,10 @@ from rosmaster.master_api import ROSMasterHandler
 
 _WORKERS = 3  # threads that tell the nodes of changes, as many as roscore has
 _POLL = 0.02  # seconds that it takes to end
+
+# It logs whenever a node that it tells of a change has just ended; roscore keeps that in a file.
+# With this, Python prints it only where somebody has set up logging.
+logging.getLogger("rosmaster").addHandler(logging.NullHandler())
 
 
 class Master:
