@@ -206,25 +206,40 @@ def test_a_hook_that_is_added_during_a_shutdown_is_called(terminals: Terminals) 
     assert "called" in node.output
 
 
-LOGGING = """
-import os, signal
+ENDING = """
+import os, signal, sys, time
 import rospy
 from rosclingo.ros.init import init_node
 
-init_node("logging")
+def is_served():
+    for frame in sys._current_frames().values():
+        while frame:
+            if frame.f_code.co_name == "serve_forever":
+                return True
+            frame = frame.f_back
+    return False
+
+init_node("ending")
 rospy.loginfo("begins")
 rospy.on_shutdown(lambda: rospy.loginfo("ends"))
+print("served:", is_served())
 os.kill(os.getpid(), signal.SIGINT)
 rospy.spin()
+end = time.monotonic() + 30
+while is_served() and time.monotonic() < end:
+    time.sleep(0.01)
+print("served at the end:", is_served())
 """
 
 
-def test_the_master_forgets_a_node_that_has_ended(terminals: Terminals) -> None:
-    """It would shut down whoever gets the node's port, when the next one of its name starts."""
-    node = terminals.run("python", "-c", LOGGING)
+def test_nothing_is_left_of_a_node_that_has_ended(terminals: Terminals) -> None:
+    """The master would shut down whoever gets its port, when the next one of its name starts."""
+    node = terminals.run("python", "-c", ENDING)
     assert node.wait() == 0
-    assert terminals.master.lookupNode("/test", "/logging") == [-1, "unknown node [/logging]", ""]
+    assert terminals.master.lookupNode("/test", "/ending") == [-1, "unknown node [/ending]", ""]
     assert "Traceback" not in node.output
+    assert "served: True" in node.output
+    assert "served at the end: False" in node.output  # rospy's would ask a closed socket for ever
 
 
 def seconds_computed(node: Terminal) -> float:

@@ -13,6 +13,7 @@ import rospy
 from actionlib_msgs.msg import GoalID, GoalStatusArray
 from std_msgs.msg import Empty
 
+from rosclingo.ros.init import end_server_when_closed
 from rosclingo.ros.local_master import LocalMaster, executable
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.bags.compare.comparison import Stall
@@ -291,6 +292,7 @@ def _initialise(system: LocalMaster) -> None:
     for name in ("ROS_IP", "ROS_NAMESPACE"):
         os.environ.pop(name, None)
     # Remappings are for another master, such as that of rostest.
+    end_server_when_closed()
     rospy.init_node("replay", argv=sys.argv[:1], disable_signals=True, disable_rosout=True)
 
 
