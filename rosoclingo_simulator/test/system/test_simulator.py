@@ -89,33 +89,54 @@ def test_a_slow_clock_holds_up_no_statuses(
     assert statuses.wait() == 0, statuses.output
 
 
+# Makes a simulator for each parameter that is wrong, in one process.
+WRONG = """
+import ast, sys
+import rospy
+from rosclingo.errors import RosclingoError
+from rosclingo.ros.init import init_node
+from rosoclingo_simulator.simulator.node import SimulatorNode
+from rosoclingo_simulator.simulator.settings import read_settings
+
+init_node("simulator")
+for name, value in ast.literal_eval(sys.argv[1]):
+    rospy.set_param("~" + name, value)
+    try:
+        SimulatorNode(read_settings())
+    except RosclingoError as err:
+        print(err)
+    else:
+        print("taken:", name, value)
+    rospy.delete_param("~" + name)
+"""
+
+
 def test_what_is_wrong_is_named(terminals: Terminals) -> None:  # noqa: F811 - the fixture
+    ended = terminals.run(*SIMULATOR, "_speed:=fast")
+    assert "parameter /simulator/speed: expected a number from 0: fast" in ended.output
+    assert ended.wait() == 2
+    assert "Traceback" not in ended.output
     wrong = (
-        ("_map:=/nowhere.yaml", "cannot read the map /nowhere.yaml"),
-        ("_waypoints:=/nowhere.yaml", "cannot read the waypoint file /nowhere.yaml"),
-        ("_physics:=magic", "parameter /simulator_2/physics: expected kinematic or mujoco: magic"),
-        ("_speed:=0", "parameter /simulator_3/speed: expected a number from 0.02 on: 0"),
-        ("_speed:=0.01", "parameter /simulator_4/speed: expected a number from 0.02 on: 0.01"),
-        ("_speed:=fast", "expected a number from 0: fast"),
-        ("_max_speed:=2", "expected a number from 0 to 0.5: 2"),
-        ("_navigation:=maybe", "navigation: expected true or false: maybe"),
-        ("_clock:=3", "clock: expected true or false: 3"),
-        (
-            "_frame_prefix:=a b",
-            "/simulator_9/frame_prefix: expected a name without blanks",
-        ),
-        ("_x:=-3", "the robot cannot stand at (-3, -8)"),
-        (
-            "_initial_pose:=here",
-            "parameter /simulator_11/initial_pose: expected a text such as",
-        ),
+        ("map", "/nowhere.yaml", "cannot read the map /nowhere.yaml"),
+        ("waypoints", "/nowhere.yaml", "cannot read the waypoint file /nowhere.yaml"),
+        ("physics", "magic", "parameter /simulator/physics: expected kinematic or mujoco: magic"),
+        ("speed", 0, "parameter /simulator/speed: expected a number from 0.02 on: 0"),
+        ("speed", 0.01, "parameter /simulator/speed: expected a number from 0.02 on: 0.01"),
+        ("max_speed", 2, "/max_speed: expected a number from 0 to 0.5: 2"),
+        ("navigation", "maybe", "/navigation: expected true or false: maybe"),
+        ("clock", 3, "/clock: expected true or false: 3"),
+        ("frame_prefix", "a b", "/frame_prefix: expected a name without blanks"),
+        ("x", -3, "the robot cannot stand at (-3, -8)"),
+        ("initial_pose", "here", "parameter /simulator/initial_pose: expected a text such as"),
     )
-    for number, (argument, message) in enumerate(wrong):
-        # A name for each, because parameters of the command line outlive the node.
-        simulator = terminals.run(*SIMULATOR, argument, f"__name:=simulator_{number}")
-        assert message in simulator.output
-        assert simulator.wait() == 2
-        assert "Traceback" not in simulator.output
+    pairs = [(name, value) for name, value, _ in wrong]
+    terminals.master.deleteParam("/test", "/simulator/speed")
+    ended = terminals.run("python", "-c", WRONG, repr(pairs))
+    assert ended.wait() == 0, ended.output
+    said = [line for line in ended.output.splitlines() if not line.startswith("[")]
+    assert len(said) == len(wrong), ended.output
+    for line, (_, _, message) in zip(said, wrong):
+        assert message in line
 
 
 def test_without_mujoco_it_says_what_to_install(
