@@ -33,10 +33,11 @@ EVENT = struct.Struct("<III")  # how it begins: the time and the number
 DRIVER = """
 import os, random, signal, sys, threading, time, rospy
 from actionlib import CommState
+from rosclingo.ros.init import init_node
 from rosclingo.ros.low_latency import LowLatencyActionClient
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
-rospy.init_node("driver")
+init_node("driver")
 answers = rospy.Publisher("rosoclingo/in", ROSoClingoIn, tcp_nodelay=True, queue_size=100)
 {robot}
 actions = rospy.Subscriber("rosoclingo/out", ROSoClingoOut, act, tcp_nodelay=True)
