@@ -58,6 +58,8 @@ NOT_TYPED = {
     "roslaunch rosoclingo rosoclingo.launch mode:=./my_mode.lp": "needs another commands.py",
     "roslaunch rosoclingo_examples blocks_world.launch record:=my_run.bag": "needs another node.py",
     "rosbag info my_run.bag": "likewise",
+    "rosrun rosoclingo new.py my_robot": "the tutorial begins with it",
+    "python3 -m rosoclingo.scaffold": "test_new.py of rosoclingo runs it",
 }
 
 # Where a section's output is compared with what is really printed.
