@@ -111,6 +111,16 @@ def test_the_encoding_plans(package: Path, mode: str, capsys: pytest.CaptureFixt
     assert actions[:2] == ["robot: go(hall)"] * 2
 
 
+def test_clingo_has_nothing_to_say_of_the_encoding(package: Path) -> None:
+    """What it says is in the log of the planner's node."""
+    messages: List[str] = []
+    encoding = Options((str(package / "encoding/robot.lp"),))
+    system = System(make_parts("dynamic.incremental.recording", encoding, log=messages.append).loop)
+    goal = system.request("visit(kitchen)")
+    assert system.run() is None
+    assert (goal.words, messages) == (["accepted", "succeeded"], [])
+
+
 def test_the_encoding_says_what_its_terms_mean(package: Path) -> None:
     phrases = Phrases.read(parse_files([str(package / "encoding/robot.lp")]))
     assert phrases.of("visit(hall)") == "the robot is to be at hall"
