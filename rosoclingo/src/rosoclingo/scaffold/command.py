@@ -9,7 +9,7 @@ from typing import NoReturn, Optional, Sequence
 
 from rosclingo.errors import RosclingoError
 from rosoclingo.bags.text import say
-from rosoclingo.scaffold.package import ENCODING, write
+from rosoclingo.scaffold.package import write
 
 _PROGRAM = "new.py"
 _EPILOG = """\
@@ -47,5 +47,5 @@ def main(arguments: Optional[Sequence[str]] = None) -> NoReturn:
     print(f"wrote {package}:")
     for file in files:
         print(f"    {file}")
-    print("try it: rosrun rosoclingo plan.py", package / ENCODING, "--goal 'visit(kitchen)'")
+    print("what to do next is in", package / "README.md")
     sys.exit(0)
