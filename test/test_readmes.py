@@ -805,6 +805,7 @@ def test_the_tutorial(tutorial: Page) -> None:
     tutorial.run("catkin_make")
     sources(tutorial, tutorial.block("command"))
     robot = tutorial.type("roslaunch")
+    robot.wait_for("/planner is ready")
     tutorial.sees("/rosoclingo/goal")
     tutorial.run("rostopic pub")
     robot.wait_for("go(kitchen): success")
