@@ -58,6 +58,8 @@ NOT_TYPED = {
     "roslaunch rosoclingo rosoclingo.launch mode:=./my_mode.lp": "needs another commands.py",
     "roslaunch rosoclingo_examples blocks_world.launch record:=my_run.bag": "needs another node.py",
     "rosbag info my_run.bag": "likewise",
+    "rosrun rosoclingo new.py my_robot": "the tutorial begins with it",
+    "python3 -m rosoclingo.scaffold": "test_new.py of rosoclingo runs it",
 }
 
 # Where a section's output is compared with what is really printed.
@@ -65,6 +67,10 @@ COMPARED = {
     ("README.md", "Try it"): "rosoclingo_gazebo/test/system/test_demo.py",
     ("docs/bags.md", "replay.py"): "rosoclingo/test/system/test_replay.py",
     ("docs/bags.md", "compare.py"): "test/test_readmes.py",
+    ("docs/tutorial.md", "1. A package that runs"): "test/test_readmes.py",
+    ("docs/tutorial.md", "2. A second action"): "test/test_readmes.py",
+    ("docs/tutorial.md", "3. Failures and announcements"): "test/test_readmes.py",
+    ("docs/tutorial.md", "4. A run as a test"): "test/test_readmes.py",
     ("docs/why.md", "In Python"): "test/test_readmes.py",
     ("rosclingo/README.md", "rosclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "rosoclingo"): "test/test_readmes.py",
@@ -98,11 +104,13 @@ rosrun() {
 class Page:
     """A section of a README, and a reader who types what it prints, in a folder of his own."""
 
-    def __init__(self, terminals: Terminals, folder: Path, pieces: List[Piece]) -> None:
+    def __init__(
+        self, terminals: Terminals, folder: Path, pieces: List[Piece], profile: str = PROFILE
+    ) -> None:
         self.terminals = terminals
         self.folder = folder
         self.left = [piece for piece in pieces if not is_left_out(piece)]
-        self._profile = PROFILE
+        self._profile = profile
         self._open: List[Terminal] = []
 
     def has(self, **files: Path) -> None:
@@ -755,3 +763,112 @@ def test_a_regression_bag(page: Page) -> None:
     added = ast.parse(textwrap.dedent(page.block("python")))
     for name in {node.id for node in ast.walk(added) if isinstance(node, ast.Name)}:
         assert re.search(rf"\b{name}\b", recording), name
+
+
+TUTORIAL = [
+    "1. A package that runs",
+    "2. A second action",
+    "3. Failures and announcements",
+    "4. A run as a test",
+]
+
+
+@pytest.fixture
+def tutorial(tmp_path: Path) -> Iterator[Page]:
+    """The tutorial's steps, with all that they have to be typed, as one page."""
+    terminals = Terminals(tmp_path)
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    page = Page(terminals, folder, [], f"{PROFILE}{rosrun(terminals)}")
+    steps = [section("docs/tutorial.md", heading) for heading in TUTORIAL]
+    page.left = [piece for step in steps for piece in step if piece.kind != "output"]
+    try:
+        yield page
+        assert not page.left, "the tutorial prints more than the test types"
+    finally:
+        terminals.close()
+
+
+def rosrun(terminals: Terminals) -> str:
+    """Returns what makes rosrun find programs of rosoclingo at once, for which it takes long."""
+    (program,) = terminals.without_rosrun(("rosrun", "rosoclingo", "plan.py"))
+    return f'rosrun() {{ "{Path(program).parent}/$2" "${{@:3}}"; }}\n'
+
+
+@of("docs/tutorial.md", TUTORIAL[0])
+@of("docs/tutorial.md", TUTORIAL[1])
+@of("docs/tutorial.md", TUTORIAL[2])
+@of("docs/tutorial.md", TUTORIAL[3])
+def test_the_tutorial(tutorial: Page) -> None:
+    """A package of one's own, from an empty folder; its README prints nothing else."""
+    typed = {piece.text for piece in tutorial.left}
+    workspace = tutorial.folder / "my_workspace"
+    package = workspace / "src" / "my_robot"
+    encoding, script = package / "encoding/robot.lp", package / "nodes/robot.py"
+
+    tutorial.run("mkdir")
+    said = tutorial.run("new.py") + tutorial.run("plan.py")
+    printed = [piece.text for _, found in sections(str(package / "README.md")) for piece in found]
+    assert len(printed) > 5
+    assert typed.issuperset(printed)
+    assert tutorial.block("command") == f"cd {workspace.name}"
+    tutorial.folder = workspace
+    tutorial.run("catkin_make")
+    sources(tutorial, tutorial.block("command"))
+    robot = tutorial.type("roslaunch")
+    robot.wait_for("/planner is ready")
+    tutorial.sees("/rosoclingo/goal")
+    tutorial.run("rostopic pub")
+    robot.wait_for("go(kitchen): success")
+    check_output("docs/tutorial.md", "1. A package that runs", said + robot.output)
+    tutorial.interrupt()
+    tutorial.run("rostest")
+
+    change(encoding, tutorial.block("diff"))
+    place = "    def _simulate("
+    script.write_text(script.read_text().replace(place, f"{tutorial.block('python')}\n{place}"))
+    check_output("docs/tutorial.md", "2. A second action", tutorial.run("plan.py"))
+
+    said = tutorial.run("plan.py")
+    change(encoding, tutorial.block("diff"))
+    said += tutorial.run("plan.py")
+    check_output("docs/tutorial.md", "3. Failures and announcements", said)
+    blocked = tutorial.type("plan.py")
+    assert blocked.wait() == 1
+    (reason,) = re.findall(r"status 1: `([^`]+)`", (ROOT / "docs/tutorial.md").read_text())
+    assert reason in blocked.output
+
+    robot = tutorial.type("record:=")
+    tutorial.sees("/rosoclingo/goal")
+    tutorial.run("rostopic pub")
+    robot.wait_for("sweep(kitchen): success")
+    check_output("docs/tutorial.md", "4. A run as a test", robot.output)
+    tutorial.interrupt()
+    tests = package / "test/robot.rostest"
+    tests.write_text(tests.read_text().replace("</launch>", f"{tutorial.block('xml')}</launch>"))
+    assert "testdetour" in tutorial.run("rostest")
+    tutorial.run("report.py")
+    assert "sweep(kitchen)" in (workspace / "detour.html").read_text()
+
+
+def change(file: Path, difference: str) -> None:
+    """Changes a file as a block of the language diff shows: a paragraph for each place."""
+    text = file.read_text()
+    for paragraph in re.split(r"\n\n+", difference.strip("\n")):
+        lines = paragraph.splitlines()
+        old, new = (
+            "".join(f"{line[1:]}\n" for line in lines if line[0] in kept) for kept in (" -", " +")
+        )
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    file.write_text(text)
+
+
+def sources(page: Page, command: str) -> None:
+    """Gives each terminal from now on what a command sets."""
+    variables = subprocess.check_output(
+        ("bash", "-c", f"{command} && env -0"),
+        cwd=page.folder, env=page.terminals.environment, text=True,
+    )  # fmt: skip
+    pairs = (variable.partition("=") for variable in variables.split("\0"))
+    page.terminals.environment.update({name: value for name, _, value in pairs if name})

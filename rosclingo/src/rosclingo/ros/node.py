@@ -18,10 +18,10 @@ from std_msgs.msg import String
 from rosclingo.errors import RosclingoError, XmlError, report
 from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
 from rosclingo.ros import parameters
-from rosclingo.ros.about import about
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import init_node, log_clingo, on_shutdown
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher
+from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import USAGE, Options, parse_options
 from rosclingo.solver.programs import Policy

@@ -24,7 +24,7 @@ class Entry(Record):
 
 @dataclass(frozen=True)
 class Program:
-    """What a node was started with; see :func:`rosclingo.ros.about.about`.
+    """What a node was started with; see :func:`rosclingo.solver.about.about`.
 
     Attributes:
         node: Its resolved name, such as ``/planner``.

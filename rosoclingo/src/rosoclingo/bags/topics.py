@@ -65,9 +65,9 @@ def solver_topics(about: str) -> Dict[str, str]:
     """Returns the topics of the solver nodes that a planning loop uses, with their types.
 
     Args:
-        about: What the loop's node says of itself; see :func:`rosclingo.ros.about.about`. That of a
-            one-node system names no solvers. What is no name of a node is left out: a recorder that
-            subscribes to it waits for the master for ever.
+        about: What the loop's node says of itself; see :func:`rosclingo.solver.about.about`. That
+            of a one-node system names no solvers. What is no name of a node is left out: a recorder
+            that subscribes to it waits for the master for ever.
     """
     return {
         f"{node}/{topic}": kind

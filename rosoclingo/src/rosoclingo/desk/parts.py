@@ -105,15 +105,15 @@ def find_mode(mode: str) -> str:
 
 
 def _modes() -> List[Path]:
-    return sorted((_shared() / "modes").glob("*.lp"))
+    return sorted((shared() / "modes").glob("*.lp"))
 
 
-def _shared() -> Path:
+def shared() -> Path:
     """Returns the folder of what the package has besides Python, in a clone or installed."""
     here = Path(__file__).resolve()
     places = [p for folder in here.parents for p in (folder, folder / "share" / "rosoclingo")]
     return next((place for place in places if (place / "modes").is_dir()), here.parent)
 
 
-EXAMPLES = str(_shared() / "example")
+EXAMPLES = str(shared() / "example")
 """The folder of the package's small encodings."""

@@ -14,11 +14,11 @@ from std_msgs.msg import Empty, String
 
 from rosclingo.errors import ParameterError, RosclingoError, TermError
 from rosclingo.ros import parameters
-from rosclingo.ros.about import about
 from rosclingo.ros.client import Client
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import give_up, init_node, on_shutdown
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
+from rosclingo.solver.about import about
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action, canonical
@@ -147,7 +147,7 @@ class Node:
             commands: Class with a method for each command, such as ``ROSCommands``.
             inbox: Where everything comes in.
             ready: Waits until the solvers are there; called first in the loop's thread.
-            description: What :func:`rosclingo.ros.about.about` says of the node.
+            description: What :func:`rosclingo.solver.about.about` says of the node.
 
         Raises:
             ParameterError: A parameter is wrong.

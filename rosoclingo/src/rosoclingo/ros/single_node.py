@@ -9,8 +9,8 @@ from typing import Any, NoReturn, Type
 import rospy
 
 from rosclingo.errors import RosclingoError
-from rosclingo.ros.about import about
 from rosclingo.ros.init import init_node, log_clingo
+from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
 from rosoclingo.ros.node import Node, open_inbox, run

@@ -1,0 +1,4 @@
+#!/usr/bin/env python
+from rosoclingo.scaffold.command import main
+
+main()

@@ -1,0 +1,1 @@
+"""Writes a package for a robot of one's own. Needs no ROS."""
