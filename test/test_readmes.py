@@ -104,13 +104,15 @@ rosrun() {
 class Page:
     """A section of a README, and a reader who types what it prints, in a folder of his own."""
 
-    def __init__(
-        self, terminals: Terminals, folder: Path, pieces: List[Piece], profile: str = PROFILE
-    ) -> None:
-        self.terminals = terminals
-        self.folder = folder
-        self.left = [piece for piece in pieces if not is_left_out(piece)]
-        self._profile = profile
+    def __init__(self, place: Path, pieces: List[Piece]) -> None:
+        found = place.parent / "rosrun"  # shared by the tests of this process
+        found.mkdir(exist_ok=True)
+        self.terminals = Terminals(place)
+        self.terminals.environment["ROSRUN_FOUND"] = str(found)
+        self.folder = place / "folder"
+        self.folder.mkdir()
+        self.left = pieces
+        self._profile = PROFILE
         self._open: List[Terminal] = []
 
     def has(self, **files: Path) -> None:
@@ -183,13 +185,9 @@ def of(readme: str, heading: str) -> pytest.MarkDecorator:
 @pytest.fixture
 def page(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Page]:
     """The section that the test's mark names."""
-    terminals = Terminals(tmp_path)
-    folder, found = tmp_path / "folder", tmp_path.parent / "rosrun"
-    folder.mkdir()
-    found.mkdir(exist_ok=True)
-    terminals.environment["ROSRUN_FOUND"] = str(found)
-    mark = request.node.get_closest_marker("readme")
-    page = Page(terminals, folder, section(*mark.args))
+    pieces = section(*request.node.get_closest_marker("readme").args)
+    page = Page(tmp_path, [piece for piece in pieces if not is_left_out(piece)])
+    terminals = page.terminals
     if not {"roscore"} & {piece.text for piece in page.left}:
         terminals.start_master()
     try:
@@ -776,23 +774,13 @@ TUTORIAL = [
 @pytest.fixture
 def tutorial(tmp_path: Path) -> Iterator[Page]:
     """The tutorial's steps, with all that they have to be typed, as one page."""
-    terminals = Terminals(tmp_path)
-    folder = tmp_path / "folder"
-    folder.mkdir()
-    page = Page(terminals, folder, [], f"{PROFILE}{rosrun(terminals)}")
     steps = [section("docs/tutorial.md", heading) for heading in TUTORIAL]
-    page.left = [piece for step in steps for piece in step if piece.kind != "output"]
+    page = Page(tmp_path, [piece for step in steps for piece in step if piece.kind != "output"])
     try:
         yield page
         assert not page.left, "the tutorial prints more than the test types"
     finally:
-        terminals.close()
-
-
-def rosrun(terminals: Terminals) -> str:
-    """Returns what makes rosrun find programs of rosoclingo at once, for which it takes long."""
-    (program,) = terminals.without_rosrun(("rosrun", "rosoclingo", "plan.py"))
-    return f'rosrun() {{ "{Path(program).parent}/$2" "${{@:3}}"; }}\n'
+        page.terminals.close()
 
 
 @of("docs/tutorial.md", TUTORIAL[0])
