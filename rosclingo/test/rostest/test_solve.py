@@ -141,8 +141,10 @@ class TestSolve(SolverTestCase):
         self.assertEqual(goal.result()[0], "REJECTED")
 
         def is_gone() -> bool:
-            self.goal("<assumptions").result()
-            return goal.id not in self._statuses()
+            other = self.goal("<assumptions")
+            other.result()
+            # A list without the other goal may be older than this one.
+            return goal.id not in self._wait_for_status(other.id)
 
         wait_for(is_gone)
         goal.cancel()
