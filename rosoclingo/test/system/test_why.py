@@ -83,7 +83,7 @@ def test_three_nodes(terminals: Terminals) -> None:
     send(terminals, "visit(3)")
     node.wait_for("robot: go(2)")
 
-    assert why(terminals) == "There is a plan of 2 steps.\n"
+    assert why(terminals) == "There is a plan of 1 step.\n"
     assert why(terminals, "--goal", "1").startswith("visit(3) ends in step ")
     assert "If robot were not to do go(3) in step" in why(
         terminals, "--action", "do(robot,go(3),9)"
@@ -102,7 +102,7 @@ def test_three_nodes(terminals: Terminals) -> None:
 
     (process,) = answering(node)
     os.kill(process, signal.SIGKILL)
-    assert why(terminals) == "There is a plan of 2 steps.\n"
+    assert why(terminals) == "There is a plan of 1 step.\n"
     assert "the process that answers questions has ended by SIGKILL" in node.output
 
     terminals.run(
