@@ -15,10 +15,10 @@ ROS = {"rospy", "actionlib", "rosgraph", "rosbag"}
 FLOORS = {
     "rosclingo": ["errors", "wire", "solver", "ros"],
     "rosoclingo": [
-        "errors", "loop", "drawing", "commands", "single", "why", "ros",
+        "errors", "loop", "drawing", "commands", "single", "why",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
-        "desk", "scaffold",
+        "ros", "desk", "scaffold",
     ],
     "rosoclingo_interfaces": [
         "errors", "prompt", "topics", "journal", "announcements",

@@ -71,6 +71,7 @@ COMPARED = {
     ("docs/tutorial.md", "2. A second action"): "test/test_readmes.py",
     ("docs/tutorial.md", "3. Failures and announcements"): "test/test_readmes.py",
     ("docs/tutorial.md", "4. A run as a test"): "test/test_readmes.py",
+    ("docs/why.md", "At run time"): "test/test_readmes.py",
     ("docs/why.md", "In Python"): "test/test_readmes.py",
     ("rosclingo/README.md", "rosclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "rosoclingo"): "test/test_readmes.py",
@@ -386,6 +387,24 @@ def test_asking(tmp_path: Path) -> None:
     engine.apply(Ground((Part("spread", ("1", "1")),), asking=True))
     expected = ["reach(1,1,0)", "reach(1,2,1)", "reach(1,3,1)", "reach(1,4,2)"]
     assert sorted(engine.solve().symbols) == expected
+
+
+@of("docs/why.md", "At run time")
+def test_why_at_run_time(page: Page) -> None:
+    node = page.type("rosoclingo.launch")
+    page.hears("/rosoclingo/about")
+    page.run("/rosoclingo/goal")
+    node.wait_for("robot: go(2)")
+    said = ""
+    for word, status in (("info:close(3)", 0), ("goal:visit(6)", 0), ("--goal", 2)):
+        (question,) = page.left[:1]
+        terminal = page.type(word)
+        while terminal.wait() == 1 and "there was no answer within" in terminal.output:
+            page.left.insert(0, question)  # other processes have taken all the time
+            terminal = page.type(word)
+        assert terminal.wait() == status, terminal.output
+        said += terminal.output
+    check_output("docs/why.md", "At run time", said)
 
 
 @of("docs/why.md", "In Python")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import List, Sequence, Tuple
 from xml.etree import ElementTree
@@ -13,6 +14,8 @@ from rosoclingo.bags.compare.comparison import Comparison, Level, Stall, compare
 from rosoclingo.bags.compare.junit import Suite, write_error, write_results
 from rosoclingo.bags.compare.text_report import describe, speed, summary
 from rosoclingo.bags.read.run import Run
+from rosoclingo.bags.replay.input_schedule import input_schedule
+from rosoclingo.bags.replay.inputs import inputs
 from rosoclingo.loop.journal import (
     CommandDone,
     GoalArrived,
@@ -30,7 +33,11 @@ SUITE = Suite("replay of run.bag", "replay.run")
 
 def differences(seen: List[Made]) -> Tuple[int, ...]:
     """Returns how many differences there are at each level, the strictest first."""
-    return tuple(compare(run(RUN), run(seen), level).differences for level in Level)
+    return differences_of(run(RUN), run(seen))
+
+
+def differences_of(expected: Run, seen: Run) -> Tuple[int, ...]:
+    return tuple(compare(expected, seen, level).differences for level in Level)
 
 
 def test_levels() -> None:
@@ -41,6 +48,19 @@ def test_levels() -> None:
     exact = compare(run(RUN), run(LONGER))
     assert exact.differences > 1
     assert (exact.steps, exact.seen_steps) == (2, 3)
+
+
+def test_questions_change_nothing() -> None:
+    """Whether and when somebody asks is of no matter, to a comparison and to a replay."""
+    together: List[Made] = [*ASK[:2], ("goal", "h", "visit(4)", 0), *ASK[2:]]
+    plain = together + status("rejected", 0, "h") + RUN[len(ASK) :]
+    why: Made = ("why", "goal 1", "It waits.", 0)
+    asked = run([made for one in plain for made in (why, one, why)])
+    assert differences_of(run(plain), asked) == differences_of(asked, run(plain)) == (0, 0, 0)
+    assert input_schedule(asked) == input_schedule(run(plain))
+    assert [replace(one, gap=0.0) for one in inputs(asked)] == [
+        replace(one, gap=0.0) for one in inputs(run(plain))
+    ]
 
 
 def test_what_is_said() -> None:

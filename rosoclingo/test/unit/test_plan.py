@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Tuple
+from typing import Any, Dict, List, NamedTuple
 
 import pytest
 
@@ -138,6 +138,31 @@ def test_no_plan(plan: Any) -> None:
     said = plan(LINE, "--goal", "visit(3)", "--event", "info:close(2)", "-c", "steps=7")
     assert (said.status, said.out) == (1, "")
     assert "no plan within the horizon of 7 steps for visit(3)" in said.err
+    why = (
+        "There is no plan for visit(3) because info says close(2). Without that, there would be a "
+        "plan of 2 steps."
+    )
+    assert said.err.endswith(f"plan.py: {why}\n")
+    arguments = [LINE, "--goal", "visit(3)", "--event", "info:close(2)", "-c", "steps=7"]
+    assert "because" not in plan(*arguments, "--why-seconds", "0").err
+    assert [answer["text"] for answer in json.loads(plan(*arguments, "--json").out)["why"]] == [why]
+
+
+@pytest.mark.parametrize("mode", ["dynamic.incremental.recording", SINGLE])
+def test_no_plan_that_is_long_enough(plan: Any, mode: str) -> None:
+    said = plan(LINE, "--goal", "visit(6)", "-c", "steps=4", "--mode", mode)
+    assert said.status == 1
+    assert said.err.endswith(
+        "There is no plan up to step 4, the last one that may be planned for. That is the only "
+        "reason: there is one up to step 5, with -c steps=5.\n"
+    )
+
+
+def test_there_was_no_time_to_say_why(plan: Any) -> None:
+    arguments = ["--goal", "visit(3)", "--event", "info:close(2)", "--why-seconds", "0.000001"]
+    said = plan(LINE, *arguments)
+    assert said.status == 1
+    assert said.err.endswith("why: there was no time for an answer; --why-seconds 1e-06\n")
 
 
 def test_no_plan_for_one_of_two(plan: Any) -> None:
@@ -201,9 +226,10 @@ def test_a_request_that_is_cut_off(plan: Any, tmp_path: Path) -> None:
     )
     assert plan(str(tmp_path / "off.lp"), "--goal", "here").status == 0
     said = plan(str(tmp_path / "off.lp"), "--goal", "there")
-    assert (said.status, said.err) == (
-        1,
-        "plan.py: there: not reached; the plan has no action for it, with a horizon of 0 steps\n",
+    assert said.status == 1
+    assert said.err.endswith(
+        "plan.py: there: not reached; the plan has no action for it, with a horizon of 0 steps\n"
+        "plan.py: There is no plan for there, whatever was told: the encoding excludes it.\n"
     )
 
 
@@ -211,9 +237,9 @@ def test_progress(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
     """It is said on stderr, how far the loop is, as long as that takes."""
     asked = threading.Event()
 
-    def place() -> Tuple[int, int]:
+    def place() -> str:
         asked.set()
-        return 3, 7
+        return "step 3, horizon 7"
 
     monkeypatch.setattr(progress, "_SECONDS", 0.001)
     with progress.Progress(place):

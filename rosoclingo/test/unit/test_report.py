@@ -82,6 +82,16 @@ def test_the_page_holds_what_happened() -> None:
     assert figures["bag"] == ("4.0 KiB", f"{len(journal.entries)} events, with a journal")
 
 
+def test_the_page_has_the_answers() -> None:
+    journal = Journal().goal("g", "bring(1,3)").move(2, 5)
+    journal.add("why", "goal 1", "It waits.", ('{"slot": "1"}',), 0.25)
+    found = Page(page_of(journal.recording())).data
+    (answer,) = rows(found["answers"])
+    assert answer == {
+        "seconds": 2, "step": 2, "question": "goal 1", "text": "It waits.", "duration": 0.25,
+    }  # fmt: skip
+
+
 def test_the_page_says_with_what_the_nodes_were_started() -> None:
     planner = Program(
         "/planner", "rosclingo run.py", ("-f", "a b.lp"), {"a b.lp": "a."}, {"clingo": "5.8"}

@@ -192,7 +192,7 @@ def test_the_answer_is_said() -> None:
     explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
     assert explainer.no_plan().text == (
         "There is no plan for visit(6) because info says close(5). Without that, there would be a "
-        "plan of 5 steps."
+        "plan of 5 steps. visit(4) waits for a slot."
     )
     assert explainer.goal("visit(2)").text == (
         "There is no plan for visit(2) because visit(6) is asked for and info says close(5). Each "

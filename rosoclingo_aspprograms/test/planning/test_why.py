@@ -1,7 +1,7 @@
 """Why a delivery waits, and what would be instead: on random maps, against fresh planners.
 
-``WHY_MAPS=300 python -m pytest rosoclingo_aspprograms/test/planning/test_why.py`` takes more maps,
-and blocks the ways in each order.
+``WHY_MAPS=0:300 python -m pytest rosoclingo_aspprograms/test/planning/test_why.py`` takes more
+maps, those from 0 to 299, and blocks the ways in each order.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from rosoclingo.why.reason import Reason
 from rosoclingo.why.situation import Situation
 from rosoclingo_aspprograms.validator import Edge, Map
 
-MAPS = int(os.environ.get("WHY_MAPS", "0"))
+MAPS = range(*map(int, os.environ.get("WHY_MAPS", "0:0").split(":")))
 SECONDS = 600.0  # no more than a bound
 
 
@@ -122,7 +122,7 @@ def closed(atoms: Iterable[str]) -> FrozenSet[Edge]:
     return frozenset(frozenset(split_term(split_term(a)[1][1])[1]) for a in atoms if "blocked" in a)
 
 
-@pytest.mark.parametrize("seed", range(MAPS or 20))
+@pytest.mark.parametrize("seed", MAPS or range(20))
 def test_what_is_named_suffices_and_each_of_it_is_needed(seed: int, tmp_path: Path) -> None:
     """All ways to a room are blocked, one after the other."""
     building = Building(seed, tmp_path)

@@ -14,6 +14,7 @@ from rosoclingo.desk.parts import SINGLE
 
 _MODE = "dynamic.incremental.recording"
 _STEPS = 50  # the longest plan; the modes' own default is too short for trying
+_WHY_SECONDS = 5.0
 _OF_THE_MODE = ("steps", "r")  # constants
 
 _EPILOG = """\
@@ -63,6 +64,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         help="a goal without a plan ends alone, and not all with the loop")  # fmt: skip
     add("--search-seconds", type=_number(), default=0.0, metavar="S",
         help="when an optimising search ends that has found a plan")  # fmt: skip
+    add("--why-seconds", type=_number(), default=_WHY_SECONDS, metavar="S",
+        help=f"how long to look why there is no plan; by default {_WHY_SECONDS:g}, and 0 for "
+        "not at all")  # fmt: skip
     add("--json", action="store_true", help="print plan, goals and journal as JSON")
     add("--picture", type=Path, metavar="FILE", help="draw the plan or the run; .svg, .png, .pdf")
     chosen, rest = parser.parse_known_args(arguments)

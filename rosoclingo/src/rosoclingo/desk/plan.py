@@ -22,11 +22,15 @@ from rosoclingo.desk.progress import Progress
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.desk.story import Story
 from rosoclingo.desk.system import Request
+from rosoclingo.desk.why import explain
 from rosoclingo.drawing.errors import picture_errors
 from rosoclingo.errors import ControllerError
 from rosoclingo.loop import journal
-from rosoclingo.loop.goals import Stage
+from rosoclingo.loop.goals import Goal, Stage
 from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.snapshot import encode
+from rosoclingo.why.question import Answer
+from rosoclingo.why.situation import Situation
 
 _PROGRAM = "plan.py"
 
@@ -57,8 +61,9 @@ def run(arguments: Sequence[str]) -> int:
     chosen = parse(arguments)
     parts = make_parts(chosen.mode, chosen.options, chosen.mode_options, log=_warn)
     desk = Desk(parts.loop, chosen)
-    with Progress(lambda: (desk.loop.state.step, desk.loop.state.horizon)):
+    with Progress(lambda: f"step {desk.loop.state.step}, horizon {desk.loop.state.horizon}"):
         failure = desk.run()
+        desk.take_situation(failure)
     wrong = refused(desk, failure)
     if not (desk.loop.dynamic or isinstance(failure, ControllerError)):
         messages = [one for one in chosen.inputs if one.kind != GOAL]
@@ -69,7 +74,12 @@ def run(arguments: Sequence[str]) -> int:
     if chosen.simulate:
         lost = [goal for goal in desk.goals if goal.stage is not Stage.ENDED]
     why = reasons(desk, lost, failure)
-    desk.finish(wrong, why)
+    answers: List[Answer] = []
+    if why and desk.situation is not None and not wrong and chosen.why_seconds > 0:
+        with Progress(lambda: "looking why there is no plan"):
+            answers, unanswered = explain(desk.situation, chosen, lost)
+        why += [answer.text for answer in answers] + unanswered
+    desk.finish(wrong, why, answers)
     if chosen.picture is not None and desk.plan is not None:
         _draw(chosen, desk, desk.plan)
     return 2 if wrong else 1 if why else 0
@@ -80,10 +90,12 @@ class Desk(Simulation):
 
     Attributes:
         plan: The first plan.
+        situation: The one in which there was no plan; if there was always one, the last one.
     """
 
     def __init__(self, make: Callable[..., Loop], chosen: argparse.Namespace) -> None:
         self.plan: Optional[Plan] = None
+        self.situation: Optional[Situation] = None
         self._chosen = chosen
         self._is_shown = False
         self._story = Story(_print, commands=chosen.commands)
@@ -116,17 +128,33 @@ class Desk(Simulation):
         if self._is_shown and self._tells:
             self._story.hear(self.journal[-1])
 
-    def finish(self, wrong: Sequence[str], why: Sequence[str]) -> None:
+    def miss_plan(self, goals: Sequence[Goal]) -> None:
+        """Remembers the situation; when the loop has ended, no goal is open any more."""
+        self.situation = Situation.of(self.loop.state)
+
+    def take_situation(self, failure: Optional[RosclingoError]) -> None:
+        """Remembers the situation, if the loop has not ended by itself, and nobody has to answer.
+
+        Args:
+            failure: Why it has ended by itself.
+        """
+        if self.situation is None and failure is None and not (self.silent or self.is_too_long):
+            self.situation = Situation.of(self.loop.state)
+
+    def finish(self, wrong: Sequence[str], why: Sequence[str], answers: Sequence[Answer]) -> None:
         """Says how it has ended.
 
         Args:
             wrong: What of the input is wrong.
             why: Why goals were not reached.
+            answers: What of that was found out by asking.
         """
         if not self._is_shown:  # the loop has ended before it could wait
             self._tell_all()
         if self._chosen.json:
-            print(json.dumps(self._values(wrong, why), indent=1))
+            values = self._values(wrong, why)
+            values["why"] = [json.loads(encode(answer)) for answer in answers]
+            print(json.dumps(values, indent=1))
         elif self._chosen.simulate:
             _print(f"after {self.elapsed} steps, at {self.clock:g} s")
             for goal in self.goals:

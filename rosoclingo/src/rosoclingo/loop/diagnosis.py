@@ -40,6 +40,7 @@ def end(state: State) -> None:
         return
     steps = max(state.externals.grounded, default=0)
     goals = state.goals.open
+    state.environment.miss_plan(goals)
     if state.step and state.step >= steps:
         late = f"; it is too late for {_requests(goals)}" if goals else ""
         raise LoopError(f"the mode ended after its last step, {steps}{late}; {_ELSEWHERE}")

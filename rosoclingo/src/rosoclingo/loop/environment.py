@@ -6,6 +6,7 @@ import time
 from typing import Sequence
 
 from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.journal import Record
 
 
@@ -21,6 +22,18 @@ class Environment:
 
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Shows what is planned, from the current step on."""
+
+    def begin_to_wait(self, goals: Sequence[Goal]) -> None:
+        """Is told by the loop's thread that the plan has no action for these goals now.
+
+        Does not wait. It may look for the reason, and tell the goals later.
+        """
+
+    def miss_plan(self, goals: Sequence[Goal]) -> None:
+        """Is told by the loop's thread that there is no plan for these goals, likewise."""
+
+    def finish_reasons(self) -> None:
+        """Waits for the reasons that it looks for, because the loop is about to end."""
 
     def note(self, record: Record) -> None:
         """Adds an event to the journal; may be called from any thread."""

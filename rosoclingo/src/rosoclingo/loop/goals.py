@@ -135,18 +135,23 @@ class Goal(GoalState):
             self.slot = slot
             return True
 
-    def tell(self, line: str) -> None:
+    def tell(self, line: str) -> bool:
         """Sends a line of feedback, unless it says what the last of its kind has said.
 
         Args:
             line: The line; its first word is its kind.
+
+        Returns:
+            Whether it was sent.
         """
         kind = line.split(maxsplit=1)[0]
         if kind == "plan":
             self._told.pop("planning,", None)  # the next search is another one
-        if self._told.get(kind) != line:
+        is_new = self._told.get(kind) != line
+        if is_new:
             self._told[kind] = line
             self._client.feedback(line)
+        return is_new
 
 
 _TRANSITIONS: Mapping[str, Mapping[Stage, Tuple[str, ...]]] = {
@@ -334,10 +339,13 @@ class Goals:
         for place, goal in enumerate(itertools.islice(waiting, free, None), 1):
             goal.tell(f"queued {place}")
 
-    def tell(self, line: str) -> None:
-        """Tells a line to all goals that have a slot and have not ended."""
-        for goal in self.open:
-            goal.tell(line)
+    def tell(self, line: str) -> List[Goal]:
+        """Tells a line to all goals that have a slot and have not ended.
+
+        Returns:
+            Those for which it is new.
+        """
+        return [goal for goal in self.open if goal.tell(line)]
 
     def all_ended(self) -> bool:
         """Whether every slot has a goal that has ended."""

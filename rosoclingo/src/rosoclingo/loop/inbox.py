@@ -33,6 +33,7 @@ class Inbox:
     def __init__(self) -> None:
         self._changed = threading.Condition()  # guards the other fields; held for moments only
         self._items: List[Item] = []
+        self._looks: List[Callable[[], None]] = []
         self._closed = False
         self._end: Optional[str] = None
 
@@ -50,6 +51,32 @@ class Inbox:
         """Adds a cancel request; the goal is recalled at once if it has no slot."""
         goal.recall()  # now: the loop may be busy for long
         self.put(Cancel(goal))
+
+    def look(self, function: Callable[[], None]) -> bool:
+        """Has the loop's thread call a function, as soon as it looks what has come.
+
+        It does so between two commands, while it waits, and in a search, and never while it changes
+        what it knows. That is no news for the controller, and does not end a search.
+
+        Args:
+            function: Called once; does not wait, and raises nothing.
+
+        Returns:
+            Whether it will; not after the end of the loop.
+        """
+        with self._changed:
+            if self._end is None:
+                self._looks.append(function)
+                self._changed.notify_all()
+            return self._end is None
+
+    def show(self) -> None:
+        """Calls the functions of :meth:`look`; called by the loop's thread."""
+        if self._looks:
+            with self._changed:
+                looks, self._looks = self._looks, []
+            for function in looks:
+                function()
 
     def close(self) -> None:
         """Says that the loop is to end."""
@@ -78,6 +105,7 @@ class Inbox:
 
     def take(self) -> List[Item]:
         """Returns all items in order of arrival and removes them; does not wait."""
+        self.show()
         if not self._items:
             return []
         with self._changed:
@@ -90,7 +118,7 @@ class Inbox:
             self._end = reason
 
     def wait(self, timeout: float) -> bool:
-        """Waits until there is an item or the inbox is closed.
+        """Waits until there is something to take or to look at, or the inbox is closed.
 
         Args:
             timeout: Longest time to wait, in seconds.
@@ -99,4 +127,7 @@ class Inbox:
             Whether one of these is the case.
         """
         with self._changed:
-            return self._changed.wait_for(lambda: bool(self._items) or self._closed, timeout)
+            return self._changed.wait_for(self._has_something, timeout)
+
+    def _has_something(self) -> bool:
+        return bool(self._items or self._looks or self._closed)

@@ -192,6 +192,23 @@ class LoopWaits(Event):
 
 
 @dataclass(frozen=True)
+class Explained(Event):
+    """A question was answered, which changes nothing.
+
+    Attributes:
+        question: The question, such as ``goal visit(3)``.
+        text: The answer, in sentences.
+        structure: The answer as JSON, with its atoms and plans.
+        seconds: How long it took, in seconds of wall time.
+    """
+
+    question: str
+    text: str
+    structure: str = ""
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
 class LoopEnded(Event):
     """The loop has ended; the reason may be a :class:`Reason`."""
 
@@ -242,6 +259,7 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
         (e.slot,) if e.status is Status.ACCEPTED else (e.slot, str(e.reason)),
     ),
     LoopWaits: lambda e: Fields("waiting", text=_FOR_A_REPLAY if e.for_a_replay else ""),
+    Explained: lambda e: Fields("why", e.question, e.text, (e.structure,), e.seconds),
     LoopEnded: lambda e: Fields("end", text=str(e.reason)),
     Unknown: lambda e: e.fields,
 }  # fmt: skip
@@ -256,6 +274,7 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
     "action": lambda f: ActionPublished(f.id, f.text),
     "status": lambda f: StatusSet(f.id, Status(f.text), *_slot_and_reason(*f.details)),
     "waiting": lambda f: LoopWaits(f.text == _FOR_A_REPLAY),
+    "why": lambda f: Explained(f.id, f.text, "".join(f.details[:1]), f.seconds),
     "end": lambda f: LoopEnded(Reason.of(f.text)),
 }
 

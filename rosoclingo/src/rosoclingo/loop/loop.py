@@ -216,6 +216,8 @@ class Loop:
     def end(self, reason: str) -> None:
         """Aborts the open goals and has those that are still to come rejected."""
         mail = self.state.mail
+        if not mail.inbox.closed:
+            self._environment.finish_reasons()
         if mail.inbox.closed:
             reason = Reason.SHUTDOWN
         mail.inbox.end(reason)

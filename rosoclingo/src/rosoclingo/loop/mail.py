@@ -343,7 +343,7 @@ class Mail(MailState):
 
         One whose time is over is none of them.
         """
-        now = time.monotonic()
+        now = self._environment.now()
         return [(actuator, now - one.began) for actuator, one in self._silent()]
 
     def overdue(self, seconds: float) -> List[str]:

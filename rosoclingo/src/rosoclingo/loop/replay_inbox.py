@@ -196,7 +196,7 @@ class ReplayInbox(Inbox):
         """Waits until something is due or the inbox is closed, as that of an inbox does."""
         with self._changed:
             return self._changed.wait_for(
-                lambda: bool(self._items) or self._closed or self._next() is not None, timeout
+                lambda: self._has_something() or self._next() is not None, timeout
             )
 
     def _next(self) -> Optional[Due]:

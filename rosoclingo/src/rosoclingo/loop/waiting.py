@@ -71,7 +71,10 @@ class Waiting:
         mail = self._mail
         mail.take(may_ask=True)
         if not (mail.pending_actions or mail.has_news):
-            self._goals.tell(f"waiting in step {step}: the plan has no action for now")
+            line = f"waiting in step {step}: the plan has no action for now"
+            told = self._goals.tell(line)
+            if told:
+                self._environment.begin_to_wait(told)
         noted = False
         while not (mail.has_news or self._step_is_awaited(step)):
             if mail.inbox.closed:

@@ -39,17 +39,21 @@ from rosoclingo.msg import (
     ROSoClingoPlan,
     ROSoClingoResult,
 )
+from rosoclingo.ros.encodings import Encodings
+from rosoclingo.ros.questions import Questions
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 
 _USAGE = """\
 usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
-              [_abort_unreachable:=true] [_search_seconds:=SECONDS] [ROS remappings]
+              [_abort_unreachable:=true] [_search_seconds:=SECONDS] [_why_seconds:=SECONDS]
+              [_explain:=false] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
 _SOLVERS = ("controller", "planner")
 _JOURNAL_LENGTH = 2_000  # events that late subscribers get
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
 _SECONDS_TO_SEND = 0.3  # how long the results of aborted goals have until rospy ends connections
+_WHY_SECONDS = 5.0  # how long an answer may take that is asked for by ~why
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
 
 
@@ -80,9 +84,14 @@ class ActionClient(GoalClient):
 
 
 class RosEnvironment(Environment):
-    """Publishes to ``~out`` and logs to ROS."""
+    """Publishes to ``~out`` and logs to ROS.
+
+    Attributes:
+        questions: What answers questions; None if nothing does.
+    """
 
     def __init__(self, description: str) -> None:
+        self.questions: Optional[Questions] = None
         self._out = publisher("~out", ROSoClingoOut, latch=True)
         self._plan = publisher("~plan", ROSoClingoPlan, latch=True)
         self._about = publisher("~about", String, latch=True)
@@ -99,6 +108,21 @@ class RosEnvironment(Environment):
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Publishes to ``~plan``."""
         self._plan.publish(step, horizon, [str(action) for action in actions])
+
+    def begin_to_wait(self, goals: Sequence[Goal]) -> None:
+        """Has it found out why goals wait."""
+        if self.questions is not None:
+            self.questions.explain_waiting(goals)
+
+    def miss_plan(self, goals: Sequence[Goal]) -> None:
+        """Has it found out why there is no plan."""
+        if self.questions is not None:
+            self.questions.explain_no_plan(goals)
+
+    def finish_reasons(self) -> None:
+        """Waits for these reasons."""
+        if self.questions is not None:
+            self.questions.finish()
 
     def note(self, record: journal.Record) -> None:
         """Publishes to ``~journal``. Thread-safe."""
@@ -138,6 +162,7 @@ class Node:
         *,
         ready: Callable[[], None] = lambda: None,
         description: str = "{}",
+        encodings: Optional[Encodings] = None,
     ) -> None:
         """Opens the names; :meth:`start` starts the loop.
 
@@ -148,6 +173,7 @@ class Node:
             inbox: Where everything comes in.
             ready: Waits until the solvers are there; called first in the loop's thread.
             description: What :func:`rosclingo.solver.about.about` says of the node.
+            encodings: What the planner plans with; without it, there is no service ``~why``.
 
         Raises:
             ParameterError: A parameter is wrong.
@@ -155,6 +181,8 @@ class Node:
         timeout = parameters.number("action_timeout", 0.0, what="seconds")
         abort_unreachable = parameters.flag("abort_unreachable", False)
         search_seconds = parameters.number("search_seconds", 0.0, what="seconds")
+        why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
+        explains = parameters.flag("explain", True)
         self.failure: Optional[str] = None
         self._inbox = inbox
         environment = RosEnvironment(description)
@@ -168,6 +196,12 @@ class Node:
             abort_unreachable=abort_unreachable,
             search_seconds=search_seconds,
         )
+        if encodings is not None:
+            # To a replay's clients, nobody listens.
+            explains = explains and not isinstance(inbox, ReplayInbox)
+            environment.questions = Questions(
+                self._loop.state, encodings, seconds=why_seconds, explains=explains
+            )
         self._ready = ready
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
         self._goals: Dict[str, Goal] = {}
@@ -293,7 +327,17 @@ def _make(commands: Callable[..., Any]) -> Node:
     description = about("rosoclingo run.py", [], {}, solvers=solvers)
     decides, plans = (Insistent(each, each.name, rospy.logwarn) for each in (controller, planner))
     decider = Controller(decides, is_remote=True)
-    return Node(decider, plans, commands, inbox, ready=ready, description=description)
+    encodings = Encodings(planner.name, controller.name)
+    encodings.listen()
+    return Node(
+        decider,
+        plans,
+        commands,
+        inbox,
+        ready=ready,
+        description=description,
+        encodings=encodings,
+    )
 
 
 def open_inbox() -> Inbox:

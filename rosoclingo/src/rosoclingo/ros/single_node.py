@@ -13,13 +13,15 @@ from rosclingo.ros.init import init_node, log_clingo
 from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
+from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.node import Node, open_inbox, run
 from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
 from rosoclingo.single.dialects import detect, says_status
 
 _USAGE = """\
 usage: run-1.0.py --file FILE... [clingo options] [_action_timeout:=SECONDS]
-                  [_abort_unreachable:=true] [_search_seconds:=SECONDS] [ROS remappings]
+                  [_abort_unreachable:=true] [_search_seconds:=SECONDS]
+                  [_why_seconds:=SECONDS] [_explain:=false] [ROS remappings]
 
 Plans and executes in one process, as the paper has it; a controller and a planner are not needed.
 
@@ -64,12 +66,16 @@ def main(commands: Type[Any]) -> NoReturn:
         dialect.name,
         " ".join(options.clingo) or "none",
     )
+    description = about("rosoclingo run-1.0.py", arguments, engine.files)
+    encodings = Encodings(rospy.get_name(), dialect=dialect.name)
+    encodings.tell(rospy.get_name(), description)
     run(
         lambda: Node(
             Algorithm1(dialect.first_step, last),
             dialect(engine),
             commands_for(dialect, commands, has_status),
             open_inbox(),
-            description=about("rosoclingo run-1.0.py", arguments, engine.files),
+            description=description,
+            encodings=encodings,
         )
     )

@@ -69,7 +69,7 @@ class Explainer:
 
     def no_plan(self) -> WhyNoPlan:
         """Says why there is no plan in which all goals end."""
-        return self._no_plan(self._begin())
+        return words.with_queue(self._no_plan(self._begin()), self._situation)
 
     def goal(self, which: str) -> WhyGoal:
         """Says why a goal waits, or cannot be reached.
@@ -82,7 +82,7 @@ class Explainer:
         found = [goal for goal in situation.goals if name in goal]
         if not found:
             if name in situation.queued:
-                return words.queued(name, situation, self._phrases)
+                return words.queued(name, situation, self._phrases, len(case.copy.slots))
             known = [request for _, request in situation.goals] + list(situation.queued)
             raise QuestionError(
                 f"there is no open goal {name}; there are {', '.join(known) or 'none'}"
@@ -167,7 +167,8 @@ class Explainer:
             is_contradictory = verdict.answer is Answer.CONTRADICTION
             farther = None if is_contradictory else self._farther(case, verdict)
             if farther is not None:
-                answer = WhyNoPlan("", farther, farther.horizon)
+                is_limit = self._situation.is_limit
+                answer = WhyNoPlan("", farther, farther.horizon if is_limit else None)
             else:
                 reason = Search(case.ask, case.facts, case.deadline, verdict.answer).run()
                 answer = WhyNoPlan("", is_contradictory=is_contradictory, reason=reason)
@@ -190,6 +191,9 @@ class Explainer:
         step = last_number(action)
         if name != "do" or len(arguments) != 3 or step is None:
             raise QuestionError(f"{action} is no action; one is do(R,A,T), T being a step")
+        if step < self._situation.step:
+            now = self._situation.step
+            raise QuestionError(f"{action}: step {step} has gone by; it is step {now} now")
         case = self._begin()
         if self._is_told:
             if not isinstance(case.copy, RetellingCopy):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Dict, Iterable, List, Optional, Tuple
 
 from rosclingo.wire.commands import (
@@ -16,7 +16,13 @@ from rosclingo.wire.commands import (
 )
 from rosclingo.wire.term_text import last_number, number, split_term
 from rosoclingo.loop.atoms import event, query
+from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.state import State
+
+_FEWEST, _MOST = (
+    30,
+    100,
+)  # steps that a copy plans for if there is no limit, or one that is far away
 
 
 @dataclass(frozen=True)
@@ -27,21 +33,25 @@ class Situation:
         told: The events that are true, as ``event(S,C,T)``, ordered by step.
         step: The current step.
         horizon: The step at which all is to be done, by the last search.
-        last: The last step that may be planned for, as far as that is known.
+        last: The last step that a copy plans for.
+        is_limit: Whether the mode plans for no step after that one.
         goals: Slot and request of each goal that is open.
-        queued: The requests of goals without a slot, in order.
+        queued: The requests of goals without a slot, in order; the planner knows nothing of them.
         silent: The actuators that have not answered, and since how many seconds.
         others: Other externals that the mode has made true.
+        tells: Whether the encoding is told its events by grounding.
     """
 
     told: Tuple[str, ...] = ()
     step: int = 0
     horizon: int = 0
     last: int = 0
+    is_limit: bool = True
     goals: Tuple[Tuple[str, str], ...] = ()
     queued: Tuple[str, ...] = ()
     silent: Tuple[Tuple[str, float], ...] = ()
     others: Tuple[str, ...] = ()
+    tells: bool = False
 
     @classmethod
     def of(cls, state: State, last: Optional[int] = None) -> Situation:
@@ -52,16 +62,33 @@ class Situation:
             last: The last step that may be planned for; by default, the last one that is grounded.
         """
         externals, goals = state.externals, state.goals
+        unplaced = [*goals.queued, *(g for g in state.mail.goals_spoken_of if g.slot is None)]
         return cls(
             told=tuple(externals.true),
             step=state.step,
             horizon=state.horizon,
-            last=max([last or 0, state.horizon, *externals.grounded]),
+            last=max([last or 0, state.step, state.horizon, *externals.grounded]),
             goals=tuple((goal.slot or "", goal.request) for goal in goals.open),
-            queued=tuple(goal.request for goal in goals.queued),
+            queued=tuple(goal.request for goal in unplaced if goal.stage is not Stage.ENDED),
             silent=tuple(state.mail.silent()),
             others=tuple(atom for atom in externals.kept if atom != query(state.horizon)),
+            tells=state.planner.demand.tells,
         )
+
+    def up_to(self, limit: Optional[int]) -> Situation:
+        """Returns the same with the last step that a copy should plan for.
+
+        Args:
+            limit: The last step that the mode plans for; None if there is none, or if that is not
+                known. A copy that would have to ground very many steps until then grounds fewer.
+        """
+        if limit is None:
+            last = max(2 * self.last, _FEWEST)
+        elif self.tells:
+            last = max(self.last, limit)
+        else:
+            last = max(self.last, min(limit, max(2 * self.last, _MOST)))
+        return replace(self, last=last, is_limit=limit is not None and last >= limit)
 
     @classmethod
     def after(cls, commands: Iterable[Command], last: Optional[int] = None) -> Situation:

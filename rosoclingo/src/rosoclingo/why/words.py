@@ -85,12 +85,31 @@ def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
     return replace(answer, text=" ".join(sentences))
 
 
-def queued(request: str, situation: Situation, phrases: Phrases) -> WhyGoal:
-    """Returns the answer for a goal that has no slot."""
+def with_queue(answer: WhyNoPlan, situation: Situation) -> WhyNoPlan:
+    """Adds what is not planned for yet, to an answer about all goals."""
+    if not situation.queued:
+        return answer
+    waits = "waits for a slot" if len(situation.queued) == 1 else "wait for slots"
+    return replace(answer, text=f"{answer.text} {join(situation.queued)} {waits}.")
+
+
+def queued(request: str, situation: Situation, phrases: Phrases, slots: int) -> WhyGoal:
+    """Returns the answer for a goal that has no slot.
+
+    Args:
+        request: The goal's request.
+        situation: The situation.
+        phrases: What facts are called.
+        slots: How many slots the planner has.
+    """
     place = situation.queued.index(request)
     busy = [f"{other} (slot {slot})" for slot, other in situation.goals]
     before = list(situation.queued[:place])
-    text = f"{request} waits for a slot, which {join(busy)} {'has' if len(busy) == 1 else 'have'}"
+    if len(busy) < slots:
+        text = f"{request} has no slot yet, and gets one in this step or in a later one"
+    else:
+        has = "has" if len(busy) == 1 else "have"
+        text = f"{request} waits for a slot, which {join(busy)} {has}"
     if before:
         text += f"; before it comes {join(before)}"
     after = tuple([other for _, other in situation.goals] + before)

@@ -61,7 +61,8 @@ class Run:
 
     Attributes:
         has_journal: Whether there was a journal; else steps and waits are not known.
-        recorded: The entries but those that the end of the process has caused, as recorded.
+        recorded: The entries but those that the end of the process has caused, and but answers to
+            questions, which change nothing; as recorded.
         recalls: The cancel requests that have ended goals without a slot before the loop took
             them, by the numbers of the statuses.
         entries: What is recorded, in causal order. A cancel request that has recalled a goal, and
@@ -82,7 +83,8 @@ class Run:
             has_journal: Whether it was recorded, and not made from other topics.
         """
         self.has_journal = has_journal
-        self.recorded = list(takewhile(lambda entry: not _is_shutdown(entry.event), entries))
+        before_the_end = takewhile(lambda entry: not _is_shutdown(entry.event), entries)
+        self.recorded = [e for e in before_the_end if not isinstance(e.event, journal.Explained)]
         self.recalls: Dict[int, Entry] = {}
         self._goals: Dict[str, Entry] = {}
         self._cancels: Set[str] = set()

@@ -56,7 +56,7 @@ def data(recording: Recording, statistics: Statistics, file: Path) -> Dict[str, 
     """
     tables = {
         name: _table(getattr(statistics, name))
-        for name in ("goals", "actions", "messages", "searches", "steps", "changes")
+        for name in ("goals", "actions", "messages", "searches", "steps", "changes", "answers")
     }
     return {
         "title": file.name,

@@ -173,6 +173,25 @@ class Change:
 
 
 @dataclass(frozen=True)
+class AnswerRun:
+    """A question that was answered.
+
+    Attributes:
+        seconds: When.
+        step: In which step.
+        question: The question.
+        text: The answer, in sentences.
+        duration: How long it took, in seconds.
+    """
+
+    seconds: float
+    step: int
+    question: str
+    text: str
+    duration: float
+
+
+@dataclass(frozen=True)
 class Statistics:
     """What happened in a run.
 
@@ -188,6 +207,7 @@ class Statistics:
         steps: The steps, what was before the first one included.
         plans: How many plans were found.
         changes: Those of them that changed what was planned before.
+        answers: The questions that were answered, in order.
     """
 
     began: float
@@ -201,3 +221,4 @@ class Statistics:
     steps: Tuple[StepRun, ...]
     plans: int
     changes: Tuple[Change, ...]
+    answers: Tuple[AnswerRun, ...]

@@ -13,6 +13,7 @@ from rosoclingo.bags.report.run import (
     OPEN,
     RECALLED,
     ActionRun,
+    AnswerRun,
     Cause,
     Change,
     GoalRun,
@@ -46,6 +47,7 @@ def compute(recording: Recording) -> Statistics:
         steps=tuple(reading.steps),
         plans=len(reading.plans),
         changes=explained(reading.changes, reading.plans, reading.causes()),
+        answers=tuple(reading.answers),
     )
 
 
@@ -72,6 +74,7 @@ class _Reading:
         self.searches: List[Search] = []
         self.steps: List[StepRun] = []
         self.plans: List[int] = []  # their positions
+        self.answers: List[AnswerRun] = []
         self.changes: Dict[int, Change] = {}  # without causes, by the numbers of the plans
         self._position = 0
         self._plan: Planned = {}
@@ -92,6 +95,7 @@ class _Reading:
             journal.CommandDone: self._on_command,
             journal.PlanFound: self._on_plan,
             journal.ActionPublished: self._on_action,
+            journal.Explained: self._on_answer,
             journal.LoopEnded: self._on_end,
         }
 
@@ -237,6 +241,11 @@ class _Reading:
             self.actions[index] = replace(self.actions[index], ended=entry.seconds)
         self._latest[actuator] = len(self.actions)
         self.actions.append(ActionRun(event.actuator, event.action, entry.step, entry.seconds))
+
+    def _on_answer(self, entry: Entry, event: journal.Explained) -> None:
+        self.answers.append(
+            AnswerRun(entry.seconds, entry.step, event.question, event.text, event.seconds)
+        )
 
     def _on_end(self, _: Entry, event: journal.LoopEnded) -> None:
         self.end = str(event.reason)

@@ -35,7 +35,8 @@ const goals = unpack(DATA.goals),
   messages = unpack(DATA.messages);
 const searches = unpack(DATA.searches),
   steps = unpack(DATA.steps),
-  changes = unpack(DATA.changes);
+  changes = unpack(DATA.changes),
+  answers = unpack(DATA.answers);
 const END = Math.max(DATA.ended, DATA.began + LEAST);
 const CAUSES = {
   start: "the first plan",
@@ -117,6 +118,8 @@ const tellChange = (change) =>
   `plan changed: ${causesOf(change)}\nactions left: ${change.old} → ${change.new}, up to step ${change.horizon}\n` +
   `from step ${change.first} on: ${listed(change.before)} → ${listed(change.after)}\n` +
   `step ${change.step}, at ${clock(change.seconds)}`;
+const tellAnswer = (answer) =>
+  `why ${answer.question}: ${answer.text}\nstep ${answer.step}, at ${clock(answer.seconds)}`;
 const tellSearch = (search) =>
   `search: ${search.result === "unknown" ? "interrupted" : search.result} after ${lasted(search.duration)}\n` +
   `step ${search.step}, horizon ${search.horizon}, ended at ${clock(search.ended)}`;

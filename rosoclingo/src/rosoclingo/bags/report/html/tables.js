@@ -92,6 +92,19 @@ tabulate(
   { column: "what came before", of: (change) => change.causes[0][0] },
 );
 tabulate(
+  "answers",
+  "Answers",
+  answers,
+  [
+    ["at", (answer) => clock(answer.seconds), "number"],
+    ["step", (answer) => answer.step, "number"],
+    ["question", (answer) => answer.question, "term"],
+    ["answer", (answer) => answer.text],
+    ["took", (answer) => lasted(answer.duration), "number"],
+  ],
+  (answer) => reveal(answer.seconds, answer.seconds, tellAnswer(answer)),
+);
+tabulate(
   "dropped",
   "Messages dropped",
   dropped,

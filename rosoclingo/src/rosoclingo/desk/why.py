@@ -1,0 +1,46 @@
+"""Why ``plan.py`` has no plan."""
+
+from __future__ import annotations
+
+import argparse
+from typing import List, Sequence, Tuple
+
+from rosclingo.errors import RosclingoError
+from rosoclingo.desk.parts import SINGLE
+from rosoclingo.desk.system import Request
+from rosoclingo.loop.goals import Stage
+from rosoclingo.single.algorithm1 import last_step
+from rosoclingo.single.dialects import Dialect2, detect
+from rosoclingo.why.explainer import Explainer
+from rosoclingo.why.question import Answer, Kind, Question
+from rosoclingo.why.situation import Situation
+
+
+def explain(
+    situation: Situation, chosen: argparse.Namespace, lost: Sequence[Request]
+) -> Tuple[List[Answer], List[str]]:
+    """Says why goals are not reached, or why there is no plan at all.
+
+    Args:
+        situation: The situation in which that was so.
+        chosen: The command line.
+        lost: The goals that are not reached.
+
+    Returns:
+        The answers, and why there are no others.
+    """
+    asked = {slot for slot, _ in situation.goals}
+    waiting = [g.slot for g in lost if g.slot in asked and g.stage is not Stage.ENDED]
+    questions = [Question(Kind.GOAL, (slot,)) for slot in waiting if slot is not None]
+    dialect = detect(chosen.options) if chosen.mode == SINGLE else Dialect2
+    limit = last_step((*chosen.mode_options, *chosen.options.clingo))
+    explainer = Explainer(
+        chosen.options, situation.up_to(limit), dialect, seconds=chosen.why_seconds
+    )
+    answers: List[Answer] = []
+    try:
+        for question in questions or [Question()]:
+            answers.append(question.answer(explainer))
+    except RosclingoError as err:
+        return answers, [f"why: {err}; --why-seconds {chosen.why_seconds:g}"]
+    return answers, []

@@ -1,0 +1,119 @@
+"""The planner's encoding as it was when its node was started, for a copy of the planner."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import threading
+from functools import partial
+from pathlib import Path
+from typing import Dict, Optional, Tuple
+
+import clingo
+from std_msgs.msg import String
+
+from rosclingo.ros.low_latency import subscriber
+from rosclingo.solver.options import Options, parse_options
+from rosoclingo.bags.model import Program
+from rosoclingo.bags.replay.unpack import unpack
+from rosoclingo.errors import QuestionError
+from rosoclingo.single.algorithm1 import last_step
+from rosoclingo.single.dialects import Dialect2
+from rosoclingo.why.task import Encoding
+
+_LAST_STEP = "steps"  # the constant of a mode
+
+
+class Encodings:
+    """What the planner was started with, and up to which step the mode plans. Thread-safe.
+
+    The files are written to a folder of this process: they may be on another machine, or may have
+    been changed.
+    """
+
+    def __init__(self, planner: str, controller: str = "", dialect: str = Dialect2.name) -> None:
+        """Knows nothing yet.
+
+        Args:
+            planner: The resolved name of the node with the encoding.
+            controller: That of the node with the mode; empty if there is none.
+            dialect: The name of the encoding's dialect.
+        """
+        self._planner = planner
+        self._controller = controller
+        self._dialect = dialect
+        self._folder: Optional[tempfile.TemporaryDirectory[str]] = None
+        self._abouts: Dict[str, str] = {}
+        self._known: Optional[Tuple[Dict[str, str], Encoding]] = None
+        self._lock = threading.Lock()  # guards the others
+
+    def listen(self) -> None:
+        """Begins to listen to what the nodes say of themselves."""
+        for node in (self._planner, self._controller):
+            subscriber(f"{node}/about", String, partial(self._on_about, node))
+
+    def _on_about(self, node: str, message: String) -> None:
+        self.tell(node, message.data)
+
+    def tell(self, node: str, about: str) -> None:
+        """Takes what :func:`rosclingo.solver.about.about` says of a node."""
+        with self._lock:
+            self._abouts[node] = about
+
+    def get(self) -> Encoding:
+        """Returns the encoding.
+
+        Raises:
+            QuestionError: Nobody has said yet what it is.
+            RosclingoError: What was said makes no sense.
+            OSError: The files cannot be written.
+        """
+        with self._lock:
+            missing = [n for n in (self._planner, self._controller) if n and n not in self._abouts]
+            if missing:
+                raise QuestionError(f"{' and '.join(missing)} did not say yet what it plans with")
+            if self._known is None or self._known[0] != self._abouts:
+                self._known = dict(self._abouts), self._unpack()
+            return self._known[1]
+
+    def close(self) -> None:
+        """Removes the files."""
+        with self._lock:
+            if self._folder is not None:
+                self._folder.cleanup()
+                self._folder = None
+
+    def _unpack(self) -> Encoding:
+        if self._folder is not None:
+            self._folder.cleanup()
+        self._folder = tempfile.TemporaryDirectory(prefix="rosoclingo_why_")
+        options, directory = self._options(self._planner)
+        if self._controller:
+            limit = _limit(self._options(self._controller)[0])
+        else:
+            limit = last_step(options.clingo)
+        return Encoding(options, directory, self._dialect, limit)
+
+    def _options(self, node: str) -> Tuple[Options, str]:
+        """Returns a node's command line with the files in the folder, and the directory."""
+        assert self._folder is not None
+        try:
+            about = json.loads(self._abouts[node])
+            files = {path: file["text"] for path, file in about["files"].items()}
+            program = Program(node, about["program"], tuple(about["arguments"]), files)
+        except (ValueError, KeyError, TypeError, AttributeError) as err:
+            raise QuestionError(f"{node}/about is not what a solver says: {err!r}") from err
+        words, directory = unpack(program, Path(self._folder.name) / node.strip("/"))
+        return parse_options(words), str(directory)
+
+
+def _limit(mode: Options) -> Optional[int]:
+    """Returns the last step that a mode plans for, if it says so by the usual constant."""
+    control = clingo.Control(list(mode.clingo), logger=lambda *_: None)
+    try:
+        for file in mode.files:
+            control.load(file)
+    except RuntimeError:  # the mode cannot be used, which others say
+        return None
+    last = control.get_const(_LAST_STEP)
+    return last.number if last is not None and last.type is clingo.SymbolType.Number else None

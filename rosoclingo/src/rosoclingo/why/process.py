@@ -1,0 +1,194 @@
+"""Has questions answered in a process of its own, and looks after that process.
+
+clingo cannot be interrupted while it grounds, and a thread of this process would hold up the others
+even so. The other process gives way to everything else (:mod:`.serving`).
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from multiprocessing import Pipe
+from typing import Callable, Optional, Sequence
+
+from rosoclingo.loop.snapshot import decode, encode
+from rosoclingo.why.question import Reply, Status
+from rosoclingo.why.serving import READY
+from rosoclingo.why.task import Task
+
+_COMMAND = (sys.executable, "-m", "rosoclingo.why.serving")
+_SECONDS_TO_START = 30.0  # it gets only the time that nobody else wants
+_SECONDS_MORE = 1.0  # than the answer may take, until the process is ended
+_SECONDS_TO_END = 0.5  # so long after it has closed its socket
+_LONGEST_REPLY = 2**26  # bytes
+
+CLOSED = Reply(Status.UNANSWERED, "the node is shutting down")
+"""The reply to what is asked too late."""
+
+
+class AnsweringProcess:
+    """A process that answers one question after the other.
+
+    It is started with the first question, and again if it has ended or had to be ended. One thread
+    asks; all may use :meth:`close`.
+    """
+
+    def __init__(
+        self,
+        warn: Callable[[str], None],
+        *,
+        command: Sequence[str] = _COMMAND,
+        seconds_to_start: float = _SECONDS_TO_START,
+        seconds_more: float = _SECONDS_MORE,
+    ) -> None:
+        """Starts nothing yet.
+
+        Args:
+            warn: Called with what has gone wrong.
+            command: Starts the process; the number of its socket is added.
+            seconds_to_start: How long it may take until it can answer.
+            seconds_more: For how much longer than an answer may take it is waited for.
+        """
+        self._warn = warn
+        self._command = tuple(command)
+        self._seconds_to_start = seconds_to_start
+        self._seconds_more = seconds_more
+        self._child: Optional[_Child] = None
+        self._is_closed = False
+        self._lock = threading.Lock()  # guards these two; held while a process is made
+
+    def ask(self, task: Task) -> Reply:
+        """Has a question answered, and waits for that; raises nothing."""
+        child = self._child
+        if child is not None and child.has_ended() and not self._is_closed:
+            self._warn(f"the process that answers questions has ended{child.how()}; another starts")
+            child = None
+        try:
+            if child is None:
+                child = self._start()
+                if child is None:
+                    return CLOSED
+                if child.receive(self._seconds_to_start) != READY:
+                    raise ValueError("it is no process that answers")
+            reply = child.ask(encode(task).encode(), task.seconds + self._seconds_more)
+            return decode(Reply, reply.decode())
+        except (OSError, EOFError, ValueError) as err:
+            return self._give_up(child, err, task)
+
+    @property
+    def pid(self) -> Optional[int]:
+        """The process; None if there is none now."""
+        child = self._child
+        return None if child is None else child.process.pid
+
+    def close(self) -> None:
+        """Ends the process, and with it what is asked. Thread-safe."""
+        with self._lock:
+            self._is_closed = True
+            if self._child is not None:
+                self._child.end()
+
+    def _start(self) -> Optional[_Child]:
+        with self._lock:
+            if not self._is_closed:
+                self._child = _Child(self._command)
+            return self._child
+
+    def _give_up(self, child: Optional[_Child], err: Exception, task: Task) -> Reply:
+        """Ends a process that does not answer as it should."""
+        if child is not None and not child.is_late:
+            child.end(_SECONDS_TO_END)
+        with self._lock:
+            self._child = None
+            if self._is_closed:
+                return CLOSED
+        if child is None:
+            reason = f"the process that answers cannot be started: {err}"
+        elif child.is_late:
+            reason = (
+                f"there was no answer within {task.seconds:g} s; the process that looks for it has "
+                "no time on this machine, or grounds a large program, and was ended"
+            )
+        elif isinstance(err, ValueError):
+            reason = f"the process that looks for the answer sends what nobody can read: {err}"
+        else:
+            reason = f"the process that looks for the answer has ended{child.how()}"
+        self._warn(f"why {task.question}: {reason}; the next question starts another one")
+        return Reply(Status.UNANSWERED, reason)
+
+
+class _Child:
+    """A process, and the way to it.
+
+    Attributes:
+        process: The process.
+        is_late: Whether it was ended because it took too long.
+    """
+
+    def __init__(self, command: Sequence[str]) -> None:
+        self._connection, other = Pipe()
+        with other:
+            self.process = subprocess.Popen(  # noqa: S603 (the node's own command)
+                [*command, str(other.fileno())],
+                pass_fds=[other.fileno()],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                cwd="/",  # the first place where it looks for modules
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+                start_new_session=True,  # so that it gives way, and Ctrl-C does not reach it
+            )
+        self.is_late = False
+
+    def ask(self, message: bytes, seconds: float) -> bytes:
+        """Sends a message and returns the reply.
+
+        Raises:
+            OSError: The process has ended, or was ended because it took too long.
+            EOFError: Likewise.
+        """
+        timer = self._watch(seconds)
+        try:
+            self._connection.send_bytes(message)
+            return self._connection.recv_bytes(_LONGEST_REPLY)
+        finally:
+            timer.cancel()
+
+    def receive(self, seconds: float) -> bytes:
+        """Returns what it sends by itself; raises what :meth:`ask` does."""
+        timer = self._watch(seconds)
+        try:
+            return self._connection.recv_bytes(_LONGEST_REPLY)
+        finally:
+            timer.cancel()
+
+    def has_ended(self) -> bool:
+        """Whether the process has ended."""
+        return self.process.poll() is not None
+
+    def how(self) -> str:
+        """Returns words for how it has ended."""
+        status = self.process.returncode
+        if status is not None and status < 0:
+            return f" by {signal.Signals(-status).name}"
+        return f" with exit status {status}"
+
+    def end(self, seconds: float = 0.0) -> None:
+        """Ends the process, unless it ends by itself within a time. Thread-safe."""
+        try:
+            self.process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            self.process.kill()  # does nothing to one that has ended meanwhile
+            self.process.wait()
+
+    def _watch(self, seconds: float) -> threading.Timer:
+        timer = threading.Timer(seconds, self._end_late)
+        timer.daemon = True
+        timer.start()
+        return timer
+
+    def _end_late(self) -> None:
+        self.is_late = True
+        self.end()

@@ -1,0 +1,112 @@
+"""A question as it is sent, to the node or to the process that answers it, and the reply.
+
+>>> str(read("if", ["goal:visit(2)", "info:close(4)"]))
+'if goal:visit(2), info:close(4)'
+>>> read("goal", [])
+Traceback (most recent call last):
+  ...
+rosoclingo.errors.QuestionError: goal needs one argument: the slot or the request of a goal
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import Sequence, Tuple, Union
+
+from rosclingo.errors import shorten
+from rosoclingo.errors import QuestionError
+from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
+from rosoclingo.why.explainer import Explainer
+
+Answer = Union[WhyNoPlan, WhyGoal, Contrast, WhatIf]
+
+
+class Kind(enum.Enum):
+    """What is asked; the values are words on the wire and of command lines."""
+
+    PLAN = "plan"  # why is there none?
+    GOAL = "goal"  # why does it wait, or fail?
+    ACTION = "action"  # why is it in the plan?
+    INSTEAD = "instead"  # why is it not in the plan?
+    IF = "if"  # what would be?
+
+
+_ARGUMENTS = {
+    Kind.GOAL: "the slot or the request of a goal",
+    Kind.ACTION: "an action, such as do(mailbot,go(c3),4)",
+    Kind.INSTEAD: "an action, such as do(mailbot,go(c3),4)",
+}
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question.
+
+    Attributes:
+        kind: What is asked.
+        arguments: What it is asked about; for ``if``, one event or more.
+    """
+
+    kind: Kind = Kind.PLAN
+    arguments: Tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return f"{self.kind.value} {', '.join(self.arguments)}".strip()
+
+    def answer(self, explainer: Explainer) -> Answer:
+        """Has an explainer answer it; raises what that raises."""
+        if self.kind is Kind.PLAN:
+            return explainer.no_plan()
+        if self.kind is Kind.IF:
+            return explainer.what_if(self.arguments)
+        (name,) = self.arguments
+        if self.kind is Kind.GOAL:
+            return explainer.goal(name)
+        return explainer.why(name) if self.kind is Kind.ACTION else explainer.why_not(name)
+
+
+def read(kind: str, arguments: Sequence[str]) -> Question:
+    """Reads a question.
+
+    Args:
+        kind: The value of a :class:`Kind`.
+        arguments: What it is asked about.
+
+    Raises:
+        QuestionError: There is no such kind, or its arguments are too few or too many.
+    """
+    words = [kind.value for kind in Kind]
+    if kind not in words:
+        raise QuestionError(f"{shorten(kind)!r} is no question; there are {', '.join(words)}")
+    question = Question(Kind(kind), tuple(arguments))
+    if question.kind is Kind.PLAN and arguments:
+        raise QuestionError(f"{kind} takes no argument: {shorten(', '.join(arguments))}")
+    if question.kind is Kind.IF and not arguments:
+        raise QuestionError(f"{kind} needs events, such as goal:visit(2), cancel:1, info:close(5)")
+    if question.kind in _ARGUMENTS and len(arguments) != 1:
+        raise QuestionError(f"{kind} needs one argument: {_ARGUMENTS[question.kind]}")
+    return question
+
+
+class Status(enum.Enum):
+    """What has become of a question; the values are exit statuses of ``why.py``, too."""
+
+    ANSWERED = 0
+    UNANSWERED = 1  # there was no time, or the node is shutting down
+    WRONG = 2  # it names what there is not, or nothing can be said of this encoding
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What is replied to a question.
+
+    Attributes:
+        status: What has become of it.
+        text: The answer in sentences; or why there is none.
+        structure: The answer as JSON, with its atoms and plans; empty if there is none.
+    """
+
+    status: Status
+    text: str
+    structure: str = ""

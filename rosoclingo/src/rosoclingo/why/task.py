@@ -1,0 +1,74 @@
+"""What the process that answers is told, and how it answers."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Optional
+
+from rosclingo.errors import RosclingoError, report
+from rosclingo.solver.options import Options
+from rosoclingo.errors import InterruptedQuestionError
+from rosoclingo.loop.snapshot import decode, encode
+from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
+from rosoclingo.why.explainer import Explainer
+from rosoclingo.why.question import Question, Reply, Status
+from rosoclingo.why.situation import Situation
+
+_DIALECTS = {dialect.name: dialect for dialect in (Dialect2, Dialect1, PaperDialect)}
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """What a planner was started with.
+
+    Attributes:
+        options: Its command line; files have absolute paths, or begin in the directory.
+        directory: Its working directory, where includes are looked for.
+        dialect: The name of the encoding's dialect.
+        limit: The last step that the mode plans for; None if there is none, or it is not known.
+    """
+
+    options: Options
+    directory: str = "."
+    dialect: str = Dialect2.name
+    limit: Optional[int] = None
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that is needed to answer a question.
+
+    Attributes:
+        encoding: What the planner was started with.
+        situation: What it was told.
+        question: The question.
+        seconds: How long the answer may take.
+    """
+
+    encoding: Encoding
+    situation: Situation
+    question: Question
+    seconds: float
+
+
+def answer(message: bytes) -> bytes:
+    """Does a task as it came, and returns the reply as it goes; raises nothing but for bugs."""
+    try:
+        task = decode(Task, message.decode())
+        os.chdir(task.encoding.directory)
+        explainer = Explainer(
+            task.encoding.options,
+            task.situation.up_to(task.encoding.limit),
+            _DIALECTS[task.encoding.dialect],
+            seconds=task.seconds,
+        )
+        found = task.question.answer(explainer)
+        reply = Reply(Status.ANSWERED, found.text, encode(found))
+    except InterruptedQuestionError as err:
+        reply = Reply(Status.UNANSWERED, f"{err} within {task.seconds:g} s")
+    except RosclingoError as err:
+        reply = Reply(Status.WRONG, str(err))
+    except Exception as err:  # a bug, or clingo's; the next question may have an answer
+        reply = Reply(Status.UNANSWERED, f"internal error: {report(err, 'in a question')!r}")
+    return encode(reply).encode()

@@ -1,0 +1,330 @@
+"""The process in which questions are answered: what it says, and what becomes of it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any, Callable, Iterator, List, Optional
+
+import pytest
+from conftest import PACKAGE, TIMEOUT
+
+from rosclingo.solver.options import Options
+from rosoclingo.errors import QuestionError
+from rosoclingo.loop.snapshot import decode, encode
+from rosoclingo.single.dialects import Dialect1, PaperDialect
+from rosoclingo.why.answers import WhyGoal, WhyNoPlan
+from rosoclingo.why.process import CLOSED, AnsweringProcess
+from rosoclingo.why.question import Kind, Question, Reply, Status, read
+from rosoclingo.why.situation import Situation
+from rosoclingo.why.task import Encoding, Task, answer
+
+LINE = Encoding(Options((str(PACKAGE / "example/line.lp"),)), limit=20)
+SITUATION = Situation(
+    told=("event(1,visit(6),0)", "event(info,close(5),0)"), last=3, goals=(("1", "visit(6)"),)
+)
+WHY = (
+    "There is no plan for visit(6) because info says close(5). Without that, there would be a plan "
+    "of 5 steps."
+)
+PLAN = Question()
+PATIENCE = 600.0  # seconds; no more than a bound
+HANGS = "import time; connection.recv_bytes(); time.sleep(1e6)"
+GARBAGE = "connection.recv_bytes(); connection.send_bytes(b'%s'); connection.recv_bytes()"
+
+
+def task(question: Question = PLAN, seconds: float = PATIENCE, **others: Any) -> Task:
+    return Task(LINE, Situation(**{**vars(SITUATION), **others}), question, seconds)
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    due = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < due
+        time.sleep(0.01)
+
+
+def is_there(pid: int) -> bool:
+    """Whether a process runs, or waits for its parent to hear of its end."""
+    with contextlib.suppress(OSError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    return False
+
+
+def ticks(pid: int) -> int:
+    """Returns how much processor time a process has taken."""
+    words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return int(words[11]) + int(words[12])
+
+
+# Who gives way to all tests that run at the same time waits for long.
+IMPATIENT = (
+    sys.executable,
+    "-c",
+    "from rosoclingo.why import serving; serving.give_way = int; serving.main()",
+)
+
+
+class Asked(AnsweringProcess):
+    """A process, and what it has warned of."""
+
+    def __init__(self, script: str = "", **others: Any) -> None:
+        """Makes the usual process, but that it does not give way, or one that runs a script."""
+        others.setdefault("command", IMPATIENT)
+        self.warnings: List[str] = []
+        if script:
+            begin = "import sys; from multiprocessing.connection import Connection; "
+            begin += "connection = Connection(int(sys.argv[1])); "
+            others["command"] = (sys.executable, "-c", begin + script)
+        super().__init__(self.warnings.append, **{"seconds_to_start": PATIENCE, **others})
+
+
+@pytest.fixture
+def make() -> Iterator[Callable[..., Asked]]:
+    made: List[Asked] = []
+
+    def maker(*arguments: str, **others: Any) -> Asked:
+        made.append(Asked(*arguments, **others))
+        return made[-1]
+
+    yield maker
+    for asked in made:
+        asked.close()
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_a_question_is_read(kind: Kind) -> None:
+    few, many = {Kind.PLAN: (0, 0), Kind.IF: (1, 9)}.get(kind, (1, 1))
+    for number in range(4):
+        arguments = ["a"] * number
+        if few <= number <= many:
+            assert read(kind.value, arguments) == Question(kind, tuple(arguments))
+        else:
+            with pytest.raises(QuestionError, match=f"^{kind.value} "):
+                read(kind.value, arguments)
+    with pytest.raises(QuestionError, match="'who' is no question; there are plan, goal, action,"):
+        read("who", [])
+
+
+def test_a_task_comes_and_a_reply_goes() -> None:
+    for question, found in (
+        (PLAN, WHY),
+        (Question(Kind.GOAL, ("1",)), WHY),
+        (Question(Kind.IF, ("info:open(5)",)), "There would be a plan of 5 steps."),
+        (Question(Kind.ACTION, ("do(robot,go(2),1)",)), f"There is no plan in any case{WHY[16:]}"),
+        (Question(Kind.INSTEAD, ("do(robot,go(2),2)",)), f"There is no plan in any case{WHY[16:]}"),
+    ):
+        sent = task(question)
+        assert decode(Task, encode(sent)) == sent
+        reply = decode(Reply, answer(encode(sent).encode()).decode())
+        assert (reply.status, reply.text) == (Status.ANSWERED, found)
+        assert f'"text": "{found}"' in reply.structure
+    goal = decode(Reply, answer(encode(task(Question(Kind.GOAL, ("1",)))).encode()).decode())
+    assert decode(WhyGoal, goal.structure).slot == "1"
+
+
+@pytest.mark.parametrize(
+    ("question", "text"),
+    [
+        (Question(Kind.GOAL, ("visit(5)",)), "there is no open goal visit(5); there are visit(6)"),
+        (Question(Kind.GOAL, ("visit(",)), "'visit(' is not a ground term"),
+        (Question(Kind.ACTION, ("go(2)",)), "go(2) is no action; one is do(R,A,T)"),
+        (Question(Kind.ACTION, ("do(robot,go(2),-1)",)), "step -1 has gone by; it is step 0 now"),
+        (Question(Kind.IF, ("close(5)",)), "close(5) is no event; one is goal:REQUEST"),
+        (Question(Kind.IF, ("info:shut(5)",)), "the planner does not know it"),
+    ],
+)
+def test_a_wrong_question(question: Question, text: str) -> None:
+    reply = decode(Reply, answer(encode(task(question)).encode()).decode())
+    assert reply.status is Status.WRONG
+    assert text in reply.text
+    assert reply.structure == ""
+
+
+def test_other_answers_that_are_none(tmp_path: Path) -> None:
+    reply = decode(Reply, answer(encode(task(seconds=0.0)).encode()).decode())
+    assert (reply.status, reply.structure) == (Status.UNANSWERED, "")
+    assert reply.text == "there was no time for an answer within 0 s"
+    lost = Task(Encoding(Options((str(tmp_path / "a.lp"),))), SITUATION, PLAN, PATIENCE)
+    assert decode(Reply, answer(encode(lost).encode()).decode()).status is not Status.ANSWERED
+    reply = decode(Reply, answer(b"{}").decode())
+    assert reply.status is Status.UNANSWERED
+    assert "Task: expected encoding, situation" in reply.text
+
+
+@pytest.mark.parametrize("dialect", [Dialect1, PaperDialect])
+def test_the_other_dialects(dialect: Any) -> None:
+    name = "line_1.0" if dialect is Dialect1 else "line_paper"
+    encoding = Encoding(Options((str(PACKAGE / f"example/{name}.lp"),)), dialect=dialect.name)
+    told = ("event(1,visit(6),1)", "event(info,close(5),1)")
+    situation = Situation(told, 1, 3, 3, goals=(("1", "visit(6)"),))
+    sent = Task(encoding, situation, PLAN, PATIENCE)
+    reply = decode(Reply, answer(encode(sent).encode()).decode())
+    assert reply.text.startswith("There is no plan for visit(6) because info says close(5).")
+
+
+def test_up_to_which_step_is_planned() -> None:
+    def last(limit: Optional[int], last: int, *, tells: bool = False) -> object:
+        situation = Situation(last=last, tells=tells).up_to(limit)
+        return situation.last, situation.is_limit
+
+    assert last(20, 3) == (20, True)
+    assert last(1000, 3) == (100, False)
+    assert last(1000, 80) == (160, False)
+    assert last(1000, 3, tells=True) == (1000, True)
+    assert last(20, 25) == (25, True)
+    assert last(None, 3) == (30, False)
+    assert last(None, 20) == (40, False)
+
+
+def test_the_horizon_is_the_reason_only_if_it_is_the_last_one() -> None:
+    for limit, text in (
+        (3, "up to step 3, the last one that may be planned for. That is the only reason"),
+        (None, "There is a plan for visit(6) of 5 steps."),
+        (20, "There is a plan for visit(6) of 5 steps."),
+    ):
+        situation = Situation(SITUATION.told[:1], last=1, goals=SITUATION.goals)
+        encoding = Encoding(LINE.options, limit=limit)
+        goal = Question(Kind.GOAL, ("1",)) if limit == 3 else PLAN
+        sent = Task(encoding, situation, goal, PATIENCE)
+        reply = decode(Reply, answer(encode(sent).encode()).decode())
+        assert text.replace(" for visit(6)", "") in reply.text.replace(" for visit(6)", "")
+
+
+def test_it_gives_way() -> None:
+    script = """
+import os
+from rosoclingo.why.serving import give_way
+give_way()
+print(os.sched_getscheduler(0) == os.SCHED_IDLE, os.getpriority(os.PRIO_PROCESS, 0))
+print(open("/proc/self/oom_score_adj").read())
+"""
+    said = subprocess.run(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, check=True
+    )
+    assert said.stdout.split() == ["True", "19", "1000"]
+
+
+def test_one_process_answers_all_questions(make: Callable[..., Asked]) -> None:
+    usual = make()
+    assert usual.ask(task()).text == WHY
+    pid = usual.pid
+    assert pid is not None
+    assert os.getsid(pid) == pid  # priorities count within a session
+    assert usual.ask(task(Question(Kind.GOAL, ("1",)))).text == WHY
+    assert (usual.pid, usual.warnings) == (pid, [])
+
+
+def test_one_that_was_ended_between_questions_is_replaced(make: Callable[..., Asked]) -> None:
+    asked = make()
+    assert asked.ask(task()).text == WHY
+    first = asked.pid
+    assert first is not None
+    os.kill(first, signal.SIGKILL)
+    wait_for(lambda: not is_there(first))
+    assert asked.ask(task()).text == WHY
+    assert asked.pid != first
+    assert asked.warnings == [
+        "the process that answers questions has ended by SIGKILL; another starts"
+    ]
+
+
+def test_one_that_ends_with_a_question_is_replaced(make: Callable[..., Asked]) -> None:
+    asked = make("connection.send_bytes(b'ready'); connection.recv_bytes(); sys.exit(3)")
+    for _ in range(2):
+        reply = asked.ask(task())
+        assert (reply.status, reply.structure) == (Status.UNANSWERED, "")
+        assert reply.text == "the process that looks for the answer has ended with exit status 3"
+    assert len(asked.warnings) == 2
+    assert asked.warnings[0] == f"why plan: {reply.text}; the next question starts another one"
+
+
+def test_one_that_hangs_is_ended(make: Callable[..., Asked]) -> None:
+    asked = make(f"connection.send_bytes(b'ready'); {HANGS}", seconds_more=0.0)
+    reply = asked.ask(task(seconds=0.1))
+    assert reply.status is Status.UNANSWERED
+    assert reply.text.startswith("there was no answer within 0.1 s; the process that looks for it")
+    assert asked.pid is None
+    never_ready = make(HANGS, seconds_to_start=0.1)
+    assert never_ready.ask(task()).status is Status.UNANSWERED
+
+
+def test_one_that_takes_nothing_is_ended(make: Callable[..., Asked]) -> None:
+    """A large question does not fit into the socket."""
+    asked = make("connection.send_bytes(b'ready'); sys.stdin.read(); import time; time.sleep(1e6)")
+    asked._seconds_more = 0.0
+    told = tuple(f"event(info,close({number}),0)" for number in range(100_000))
+    assert asked.ask(task(seconds=0.1, told=told)).status is Status.UNANSWERED
+
+
+@pytest.mark.parametrize(
+    "garbage", ["", "no JSON", "{}", '{"status": 7, "text": "", "structure": ""}']
+)
+def test_one_that_sends_garbage_is_ended(make: Callable[..., Asked], garbage: str) -> None:
+    asked = make(f"connection.send_bytes(b'ready'); {GARBAGE}" % garbage)
+    reply = asked.ask(task())
+    assert reply.status is Status.UNANSWERED
+    assert reply.text.startswith("the process that looks for the answer sends what nobody can read")
+    assert asked.pid is None
+    other = make(GARBAGE.replace("connection.recv_bytes(); ", "", 1) % garbage)
+    assert "sends what nobody can read" in other.ask(task()).text
+
+
+def test_what_cannot_be_started_is_said(make: Callable[..., Asked]) -> None:
+    asked = make(command=("/there/is/no/such/program",))
+    reply = asked.ask(task())
+    assert reply.status is Status.UNANSWERED
+    assert "the process that answers cannot be started: " in reply.text
+
+
+def test_who_closes_it_need_not_wait(make: Callable[..., Asked]) -> None:
+    asked = make(f"connection.send_bytes(b'ready'); {HANGS}")
+    replies: List[Reply] = []
+    thread = threading.Thread(target=lambda: replies.append(asked.ask(task())), daemon=True)
+    thread.start()
+    wait_for(lambda: asked.pid is not None)
+    asked.close()
+    thread.join(TIMEOUT)
+    assert replies == [CLOSED]
+    assert asked.ask(task()) == CLOSED
+    assert asked.warnings == []
+
+
+def test_it_ends_with_the_process_that_has_started_it(tmp_path: Path) -> None:
+    """Also while it works, if that one is killed."""
+    script = tmp_path / "parent.py"
+    script.write_text(
+        "import sys, threading\n"
+        "from rosoclingo.loop.snapshot import decode\n"
+        "from rosoclingo.why.process import AnsweringProcess\n"
+        "from rosoclingo.why.task import Task\n"
+        "process = AnsweringProcess(print, command=eval(sys.argv[3]))\n"
+        "process.ask(decode(Task, sys.argv[1]))\n"
+        "print(process.pid, flush=True)\n"
+        "process.ask(decode(Task, sys.argv[2]))\n"
+    )
+    slow = tmp_path / "slow.lp"
+    slow.write_text("#program state(t). p :- X = 1..1000000, Y = 1..1000000, X * Y < t.")
+    work = Task(Encoding(Options((str(slow),))), SITUATION, PLAN, 3600.0)
+    command = [sys.executable, str(script), encode(task()), encode(work), repr(IMPATIENT)]
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env) as parent:
+        assert parent.stdout is not None
+        pid = int(parent.stdout.readline())
+        before = ticks(pid)
+        wait_for(lambda: ticks(pid) > before + 5)  # it works
+        parent.kill()
+        wait_for(lambda: not is_there(pid))
+
+
+def test_no_plan_is_a_structure() -> None:
+    reply = decode(Reply, answer(encode(task()).encode()).decode())
+    found = decode(WhyNoPlan, reply.structure)
+    assert found.reason is not None
+    assert [member.fact.content for member in found.reason.members] == ["visit(6)", "close(5)"]
