@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Tuple
+from typing import Any, Dict, List, NamedTuple
 
 import pytest
 
@@ -211,9 +211,9 @@ def test_progress(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
     """It is said on stderr, how far the loop is, as long as that takes."""
     asked = threading.Event()
 
-    def place() -> Tuple[int, int]:
+    def place() -> str:
         asked.set()
-        return 3, 7
+        return "step 3, horizon 7"
 
     monkeypatch.setattr(progress, "_SECONDS", 0.001)
     with progress.Progress(place):

@@ -5,19 +5,19 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from typing import Callable, Tuple
+from typing import Callable
 
 _SECONDS = 2.0
 
 
 class Progress:
-    """A context that says every 2 s how far the loop is."""
+    """A context that says every 2 s how far it is."""
 
-    def __init__(self, place: Callable[[], Tuple[int, int]]) -> None:
+    def __init__(self, place: Callable[[], str]) -> None:
         """Says nothing yet.
 
         Args:
-            place: Returns the loop's step and horizon; called in another thread.
+            place: Says how far it is; called in another thread.
         """
         self._place = place
         self._is_over = threading.Event()
@@ -33,6 +33,5 @@ class Progress:
     def _run(self) -> None:
         began = time.monotonic()
         while not self._is_over.wait(_SECONDS):
-            step, horizon = self._place()
             seconds = time.monotonic() - began
-            print(f"{seconds:.0f} s: step {step}, horizon {horizon}", file=sys.stderr)
+            print(f"{seconds:.0f} s: {self._place()}", file=sys.stderr)
