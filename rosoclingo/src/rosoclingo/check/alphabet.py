@@ -151,14 +151,26 @@ def _told_events(program: Program, options: Options) -> Set[Pair]:
         own = part == "event" and len(parameters) == 2
         if own and statement.ast_type is ast.ASTType.External:
             statements.append(_rule(statement, parameters))
-    messages = Messages()
-    control = new_control(options.clingo, messages)
+    try:
+        return _happening(program, statements, options)
+    except RuntimeError:  # one is unsafe without the parameters' values: only that is left out
+        return set().union(*(_alone(program, one, options) for one in statements))
+
+
+def _alone(program: Program, rule: ast.AST, options: Options) -> Set[Pair]:
+    try:
+        return _happening(program, [rule], options)
+    except RuntimeError:
+        return set()
+
+
+def _happening(program: Program, rules: Sequence[ast.AST], options: Options) -> Set[Pair]:
+    control = new_control(options.clingo, Messages())
     program.add_to(control)
-    place = program.statements[0].location
     with ast.ProgramBuilder(control) as builder:
-        builder.add(ast.Program(place, "base", []))
-        for statement in statements:
-            builder.add(statement)
+        builder.add(ast.Program(program.statements[0].location, "base", []))
+        for rule in rules:
+            builder.add(rule)
     control.ground([("base", [])])
     atoms = control.symbolic_atoms.by_signature(_HAPPENS, 2)
     pairs = (atom.symbol.arguments for atom in atoms)

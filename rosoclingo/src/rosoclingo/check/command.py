@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
-from typing import Iterator, List, NoReturn, Optional, Sequence, Set, Tuple
+from typing import Iterator, NoReturn, Optional, Sequence, Set, Tuple
 
-from rosclingo.errors import OptionsError, ProgramError, RosclingoError
+from rosclingo.errors import OptionsError, RosclingoError
 from rosoclingo.bags.text import lines, say
 from rosoclingo.check import live, static
 from rosoclingo.check.alphabet import Alphabet, read_alphabet
 from rosoclingo.check.command_line import Chosen, parse
 from rosoclingo.check.examples import judge, read_examples
-from rosoclingo.check.findings import Finding
+from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.live import Look
 from rosoclingo.check.run import Runner
 from rosoclingo.check.search import Search
@@ -84,10 +84,15 @@ class Checking:
         """Says how far it is."""
         return self.done()
 
+    @property
+    def commands(self) -> Sequence[Words]:
+        """The arguments of ``plan.py`` for each run so far, in order."""
+        return tuple(self._runner.commands)
+
     def done(self) -> str:
         """Says what was done."""
         episodes = 0 if self._search is None else self._search.count
-        return f"{self._examples} examples, {episodes} episodes, {self._runner.count} runs"
+        return f"{self._examples} examples, {episodes} episodes, {len(self._runner.commands)} runs"
 
     def findings(self) -> Iterator[Finding]:
         """Yields what is wrong, as soon as it is found; nothing twice.
@@ -104,15 +109,23 @@ class Checking:
 
     def _all(self) -> Iterator[Finding]:
         chosen = self._chosen
+        shown = (*chosen.words, "--simulate")
         try:
-            alphabet, found = self._at_rest()
+            dialect = detect(chosen.options)
+        except OptionsError as err:
+            yield Finding("parts", str(err), commands=(shown,))
+            return
+        except RosclingoError as err:  # it does not parse, and what follows could not run either
+            yield Finding("program", str(err), commands=(shown,))
+            return
+        try:
+            alphabet = read_alphabet(chosen.options)
         except OptionsError:
             raise
-        except RosclingoError as err:  # what follows could not run either
-            shown = (*chosen.words, "--simulate")
-            yield Finding("program", str(err), commands=() if _is_syntax(err) else (shown,))
+        except RosclingoError as err:
+            yield Finding("program", str(err), commands=(shown,))
             return
-        yield from found
+        yield from static.look(chosen.options, dialect, alphabet)
         yield from self._on_examples()
         if chosen.requests:
             alphabet = replace(alphabet, requests=chosen.requests)
@@ -121,11 +134,6 @@ class Checking:
         yield from self._in_episodes(alphabet)
         if chosen.live and self._look is not None:
             yield from live.compare(self._look(), chosen.options, alphabet)
-
-    def _at_rest(self) -> Tuple[Alphabet, List[Finding]]:
-        options = self._chosen.options
-        alphabet = read_alphabet(options)
-        return alphabet, static.look(options, detect(options), alphabet)
 
     def _on_examples(self) -> Iterator[Finding]:
         for file in self._chosen.options.files:
@@ -150,15 +158,7 @@ class Checking:
         for finding in search.alone():
             search.ignored.add(finding.check)
             yield finding
-        left = chosen.episodes
-        while left > 0:
-            before = search.count
-            found = search.by_chance(left, chosen.seed)
-            if found is None:
-                return
-            search.ignored.add(found.check)
-            left -= max(1, search.count - before)
-            yield found
+        yield from search.by_chance(chosen.episodes, chosen.seed)
 
     def _fitting_mode(self, alphabet: Alphabet) -> str:
         if detect(self._chosen.options) is not Dialect2:
@@ -168,7 +168,3 @@ class Checking:
     def _resets(self, alphabet: Alphabet) -> str:
         fits = detect(self._chosen.options) is Dialect2 and alphabet.can_be_saved
         return _RESETS if fits and not self._chosen.mode else ""
-
-
-def _is_syntax(err: RosclingoError) -> bool:
-    return isinstance(err, ProgramError)

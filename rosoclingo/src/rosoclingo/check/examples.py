@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Iterator, List, Sequence, Tuple
 
 from rosclingo.errors import OptionsError, TermError, shorten
+from rosclingo.solver.terms import parse_term
 from rosclingo.wire.term_text import split_term
 from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.invariants import findings
@@ -44,6 +45,7 @@ class Example:
         statuses: How each goal ends, in order; if nothing is said, they all succeed. A goal that
             does not end is ``accepted``, or ``waiting``.
         actions: What is done, in order, and maybe more.
+        said: What the goals are told at their end, in any reason.
     """
 
     words: Words
@@ -51,6 +53,7 @@ class Example:
     steps: int = -1
     statuses: Tuple[str, ...] = ()
     actions: Tuple[str, ...] = ()
+    said: Tuple[str, ...] = ()
 
 
 def read_examples(encoding: str) -> List[Example]:
@@ -106,20 +109,24 @@ def _expecting(expected: str, words: Words, place: str) -> Example:
     steps = -1
     statuses: List[str] = []
     actions: List[str] = []
+    said: List[str] = []
     for part in map(str.strip, split_term(f"all({expected.strip()})")[1]):
         number = _STEPS.fullmatch(part)
         if number:
             steps = int(number[1])
         elif part in (*STATUSES, "waiting"):
             statuses.append(part)
+        elif part.startswith('"'):
+            said.append(parse_term(part).string)
         else:
             actions.append(canonical(part))
-    if not (statuses or actions or steps >= 0):
+    if not (statuses or actions or said or steps >= 0):
         raise OptionsError(
             f"{shorten(expected)!r}: expected N steps, the goals' statuses "
-            f"({', '.join(sorted(STATUSES))}, waiting) or actions, with commas between them"
+            f"({', '.join(sorted(STATUSES))}, waiting), actions, or what is said between quotation "
+            "marks, with commas between them"
         )
-    return Example(words, place, steps, tuple(statuses), tuple(actions))
+    return Example(words, place, steps, tuple(statuses), tuple(actions), tuple(said))
 
 
 def judge(example: Example, run: Run) -> List[Finding]:
@@ -143,6 +150,11 @@ def _differences(example: Example, run: Run) -> Iterator[str]:
     missing = [action for action in example.actions if action not in done]
     if missing:
         yield f"expected {_list(example.actions)} in this order, and it does {_list(_done(run))}"
+
+    reasons = [goal.reason for goal in run.goals]
+    for text in example.said:
+        if not any(text in reason for reason in reasons):
+            yield f'expected "{text}", and the goals are told: {_list(reasons)}'
 
 
 def _done(run: Run) -> List[str]:

@@ -44,7 +44,7 @@ class FoundPlan:
         statuses: Slot, word and step of each status from the current step on.
         fluents: What holds after the current step, as far as the encoding shows it.
         slots: The goal in each slot that has one, by its number.
-        told: The goals that the planner was told in this step, by their numbers.
+        told: The step of each goal that the planner was told now, by their numbers.
         active: The goals that are accepted and have not ended, by their numbers.
         over: The goals that have ended, by their numbers.
         cancelled: The goals for which a cancel request has come, by their numbers.
@@ -58,7 +58,7 @@ class FoundPlan:
     statuses: Tuple[Tuple[str, str, int], ...]
     fluents: FrozenSet[str]
     slots: Mapping[str, str]
-    told: FrozenSet[str]
+    told: Mapping[str, int]
     active: FrozenSet[str]
     over: FrozenSet[str]
     cancelled: FrozenSet[str]
@@ -159,14 +159,12 @@ class Watched(Simulation):
         last = max(step, state.horizon)
         ended = frozenset(goal.id for goal in self.goals if goal.stage is Stage.ENDED)
         slots = {goal.slot: goal.id for goal in self.goals if goal.slot is not None}
-        told = (
-            number
+        told = {
+            number: at
             for slot, number in slots.items()
-            if any(
-                state.externals.is_true(event(slot, self.goals[int(number) - 1].request, at))
-                for at in (step, step + 1)  # one node has no step 0
-            )
-        )
+            for at in (step, step + 1)  # one node has no step 0
+            if state.externals.is_true(event(slot, self.goals[int(number) - 1].request, at))
+        }
         statuses = (
             (slot, word, at) for at in range(step, last + 1) for slot, word in plan.statuses(at)
         )
@@ -179,7 +177,7 @@ class Watched(Simulation):
                 statuses=tuple(statuses),
                 fluents=frozenset(plan.fluents(step)),
                 slots=slots,
-                told=frozenset(told),
+                told=told,
                 active=frozenset(g.id for g in self.goals if g.stage is Stage.ACTIVE),
                 over=ended,
                 cancelled=frozenset(self.asked),
@@ -189,11 +187,15 @@ class Watched(Simulation):
 
 
 class Runner:
-    """Makes runs; those with the same files and options share their solvers."""
+    """Makes runs; those with the same files and options share their solvers.
+
+    Attributes:
+        commands: The arguments of the runs, in order.
+    """
 
     def __init__(self) -> None:
         self._parts: Dict[Any, Parts] = {}
-        self.count = 0
+        self.commands: List[Words] = []
 
     def run(self, words: Words) -> Run:
         """Runs ``plan.py`` with some arguments, and watches.
@@ -204,7 +206,7 @@ class Runner:
         Raises:
             RosclingoError: A file or an argument is wrong.
         """
-        self.count += 1
+        self.commands.append(words)
         chosen = parse(words)
         key = (chosen.mode, chosen.options, tuple(chosen.mode_options))
         if key not in self._parts:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from dataclasses import dataclass, field, replace
-from typing import Any, Callable, Dict, List, Optional, Set
+from typing import Any, Callable, Collection, Dict, Iterator, List, Set
 
 from rosoclingo.check import twins
 from rosoclingo.check.alphabet import Alphabet
@@ -18,7 +18,10 @@ from rosoclingo.loop.journal import CommandDone
 _ALONE = 6  # requests that are asked for alone
 _MOST_GOALS, _MOST_OTHERS = 3, 2  # in an episode
 _SPARE = 10  # steps, for what comes late
-_SHRINKING = 150  # runs to shrink an episode
+_SOON = (3, 10)  # commands, in which a first plan is found
+_AT_FIRST, _BY_STEP = 0.6, 0.6  # how probable it is that something comes then
+_SHRINKING = 60  # episodes to shrink one
+_ODDS = 15  # to 1, that a part of an episode stays when hypothesis draws
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,7 @@ class Search:
         alphabet: What can come.
         mode: Another mode than the usual one, as it was typed; empty for that.
         resets: The mode that forgets the past; empty if the encoding cannot do that.
-        steps: The longest plan; 0 if that is not known yet.
+        steps: The longest plan that the command line has set; 0 if it has not.
         runner: Makes the runs.
         count: How many episodes there were.
         ignored: Checks that have found something already.
@@ -58,6 +61,7 @@ class Search:
     count: int = 0
     ignored: Set[str] = field(default_factory=set)
     _judged: Dict[Episode, List[Finding]] = field(default_factory=dict)
+    _horizon: int = 0  # the longest plan of an episode, once that is known
     _last_moment: int = 8
     _last_command: int = 60
 
@@ -65,9 +69,9 @@ class Search:
         """Returns the arguments of ``plan.py`` for a run."""
         mode = mode or self.mode
         typed = [*self.files, *(["--mode", *mode.split()] if mode else []), "--simulate"]
-        if self.steps:
-            typed += ["-c", f"steps={self.steps}"]
-            typed += ["--most-steps", str(3 * self.steps)]
+        if self._horizon:
+            typed += ["-c", f"steps={self._horizon}"] if not self.steps else []
+            typed += ["--most-steps", str(3 * self._horizon)]
         at_first = [one for one in inputs if _is_goal_at_first(one)]
         typed += [word for one in at_first for word in ("--goal", one.value)]
         for one in inputs:
@@ -92,45 +96,51 @@ class Search:
             self.count += 1
             run = self.run((Input(GOAL, request),))
             found += self._new(findings(run))
+            if found:
+                break  # the others would show the same
             longest = max(longest, run.steps)
             commands = max(commands, sum(isinstance(event, CommandDone) for event in run.events))
-        if not self.steps:
-            self.steps = (_MOST_GOALS + 1) * (longest + 1) + _SPARE
+        self._horizon = self.steps or (_MOST_GOALS + 1) * (longest + 1) + _SPARE
         self._last_moment = longest + 4
         self._last_command = commands + 4
         return found
 
-    def by_chance(self, episodes: int, seed: int) -> Optional[Finding]:
-        """Makes random episodes until something is found, and shrinks the one.
+    def by_chance(self, episodes: int, seed: int) -> Iterator[Finding]:
+        """Makes random episodes, and yields what is wrong, each check once, and shrunk.
 
         Args:
-            episodes: How many, at most.
+            episodes: How many there are, without those that it takes to shrink one.
             seed: Start of the random numbers.
         """
-        # It takes half a second, and who only looks at an encoding need not have it.
-        from hypothesis import HealthCheck, Phase, Verbosity, find, settings  # noqa: PLC0415
-        from hypothesis.errors import NoSuchExample  # noqa: PLC0415
-
         if not self.alphabet.requests:
-            return None
-        shrinker = _Shrinker(self.judge)
-        try:
-            smallest = find(
-                _episodes(self.alphabet, self._last_moment, self._last_command, bool(self.resets)),
-                shrinker.is_wrong,
-                settings=settings(
-                    max_examples=episodes,
-                    database=None,
-                    deadline=None,
-                    phases=(Phase.generate, Phase.shrink),
-                    suppress_health_check=list(HealthCheck),
-                    verbosity=Verbosity.quiet,
-                ),
-                random=random.Random(seed),  # noqa: S311 (no secret)
-            )
-        except NoSuchExample:
-            return None
-        return self.judge(smallest)[0]
+            return
+        chance = Chance(
+            random.Random(seed),  # noqa: S311 (no secret)
+            self.alphabet,
+            self._last_moment,
+            self._last_command,
+            bool(self.resets),
+        )
+        for _ in range(episodes):
+            episode = chance.episode()
+            found = self.judge(episode)
+            if found:
+                smallest = shrunk(episode, self.alphabet.requests[0], self._shows(found[0].check))
+                found = self.judge(smallest)
+                self.ignored.add(found[0].check)
+                yield found[0]
+
+    def _shows(self, check: str) -> Callable[[Episode], bool]:
+        """Returns what says whether an episode shows something, for as long as that may take."""
+        left = self.count + _SHRINKING
+
+        def shows(episode: Episode) -> bool:
+            if episode not in self._judged and self.count >= left:
+                return False
+            found = self.judge(episode)
+            return bool(found) and found[0].check == check
+
+        return shows
 
     def judge(self, episode: Episode) -> List[Finding]:
         """Returns what is wrong in an episode."""
@@ -150,71 +160,140 @@ class Search:
             return self.run(inputs, mode)
 
         resets = with_resets if self.resets and episode.steps_to_reset else None
-        return twins.compare(episode.inputs, run, self.run, resets)
+        return twins.compare(episode.inputs, run, len(self.alphabet.slots), self.run, resets)
 
     def _new(self, found: List[Finding]) -> List[Finding]:
         return [finding for finding in found if finding.check not in self.ignored]
 
 
-class _Shrinker:
-    """Says what is as wrong as what was found first, for as long as that may take."""
+@dataclass
+class Chance:
+    """Draws episodes.
 
-    def __init__(self, judge: Callable[[Episode], List[Finding]]) -> None:
-        self._judge = judge
-        self._check = ""
-        self._known: Dict[Episode, bool] = {}
-        self._left = _SHRINKING
+    Attributes:
+        random: The random numbers.
+        alphabet: What can come.
+        last_step: The last step in which something comes.
+        last_command: The last command in which something comes.
+        resets: Whether there are second runs in which the past is forgotten.
+    """
 
-    def is_wrong(self, episode: Episode) -> bool:
-        """Whether this episode shows what the first one has shown."""
-        if episode in self._known:
-            return self._known[episode]
-        if self._check:
-            self._left -= 1
-            if self._left < 0:
-                return False
-        found = self._judge(episode)
-        if found and not self._check:
-            self._check = found[0].check
-        self._known[episode] = bool(found) and found[0].check == self._check
-        return self._known[episode]
+    random: random.Random
+    alphabet: Alphabet
+    last_step: int
+    last_command: int
+    resets: bool
+
+    def episode(self) -> Episode:
+        """Draws the next episode."""
+        kinds = [self._anything, self._anything, self._announced, self._failing, self._recalled]
+        inputs = self.random.choice(kinds)()
+        after = self.random.choice((0, 1, 1, 2, 3)) if self.resets else 0
+        return Episode(twins.renumbered(tuple(inputs)), after)
+
+    def _anything(self) -> List[Input]:
+        goals = [
+            self._goal(Moment() if self.random.random() < _AT_FIRST else self._anywhere())
+            for _ in range(self.random.randint(1, _MOST_GOALS))
+        ]
+        return [
+            *goals,
+            *self._some(lambda: self._cancel(self._anywhere()), self.alphabet.cancels),
+            *self._some(self._failure, self.alphabet.failures),
+            *self._some(self._message, self.alphabet.messages),
+        ]
+
+    def _announced(self) -> List[Input]:
+        return self._at_first(1) + self._some(self._message, self.alphabet.messages, 1)
+
+    def _failing(self) -> List[Input]:
+        return self._at_first(1) + self._some(self._failure, self.alphabet.failures, 1)
+
+    def _recalled(self) -> List[Input]:
+        """Goals of which one is cancelled, at any moment, but rather soon."""
+        if not self.alphabet.cancels:
+            return self._at_first(2)
+        soon = self._moment(self.random.choice((IN, AFTER)), *_SOON)
+        moment = soon if self.random.random() < _AT_FIRST else self._anywhere()
+        return [*self._at_first(2), self._cancel(moment)]
+
+    def _some(
+        self, draw: Callable[[], Input], known: Collection[Any], least: int = 0
+    ) -> List[Input]:
+        number = self.random.randint(least, _MOST_OTHERS) if known else 0
+        return [draw() for _ in range(number)]
+
+    def _at_first(self, least: int) -> List[Input]:
+        return [self._goal(Moment()) for _ in range(self.random.randint(least, _MOST_GOALS))]
+
+    def _goal(self, moment: Moment) -> Input:
+        return Input(GOAL, self.random.choice(self.alphabet.requests), moment)
+
+    def _cancel(self, moment: Moment) -> Input:
+        return Input(CANCEL, str(self.random.randint(1, _MOST_GOALS)), moment)
+
+    def _failure(self) -> Input:
+        actuator, answer = self.random.choice(self.alphabet.failures)
+        return Input(actuator, answer, self._moment(STEP, 1, self.last_step))
+
+    def _message(self) -> Input:
+        source, value = self.random.choice(self.alphabet.messages)
+        return Input(source, value, self._anywhere())
+
+    def _anywhere(self) -> Moment:
+        if self.random.random() < _BY_STEP:
+            return self._moment(STEP, 0, self.last_step)
+        return self._moment(self.random.choice((IN, AFTER)), 1, self.last_command)
+
+    def _moment(self, kind: str, first: int, last: int) -> Moment:
+        return Moment(kind, self.random.randint(first, last))
 
 
-def _episodes(alphabet: Alphabet, last: int, commands: int, resets: bool) -> Any:
-    """Returns hypothesis's strategy of episodes."""
-    from hypothesis import strategies as st  # noqa: PLC0415 (as above)
+def shrunk(episode: Episode, request: str, shows: Callable[[Episode], bool]) -> Episode:
+    """Returns a smaller episode that shows the same, with hypothesis; or the same one.
 
-    steps = st.builds(Moment, st.just(STEP), st.integers(0, last))
-    anywhere = st.one_of(
-        steps, st.builds(Moment, st.sampled_from((IN, AFTER)), st.integers(1, commands))
-    )
-    begins = st.one_of(st.just(Moment()), st.just(Moment()), anywhere)
+    Args:
+        episode: It shows something.
+        request: A simple request.
+        shows: Whether an episode shows it, too.
+    """
+    # It takes half a second, and who has found nothing need not have it.
+    from hypothesis import HealthCheck, Phase, find, settings, strategies  # noqa: PLC0415
+    from hypothesis.errors import NoSuchExample  # noqa: PLC0415
 
-    def inputs(kind: Any, values: Any, moments: Any, most: int, least: int = 0) -> Any:
-        one = st.tuples(kind, values, moments).map(lambda parts: Input(*parts))
-        return st.lists(one, min_size=least, max_size=most)
+    def smaller(flags: List[int]) -> Episode:
+        """Leaves out, or makes simple, what has a flag 0; hypothesis shrinks flags to 0."""
+        groups = zip(episode.inputs, *(iter(flags[1:]),) * 3)
+        inputs = [
+            _simple(one, request if value == 0 else "", at_first=moment == 0)
+            for one, keeps, value, moment in groups
+            if keeps
+        ]
+        after = episode.steps_to_reset if flags[0] else 0
+        return Episode(twins.renumbered(tuple(inputs)), after)
 
-    def pairs(known: Any, most: int, moments: Any) -> Any:
-        if not known:
-            return st.just([])
-        one = st.tuples(st.sampled_from(list(known)), moments)
-        return st.lists(one.map(lambda p: Input(p[0][0], p[0][1], p[1])), max_size=most)
-
-    cancels = st.integers(1, _MOST_GOALS).map(str)
-    later = st.builds(Moment, st.just(STEP), st.integers(1, last))
-    parts = st.tuples(
-        inputs(st.just(GOAL), st.sampled_from(list(alphabet.requests)), begins, _MOST_GOALS, 1),
-        inputs(st.just(CANCEL), cancels, anywhere, _MOST_OTHERS)
-        if alphabet.cancels else st.just([]),
-        pairs(alphabet.failures, _MOST_OTHERS, later),
-        pairs(alphabet.messages, _MOST_OTHERS, anywhere),
-        st.integers(0, 3) if resets else st.just(0),
-    )  # fmt: skip
-    return parts.map(
-        lambda drawn: Episode(
-            twins.renumbered(tuple(one for part in drawn[:4] for one in part)), drawn[4]
+    count = 1 + 3 * len(episode.inputs)
+    flags = strategies.lists(strategies.integers(0, _ODDS), min_size=count, max_size=count)
+    try:
+        return find(
+            flags.map(smaller),
+            shows,
+            settings=settings(
+                max_examples=_SHRINKING,
+                database=None,
+                deadline=None,
+                phases=(Phase.generate, Phase.shrink),
+                suppress_health_check=list(HealthCheck),
+            ),
+            random=random.Random(0),  # noqa: S311 (no secret)
         )
-    )
+    except NoSuchExample:
+        return episode
+
+
+def _simple(one: Input, request: str, *, at_first: bool) -> Input:
+    value = request if request and one.kind == GOAL else one.value
+    return Input(one.kind, value, Moment() if at_first else one.moment)
 
 
 def _is_goal_at_first(one: Input) -> bool:

@@ -86,8 +86,6 @@ def _parts(seen: Written, dialect: Type[Dialect2], _: Alphabet) -> Iterator[Find
             else ("neither rosoclingo nor the encoding grounds it")
         )
         yield Finding("parts", f"the part {name}/{arity} is of no use: {why}", place)
-    if dialect is Dialect2 and ("query", 1) not in seen.defined:
-        yield Finding("parts", "no #external query(t) is declared: it cannot be asked for a plan")
 
 
 def _undefined(seen: Written, *_: object) -> Iterator[Finding]:
@@ -127,9 +125,9 @@ def _own_names(seen: Written, _: object, alphabet: Alphabet) -> Iterator[Finding
     for (name, _), place in seen.parts.items():
         if name.startswith(_OWN):
             yield Finding("names", f"part {name}: names with {_OWN} are rosoclingo's own", place)
-    for kind, names in (("slot", alphabet.slots), ("actuator", tuple(alphabet.answers))):
+    for kind, names in (("a slot", alphabet.slots), ("an actuator", tuple(alphabet.answers))):
         for name in sorted(_INSIDE.intersection(names)):
-            yield Finding("names", f"{name} is the id of a {kind}, and one of rosoclingo's own")
+            yield Finding("names", f"{name} is the id of {kind}, and one of rosoclingo's own")
 
 
 def _slots(seen: Written, alphabet: Alphabet) -> Iterator[Finding]:

@@ -7,7 +7,7 @@ line; its name is that of the check in docs/check.md.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Callable, Dict, Iterator, List, Mapping, Optional, Tuple
+from typing import Callable, Iterator, List, Mapping, Optional, Tuple
 
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.invariants import planned_ends
@@ -22,9 +22,9 @@ Again = Callable[[Inputs], Run]
 
 def reset(one: Run, other: Run) -> Iterator[str]:
     """With and without resets, plans take as long."""
-    first = _by_history(one)
-    for heard, plan in _by_history(other).items():
-        known = first.get(heard)
+    first = {_history(plan): plan for plan in one.plans}
+    for plan in other.plans:
+        known = first.get(_history(plan))
         if known is None:
             continue
         if known.length != plan.length:
@@ -40,12 +40,9 @@ def reset(one: Run, other: Run) -> Iterator[str]:
             )
 
 
-def _by_history(run: Run) -> Dict[object, FoundPlan]:
-    """Returns the first plan after all that was heard, for each time that something was."""
-    plans: Dict[object, FoundPlan] = {}
-    for plan in run.plans:
-        plans.setdefault((plan.heard, plan.elapsed), plan)
-    return plans
+def _history(plan: FoundPlan) -> object:
+    """Returns all that has come until a plan was found, and which goals it is for."""
+    return plan.heard, plan.elapsed, frozenset(plan.slots.values()) - plan.over
 
 
 def _words(plan: FoundPlan) -> str:
@@ -53,16 +50,18 @@ def _words(plan: FoundPlan) -> str:
     return ", ".join(f"goal {goal} {word}" for goal, word in sorted(ends.items())) or "none"
 
 
-def without_recalled(inputs: Inputs, run: Run) -> Optional[Inputs]:
+def without_recalled(inputs: Inputs, run: Run, slots: int) -> Optional[Inputs]:
     """Returns the inputs without a goal that was cancelled before anything was done.
 
-    That is one of several that come in the beginning; None if there is no such goal, or if more
-    happens.
+    All goals come in the beginning, and none has to wait for a slot; None if there is no such goal,
+    or if more happens.
     """
     goals = [one for one in inputs if one.kind == GOAL]
     cancels = [one for one in inputs if one.kind == CANCEL]
     at_first = all((one.moment.kind, one.moment.number) == (STEP, 0) for one in goals)
-    if not (at_first and len(goals) > 1 and len(cancels) == 1 and len(inputs) == len(goals) + 1):
+    if not (
+        at_first and 0 < len(goals) <= slots and len(cancels) == 1 and len(inputs) == len(goals) + 1
+    ):
         return None
     number = int(cancels[0].value)
     if number > len(goals):
@@ -129,18 +128,21 @@ def failed(one: Run, other: Run) -> Iterator[str]:
         )
 
 
-def compare(inputs: Inputs, run: Run, again: Again, with_resets: Optional[Again]) -> List[Finding]:
+def compare(
+    inputs: Inputs, run: Run, slots: int, again: Again, with_resets: Optional[Again]
+) -> List[Finding]:
     """Returns what is wrong between a run and others.
 
     Args:
         inputs: What comes in the run.
         run: The run.
+        slots: How many goals the planner deals with at the same time.
         again: Makes another run with other inputs.
         with_resets: Makes one in which the past is forgotten; None if the encoding cannot do that.
     """
     others: Mapping[Callable[[Run, Run], Iterator[str]], Callable[[], Optional[Run]]] = {
         failed: lambda: _again(again, without_failure(inputs, run)),
-        recall: lambda: _again(again, without_recalled(inputs, run)),
+        recall: lambda: _again(again, without_recalled(inputs, run, slots)),
         reset: lambda: None if with_resets is None else with_resets(inputs),
     }
     for check, make in others.items():
