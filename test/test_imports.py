@@ -18,7 +18,7 @@ FLOORS = {
         "errors", "loop", "drawing", "commands", "single", "why", "ros",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
-        "desk",
+        "desk", "check",
     ],
     "rosoclingo_interfaces": [
         "errors", "prompt", "topics", "journal", "announcements",

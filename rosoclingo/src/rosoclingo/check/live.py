@@ -77,12 +77,10 @@ def _versions(abouts: Abouts) -> Iterator[Finding]:
 
 def _interfaces(abouts: Abouts, alphabet: Alphabet) -> Iterator[Finding]:
     """Says which actuator has no interface, and which message no source."""
-    interfaces = [about for about in abouts.values() if "actuators" in about]
-    served = {actuator for about in interfaces for actuator in about["actuators"]}
-    serves_all = any(not about["actuators"] and not about.get("messages") for about in interfaces)
+    served = [about["actuators"] for about in abouts.values() if "actuators" in about]
     for actuator in alphabet.answers:
-        if actuator not in served and not serves_all:
+        if not any(actuator in actuators or not actuators for actuators in served):
             yield _finding(f"no interface does the actions of {actuator}")
-    sent = {source for about in interfaces for source in about.get("messages", ())}
+    sent = {source for about in abouts.values() for source in about.get("messages", ())}
     for source in sorted({source for source, _ in alphabet.messages} - sent):
         yield _finding(f"no node says that it sends the messages of {source}")

@@ -66,12 +66,21 @@ def without_recalled(inputs: Inputs, run: Run, slots: int) -> Optional[Inputs]:
     number = int(cancels[0].value)
     if number > len(goals):
         return None
-    kinds = [type(event) for event in run.events]
-    if journal.CancelArrived not in kinds or (
-        journal.ActionPublished in kinds[: kinds.index(journal.CancelArrived)]
-    ):
+    if not _is_told_before_all(run):
         return None
     return tuple(goal for index, goal in enumerate(goals, 1) if index != number)
+
+
+def _is_told_before_all(run: Run) -> bool:
+    """Whether the planner is told of the cancel request before any action is published."""
+    is_asked = False
+    for event in run.events:
+        if isinstance(event, journal.ActionPublished):
+            return False
+        is_asked |= isinstance(event, journal.CancelArrived)
+        if is_asked and isinstance(event, journal.CommandDone) and event.name == "assign_messages":
+            return True
+    return False
 
 
 def recall(one: Run, other: Run) -> Iterator[str]:
