@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
-from typing import Any, List, Sequence
+from typing import Any, Dict, List, Optional, Sequence
 
 import pytest
 
@@ -188,7 +188,11 @@ def test_each_check_has_a_test() -> None:
         ("--goal 'visit(3)' => 3 steps", "expected 3 steps, and it takes 2: go(2), go(3)"),
         ("--goal 'visit(3)' => canceled", "expected canceled, and the goals are succeeded"),
         ("--goal 'visit(3)' => go(3), go(2)", "expected go(3), go(2) in this order, and it does"),
-        ("--goal 'visit(9)' => rejected, \"no 9\"", 'expected "no 9", and the goals are told'),
+        (
+            "--goal 'visit(9)' => rejected, \"no 9\"",
+            'expected "no 9", and it says the planner does',
+        ),
+        ("--event 'info:shut(3)' => \"declares no such event\"", ""),
     ],
 )
 def test_examples(line: str, said: str, tmp_path: Path) -> None:
@@ -302,3 +306,47 @@ def test_a_word_for_a_command() -> None:
 def test_an_option_is_wrong() -> None:
     with pytest.raises(OptionsError, match="clingo refuses the options"):
         check(LINE, "-c", "cells=4", "--nonsense")
+
+
+# A running system.
+
+ABOUT = {"sha256": "", "text": Path(LINE).read_text()}
+RUNNING: Dict[str, Dict[str, Any]] = {
+    "/rosoclingo": {"program": "rosoclingo run.py", "solvers": {"planner": "/planner"}},
+    "/planner": {"files": {"/elsewhere/line.lp": ABOUT}, "versions": {"clingo": "5.7.1"}},
+    "/robot": {"actuators": ["robot"], "messages": [], "versions": {"clingo": "5.7.1"}},
+    "/un_block": {"messages": ["info"]},
+}
+
+
+@pytest.mark.parametrize(
+    ("node", "about", "said"),
+    [
+        ("/robot", {"actuators": []}, ""),
+        ("/robot", {"actuators": ["arm"]}, "no interface does the actions of robot"),
+        ("/un_block", {}, "no node says that it sends the messages of info"),
+        ("/rosoclingo", {}, "no planning node runs"),
+        ("/planner", None, "/rosoclingo plans with /planner, and there is no such node"),
+        ("/planner", {"files": {}}, "/planner runs without line.lp, which was checked"),
+        ("/planner", {"files": {"line.lp": {"text": "a."}}}, "/planner runs with another line.lp"),
+        (
+            "/planner",
+            {"files": {"line.lp": ABOUT, "more.lp": ABOUT}},
+            "/planner runs with more.lp, which was not checked",
+        ),
+        (
+            "/robot",
+            {"actuators": ["robot"], "versions": {"clingo": "5.6.2"}},
+            "different versions of clingo (5.7.1: /planner; 5.6.2: /robot)",
+        ),
+    ],
+)
+def test_a_running_system(node: str, about: Optional[Dict[str, Any]], said: str) -> None:
+    """What does not fit is said, and nothing else."""
+    running = {name: value for name, value in RUNNING.items() if name != node}
+    if about is not None:
+        running[node] = about
+    words = [LINE, *SMALL, "--episodes", "0", "--goal", "visit(1)", "--live"]
+    found = list(Checking(parse(words), lambda: running).findings())
+    assert [finding.check for finding in found] == (["live"] if said else [])
+    assert all(said in finding.text for finding in found)

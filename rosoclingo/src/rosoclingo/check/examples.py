@@ -28,7 +28,7 @@ from rosoclingo.check.invariants import findings
 from rosoclingo.check.run import DOES, Run
 from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.goals import STATUSES
-from rosoclingo.loop.journal import Status
+from rosoclingo.loop.journal import MessageDropped, Status
 
 ENDING = ".examples"
 _STEPS = re.compile(r"(\d+) steps?")
@@ -45,7 +45,7 @@ class Example:
         statuses: How each goal ends, in order; if nothing is said, they all succeed. A goal that
             does not end is ``accepted``, or ``waiting``.
         actions: What is done, in order, and maybe more.
-        said: What the goals are told at their end, in any reason.
+        said: What stands in a reason: why a goal has ended, or a message was dropped.
     """
 
     words: Words
@@ -152,9 +152,10 @@ def _differences(example: Example, run: Run) -> Iterator[str]:
         yield f"expected {_list(example.actions)} in this order, and it does {_list(_done(run))}"
 
     reasons = [goal.reason for goal in run.goals]
+    reasons += [event.reason for event in run.events if isinstance(event, MessageDropped)]
     for text in example.said:
         if not any(text in reason for reason in reasons):
-            yield f'expected "{text}", and the goals are told: {_list(reasons)}'
+            yield f'expected "{text}", and it says {_list(reasons)}'
 
 
 def _done(run: Run) -> List[str]:

@@ -138,7 +138,7 @@ def ends(run: Run) -> Iterator[str]:
 
 
 def foretold(run: Run) -> Iterator[str]:
-    """If nothing unexpected comes, it takes as long as the plan says."""
+    """If nothing unexpected comes, it takes as long as the plan says, and goals end as it says."""
     last: Optional[FoundPlan] = None
     for plan in run.plans:
         if last is not None and _goes_on(last, plan):
@@ -166,6 +166,18 @@ def _other_ends(run: Run, last: FoundPlan, plan: FoundPlan) -> Iterator[str]:
     for goal, word in planned_ends(plan).items():
         if goal in planned and planned[goal] != word:
             yield f"{_name(run, goal)} was to be {planned[goal]}, and now it is to be {word}"
+        elif goal not in planned and goal in last.slots.values() and _foretells(run):
+            yield (
+                f"{_name(run, goal)} is to be {word} by the plan found in step {plan.elapsed}, and "
+                f"that found in step {last.elapsed} does not say so, although all has gone as "
+                "planned"
+            )
+
+
+def _foretells(run: Run) -> bool:
+    """Whether the encoding says before how goals end."""
+    statuses = ((plan.step, word, step) for plan in run.plans for _, word, step in plan.statuses)
+    return any(word in ENDS and step > now for now, word, step in statuses)
 
 
 def planned_ends(plan: FoundPlan) -> Dict[str, str]:
