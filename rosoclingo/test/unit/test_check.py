@@ -192,7 +192,7 @@ def test_each_check_has_a_test() -> None:
             "--goal 'visit(9)' => rejected, \"no 9\"",
             'expected "no 9", and it says the planner does',
         ),
-        ("--event 'info:shut(3)' => \"declares no such event\"", ""),
+        ("--event 'info:shut(3)' => \"no external event(info,shut(3)\"", ""),
     ],
 )
 def test_examples(line: str, said: str, tmp_path: Path) -> None:
