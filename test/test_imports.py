@@ -18,7 +18,7 @@ FLOORS = {
         "errors", "loop", "drawing", "commands", "single", "why",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
-        "ros", "desk", "scaffold",
+        "ros", "desk", "scaffold", "check",
     ],
     "rosoclingo_interfaces": [
         "errors", "prompt", "topics", "journal", "announcements",

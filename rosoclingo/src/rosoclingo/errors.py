@@ -21,6 +21,10 @@ class ControllerError(LoopError):
     """The controller did not say what to do."""
 
 
+class LiveError(RosclingoError):
+    """There is no running system to look at."""
+
+
 class QuestionError(RosclingoError):
     """A question names what there is not, or cannot be answered of this encoding."""
 

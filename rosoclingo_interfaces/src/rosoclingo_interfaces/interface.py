@@ -47,6 +47,7 @@ class ActionInterface:
 
     Attributes:
         actuators: Ids of the actuators whose actions are done; none means those of all.
+        messages: Ids of the messages that are sent besides answers, such as ``info``.
         leaves_unknown: Whether an action without a method is left to another node of the same
             actuator, and not answered with ``failure``.
         timeout: Longest time from an action to its answer, in seconds, unless the node's parameter
@@ -54,6 +55,7 @@ class ActionInterface:
     """
 
     actuators: Sequence[str] = ()
+    messages: Sequence[str] = ()
     timeout = 0.0
     leaves_unknown = False
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import inspect
+import sys
 import threading
 import time
-from typing import Callable, NoReturn
+from typing import Callable, NoReturn, Optional, Sequence
 
 import rospy
+from std_msgs.msg import String
 
 from rosclingo.ros import parameters
+from rosclingo.ros.about import about
 from rosclingo.ros.init import init_node, on_shutdown, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
@@ -46,6 +49,7 @@ class InterfaceNode:
         on_shutdown(lambda: self._executor.close(_SECONDS_TO_END))
         self._in = publisher(topic("in"), ROSoClingoIn)
         self._out = subscriber(topic("out"), ROSoClingoOut, self._on_out)
+        self._about = publish_about(interface.messages, interface.actuators)
         rospy.loginfo(
             "does the actions of %s from %s",
             ", ".join(interface.actuators) or "all actuators",
@@ -70,6 +74,26 @@ class InterfaceNode:
         self._executor.begin(message.id, message.action, reply)
 
 
+def publish_about(
+    messages: Sequence[str], actuators: Optional[Sequence[str]] = None
+) -> rospy.Publisher:
+    """Publishes on the latched topic ``~about`` what a node does for rosoclingo.
+
+    Args:
+        messages: Ids of the messages that it sends besides answers.
+        actuators: Ids of the actuators whose actions it does, none for those of all; None if it
+            does no actions.
+
+    Returns:
+        The publisher, which has to be kept.
+    """
+    does = {} if actuators is None else {"actuators": list(actuators)}
+    said = about("rosoclingo_interfaces", sys.argv[1:], {}, messages=list(messages), **does)
+    latched = publisher("~about", String, latch=True)
+    latched.publish(said)
+    return latched
+
+
 def run(interface: Callable[[], ActionInterface], name: str) -> NoReturn:
     """Runs a node with an interface until it is shut down, and ends the process.
 
@@ -79,7 +103,7 @@ def run(interface: Callable[[], ActionInterface], name: str) -> NoReturn:
 
     The exit status is 0, or 2 if a parameter is wrong.
     """
-    about = inspect.cleandoc(interface.__doc__ or "")
-    usage = f"usage: {name}.py [_PARAMETER:=VALUE]... [ROS remappings]\n\n{about}"
+    described = inspect.cleandoc(interface.__doc__ or "")
+    usage = f"usage: {name}.py [_PARAMETER:=VALUE]... [ROS remappings]\n\n{described}"
     init_node(name, usage=usage)
     run_node(lambda: InterfaceNode(interface()))

@@ -15,6 +15,7 @@ from rosoclingo.msg import ROSoClingoIn
 from rosoclingo_interfaces.announcements import TAKEN, parse_line, verdict
 from rosoclingo_interfaces.errors import LineError
 from rosoclingo_interfaces.journal import JournalReader
+from rosoclingo_interfaces.node import publish_about
 from rosoclingo_interfaces.prompt import Prompt
 from rosoclingo_interfaces.topics import topic, wait_for_subscribers
 
@@ -30,6 +31,7 @@ def main() -> NoReturn:
     it, or rosoclingo dropped it, 130 after Ctrl-C.
     """
     init_node("un_block", anonymous=True, usage=f"usage: un_block.py [ROS remappings]\n\n{_HELP}")
+    _about = publish_about((INFO,))  # kept, so that it is there as long as the node
     prompt = Prompt("b/u> ")
     on_shutdown(lambda: prompt.stop("shut down"))
     status = _announce(prompt)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import unittest
 
 import rospy
 import rostest
+from std_msgs.msg import String
 
-from planner import Planner
+from planner import TIMEOUT, Planner
 
 
 class TestInterface(unittest.TestCase):
@@ -46,6 +48,13 @@ class TestInterface(unittest.TestCase):
         for other in ("solver", "arm(2)", "other", "", "X"):
             self.robot.send(other, "go(c1)")
         self.assertEqual(self.robot.ask("robot", "go(c1)"), "success")
+
+    def test_about(self) -> None:
+        """Each interface says what it does, also to who comes late."""
+        for name, actuators in (("/a/robot", ["robot", "arm(1)"]), ("/b/robot", ["other"]),
+                                ("/c/fulfill", [])):  # fmt: skip
+            said = json.loads(rospy.wait_for_message(f"{name}/about", String, TIMEOUT).data)
+            self.assertEqual((said["actuators"], said["messages"]), (actuators, []))
 
     def test_time_limit(self) -> None:
         before = rospy.get_time()

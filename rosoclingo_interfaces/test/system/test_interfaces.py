@@ -78,6 +78,15 @@ def test_an_interface_that_starts_late(terminals: Terminals, node: Terminal) -> 
     # The last action is done, but this one cannot know that; it does no harm.
     third = fulfill(terminals, "__name:=second")
     third.wait_for("robot: go(4): success")
+
+    # It says what it does, and the planner which files it has; nobody here sends announcements.
+    check = terminals.start(
+        "rosrun", "rosoclingo", "check.py", str(LINE), "--episodes", "0", "--live"
+    )
+    assert check.wait() == 1, check.output
+    assert [line for line in check.output.splitlines() if line.startswith("live: ")] == [
+        "live: no node says that it sends the messages of info"
+    ]
     visit(terminals, 1)
     third.wait_for("robot: go(1): success")
     wait_for(lambda: results.output.count('result: "succeeded"') == 2)

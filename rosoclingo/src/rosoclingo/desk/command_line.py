@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
-from typing import Callable, List, Pattern, Sequence
+from typing import Any, Callable, Dict, List, Pattern, Sequence
 
 from rosclingo.errors import OptionsError
-from rosclingo.solver.options import parse_options
+from rosclingo.solver.options import Options, parse_options
+from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import GOAL, read_input
 from rosoclingo.desk.parts import SINGLE
 
@@ -70,9 +71,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     add("--json", action="store_true", help="print plan, goals and journal as JSON")
     add("--picture", type=Path, metavar="FILE", help="draw the plan or the run; .svg, .png, .pdf")
     chosen, rest = parser.parse_known_args(arguments)
-    chosen.options = options = parse_options([word for one in rest for word in _as_file(one)])
-    if not options.files:
-        raise OptionsError("name the planner's encoding and instance: plan.py FILE.lp...")
+    chosen.options = options = parse_planner(rest, "plan.py")
     alone = ("at", "fail", "no_answer", "fail_probability", "action_timeout", "commands")
     for option in alone if not chosen.simulate else ():
         if getattr(chosen, option):
@@ -84,6 +83,41 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     ]
     chosen.mode_options = _mode_options(options.clingo)
     return chosen
+
+
+def simulated(chosen: argparse.Namespace) -> Dict[str, Any]:
+    """Returns the arguments of a :class:`.Simulation` that a command line means, by their names."""
+    patterns = {name: getattr(chosen, name) for name in ("fail", "no_answer")}
+    answers = Answers(
+        fail_probability=chosen.fail_probability,
+        seed=chosen.seed,
+        **{name: pattern for name, pattern in patterns.items() if pattern is not None},
+    )
+    return {
+        "inputs": chosen.inputs,
+        "answer": answers.next,
+        "seconds": chosen.seconds,
+        "most_steps": chosen.most_steps,
+        "action_timeout": chosen.action_timeout,
+        "abort_unreachable": chosen.abort_unreachable,
+        "search_seconds": chosen.search_seconds,
+    }
+
+
+def parse_planner(words: Sequence[str], program: str) -> Options:
+    """Reads the planner's files, of which any may stand without -f before it, and its options.
+
+    Args:
+        words: What was typed.
+        program: The program that wants them.
+
+    Raises:
+        OptionsError: There is no file, or one is missing.
+    """
+    options = parse_options([word for one in words for word in _as_file(one)])
+    if not options.files:
+        raise OptionsError(f"name the planner's encoding and instance: {program} FILE.lp...")
+    return options
 
 
 def _as_file(word: str) -> Sequence[str]:

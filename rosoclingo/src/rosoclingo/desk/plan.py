@@ -13,8 +13,7 @@ from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence
 
 from rosclingo.errors import RosclingoError
 from rosoclingo.bags.text import lines, say
-from rosoclingo.desk.answers import Answers
-from rosoclingo.desk.command_line import parse
+from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.inputs import GOAL
 from rosoclingo.desk.outcome import DROPPED, Plan, current_plan, reasons, refused, unreached
 from rosoclingo.desk.parts import make_parts
@@ -61,7 +60,7 @@ def run(arguments: Sequence[str]) -> int:
     chosen = parse(arguments)
     parts = make_parts(chosen.mode, chosen.options, chosen.mode_options, log=_warn)
     desk = Desk(parts.loop, chosen)
-    with Progress(lambda: f"step {desk.loop.state.step}, horizon {desk.loop.state.horizon}"):
+    with Progress(desk.place):
         failure = desk.run()
         desk.take_situation(failure)
     wrong = refused(desk, failure)
@@ -99,28 +98,17 @@ class Desk(Simulation):
         self._chosen = chosen
         self._is_shown = False
         self._story = Story(_print, commands=chosen.commands)
-        patterns = {name: getattr(chosen, name) for name in ("fail", "no_answer")}
-        answers = Answers(
-            fail_probability=chosen.fail_probability,
-            seed=chosen.seed,
-            **{name: pattern for name, pattern in patterns.items() if pattern is not None},
-        )
-        super().__init__(
-            make,
-            chosen.inputs,
-            answers.next,
-            seconds=chosen.seconds,
-            most_steps=chosen.most_steps,
-            action_timeout=chosen.action_timeout,
-            abort_unreachable=chosen.abort_unreachable,
-            search_seconds=chosen.search_seconds,
-        )
+        super().__init__(make, **simulated(chosen))
 
     def turn(self) -> bool:
         """Shows the plan when the loop waits for the first time; goes on in a simulation."""
         if not self._is_shown:
             self._show()
         return bool(self._chosen.simulate) and super().turn()
+
+    def place(self) -> str:
+        """Says how far the loop is."""
+        return f"step {self.loop.state.step}, horizon {self.loop.state.horizon}"
 
     def note(self, record: journal.Record) -> None:
         """Tells what happens, once the plan is shown."""

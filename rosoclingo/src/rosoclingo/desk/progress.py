@@ -17,7 +17,7 @@ class Progress:
         """Says nothing yet.
 
         Args:
-            place: Returns words for how far it is; called in another thread.
+            place: Says how far it is; called in another thread.
         """
         self._place = place
         self._is_over = threading.Event()

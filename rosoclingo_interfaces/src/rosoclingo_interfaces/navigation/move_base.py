@@ -33,6 +33,7 @@ class MoveBase(ActionInterface):
     """
 
     leaves_unknown = True
+    messages = (INFO,)
 
     def __init__(self) -> None:
         self._waypoints = read_waypoints(Path(parameters.text("waypoints")))

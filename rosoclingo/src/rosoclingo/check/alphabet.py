@@ -1,0 +1,210 @@
+"""What can come from outside, as an encoding declares it: requests, answers, messages.
+
+>>> from rosclingo.solver.options import Options
+>>> from rosoclingo.desk.parts import EXAMPLES
+>>> alphabet = read_alphabet(Options((f"{EXAMPLES}/line_demand.lp",)))
+>>> alphabet.requests[:2], alphabet.answers, alphabet.messages[:1]
+(('visit(1)', 'visit(2)'), {'robot': ('failure', 'success')}, (('info', 'close(1)'),))
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Dict, FrozenSet, List, Mapping, Sequence, Set, Tuple
+
+import clingo
+from clingo import ast
+
+from rosclingo.solver.controls import Messages, new_control
+from rosclingo.solver.options import Options
+from rosclingo.solver.programs import Program, parse_files
+from rosclingo.wire.term_text import last_number, number, split_term
+from rosoclingo.desk.parts import SINGLE, make_parts
+from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.vocabulary import ANY_EVENT
+from rosoclingo.loop.words import INFO, SUCCESS
+from rosoclingo.single.dialects import Dialect2, detect
+
+OWN_SOURCES = frozenset({"commit", "save"})
+"""The sources of events that are rosoclingo's own."""
+
+_STEPS = (1, 2, 3)  # those that are grounded, and compared
+_HAPPENS = "rosoclingo_check_event"
+
+
+@dataclass(frozen=True)
+class Alphabet:
+    """What can come from outside.
+
+    Attributes:
+        slots: The ids for goals.
+        requests: The requests that each slot takes, which may be none.
+        cancels: The slots whose goals can be cancelled.
+        answers: For each actuator, what it may answer.
+        messages: Source and value of each message that answers no action.
+        can_be_saved: Whether it can be told what held at a reset.
+        by_step: For each step from 0 on, the events that it declares, if it does so for each step.
+    """
+
+    slots: Tuple[str, ...] = ()
+    requests: Tuple[str, ...] = ()
+    cancels: FrozenSet[str] = frozenset()
+    answers: Mapping[str, Tuple[str, ...]] = field(default_factory=dict)
+    messages: Tuple[Pair, ...] = ()
+    can_be_saved: bool = False
+    by_step: Mapping[int, FrozenSet[Pair]] = field(default_factory=dict)
+
+    @property
+    def failures(self) -> List[Pair]:
+        """Each actuator with each answer that is no success."""
+        return [
+            (actuator, answer)
+            for actuator, answers in sorted(self.answers.items())
+            for answer in answers
+            if answer != SUCCESS
+        ]
+
+
+def has_dialect_2(options: Options) -> bool:
+    """Whether encodings are written for the modes, and not only for the one-node system.
+
+    Raises:
+        RosclingoError: A file does not parse, or is of no dialect.
+    """
+    return detect(options) is Dialect2
+
+
+def read_alphabet(options: Options) -> Alphabet:
+    """Asks the encodings of a command line what they declare.
+
+    Raises:
+        RosclingoError: They do not parse, or cannot be grounded.
+    """
+    planner = Planner(make_parts(SINGLE, options).planner)
+    slots = planner.begin()
+    told = planner.demand.tells
+    by_step: Dict[int, Set[Pair]] = {}
+    if told:
+        declared = _told_events(parse_files(options.files), options)
+    else:
+        planner.ground_steps(_STEPS)
+        for atom in planner.externals():
+            name, arguments = split_term(atom)
+            step = last_number(atom)
+            if name == "event" and len(arguments) == 3 and step is not None:
+                by_step.setdefault(step, set()).add((arguments[0], arguments[1]))
+        by_step = {step: pairs for step, pairs in by_step.items() if step in (0, *_STEPS)}
+        declared = set().union(*by_step.values()) if by_step else set()
+    declared = {pair for pair in declared if ",".join(pair) != ANY_EVENT}
+    return _sorted(declared, slots, told, by_step)
+
+
+def _sorted(
+    declared: Set[Pair], slots: Sequence[str], told: bool, by_step: Mapping[int, Set[Pair]]
+) -> Alphabet:
+    requests, cancels = set(), set()
+    answers: Dict[str, List[str]] = {}
+    messages = []
+    actuators = {source for source, content in declared if content == SUCCESS} - {INFO}
+    for source, content in sorted(declared, key=_in_order):
+        if source in slots and content == "cancel":
+            cancels.add(source)
+        elif source in slots:
+            requests.add(content)
+        elif source in actuators:
+            answers.setdefault(source, []).append(content)
+        elif source not in OWN_SOURCES and (source, content) != (INFO, "passed"):
+            messages.append((source, content))
+    return Alphabet(
+        slots=tuple(slots),
+        requests=tuple(sorted(requests, key=_in_order)),
+        cancels=frozenset(cancels),
+        answers={actuator: tuple(values) for actuator, values in answers.items()},
+        messages=tuple(messages),
+        can_be_saved=told or any(source == "save" for source, _ in declared),
+        by_step={step: frozenset(pairs) for step, pairs in sorted(by_step.items())},
+    )
+
+
+def _in_order(term: Any) -> Any:
+    """Sorts terms with their numbers in order of size."""
+    if not isinstance(term, str):
+        return [_in_order(one) for one in term]
+    name, arguments = split_term(term)
+    value = number(term)
+    if value is not None:
+        return (0, value, "", [])
+    return (1, 0, name or term, [_in_order(one) for one in arguments] if name != term else [])
+
+
+def _told_events(program: Program, options: Options) -> Set[Pair]:
+    """Returns the events that an encoding knows which is asked about each by ``event(s,c)``.
+
+    The parameters of that part become variables, and its externals rules.
+    """
+    statements: List[ast.AST] = []
+    part, parameters = "base", []
+    for statement in program.statements:
+        if statement.ast_type is ast.ASTType.Program:
+            part, parameters = statement.name, [p.name for p in statement.parameters]
+        own = part == "event" and len(parameters) == 2
+        if own and statement.ast_type is ast.ASTType.External:
+            statements.append(_rule(statement, parameters))
+    try:
+        return _happening(program, statements, options)
+    except RuntimeError:  # one is unsafe without the parameters' values: only that is left out
+        return set().union(*(_alone(program, one, options) for one in statements))
+
+
+def _alone(program: Program, rule: ast.AST, options: Options) -> Set[Pair]:
+    try:
+        return _happening(program, [rule], options)
+    except RuntimeError:
+        return set()
+
+
+def _happening(program: Program, rules: Sequence[ast.AST], options: Options) -> Set[Pair]:
+    control = new_control(options.clingo, Messages())
+    program.add_to(control)
+    with ast.ProgramBuilder(control) as builder:
+        builder.add(ast.Program(program.statements[0].location, "base", []))
+        for rule in rules:
+            builder.add(rule)
+    control.ground([("base", [])])
+    atoms = control.symbolic_atoms.by_signature(_HAPPENS, 2)
+    pairs = (atom.symbol.arguments for atom in atoms)
+    return {(str(source), str(content)) for source, content in pairs}
+
+
+def _rule(external: ast.AST, parameters: Sequence[str]) -> ast.AST:
+    variables = _Variables(dict(zip(parameters, ("RosoclingoS", "RosoclingoC"))))
+    place = external.location
+    head = ast.Function(
+        place, _HAPPENS, [variables.visit(one) for one in external.atom.symbol.arguments], 0
+    )
+    atom = ast.Literal(place, ast.Sign.NoSign, ast.SymbolicAtom(head))
+    return ast.Rule(place, atom, [variables.visit(literal) for literal in external.body])
+
+
+class _Variables(ast.Transformer):
+    """Puts variables in the place of a part's parameters."""
+
+    def __init__(self, names: Mapping[str, str]) -> None:
+        self._names = names
+
+    def visit_SymbolicTerm(self, term: ast.AST) -> ast.AST:  # noqa: N802 (clingo's name)
+        symbol = term.symbol
+        if symbol.type is clingo.SymbolType.Function and not symbol.arguments:
+            name = self._names.get(symbol.name)
+            if name is not None:
+                return ast.Variable(term.location, name)
+        return term
+
+    def visit_Function(self, term: ast.AST) -> ast.AST:  # noqa: N802 (clingo's name)
+        name = None if term.arguments else self._names.get(term.name)
+        return (
+            term.update(**self.visit_children(term))
+            if name is None
+            else ast.Variable(term.location, name)
+        )

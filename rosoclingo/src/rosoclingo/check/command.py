@@ -1,0 +1,170 @@
+"""Says whether an encoding fits: the command ``check.py``. Needs no ROS, but for ``--live``.
+
+``python3 -m rosoclingo.check`` is ``rosrun rosoclingo check.py`` without ROS.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from typing import Iterator, NoReturn, Optional, Sequence, Set, Tuple
+
+from rosclingo.errors import OptionsError, RosclingoError
+from rosoclingo.bags.text import lines, say
+from rosoclingo.check import live, static
+from rosoclingo.check.alphabet import Alphabet, read_alphabet
+from rosoclingo.check.command_line import Chosen, parse
+from rosoclingo.check.examples import judge, read_examples
+from rosoclingo.check.findings import Finding, Words
+from rosoclingo.check.live import Look
+from rosoclingo.check.run import Runner
+from rosoclingo.check.search import Search
+from rosoclingo.desk.parts import SINGLE
+from rosoclingo.desk.progress import Progress
+from rosoclingo.single.dialects import Dialect2, detect
+
+_PROGRAM = "check.py"
+_RESETS = "dynamic.incremental.reset"
+_STATIC = "static.incremental.recording"
+
+
+def main(look: Optional[Look] = None, arguments: Optional[Sequence[str]] = None) -> NoReturn:
+    """Runs the command and ends the process.
+
+    Args:
+        look: Looks at the running system; None without ROS.
+        arguments: The command line without the program's name; by default that of the process.
+    """
+    try:
+        sys.exit(run(sys.argv[1:] if arguments is None else arguments, look))
+    except (RosclingoError, OSError) as err:
+        say(_PROGRAM, str(err))
+        sys.exit(2)
+
+
+def run(arguments: Sequence[str], look: Optional[Look] = None) -> int:
+    """Runs the command and returns its exit status.
+
+    Args:
+        arguments: The command line without the program's name.
+        look: Looks at the running system; None without ROS.
+
+    Raises:
+        RosclingoError: The command line is wrong.
+        OSError: A file cannot be read.
+    """
+    chosen = parse(arguments, knows_live=look is not None)
+    checking = Checking(chosen, look)
+    count = 0
+    with Progress(checking.progress):
+        for finding in checking.findings():
+            count += 1
+            print(lines(str(finding)), flush=True)
+    print(f"{checking.done()}: {count or 'nothing'} found")
+    return 1 if count else 0
+
+
+class Checking:
+    """Checks an encoding, and knows how far it is."""
+
+    def __init__(self, chosen: Chosen, look: Optional[Look] = None) -> None:
+        """Prepares the checks.
+
+        Args:
+            chosen: What was typed.
+            look: Looks at the running system.
+        """
+        self._chosen = chosen
+        self._look = look
+        self._runner = Runner()
+        self._examples = 0
+        self._search: Optional[Search] = None
+
+    def progress(self) -> str:
+        """Says how far it is."""
+        return self.done()
+
+    @property
+    def commands(self) -> Sequence[Words]:
+        """The arguments of ``plan.py`` for each run so far, in order."""
+        return tuple(self._runner.commands)
+
+    def done(self) -> str:
+        """Says what was done."""
+        episodes = 0 if self._search is None else self._search.count
+        return f"{self._examples} examples, {episodes} episodes, {len(self._runner.commands)} runs"
+
+    def findings(self) -> Iterator[Finding]:
+        """Yields what is wrong, as soon as it is found; nothing twice.
+
+        Raises:
+            RosclingoError: An option is wrong.
+            OSError: A file cannot be read.
+        """
+        known: Set[Tuple[str, str, str]] = set()
+        for finding in self._all():
+            if finding.key not in known:
+                known.add(finding.key)
+                yield finding
+
+    def _all(self) -> Iterator[Finding]:
+        chosen = self._chosen
+        shown = (*chosen.words, "--simulate")
+        try:
+            dialect = detect(chosen.options)
+        except OptionsError as err:
+            yield Finding("parts", str(err), commands=(shown,))
+            return
+        except RosclingoError as err:  # it does not parse, and what follows could not run either
+            yield Finding("program", str(err), commands=(shown,))
+            return
+        try:
+            alphabet = read_alphabet(chosen.options)
+        except OptionsError:
+            raise
+        except RosclingoError as err:
+            yield Finding("program", str(err), commands=(shown,))
+            return
+        yield from static.look(chosen.options, dialect, alphabet)
+        yield from self._on_examples()
+        if chosen.requests:
+            alphabet = replace(alphabet, requests=chosen.requests)
+        if chosen.messages:
+            alphabet = replace(alphabet, messages=chosen.messages)
+        yield from self._in_episodes(alphabet)
+        if chosen.live and self._look is not None:
+            yield from live.compare(self._look(), chosen.options, alphabet)
+
+    def _on_examples(self) -> Iterator[Finding]:
+        for file in self._chosen.options.files:
+            for example in read_examples(file):
+                self._examples += 1
+                try:
+                    run = self._runner.run(example.words)
+                except OptionsError as err:
+                    raise OptionsError(f"{example.place}: {err}") from err
+                yield from judge(example, run)
+
+    def _in_episodes(self, alphabet: Alphabet) -> Iterator[Finding]:
+        chosen = self._chosen
+        self._search = search = Search(
+            chosen.words,
+            alphabet,
+            mode=chosen.mode or self._fitting_mode(alphabet),
+            resets=self._resets(alphabet),
+            steps=chosen.steps,
+            runner=self._runner,
+        )
+        for finding in search.alone():
+            search.ignored.add(finding.check)
+            yield finding
+        yield from search.by_chance(chosen.episodes, chosen.seed)
+
+    def _fitting_mode(self, alphabet: Alphabet) -> str:
+        if detect(self._chosen.options) is not Dialect2:
+            return SINGLE
+        return "" if alphabet.slots else _STATIC
+
+    def _resets(self, alphabet: Alphabet) -> str:
+        fits = detect(self._chosen.options) is Dialect2 and alphabet.can_be_saved
+        return _RESETS if fits and not self._chosen.mode else ""

@@ -1,0 +1,166 @@
+"""What an author expects of an encoding: goals, and the plans that there are to be.
+
+Beside ``robot.lp`` may lie ``robot.examples``. Each line has arguments of ``plan.py``, and after
+``=>`` what comes of them (docs/check.md, section "Examples"):
+
+>>> line = "maps/small.lp --goal 'bring(1,4)' --at 3 cancel:1 => 4 steps, canceled, deliver(1)"
+>>> example = read_example(line, Path("robots/robot.lp"), "robot.examples:1")
+>>> example.words[:3]
+('robots/maps/small.lp', 'robots/robot.lp', '--simulate')
+>>> example.steps, example.statuses, example.actions
+(4, ('canceled',), ('deliver(1)',))
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Iterator, List, Sequence, Tuple
+
+from rosclingo.errors import OptionsError, TermError, shorten
+from rosclingo.solver.terms import parse_term
+from rosclingo.wire.term_text import split_term
+from rosoclingo.check.findings import Finding, Words
+from rosoclingo.check.invariants import findings
+from rosoclingo.check.run import DOES, Run
+from rosoclingo.loop.atoms import canonical
+from rosoclingo.loop.goals import STATUSES
+from rosoclingo.loop.journal import MessageDropped, Status
+
+ENDING = ".examples"
+_STEPS = re.compile(r"(\d+) steps?")
+
+
+@dataclass(frozen=True)
+class Example:
+    """A run, and what its author expects.
+
+    Attributes:
+        words: The arguments of ``plan.py``.
+        place: Where it stands, as ``FILE:LINE``.
+        steps: The step of the last action; -1 if nothing is said.
+        statuses: How each goal ends, in order; if nothing is said, they all succeed. A goal that
+            does not end is ``accepted``, or ``waiting``.
+        actions: What is done, in order, and maybe more.
+        said: What stands in a reason: why a goal has ended, or a message was dropped.
+    """
+
+    words: Words
+    place: str
+    steps: int = -1
+    statuses: Tuple[str, ...] = ()
+    actions: Tuple[str, ...] = ()
+    said: Tuple[str, ...] = ()
+
+
+def read_examples(encoding: str) -> List[Example]:
+    """Returns the examples that lie beside an encoding, if there are any.
+
+    Raises:
+        OptionsError: A line is none.
+        OSError: The file cannot be read.
+    """
+    path = Path(encoding).with_suffix(ENDING)
+    if not path.is_file():
+        return []
+    lines = enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+    return [
+        read_example(line, Path(encoding), f"{path}:{number}")
+        for number, line in lines
+        if line.strip() and not line.lstrip().startswith(("#", "%"))
+    ]
+
+
+def read_example(line: str, encoding: Path, place: str) -> Example:
+    """Reads a line.
+
+    Args:
+        line: Arguments of ``plan.py``, ``=>``, and what is expected. Files are seen from the
+            encoding's folder; the encoding itself is added.
+        encoding: The encoding.
+        place: Where the line stands.
+
+    Raises:
+        OptionsError: It is none.
+    """
+    typed, arrow, expected = line.rpartition("=>")
+    try:
+        if not arrow:
+            raise OptionsError(
+                "expected arguments of plan.py, =>, and what comes of them, such as "
+                "--goal 'visit(3)' => 2 steps"
+            )
+        words = shlex.split(typed)
+        files = [_seen_from(encoding.parent, word) for word in words if word.endswith(".lp")]
+        rest = [word for word in words if not word.endswith(".lp")]
+        return _expecting(expected, (*files, str(encoding), "--simulate", *rest), place)
+    except (OptionsError, TermError, ValueError) as err:
+        raise OptionsError(f"{place}: {err}") from err
+
+
+def _seen_from(folder: Path, file: str) -> str:
+    return os.path.normpath(folder / file)
+
+
+def _expecting(expected: str, words: Words, place: str) -> Example:
+    steps = -1
+    statuses: List[str] = []
+    actions: List[str] = []
+    said: List[str] = []
+    for part in map(str.strip, split_term(f"all({expected.strip()})")[1]):
+        number = _STEPS.fullmatch(part)
+        if number:
+            steps = int(number[1])
+        elif part in (*STATUSES, "waiting"):
+            statuses.append(part)
+        elif part.startswith('"'):
+            said.append(parse_term(part).string)
+        else:
+            actions.append(canonical(part))
+    if not (statuses or actions or said or steps >= 0):
+        raise OptionsError(
+            f"{shorten(expected)!r}: expected N steps, the goals' statuses "
+            f"({', '.join(sorted(STATUSES))}, waiting), actions, or what is said between quotation "
+            "marks, with commas between them"
+        )
+    return Example(words, place, steps, tuple(statuses), tuple(actions), tuple(said))
+
+
+def judge(example: Example, run: Run) -> List[Finding]:
+    """Returns what is wrong with the run of an example."""
+    said = list(_differences(example, run))
+    if said:
+        return [Finding("example", said[0], example.place, (run.words,))]
+    # What is asked for that the encoding does not know, or cannot be done, is as expected here.
+    return [found for found in findings(run) if found.check not in ("ends", "error")]
+
+
+def _differences(example: Example, run: Run) -> Iterator[str]:
+    words = [goal.words[-1] if goal.words else "waiting" for goal in run.goals]
+    statuses = list(example.statuses) or [Status.SUCCEEDED.value] * len(words)
+    if words != statuses:
+        why = f": {run.failure}" if run.failure is not None else ""
+        yield f"expected {_list(statuses)}, and the goals are {_list(words)}{why}"
+    if example.steps not in (-1, run.steps):
+        yield f"expected {example.steps} steps, and it takes {run.steps}: {_list(_done(run))}"
+    done = iter(_done(run))
+    missing = [action for action in example.actions if action not in done]
+    if missing:
+        yield f"expected {_list(example.actions)} in this order, and it does {_list(_done(run))}"
+
+    reasons = [goal.reason for goal in run.goals]
+    reasons += [event.reason for event in run.events if isinstance(event, MessageDropped)]
+    for text in example.said:
+        if not any(text in reason for reason in reasons):
+            yield f'expected "{text}", and it says {_list(reasons)}'
+
+
+def _done(run: Run) -> List[str]:
+    return [heard[2] for heard in run.heard if heard[0] == DOES]
+
+
+def _list(words: Sequence[str]) -> str:
+    return ", ".join(words) or "nothing"

@@ -1,0 +1,41 @@
+"""What was found to be wrong, and how to see it."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from typing import Tuple
+
+Words = Tuple[str, ...]
+"""The arguments of ``plan.py``, as a user types them."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that is wrong with an encoding.
+
+    Attributes:
+        check: The name of what was checked, as in docs/check.md.
+        text: What is wrong, in a sentence.
+        place: Where, as ``FILE:LINE``; empty if it is no place in a file.
+        commands: The arguments of ``plan.py`` that show it; two if two runs contradict each other.
+    """
+
+    check: str
+    text: str
+    place: str = ""
+    commands: Tuple[Words, ...] = ()
+
+    @property
+    def key(self) -> Tuple[str, str, str]:
+        """What tells findings apart, however long their runs are."""
+        return (self.check, self.place, "" if self.commands else self.text)
+
+    def __str__(self) -> str:
+        place = f"{self.place}: " if self.place else ""
+        return "\n".join([f"{place}{self.check}: {self.text}", *map(typed, self.commands)])
+
+
+def typed(words: Words) -> str:
+    """Returns the command ``plan.py`` as it is typed."""
+    return f"    plan.py {' '.join(map(shlex.quote, words))}"

@@ -1,0 +1,209 @@
+"""What has to be so in each run, whatever comes.
+
+Each check is a function that takes a run and yields what is wrong, in a sentence; its name is that
+of the check in docs/check.md.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Callable, Dict, Iterator, List, Optional, Sequence
+
+from rosoclingo.check.findings import Finding
+from rosoclingo.check.run import ENDS, FoundPlan, Run
+from rosoclingo.loop import journal
+from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.goals import STATUSES, Stage
+from rosoclingo.loop.words import SOLVER
+
+_NO_ANSWER_SET = "the program has no answer set"
+_LAST_STEP = "ended after its last step"
+_NO_PLAN = "no plan within the horizon"
+_USUAL = re.compile(r"dropped a message: |has not answered for|waits for a slot")
+
+
+def contradiction(run: Run) -> Iterator[str]:
+    """No search fails after an event that the encoding declares itself."""
+    said = [str(run.failure)] if run.failure is not None else []
+    said += run.warnings
+    said += [e.reason for e in run.events if isinstance(e, journal.MessageDropped)]
+    yield from (text for text in said if _NO_ANSWER_SET in text)
+
+
+def error(run: Run) -> Iterator[str]:
+    """The loop does not end by itself, but for want of a plan or of steps."""
+    text = str(run.failure or _LAST_STEP)
+    if not any(usual in text for usual in (_LAST_STEP, _NO_PLAN, _NO_ANSWER_SET)):
+        yield text
+
+
+def warning(run: Run) -> Iterator[str]:
+    """The loop does not warn of the encoding."""
+    for text in run.warnings:
+        if not (_USUAL.search(text) or _NO_ANSWER_SET in text):
+            yield text
+
+
+def past(run: Run) -> Iterator[str]:
+    """What was done stays in each later plan, also what is done in the current step."""
+    for plan in run.plans:
+        for action in sorted(plan.published - set(plan.actions), key=str):
+            yield f"the plan found in step {plan.elapsed} has no {action} any more, which was done"
+
+
+def gone_by(run: Run) -> Iterator[str]:
+    """No action is planned for a step that has gone by."""
+    for plan in run.plans:
+        for action in plan.actions:
+            if action.step < plan.step and action not in plan.published:
+                yield (
+                    f"the plan found in step {plan.elapsed} has {action}, in a step that has gone "
+                    "by, and that was not done"
+                )
+
+
+def one_at_a_time(run: Run) -> Iterator[str]:
+    """An actuator has one action in a step, since its answer names none."""
+    for plan in run.plans:
+        seen: Dict[object, Action] = {}
+        for action in plan.actions:
+            other = seen.setdefault((action.actuator, action.step), action)
+            if other is not action and action.actuator != SOLVER:
+                yield f"{action.actuator} has two actions in one step: {other}, {action}"
+
+
+def known_status(run: Run) -> Iterator[str]:
+    """Each status is one that a goal can have, of a slot with a goal."""
+    for plan in run.plans:
+        for slot, word, step in plan.statuses:
+            if word not in STATUSES:
+                yield f"status({slot},{word},{step}): there is no such status"
+            elif slot not in plan.slots and run.goals:
+                yield (
+                    f"the plan found in step {plan.elapsed} has status({slot},{word},{step}), and "
+                    "there is no goal in this slot"
+                )
+
+
+def accepted(run: Run) -> Iterator[str]:
+    """A goal gets a status in the step in which it is told, and is accepted once."""
+    if not any(plan.statuses for plan in run.plans):
+        return  # such an encoding has none at all
+    for plan in run.plans:
+        for slot, goal in plan.slots.items():
+            words = [(word, step) for own, word, step in plan.statuses if own == slot]
+            came = plan.told.get(goal)
+            if came is not None and came not in [step for _, step in words]:
+                yield f"{_name(run, goal)} gets no status in the step in which it comes"
+            for word, step in words:
+                if word == "accepted" and goal in plan.active and step > plan.step:
+                    yield f"{_name(run, goal)} is accepted again: status({slot},accepted,{step})"
+
+
+def one_end(run: Run) -> Iterator[str]:
+    """A goal ends once, and one that is not to be cancelled is not canceled; none is rejected."""
+    for plan in run.plans:
+        for slot, goal in plan.slots.items():
+            ends = [(word, step) for own, word, step in plan.statuses if own == slot]
+            ends = [(word, step) for word, step in ends if word in ENDS]
+            if goal in plan.over:
+                ends = [(word, step) for word, step in ends if step > plan.step]
+            said = ", ".join(f"status({slot},{word},{step})" for word, step in ends)
+            if len(ends) > (0 if goal in plan.over else 1):
+                yield f"{_name(run, goal)} ends more than once: {said}"
+            for word, _ in ends:
+                if word == "canceled" and goal not in plan.cancelled:
+                    yield f"{_name(run, goal)} is canceled, and nobody has asked for that: {said}"
+                if word == "rejected":
+                    yield f"{_name(run, goal)} is rejected, although its event is declared: {said}"
+
+
+def ends(run: Run) -> Iterator[str]:
+    """If all goes well, each goal ends as it should, and the run is over."""
+    if not run.is_smooth or _LAST_STEP in str(run.failure):
+        return
+    if run.is_too_long:
+        yield f"it goes on and on: after {run.elapsed} steps there still is something to be done"
+        return
+    if _NO_PLAN in str(run.failure):
+        yield str(run.failure)
+        return
+    for goal in run.goals if run.failure is None else ():
+        word = goal.words[-1] if goal.words else "waiting"
+        allowed = {"succeeded", "canceled"} if goal.id in run.asked else {"succeeded"}
+        if goal.stage is not Stage.ENDED:
+            yield f"{_name(run, goal.id)} does not end: nothing is left to do, and it is {word}"
+        elif word not in allowed:
+            yield f"{_name(run, goal.id)} is {word}, which nothing that has come explains"
+
+
+def foretold(run: Run) -> Iterator[str]:
+    """If nothing unexpected comes, it takes as long as the plan says, and goals end as it says."""
+    last: Optional[FoundPlan] = None
+    for plan in run.plans:
+        if last is not None and _goes_on(last, plan):
+            before, now = last.elapsed + last.length, plan.elapsed + plan.length
+            if now < before or (plan.ahead and now > before):
+                yield (
+                    f"by the plan found in step {last.elapsed}, all is done in step {before}; all "
+                    f"has gone as planned, and now it is step {now}"
+                )
+            yield from _other_ends(run, last, plan)
+        last = plan
+
+
+def _goes_on(last: FoundPlan, plan: FoundPlan) -> bool:
+    """Whether nothing has come between two plans, but what the first one has expected."""
+    if [one for one in last.heard if one[0] != "does"] != [o for o in plan.heard if o[0] != "does"]:
+        return False
+    done = {goal for goal in plan.slots.values() if goal not in plan.over}
+    return done <= set(last.slots.values()) and plan.elapsed <= last.elapsed + max(1, last.length)
+
+
+def _other_ends(run: Run, last: FoundPlan, plan: FoundPlan) -> Iterator[str]:
+    """Says which goals end in another way than was planned."""
+    planned = planned_ends(last)
+    for goal, word in planned_ends(plan).items():
+        if goal in planned and planned[goal] != word:
+            yield f"{_name(run, goal)} was to be {planned[goal]}, and now it is to be {word}"
+        elif goal not in planned and goal in last.slots.values() and _foretells(run):
+            yield (
+                f"{_name(run, goal)} is to be {word} by the plan found in step {plan.elapsed}, and "
+                f"that found in step {last.elapsed} does not say so, although all has gone as "
+                "planned"
+            )
+
+
+def _foretells(run: Run) -> bool:
+    """Whether the encoding says before how goals end."""
+    statuses = ((plan.step, word, step) for plan in run.plans for _, word, step in plan.statuses)
+    return any(word in ENDS and step > now for now, word, step in statuses)
+
+
+def planned_ends(plan: FoundPlan) -> Dict[str, str]:
+    """Returns how the open goals end by a plan, by their numbers."""
+    open_goals = {s: goal for s, goal in plan.slots.items() if goal not in plan.over}
+    words = ((open_goals[s], word) for s, word, _ in plan.statuses if s in open_goals)
+    return {goal: word for goal, word in words if word in ENDS}
+
+
+Check = Callable[[Run], Iterator[str]]
+
+CHECKS: Sequence[Check] = (
+    contradiction, error, warning, past, gone_by, one_at_a_time, known_status, accepted, one_end,
+    ends, foretold,
+)  # fmt: skip
+
+
+def findings(run: Run) -> List[Finding]:
+    """Returns what is wrong in a run: of each check the first."""
+    found = []
+    for check in CHECKS:
+        for text in check(run):
+            found.append(Finding(check.__name__, text, commands=(run.words,)))
+            break
+    return found
+
+
+def _name(run: Run, goal: str) -> str:
+    return f"goal {goal}, {run.goals[int(goal) - 1].request},"

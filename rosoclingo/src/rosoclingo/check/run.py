@@ -1,0 +1,228 @@
+"""A run of ``plan.py`` that is watched.
+
+>>> from rosoclingo.desk.parts import EXAMPLES
+>>> run = Runner().run((f"{EXAMPLES}/line.lp", "--simulate", "--goal", "visit(3)"))
+>>> [(plan.elapsed, plan.length) for plan in run.plans]
+[(0, 2), (1, 1), (2, 0)]
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from typing import Any, Callable, Dict, FrozenSet, List, Mapping, Optional, Tuple
+
+from rosclingo.errors import RosclingoError
+from rosoclingo.bags.model import Entry
+from rosoclingo.check.findings import Words
+from rosoclingo.desk.command_line import parse, simulated
+from rosoclingo.desk.parts import Parts, make_parts
+from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.system import Request
+from rosoclingo.loop import journal
+from rosoclingo.loop.atoms import Action, event
+from rosoclingo.loop.goals import Stage
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.words import SUCCESS
+
+ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
+"""The statuses with which a goal ends."""
+
+DOES, MESSAGE = "does", "message"
+"""What something is that was heard: an action that was published, or a message."""
+
+
+@dataclass(frozen=True)
+class FoundPlan:
+    """A plan at the moment when it was found, and what was known then.
+
+    Attributes:
+        elapsed: The current step, counted from the beginning.
+        step: The same, counted from the last reset.
+        actions: All its actions, those of steps that have gone by too.
+        published: The actions that were published since the last reset.
+        statuses: Slot, word and step of each status from the current step on.
+        fluents: What holds after the current step, as far as the encoding shows it.
+        slots: The goal in each slot that has one, by its number.
+        told: The step of each goal that the planner was told now, by their numbers.
+        active: The goals that are accepted and have not ended, by their numbers.
+        over: The goals that have ended, by their numbers.
+        cancelled: The goals for which a cancel request has come, by their numbers.
+        heard: What has come from outside and what was done until then, but for answers ``success``.
+    """
+
+    elapsed: int
+    step: int
+    actions: Tuple[Action, ...]
+    published: FrozenSet[Action]
+    statuses: Tuple[Tuple[str, str, int], ...]
+    fluents: FrozenSet[str]
+    slots: Mapping[str, str]
+    told: Mapping[str, int]
+    active: FrozenSet[str]
+    over: FrozenSet[str]
+    cancelled: FrozenSet[str]
+    heard: Tuple[Tuple[str, ...], ...]
+
+    @property
+    def ahead(self) -> List[Action]:
+        """Its actions after the current step."""
+        return [action for action in self.actions if action.step > self.step]
+
+    @property
+    def length(self) -> int:
+        """How many steps it takes after the current one."""
+        return max((action.step for action in self.ahead), default=self.step) - self.step
+
+
+@dataclass
+class Run:
+    """What has happened in a run.
+
+    Attributes:
+        words: The command line.
+        dynamic: Whether the mode takes goals and messages.
+        journal: What the loop has learned and done.
+        plans: The plans that were found, in order.
+        goals: What was asked for.
+        warnings: What the loop has warned of.
+        failure: Why the loop has ended by itself; None if it has not.
+        is_too_long: Whether it was ended because it went on and on.
+        elapsed: How many steps there were.
+        asked: The goals for which a cancel request has come, by their numbers.
+        heard: As in :class:`FoundPlan`.
+    """
+
+    words: Words
+    dynamic: bool
+    journal: List[Entry]
+    plans: List[FoundPlan]
+    goals: List[Request]
+    warnings: List[str]
+    failure: Optional[RosclingoError]
+    is_too_long: bool
+    elapsed: int
+    asked: FrozenSet[str]
+    heard: Tuple[Tuple[str, ...], ...]
+
+    @property
+    def steps(self) -> int:
+        """The step in which the last action was done, counted from the beginning."""
+        return max((int(one[-1]) for one in self.heard if one[0] == DOES), default=0)
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether all actions have succeeded, and only goals and cancel requests have come."""
+        return all(
+            not isinstance(entry.event, journal.MessageArrived) or entry.event.value == SUCCESS
+            for entry in self.journal
+        )
+
+    @property
+    def events(self) -> List[journal.Event]:
+        """The journal's events."""
+        return [entry.event for entry in self.journal]
+
+
+class Watched(Simulation):
+    """A simulation that remembers each plan that was found."""
+
+    def __init__(self, make: Callable[..., Loop], chosen: argparse.Namespace) -> None:
+        self.plans: List[FoundPlan] = []
+        self.asked: List[str] = []
+        self.heard: List[Tuple[str, ...]] = []
+        self._done: List[Action] = []  # since the last reset
+        super().__init__(make, **simulated(chosen))
+
+    def note(self, record: journal.Record) -> None:
+        """Remembers the plan, and what was known when it was found."""
+        super().note(record)
+        happened = record.event
+        if isinstance(happened, journal.PlanFound):
+            self._on_plan()
+        elif isinstance(happened, journal.ActionPublished):
+            self._done.append(Action(happened.actuator, happened.action, record.step))
+            self.heard.append((DOES, happened.actuator, happened.action, str(self.elapsed)))
+        elif isinstance(happened, journal.GoalArrived):
+            self.heard.append(("goal", happened.request, str(self.elapsed)))
+        elif isinstance(happened, journal.CancelArrived):
+            self.asked.append(happened.goal)
+            self.heard.append(("cancel", happened.goal, str(self.elapsed)))
+        elif isinstance(happened, journal.MessageArrived) and happened.value != SUCCESS:
+            self.heard.append((MESSAGE, happened.source, happened.value, str(self.elapsed)))
+        elif isinstance(happened, journal.CommandDone) and happened.resets_to is not None:
+            self._done.clear()
+
+    def _on_plan(self) -> None:
+        state = self.loop.state
+        step, plan = state.step, state.plan
+        last = max(step, state.horizon)
+        ended = frozenset(goal.id for goal in self.goals if goal.stage is Stage.ENDED)
+        slots = {goal.slot: goal.id for goal in self.goals if goal.slot is not None}
+        told = {
+            number: at
+            for slot, number in slots.items()
+            for at in (step, step + 1)  # one node has no step 0
+            if state.externals.is_true(event(slot, self.goals[int(number) - 1].request, at))
+        }
+        statuses = (
+            (slot, word, at) for at in range(step, last + 1) for slot, word in plan.statuses(at)
+        )
+        self.plans.append(
+            FoundPlan(
+                elapsed=self.elapsed,
+                step=step,
+                actions=tuple(a for a in plan.actions_from(0) if a.step <= last),
+                published=frozenset(self._done),
+                statuses=tuple(statuses),
+                fluents=frozenset(plan.fluents(step)),
+                slots=slots,
+                told=told,
+                active=frozenset(g.id for g in self.goals if g.stage is Stage.ACTIVE),
+                over=ended,
+                cancelled=frozenset(self.asked),
+                heard=tuple(self.heard),
+            )
+        )
+
+
+class Runner:
+    """Makes runs; those with the same files and options share their solvers.
+
+    Attributes:
+        commands: The arguments of the runs, in order.
+    """
+
+    def __init__(self) -> None:
+        self._parts: Dict[Any, Parts] = {}
+        self.commands: List[Words] = []
+
+    def run(self, words: Words) -> Run:
+        """Runs ``plan.py`` with some arguments, and watches.
+
+        Args:
+            words: The arguments; ``--simulate`` is one of them.
+
+        Raises:
+            RosclingoError: A file or an argument is wrong.
+        """
+        self.commands.append(words)
+        chosen = parse(words)
+        key = (chosen.mode, chosen.options, tuple(chosen.mode_options))
+        if key not in self._parts:
+            self._parts[key] = make_parts(chosen.mode, chosen.options, chosen.mode_options)
+        watched = Watched(self._parts[key].loop, chosen)
+        failure = watched.run()
+        return Run(
+            words,
+            watched.loop.dynamic,
+            watched.journal,
+            watched.plans,
+            watched.goals,
+            watched.warnings,
+            failure,
+            watched.is_too_long,
+            watched.elapsed,
+            frozenset(watched.asked),
+            tuple(watched.heard),
+        )

@@ -1,0 +1,300 @@
+"""Runs by chance, and the smallest one in which something is wrong."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass, field, replace
+from typing import Any, Callable, Collection, Dict, Iterator, List, Set
+
+from rosoclingo.check import twins
+from rosoclingo.check.alphabet import Alphabet
+from rosoclingo.check.findings import Finding, Words
+from rosoclingo.check.invariants import findings
+from rosoclingo.check.run import Run, Runner
+from rosoclingo.check.twins import Inputs
+from rosoclingo.desk.inputs import AFTER, CANCEL, GOAL, IN, STEP, Input, Moment
+from rosoclingo.loop.journal import CommandDone
+
+_ALONE = 6  # requests that are asked for alone
+_MOST_GOALS, _MOST_OTHERS = 3, 2  # in an episode
+_SPARE = 10  # steps, for what comes late
+_SOON = (3, 10)  # commands, in which a first plan is found
+_AT_FIRST, _BY_STEP = 0.6, 0.6  # how probable it is that something comes then
+_SHRINKING = 60  # episodes to shrink one
+_ODDS = 15  # to 1, that a part of an episode stays when hypothesis draws
+
+
+@dataclass(frozen=True)
+class Episode:
+    """What comes in a run, and when.
+
+    Attributes:
+        inputs: What comes.
+        steps_to_reset: After how many steps the past is forgotten, in a second run; 0 for none.
+    """
+
+    inputs: Inputs
+    steps_to_reset: int = 0
+
+
+@dataclass
+class Search:
+    """Looks for runs in which something is wrong.
+
+    Attributes:
+        files: The files and options of the command line, as they were typed.
+        alphabet: What can come.
+        mode: Another mode than the usual one, as it was typed; empty for that.
+        resets: The mode that forgets the past; empty if the encoding cannot do that.
+        steps: The longest plan that the command line has set; 0 if it has not.
+        runner: Makes the runs.
+        count: How many episodes there were.
+        ignored: Checks that have found something already.
+    """
+
+    files: Words
+    alphabet: Alphabet
+    mode: str = ""
+    resets: str = ""
+    steps: int = 0
+    runner: Runner = field(default_factory=Runner)
+    count: int = 0
+    ignored: Set[str] = field(default_factory=set)
+    _judged: Dict[Episode, List[Finding]] = field(default_factory=dict)
+    _horizon: int = 0  # the longest plan of an episode, once that is known
+    _last_moment: int = 8
+    _last_command: int = 60
+
+    def words(self, inputs: Inputs, mode: str = "") -> Words:
+        """Returns the arguments of ``plan.py`` for a run."""
+        mode = mode or self.mode
+        typed = [*self.files, *(["--mode", *mode.split()] if mode else []), "--simulate"]
+        if self._horizon:
+            typed += ["-c", f"steps={self._horizon}"] if not self.steps else []
+            typed += ["--most-steps", str(3 * self._horizon)]
+        at_first = [one for one in inputs if _is_goal_at_first(one)]
+        typed += [word for one in at_first for word in ("--goal", one.value)]
+        for one in inputs:
+            if one not in at_first:
+                typed += ["--at", str(one.moment), str(one)]
+        return tuple(typed)
+
+    def run(self, inputs: Inputs, mode: str = "") -> Run:
+        """Makes a run."""
+        return self.runner.run(self.words(inputs, mode))
+
+    def alone(self) -> List[Finding]:
+        """Asks for some requests alone, and learns how long plans are."""
+        nothing = self.run(())
+        found = self._new(findings(nothing))
+        if not nothing.dynamic:
+            self.alphabet = replace(self.alphabet, requests=())
+        requests = self.alphabet.requests
+        some = requests[:: max(1, len(requests) // _ALONE)][:_ALONE]
+        longest = commands = 0
+        for request in some:
+            self.count += 1
+            run = self.run((Input(GOAL, request),))
+            found += self._new(findings(run))
+            if found:
+                break  # the others would show the same
+            longest = max(longest, run.steps)
+            commands = max(commands, sum(isinstance(event, CommandDone) for event in run.events))
+        self._horizon = self.steps or (_MOST_GOALS + 1) * (longest + 1) + _SPARE
+        self._last_moment = longest + 4
+        self._last_command = commands + 4
+        return found
+
+    def by_chance(self, episodes: int, seed: int) -> Iterator[Finding]:
+        """Makes random episodes, and yields what is wrong, each check once, and shrunk.
+
+        Args:
+            episodes: How many there are, without those that it takes to shrink one.
+            seed: Start of the random numbers.
+        """
+        if not self.alphabet.requests:
+            return
+        chance = Chance(
+            random.Random(seed),  # noqa: S311 (no secret)
+            self.alphabet,
+            self._last_moment,
+            self._last_command,
+            bool(self.resets),
+        )
+        for _ in range(episodes):
+            episode = chance.episode()
+            found = self.judge(episode)
+            if found:
+                smallest = shrunk(episode, self.alphabet.requests[0], self._shows(found[0].check))
+                found = self.judge(smallest)
+                self.ignored.add(found[0].check)
+                yield found[0]
+
+    def _shows(self, check: str) -> Callable[[Episode], bool]:
+        """Returns what says whether an episode shows something, for as long as that may take."""
+        left = self.count + _SHRINKING
+
+        def shows(episode: Episode) -> bool:
+            if episode not in self._judged and self.count >= left:
+                return False
+            found = self.judge(episode)
+            return bool(found) and found[0].check == check
+
+        return shows
+
+    def judge(self, episode: Episode) -> List[Finding]:
+        """Returns what is wrong in an episode."""
+        if episode not in self._judged:
+            self.count += 1
+            self._judged[episode] = self._judge(episode)
+        return self._new(self._judged[episode])
+
+    def _judge(self, episode: Episode) -> List[Finding]:
+        run = self.run(episode.inputs)
+        found = findings(run)
+        if found:
+            return found
+        mode = f"{self.resets} -c r={episode.steps_to_reset}"
+
+        def with_resets(inputs: Inputs) -> Run:
+            return self.run(inputs, mode)
+
+        resets = with_resets if self.resets and episode.steps_to_reset else None
+        return twins.compare(episode.inputs, run, len(self.alphabet.slots), self.run, resets)
+
+    def _new(self, found: List[Finding]) -> List[Finding]:
+        return [finding for finding in found if finding.check not in self.ignored]
+
+
+@dataclass
+class Chance:
+    """Draws episodes.
+
+    Attributes:
+        random: The random numbers.
+        alphabet: What can come.
+        last_step: The last step in which something comes.
+        last_command: The last command in which something comes.
+        resets: Whether there are second runs in which the past is forgotten.
+    """
+
+    random: random.Random
+    alphabet: Alphabet
+    last_step: int
+    last_command: int
+    resets: bool
+
+    def episode(self) -> Episode:
+        """Draws the next episode."""
+        kinds = [self._anything, self._anything, self._announced, self._failing, self._recalled]
+        inputs = self.random.choice(kinds)()
+        after = self.random.choice((0, 1, 1, 2, 3)) if self.resets else 0
+        return Episode(twins.renumbered(tuple(inputs)), after)
+
+    def _anything(self) -> List[Input]:
+        goals = [
+            self._goal(Moment() if self.random.random() < _AT_FIRST else self._anywhere())
+            for _ in range(self.random.randint(1, _MOST_GOALS))
+        ]
+        return [
+            *goals,
+            *self._some(lambda: self._cancel(self._anywhere()), self.alphabet.cancels),
+            *self._some(self._failure, self.alphabet.failures),
+            *self._some(self._message, self.alphabet.messages),
+        ]
+
+    def _announced(self) -> List[Input]:
+        return self._at_first(1) + self._some(self._message, self.alphabet.messages, 1)
+
+    def _failing(self) -> List[Input]:
+        return self._at_first(1) + self._some(self._failure, self.alphabet.failures, 1)
+
+    def _recalled(self) -> List[Input]:
+        """Goals of which one is cancelled, at any moment, but rather soon."""
+        if not self.alphabet.cancels:
+            return self._at_first(2)
+        soon = self._moment(self.random.choice((IN, AFTER)), *_SOON)
+        moment = soon if self.random.random() < _AT_FIRST else self._anywhere()
+        return [*self._at_first(2), self._cancel(moment)]
+
+    def _some(
+        self, draw: Callable[[], Input], known: Collection[Any], least: int = 0
+    ) -> List[Input]:
+        number = self.random.randint(least, _MOST_OTHERS) if known else 0
+        return [draw() for _ in range(number)]
+
+    def _at_first(self, least: int) -> List[Input]:
+        return [self._goal(Moment()) for _ in range(self.random.randint(least, _MOST_GOALS))]
+
+    def _goal(self, moment: Moment) -> Input:
+        return Input(GOAL, self.random.choice(self.alphabet.requests), moment)
+
+    def _cancel(self, moment: Moment) -> Input:
+        return Input(CANCEL, str(self.random.randint(1, _MOST_GOALS)), moment)
+
+    def _failure(self) -> Input:
+        actuator, answer = self.random.choice(self.alphabet.failures)
+        return Input(actuator, answer, self._moment(STEP, 1, self.last_step))
+
+    def _message(self) -> Input:
+        source, value = self.random.choice(self.alphabet.messages)
+        return Input(source, value, self._anywhere())
+
+    def _anywhere(self) -> Moment:
+        if self.random.random() < _BY_STEP:
+            return self._moment(STEP, 0, self.last_step)
+        return self._moment(self.random.choice((IN, AFTER)), 1, self.last_command)
+
+    def _moment(self, kind: str, first: int, last: int) -> Moment:
+        return Moment(kind, self.random.randint(first, last))
+
+
+def shrunk(episode: Episode, request: str, shows: Callable[[Episode], bool]) -> Episode:
+    """Returns a smaller episode that shows the same, with hypothesis; or the same one.
+
+    Args:
+        episode: It shows something.
+        request: A simple request.
+        shows: Whether an episode shows it, too.
+    """
+    # It takes half a second, and who has found nothing need not have it.
+    from hypothesis import HealthCheck, Phase, find, settings, strategies  # noqa: PLC0415
+    from hypothesis.errors import NoSuchExample  # noqa: PLC0415
+
+    def smaller(flags: List[int]) -> Episode:
+        """Leaves out, or makes simple, what has a flag 0; hypothesis shrinks flags to 0."""
+        groups = zip(episode.inputs, *(iter(flags[1:]),) * 3)
+        inputs = [
+            _simple(one, request if value == 0 else "", at_first=moment == 0)
+            for one, keeps, value, moment in groups
+            if keeps
+        ]
+        after = episode.steps_to_reset if flags[0] else 0
+        return Episode(twins.renumbered(tuple(inputs)), after)
+
+    count = 1 + 3 * len(episode.inputs)
+    flags = strategies.lists(strategies.integers(0, _ODDS), min_size=count, max_size=count)
+    try:
+        return find(
+            flags.map(smaller),
+            shows,
+            settings=settings(
+                max_examples=_SHRINKING,
+                database=None,
+                deadline=None,
+                phases=(Phase.generate, Phase.shrink),
+                suppress_health_check=list(HealthCheck),
+            ),
+            random=random.Random(0),  # noqa: S311 (no secret)
+        )
+    except NoSuchExample:
+        return episode
+
+
+def _simple(one: Input, request: str, *, at_first: bool) -> Input:
+    value = request if request and one.kind == GOAL else one.value
+    return Input(one.kind, value, Moment() if at_first else one.moment)
+
+
+def _is_goal_at_first(one: Input) -> bool:
+    return one.kind == GOAL and (one.moment.kind, one.moment.number) == (STEP, 0)

@@ -1,0 +1,303 @@
+"""What can be seen in an encoding without running it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from typing import Callable, Dict, FrozenSet, Iterator, List, Mapping, Set, Tuple, Type
+
+from clingo import ast
+
+from rosclingo.solver.options import Options
+from rosclingo.solver.programs import Program, parse_files
+from rosoclingo.check.alphabet import OWN_SOURCES, Alphabet
+from rosoclingo.check.findings import Finding
+from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.words import INFO, SOLVER
+from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
+
+Signature = Tuple[str, int]
+
+_PARTS: Mapping[Type[Dialect2], FrozenSet[Signature]] = {
+    Dialect2: frozenset(
+        {("state", 1), ("transition", 1), ("query", 1), ("event", 2), ("event", 3), ("search", 2)}
+    ),
+    Dialect1: frozenset(
+        {("state", 1), ("transition", 1), ("query", 1), ("set_event", 3), ("commit", 3),
+         ("finalize", 1)}
+    ),
+    PaperDialect: frozenset({("transition", 1), ("query", 1)}),
+}  # fmt: skip
+_FOR_WHY = frozenset({("phrases", 0), ("possible", 1)})  # docs/why.md
+_OWN = "rosoclingo_"
+_INSIDE = frozenset({INFO, SOLVER, *OWN_SOURCES})  # these ids are rosoclingo's own
+
+
+@dataclass
+class Written:
+    """What is in the statements of an encoding.
+
+    Attributes:
+        parts: Where each program part begins, but for base.
+        asked: The parts that the encoding asks for by ``ground(P)``.
+        used: Where each predicate is used first in a body.
+        defined: Where each predicate is defined first, be it by a rule or as an external.
+        declared: The predicates that are said to be defined elsewhere.
+        shown: What is shown, of each predicate; None if all is.
+        externals: Where externals are declared, with their part and what the step has to be.
+    """
+
+    parts: Dict[Signature, str] = field(default_factory=dict)
+    asked: Set[Signature] = field(default_factory=set)
+    used: Dict[Signature, str] = field(default_factory=dict)
+    defined: Dict[Signature, str] = field(default_factory=dict)
+    declared: Set[Signature] = field(default_factory=set)
+    shown: Set[Signature] = field(default_factory=set)
+    shows_some: bool = False
+    externals: List[Tuple[ast.AST, str]] = field(default_factory=list)
+
+
+def look(options: Options, dialect: Type[Dialect2], alphabet: Alphabet) -> List[Finding]:
+    """Returns what is wrong with the encodings of a command line.
+
+    Args:
+        options: The command line.
+        dialect: The encodings' dialect.
+        alphabet: What they declare.
+    """
+    seen = _Reader().read(parse_files(options.files))
+    findings: List[Finding] = []
+    for check in (_parts, _undefined, _shown, _own_names):
+        findings += check(seen, dialect, alphabet)
+    for other in (_slots, _steps):
+        findings += other(seen, alphabet)
+    return findings
+
+
+def _parts(seen: Written, dialect: Type[Dialect2], _: Alphabet) -> Iterator[Finding]:
+    known = _PARTS[dialect] | _FOR_WHY | seen.asked
+    for (name, arity), place in seen.parts.items():
+        if (name, arity) in known:
+            continue
+        others = [other for other in known if other[0] == name]
+        why = (
+            f"it has {arity} parameters, and rosoclingo grounds it with {others[0][1]}"
+            if others
+            else ("neither rosoclingo nor the encoding grounds it")
+        )
+        yield Finding("parts", f"the part {name}/{arity} is of no use: {why}", place)
+
+
+def _undefined(seen: Written, *_: object) -> Iterator[Finding]:
+    for (name, arity), place in seen.used.items():
+        if (name, arity) not in seen.defined and (name, arity) not in seen.declared:
+            yield Finding(
+                "predicates",
+                f"{name}/{arity} is used, and no rule, fact or external defines it; if that is "
+                f"meant, say #defined {name}/{arity}.",
+                place,
+            )
+
+
+def _shown(seen: Written, dialect: Type[Dialect2], alphabet: Alphabet) -> Iterator[Finding]:
+    if not seen.shows_some:
+        return
+    action = "occurs" if dialect is PaperDialect else "do"
+    wanted = {(action, 3): "actions", ("status", 3): "statuses"}
+    if alphabet.can_be_saved and dialect is Dialect2:
+        wanted["holds", 2] = "what holds, which a reset keeps"
+    for (name, arity), what in wanted.items():
+        if (name, arity) in seen.shown:
+            continue
+        if (name, arity) in seen.defined or name == "holds":
+            yield Finding(
+                "shown",
+                f"{name}/{arity} is not shown, so that rosoclingo does not see {what}; add "
+                f"#show {name}/{arity}.",
+                seen.defined.get((name, arity), ""),
+            )
+
+
+def _own_names(seen: Written, _: object, alphabet: Alphabet) -> Iterator[Finding]:
+    for (name, arity), place in {**seen.used, **seen.defined}.items():
+        if name.startswith(_OWN):
+            yield Finding("names", f"{name}/{arity}: names with {_OWN} are rosoclingo's own", place)
+    for (name, _), place in seen.parts.items():
+        if name.startswith(_OWN):
+            yield Finding("names", f"part {name}: names with {_OWN} are rosoclingo's own", place)
+    for kind, names in (("a slot", alphabet.slots), ("an actuator", tuple(alphabet.answers))):
+        for name in sorted(_INSIDE.intersection(names)):
+            yield Finding("names", f"{name} is the id of {kind}, and one of rosoclingo's own")
+
+
+def _slots(seen: Written, alphabet: Alphabet) -> Iterator[Finding]:
+    has_slot = ("rslot", 1) in seen.defined or ("id", 1) in seen.defined
+    if has_slot and not alphabet.slots:
+        yield Finding("slots", "there is no slot: rslot/1 is defined, and holds for nothing")
+    for slot in alphabet.slots:
+        if slot not in alphabet.cancels and alphabet.requests:
+            yield Finding(
+                "slots", f"the goal in slot {slot} cannot be cancelled: no #external "
+                f"event({slot},cancel,t) is declared",
+            )  # fmt: skip
+    if alphabet.slots and not alphabet.requests:
+        yield Finding("slots", "there are slots, and no request is declared for them")
+    if not alphabet.slots and any(source.isdigit() for source, _ in alphabet.messages):
+        yield Finding("slots", "requests are declared, and no slot for them: rslot(ID)")
+    for pairs in [alphabet.by_step[step] for step in list(alphabet.by_step)[-1:]]:
+        yield from _uneven_slots(pairs, alphabet)
+
+
+def _uneven_slots(pairs: FrozenSet[Pair], alphabet: Alphabet) -> Iterator[Finding]:
+    for slot in alphabet.slots:
+        for request in alphabet.requests:
+            if (slot, request) not in pairs:
+                yield Finding(
+                    "slots", f"the request {request} is declared for other slots, and not for "
+                    f"slot {slot}: a goal gets the first one that is free",
+                )  # fmt: skip
+                break
+
+
+def _steps(seen: Written, alphabet: Alphabet) -> Iterator[Finding]:
+    """Events have to be declared in each step alike; step 0 may lack what answers actions."""
+    steps = [step for step in alphabet.by_step if step > 0]
+    all_pairs: Set[Pair] = set().union(*(alphabet.by_step[step] for step in steps))
+    first = alphabet.by_step.get(0)
+    own = {(INFO, "passed"), *((source, c) for source, c in all_pairs if source in OWN_SOURCES)}
+    told: Set[str] = set()
+    for source, content in sorted(all_pairs - own):
+        lacks = [step for step in steps if (source, content) not in alphabet.by_step[step]]
+        request = source in alphabet.slots
+        if first is not None and request and (source, content) not in first:
+            lacks = [0, *lacks]
+        if lacks and source not in told:
+            told.add(source)  # one of each source is enough
+            number = ", ".join(map(str, lacks))
+            yield Finding(
+                "steps",
+                f"event({source},{content},t) is declared in some steps only, and not in step "
+                f"{number}: what comes then is dropped",
+                _place_of(seen, source),
+            )
+
+
+def _place_of(seen: Written, source: str) -> str:
+    """Returns where events of a source are declared, best with a condition on the step."""
+    places = []
+    for external, part in seen.externals:
+        text = str(external)
+        if not text.startswith("#external event("):
+            continue
+        depends = any(" t " in f" {literal} " for literal in external.body)
+        places.append(
+            (f"event({source}," not in text, not depends, part != "state", place(external))
+        )
+    return min(places)[-1] if places else ""
+
+
+def place(statement: ast.AST) -> str:
+    """Returns where a statement begins, as ``FILE:LINE``, seen from the working directory."""
+    begin = statement.location.begin
+    return f"{os.path.relpath(begin.filename)}:{begin.line}"
+
+
+class _Reader(ast.Transformer):
+    """Goes through statements, and sorts predicates into heads and bodies."""
+
+    def __init__(self) -> None:
+        self._seen = Written()
+        self._add: Callable[[Signature, ast.AST], None] = self._use
+        self._part = "base"
+
+    def read(self, program: Program) -> Written:
+        """Returns what is in the statements."""
+        for statement in program.statements:
+            kind = statement.ast_type.name
+            getattr(self, f"_on_{kind.lower()}", self._in_body)(statement)
+        return self._seen
+
+    def _use(self, signature: Signature, atom: ast.AST) -> None:
+        self._seen.used.setdefault(signature, place(atom))
+
+    def _define(self, signature: Signature, atom: ast.AST) -> None:
+        self._seen.defined.setdefault(signature, place(atom))
+
+    def _on_program(self, statement: ast.AST) -> None:
+        self._part = statement.name
+        if statement.name != "base":
+            signature = (statement.name, len(statement.parameters))
+            self._seen.parts.setdefault(signature, place(statement))
+
+    def _on_rule(self, rule: ast.AST) -> None:
+        self._in_head(rule.head)
+        self._in_body_of(rule)
+
+    def _on_external(self, external: ast.AST) -> None:
+        self._seen.externals.append((external, self._part))
+        self._in_head(external.atom)
+        self._asks(external.atom.symbol)
+        self._in_body_of(external)
+
+    def _on_showterm(self, statement: ast.AST) -> None:
+        self._seen.shows_some = True
+        self._asks(statement.term)
+        for name, arity in signatures(statement.term):
+            self._seen.shown.add((name, arity))
+        self._in_body_of(statement)
+
+    def _on_showsignature(self, statement: ast.AST) -> None:
+        self._seen.shows_some = True
+        self._seen.shown.add((statement.name, statement.arity))
+
+    def _on_defined(self, statement: ast.AST) -> None:
+        self._seen.declared.add((statement.name, statement.arity))
+
+    def _asks(self, term: ast.AST) -> None:
+        """Takes note of the part P if the term is ``ground(P)``."""
+        if ("ground", 1) in signatures(term):
+            self._seen.asked.update(signatures(term.arguments[0]))
+
+    def _in_head(self, head: ast.AST) -> None:
+        if head.ast_type is ast.ASTType.Literal or head.ast_type is ast.ASTType.SymbolicAtom:
+            self._with(self._define, head)
+            return
+        elements = getattr(head, "elements", ())
+        for element in elements:
+            literal = getattr(element, "literal", None)
+            conditions = getattr(element, "condition", ())
+            if literal is not None and literal.ast_type is ast.ASTType.ConditionalLiteral:
+                literal, conditions = literal.literal, [*literal.condition, *conditions]
+            if literal is not None:
+                self._with(self._define, literal)
+            for condition in conditions:
+                self._with(self._use, condition)
+
+    def _in_body_of(self, statement: ast.AST) -> None:
+        for literal in statement.body:
+            self._with(self._use, literal)
+
+    def _in_body(self, statement: ast.AST) -> None:
+        self._with(self._use, statement)
+
+    def _with(self, add: Callable[[Signature, ast.AST], None], node: ast.AST) -> None:
+        self._add = add
+        self(node)
+
+    def visit_SymbolicAtom(self, atom: ast.AST) -> ast.AST:  # noqa: N802 (clingo's name)
+        for signature in signatures(atom.symbol):
+            self._add(signature, atom.symbol)
+        return atom
+
+
+def signatures(term: ast.AST) -> List[Signature]:
+    """Returns name and number of arguments of a term, or of those that a pool stands for."""
+    if term.ast_type is ast.ASTType.Function:
+        return [(term.name, len(term.arguments))]
+    if term.ast_type is ast.ASTType.SymbolicTerm and str(term).isidentifier():
+        return [(str(term), 0)]
+    if term.ast_type is ast.ASTType.Pool:
+        return [one for argument in term.arguments for one in signatures(argument)]
+    if term.ast_type is ast.ASTType.UnaryOperation:
+        return signatures(term.argument)
+    return []

@@ -1,0 +1,175 @@
+"""What has to be the same in two runs that differ in something that should not matter.
+
+Each check makes a second run, and yields what is wrong, in a sentence, with the second command
+line; its name is that of the check in docs/check.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Callable, Iterator, List, Mapping, Optional, Tuple
+
+from rosoclingo.check.findings import Finding
+from rosoclingo.check.invariants import planned_ends
+from rosoclingo.check.run import DOES, MESSAGE, FoundPlan, Run
+from rosoclingo.desk.inputs import CANCEL, GOAL, STEP, Input
+from rosoclingo.loop import journal
+
+Inputs = Tuple[Input, ...]
+Again = Callable[[Inputs], Run]
+"""Makes a run with inputs."""
+
+
+def reset(one: Run, other: Run) -> Iterator[str]:
+    """With and without resets, plans take as long."""
+    first = {_history(plan): plan for plan in one.plans}
+    for plan in other.plans:
+        known = first.get(_history(plan))
+        if known is None:
+            continue
+        if known.length != plan.length:
+            yield (
+                f"in step {plan.elapsed}, after the same, the plan takes {_steps(known.length)} in "
+                f"the first run, and {_steps(plan.length)} in the second, which forgets the past"
+            )
+        elif planned_ends(known) != planned_ends(plan):
+            yield (
+                f"in step {plan.elapsed}, after the same, goals are to end differently: "
+                f"{_words(known)} in the first run, {_words(plan)} in the second, which forgets "
+                "the past"
+            )
+
+
+def _history(plan: FoundPlan) -> object:
+    """Returns all that has come until a plan was found, and which goals it is for."""
+    return plan.heard, plan.elapsed, frozenset(plan.slots.values()) - plan.over
+
+
+def _words(plan: FoundPlan) -> str:
+    ends = planned_ends(plan)
+    return ", ".join(f"goal {goal} {word}" for goal, word in sorted(ends.items())) or "none"
+
+
+def without_recalled(inputs: Inputs, run: Run, slots: int) -> Optional[Inputs]:
+    """Returns the inputs without a goal that was cancelled before anything was done.
+
+    All goals come in the beginning, and none has to wait for a slot; None if there is no such goal,
+    or if more happens.
+    """
+    goals = [one for one in inputs if one.kind == GOAL]
+    cancels = [one for one in inputs if one.kind == CANCEL]
+    at_first = all((one.moment.kind, one.moment.number) == (STEP, 0) for one in goals)
+    if not (
+        at_first and 0 < len(goals) <= slots and len(cancels) == 1 and len(inputs) == len(goals) + 1
+    ):
+        return None
+    number = int(cancels[0].value)
+    if number > len(goals):
+        return None
+    if not _is_told_before_all(run):
+        return None
+    return tuple(goal for index, goal in enumerate(goals, 1) if index != number)
+
+
+def _is_told_before_all(run: Run) -> bool:
+    """Whether the planner is told of the cancel request before any action is published."""
+    is_asked = False
+    for event in run.events:
+        if isinstance(event, journal.ActionPublished):
+            return False
+        is_asked |= isinstance(event, journal.CancelArrived)
+        if is_asked and isinstance(event, journal.CommandDone) and event.name == "assign_messages":
+            return True
+    return False
+
+
+def recall(one: Run, other: Run) -> Iterator[str]:
+    """A goal that is cancelled before anything is done leaves no trace."""
+    if one.failure is None and other.failure is None and one.steps != other.steps:
+        yield (
+            "a goal is cancelled before anything is done, and all the others take "
+            f"{_steps(one.steps)}; without it, {_steps(other.steps)}"
+        )
+
+
+def without_failure(inputs: Inputs, run: Run) -> Optional[Inputs]:
+    """Returns the inputs without the first failure that has come; None if there is none."""
+    heard = [one for one in run.heard if one[0] == MESSAGE]
+    if not heard:
+        return None
+    _, source, value, _ = heard[0]
+    for one in inputs:
+        if (one.kind, one.value, one.moment.kind) == (source, value, STEP):
+            return tuple(other for other in inputs if other is not one)
+    return None
+
+
+def failed(one: Run, other: Run) -> Iterator[str]:
+    """An action that has failed has no effect."""
+    index, failure = next(
+        (index, heard) for index, heard in enumerate(one.heard) if heard[0] == MESSAGE
+    )
+    before, heard = one.heard[:index], one.heard[: index + 1]
+    action = next((h for h in reversed(before) if h[0] == DOES and h[1] == failure[1]), None)
+    after = next((plan for plan in one.plans if plan.heard == heard), None)
+    if action is None or after is None or action[-1] != failure[-1]:
+        return
+    moment = after.elapsed
+    success = [p for p in other.plans if p.elapsed == moment and p.heard == before]
+    earlier = [p for p in one.plans if p.elapsed == moment - 1 and p.heard == before[:-1]]
+    if not (success and earlier and before[-1] == action):
+        return
+    old, new = earlier[-1].fluents, success[-1].fluents
+    for effect, is_there in ((new - old, after.fluents), (old - new, old - after.fluents)):
+        if effect and effect <= is_there:
+            what = ", ".join(sorted(effect))
+            holds = "holds" if effect == new - old else "holds no longer"
+            yield (
+                f"{action[1]} has failed to do {action[2]} in step {moment}, and {what} {holds}, "
+                "as if it had succeeded"
+            )
+            return
+    same = planned_ends(after) == planned_ends(success[-1])
+    if same and planned_ends(after) and after.length < success[-1].length:
+        yield (
+            f"after {action[1]} has failed to do {action[2]} in step {moment}, the plan takes "
+            f"{_steps(after.length)}, and if that succeeds, {_steps(success[-1].length)}"
+        )
+
+
+def compare(
+    inputs: Inputs, run: Run, slots: int, again: Again, with_resets: Optional[Again]
+) -> List[Finding]:
+    """Returns what is wrong between a run and others.
+
+    Args:
+        inputs: What comes in the run.
+        run: The run.
+        slots: How many goals the planner deals with at the same time.
+        again: Makes another run with other inputs.
+        with_resets: Makes one in which the past is forgotten; None if the encoding cannot do that.
+    """
+    others: Mapping[Callable[[Run, Run], Iterator[str]], Callable[[], Optional[Run]]] = {
+        failed: lambda: _again(again, without_failure(inputs, run)),
+        recall: lambda: _again(again, without_recalled(inputs, run, slots)),
+        reset: lambda: None if with_resets is None else with_resets(inputs),
+    }
+    for check, make in others.items():
+        other = make()
+        for text in check(run, other) if other is not None else ():
+            return [Finding(check.__name__, text, commands=(run.words, other.words))]
+    return []
+
+
+def _again(again: Again, inputs: Optional[Inputs]) -> Optional[Run]:
+    return None if inputs is None else again(inputs)
+
+
+def _steps(number: int) -> str:
+    return f"{number} step{'' if number == 1 else 's'}"
+
+
+def renumbered(inputs: Inputs) -> Inputs:
+    """Returns inputs without the cancel requests for goals that never come."""
+    goals = sum(one.kind == GOAL for one in inputs)
+    return tuple(replace(one) for one in inputs if one.kind != CANCEL or int(one.value) <= goals)

@@ -1,0 +1,91 @@
+"""check.py finds nothing in the encodings of the repository.
+
+EPISODES=100 in the environment makes so many random runs of each.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Dict, Tuple
+
+import pytest
+
+from rosclingo.solver.options import parse_options
+from rosoclingo.check import static
+from rosoclingo.check.alphabet import read_alphabet
+from rosoclingo.check.command import Checking
+from rosoclingo.check.command_line import parse
+from rosoclingo.desk.command_line import parse_planner
+from rosoclingo.desk.parts import EXAMPLES
+from rosoclingo.single.dialects import detect
+
+EPISODES = os.environ.get("EPISODES", "2")
+ROOT = Path(__file__).resolve().parents[3]
+LINE = f"{EXAMPLES}/line.lp"
+ASP = ROOT / "rosoclingo_aspprograms"
+MAILBOT = str(ASP / "mailbot" / "mailbot.lp")
+PAPER = str(ASP / "mailbot" / "mailbot_paper.lp")
+STEPS = str(ASP / "test" / "planning" / "mailbot_by_steps.lp")
+GRID, OFFICE, PAIR = (str(ASP / "mailbot" / "instances" / f"graph_{name}.lp")
+                      for name in ("bench", "wg", "pair"))  # fmt: skip
+PLANTS = (str(ASP / "plants" / "plants.lp"), str(ASP / "plants" / "instances" / "garden.lp"))
+BLOCKS = (f"{EXAMPLES}/instance.lp", f"{EXAMPLES}/itoh.lp")
+TOWER = ROOT / "rosclingo" / "example"
+BENCHES = ROOT / "benchmarks" / "encodings"
+SMALL = ("-c", "x=2", "-c", "y=1")
+
+RUNS: Dict[str, Tuple[str, ...]] = {
+    "line": (LINE,),
+    "line in one node": (LINE, "--mode", "run-1.0"),
+    "line with one slot": (LINE, "-c", "slots=1"),
+    "line with a mode that forgets": (LINE, "--mode", "dynamic.incremental.dyn_reset"),
+    "line 1.0": (f"{EXAMPLES}/line_1.0.lp",),
+    "line of the paper": (f"{EXAMPLES}/line_paper.lp",),
+    "line on demand": (f"{EXAMPLES}/line_demand.lp",),
+    "blocks": BLOCKS,
+    "ten blocks": (str(BENCHES / "ten_blocks.lp"), BLOCKS[1]),
+    "hanoi": (str(BENCHES / "hanoi.lp"), "-c", "disks=3"),
+    "mailbot, with its examples": (PAIR, MAILBOT),
+    "mailbot of the paper": (GRID, PAPER, *SMALL),
+    "mailbot by steps": (GRID, STEPS, *SMALL),
+    "plants": (*PLANTS, "-c", "x=3", "-c", "y=2"),
+}
+READ: Dict[str, Tuple[str, ...]] = {
+    "tower": (str(TOWER / "instance.lp"), str(TOWER / "itoh.lp")),
+    "ricochet": (str(BENCHES / "ricochet.lp"),),
+    "robots": (str(BENCHES / "robots.lp"), GRID, MAILBOT, "-c", "robots=5", "-c", "x=4"),
+    "mailbot in the office": (OFFICE, MAILBOT),
+    "mailbot with a request": (
+        GRID, MAILBOT, str(ASP / "mailbot" / "mailbot" / "requests" / "request01.lp"),
+    ),
+    "mailbot of the paper in the office": (OFFICE, PAPER),
+    "mailbot by steps in the office": (OFFICE, STEPS),
+    "garden": PLANTS,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_what_runs(name: str) -> None:
+    checking = Checking(parse([*RUNS[name], "--episodes", EPISODES]))
+    assert [str(finding) for finding in checking.findings()] == []
+
+
+@pytest.mark.parametrize("name", READ)
+def test_what_is_read(name: str) -> None:
+    """What takes too long to run is read."""
+    options = parse_planner(READ[name], "")
+    alphabet = read_alphabet(options)
+    assert static.look(options, detect(options), alphabet) == []
+
+
+def test_all_encodings_are_here() -> None:
+    """But for modes, which are the controller's, and what others include."""
+    used = {Path(word).resolve() for words in (*RUNS.values(), *READ.values()) for word in words}
+    known = [file for file in ROOT.rglob("*.lp") if "modes" not in file.parts]
+    known = [file for file in known if not {"lib", "build", "devel", "install"} & {*file.parts}]
+    assert {file.resolve() for file in known} - used == {TOWER / "toh.lp"}  # all steps at once
+
+
+def test_options_are_those_of_the_planner() -> None:
+    assert parse_planner([LINE, *SMALL], "") == parse_options(["-f", LINE, *SMALL])
