@@ -89,7 +89,7 @@ def draw(seed: int, *, acts: bool) -> Case:
             told.append(f"event(commit,do(mailbot,{action.name}),{step})")
             told.append(f"event(mailbot,success,{step})")
     goals = (("1", request),)
-    before = Situation(tuple(told), step, step, _LAST, goals)
+    before = Situation(tuple(told), step, step, _LAST, goals=goals)
     corridor = _DOORS[destination]
     at = _RING.index(corridor)
     cut = [(corridor, destination)]
@@ -104,7 +104,7 @@ def draw(seed: int, *, acts: bool) -> Case:
         told.append(f"event(info,passed,{step})")
         step += 1
         told.append("event(info,blocked({},{}),{})".format(*way, step))
-    situation = Situation(tuple(told), step, step, _LAST, goals)
+    situation = Situation(tuple(told), step, step, _LAST, goals=goals)
     return Case(before, situation, f"do(mailbot,go({pick.choice(_RING)}),{before.step + 1})")
 
 

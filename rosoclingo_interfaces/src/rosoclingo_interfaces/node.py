@@ -12,7 +12,7 @@ import rospy
 from std_msgs.msg import String
 
 from rosclingo.ros import parameters
-from rosclingo.ros.about import about
+from rosclingo.solver.about import about
 from rosclingo.ros.init import init_node, on_shutdown, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
