@@ -144,7 +144,11 @@ class Run:
 
     def send(self, request: Request) -> ClientGoalHandle:
         """Sends a goal."""
-        self._sent.append(self._client.send_goal(ROSoClingoGoal(bring(request), [])))
+        return self.ask_for(bring(request))
+
+    def ask_for(self, request: str) -> ClientGoalHandle:
+        """Sends a goal with any request."""
+        self._sent.append(self._client.send_goal(ROSoClingoGoal(request, [])))
         return self._sent[-1]
 
     def say(self, source: str, value: str) -> None:

@@ -1,22 +1,33 @@
 #!/usr/bin/env python3
-"""How long it takes to say why a delivery waits, in the office, in process.
+"""How long it takes to say why a delivery waits, in the office, and what the loop takes meanwhile.
 
-The robot is on its way, or was never sent. Ways are blocked, one after the other, until the office
-that it has to go to is cut off, and two more. Each question has an explainer of its own, as if
-nobody had asked before.
+In process, the robot is on its way, or was never sent. Ways are blocked, one after the other, until
+the office that it has to go to is cut off, and two more. Each question has an explainer of its own,
+as if nobody had asked before.
+
+Over ROS, deliveries are made by three nodes and by one. During every second one, a process asks
+why, without a pause; the reactions are the times from an answer to the next action.
 
 Run by scripts/bench. Exit status 1 says that a limit is missed.
 """
 
 from __future__ import annotations
 
+import json
 import random
+import subprocess
 import sys
+import time
 from functools import partial
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Tuple
+from types import TracebackType
+from typing import Dict, List, NamedTuple, Optional, Tuple, Type
 
-from harness import Report, Row, Samples, milliseconds
+import rospy
+from actionlib import CommState
+
+from harness import HarnessError, Report, RosSystem, Row, Samples, measure, milliseconds
+from mailbot import MODE, Run
 from rosclingo.solver.options import Options
 from rosoclingo.loop.atoms import Plan
 from rosoclingo.why.copy import Deadline
@@ -28,6 +39,11 @@ MAILBOT = Path(__file__).resolve().parents[1] / "rosoclingo_aspprograms" / "mail
 OFFICE = Options((str(MAILBOT / "instances" / "graph_wg.lp"), str(MAILBOT / "mailbot.lp")))
 DRAWS = 50
 MEDIAN, WORST = 500.0, 1000.0  # ms
+DELIVERIES, WARM_UP = 40, 4  # with questions, and as many without
+RATIO = 1.1
+WORK_SECONDS = 0.02  # how long an action takes
+ASKER = Path(__file__).with_name("asker.py")
+ASKED = ("plan", "if info:blocked(c3,c4)", "if cancel:1")
 _LAST = 60  # steps
 _OFFICES = [f"o{number}" for number in range(1, 15)]
 _DOORS = {  # the corridor that an office is at
@@ -116,9 +132,128 @@ QUESTIONS = (
 )
 
 
+class Asker:
+    """A process that asks while it is told to; ends with the context."""
+
+    def __init__(self, node: str) -> None:
+        """Starts it.
+
+        Args:
+            node: The resolved name of the node that is asked.
+        """
+        command = [sys.executable, str(ASKER), node, *ASKED]
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
+        self.times: List[float] = []
+        self.unanswered: List[str] = []
+
+    def __enter__(self) -> Asker:
+        return self
+
+    def __exit__(
+        self,
+        _type: Optional[Type[BaseException]],
+        _value: Optional[BaseException],
+        _trace: Optional[TracebackType],
+    ) -> None:
+        self._process.kill()
+        self._process.wait()
+
+    def begin(self) -> None:
+        """Has it ask, until it is ended."""
+        self._tell()
+
+    def end(self) -> None:
+        """Waits for the last answer."""
+        self._tell()
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            said = json.loads(line)
+            if isinstance(said, list):
+                self.times += said
+                return
+            self.unanswered.append(said)
+        raise HarnessError("the process that asks has ended")
+
+    def _tell(self) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.write("\n")
+        self._process.stdin.flush()
+
+
+def deliver(run: Run, request: str) -> List[float]:
+    """Has a delivery made, and returns the milliseconds from each answer to the next action."""
+    goal = run.ask_for(request)
+    reactions = []
+    answered: Optional[float] = None
+    while True:
+        when, action = run.action()
+        if answered is not None:
+            reactions.append((when - answered) * 1e3)
+        time.sleep(WORK_SECONDS)
+        answered = time.perf_counter()
+        run.say("mailbot", "success")
+        if action.action.startswith("deliver("):
+            break
+    while goal.get_comm_state() != CommState.DONE:
+        time.sleep(WORK_SECONDS)
+    return reactions
+
+
+def react(system: RosSystem, report: Report, *, together: bool) -> None:
+    """Measures the reactions of one node or of three, with questions and without."""
+    name, kind = ("one", "one node") if together else ("three", "three nodes")
+    files = [word for file in OFFICE.files for word in ("-f", file)]
+    if together:
+        system.rosrun("rosoclingo", "run-1.0.py", *files, name=name)
+    else:
+        mode = ["-f", str(MODE), "-c", "steps=100"]
+        for role, arguments in (("controller", mode), ("planner", files)):
+            system.rosrun("rosclingo", "run.py", *arguments, name=role)
+        system.rosrun("rosoclingo", "run.py", name=name)
+    run = Run(rospy.resolve_name(name))
+    pick = random.Random(0)
+    plain: List[float] = []
+    asked: List[float] = []
+    with Asker(rospy.resolve_name(name)) as asker:
+        for number in range(WARM_UP + 2 * DELIVERIES):
+            is_asked = bool(number % 2)
+            if is_asked:
+                asker.begin()
+            reactions = deliver(run, "bring({},{})".format(*pick.sample(_OFFICES, 2)))
+            if is_asked:
+                asker.end()
+            if number >= WARM_UP:
+                (asked if is_asked else plain).extend(reactions)
+            else:
+                asker.times.clear()
+    if asker.unanswered:
+        print(f"{kind}: {len(asker.unanswered)} without an answer: {asker.unanswered[0]}")
+    run.close()
+    system.end(name)
+    if not together:
+        system.end("planner")
+        system.end("controller")
+    samples, base = Samples("ms", tuple(asked)), Samples("ms", tuple(plain))
+    ratio = samples.median / base.median
+    report.add(Row(f"reaction of {kind}", None, base))
+    report.add(
+        Row(f"reaction of {kind}, asked", base, samples, "median / median", ratio, "x", RATIO)
+    )
+    times = Samples("ms", tuple(asker.times))
+    report.add(Row(f"answer of {kind}", None, times, "median", times.median, "ms", MEDIAN))
+    longest = max(times.values)
+    report.add(Row(f"answer of {kind}, worst", None, times, "maximum", longest, "ms", WORST))
+
+
 def main() -> int:
     """Measures everything."""
-    report = Report("why")
+    return measure("why", _measure)
+
+
+def _measure(system: RosSystem, _: Path, report: Report) -> None:
+    for together in (False, True):
+        react(system, report, together=together)
     for acts, kind in ((False, "at the start"), (True, "on the way")):
         times: Dict[str, List[float]] = {name: [] for name in QUESTIONS}
         for seed in range(DRAWS):
@@ -130,7 +265,6 @@ def main() -> int:
                     print(f"{name}, {kind}: {text}")
         for name, seconds in times.items():
             _add(report, f"{name}, {kind}", tuple(seconds))
-    return report.finish()
 
 
 def _add(report: Report, name: str, times: Tuple[float, ...]) -> None:

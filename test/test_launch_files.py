@@ -41,6 +41,7 @@ ANOTHER = {
     "physics": "mujoco",
     "required": "true",
     "abort_unreachable": "true",
+    "explain": "false",
     "mode": "dynamic.incremental.reset",
     "navigation": "fulfill",
     "rosoclingo": "another",

@@ -34,24 +34,24 @@ class Situation:
         step: The current step.
         horizon: The step at which all is to be done, by the last search.
         last: The last step that a copy plans for.
-        is_limit: Whether the mode plans for no step after that one.
         goals: Slot and request of each goal that is open.
         queued: The requests of goals without a slot, in order; the planner knows nothing of them.
         silent: The actuators that have not answered, and since how many seconds.
         others: Other externals that the mode has made true.
         tells: Whether the encoding is told its events by grounding.
+        is_limit: Whether the mode plans for no step after the last one.
     """
 
     told: Tuple[str, ...] = ()
     step: int = 0
     horizon: int = 0
     last: int = 0
-    is_limit: bool = True
     goals: Tuple[Tuple[str, str], ...] = ()
     queued: Tuple[str, ...] = ()
     silent: Tuple[Tuple[str, float], ...] = ()
     others: Tuple[str, ...] = ()
     tells: bool = False
+    is_limit: bool = True
 
     @classmethod
     def of(cls, state: State, last: Optional[int] = None) -> Situation:
