@@ -22,6 +22,7 @@ from rosoclingo.desk.system import Request
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action, event
 from rosoclingo.loop.goals import Stage
+from rosoclingo.loop.journal import Event
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.words import SUCCESS
 
@@ -119,7 +120,7 @@ class Run:
         )
 
     @property
-    def events(self) -> List[journal.Event]:
+    def events(self) -> List[Event]:
         """The journal's events."""
         return [entry.event for entry in self.journal]
 

@@ -156,7 +156,9 @@ def compare(
     }
     for check, make in others.items():
         other = make()
-        for text in check(run, other) if other is not None else ():
+        if other is None:
+            continue
+        for text in check(run, other):
             return [Finding(check.__name__, text, commands=(run.words, other.words))]
     return []
 
