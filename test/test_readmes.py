@@ -76,6 +76,7 @@ COMPARED = {
     ("rosclingo/README.md", "rosclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "rosoclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "At the desk: plan.py"): "test/test_readmes.py",
+    ("rosoclingo/README.md", "Before it runs: check.py"): "test/test_readmes.py",
     ("rosoclingo_aspprograms/README.md", "rosoclingo_aspprograms"): "test/test_readmes.py",
     ("rosoclingo_examples/README.md", "rosoclingo_examples"): "test/test_readmes.py",
     ("rosoclingo_interfaces/README.md", "rosoclingo_interfaces"): "test/test_readmes.py",
@@ -337,6 +338,16 @@ def test_plan(page: Page) -> None:
     page.has(line_lp=LINE)
     has_libraries(page)
     assert page.run("python3 -m").splitlines()[1:] == planned.splitlines()[1:]
+
+
+@of("rosoclingo/README.md", "Before it runs: check.py")
+def test_check(page: Page) -> None:
+    """The command shows what it says."""
+    (page.folder / "my_rule.lp").write_text(page.block("prolog"))
+    page.has(line_lp=LINE)
+    terminal = page.type("check.py")
+    assert terminal.wait() == 1, terminal.output
+    check_output("rosoclingo/README.md", "Before it runs: check.py", terminal.output)
 
 
 @of("rosoclingo/README.md", "One node: run-1.0.py")

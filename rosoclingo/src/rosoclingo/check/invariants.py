@@ -27,7 +27,7 @@ def contradiction(run: Run) -> Iterator[str]:
     said = [str(run.failure)] if run.failure is not None else []
     said += run.warnings
     said += [e.reason for e in run.events if isinstance(e, journal.MessageDropped)]
-    yield from (text for text in said if _NO_ANSWER_SET in text)
+    yield from (text[text.index(_NO_ANSWER_SET) :] for text in said if _NO_ANSWER_SET in text)
 
 
 def error(run: Run) -> Iterator[str]:

@@ -19,9 +19,10 @@ from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.parts import Parts, make_parts
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.desk.system import Request
+from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action, event
 from rosoclingo.loop.goals import Stage
-from rosoclingo.loop.journal import ActionPublished, CancelArrived, CommandDone, Event, GoalArrived, MessageArrived, PlanFound, Record
+from rosoclingo.loop.journal import Event
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.words import SUCCESS
 
@@ -114,7 +115,7 @@ class Run:
     def is_smooth(self) -> bool:
         """Whether all actions have succeeded, and only goals and cancel requests have come."""
         return all(
-            not isinstance(entry.event, MessageArrived) or entry.event.value == SUCCESS
+            not isinstance(entry.event, journal.MessageArrived) or entry.event.value == SUCCESS
             for entry in self.journal
         )
 
@@ -134,23 +135,23 @@ class Watched(Simulation):
         self._done: List[Action] = []  # since the last reset
         super().__init__(make, **simulated(chosen))
 
-    def note(self, record: Record) -> None:
+    def note(self, record: journal.Record) -> None:
         """Remembers the plan, and what was known when it was found."""
         super().note(record)
         happened = record.event
-        if isinstance(happened, PlanFound):
+        if isinstance(happened, journal.PlanFound):
             self._on_plan()
-        elif isinstance(happened, ActionPublished):
+        elif isinstance(happened, journal.ActionPublished):
             self._done.append(Action(happened.actuator, happened.action, record.step))
             self.heard.append((DOES, happened.actuator, happened.action, str(self.elapsed)))
-        elif isinstance(happened, GoalArrived):
+        elif isinstance(happened, journal.GoalArrived):
             self.heard.append(("goal", happened.request, str(self.elapsed)))
-        elif isinstance(happened, CancelArrived):
+        elif isinstance(happened, journal.CancelArrived):
             self.asked.append(happened.goal)
             self.heard.append(("cancel", happened.goal, str(self.elapsed)))
-        elif isinstance(happened, MessageArrived) and happened.value != SUCCESS:
+        elif isinstance(happened, journal.MessageArrived) and happened.value != SUCCESS:
             self.heard.append((MESSAGE, happened.source, happened.value, str(self.elapsed)))
-        elif isinstance(happened, CommandDone) and happened.resets_to is not None:
+        elif isinstance(happened, journal.CommandDone) and happened.resets_to is not None:
             self._done.clear()
 
     def _on_plan(self) -> None:

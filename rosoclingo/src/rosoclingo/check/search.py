@@ -72,10 +72,12 @@ class Search:
         if self._horizon:
             typed += ["-c", f"steps={self._horizon}"] if not self.steps else []
             typed += ["--most-steps", str(3 * self._horizon)]
-        at_first = [one for one in inputs if _is_goal_at_first(one)]
-        typed += [word for one in at_first for word in ("--goal", one.value)]
         for one in inputs:
-            if one not in at_first:
+            if one.kind == GOAL and one.moment == Moment():
+                typed += ["--goal", one.value]
+            elif one.kind != CANCEL and one.moment == Moment():
+                typed += ["--event", str(one)]
+            else:
                 typed += ["--at", str(one.moment), str(one)]
         return tuple(typed)
 
@@ -294,7 +296,3 @@ def shrunk(episode: Episode, request: str, shows: Callable[[Episode], bool]) -> 
 def _simple(one: Input, request: str, *, at_first: bool) -> Input:
     value = request if request and one.kind == GOAL else one.value
     return Input(one.kind, value, Moment() if at_first else one.moment)
-
-
-def _is_goal_at_first(one: Input) -> bool:
-    return one.kind == GOAL and (one.moment.kind, one.moment.number) == (STEP, 0)
