@@ -12,9 +12,9 @@ import rospy
 from std_msgs.msg import String
 
 from rosclingo.ros import parameters
-from rosclingo.solver.about import about
 from rosclingo.ros.init import init_node, on_shutdown, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
+from rosclingo.solver.about import about
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
 from rosoclingo_interfaces import clock
 from rosoclingo_interfaces.executor import Executor
