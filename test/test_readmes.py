@@ -853,8 +853,9 @@ def test_the_tutorial(tutorial: Page) -> None:
     check_output("docs/tutorial.md", "3. Failures and announcements", said)
     blocked = tutorial.type("plan.py")
     assert blocked.wait() == 1
-    (reason,) = re.findall(r"status 1: `([^`]+)`", (ROOT / "docs/tutorial.md").read_text())
+    (reason,) = re.findall(r"says why:\n`([^`]+)`", (ROOT / "docs/tutorial.md").read_text())
     assert reason in blocked.output
+    assert "nothing found" in tutorial.run("check.py")
 
     robot = tutorial.type("record:=")
     tutorial.sees("/rosoclingo/goal")
