@@ -1,0 +1,114 @@
+"""What the loop does for those who ask why: it says what it knows, and when somebody would ask."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Any, Callable, List, Sequence, Tuple
+
+import pytest
+from conftest import TIMEOUT, System
+
+from rosclingo.solver.options import Options
+from rosoclingo.desk import system as desk
+from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.replay_inbox import Due, Kind, Phase, ReplayInbox
+from rosoclingo.why.situation import Situation
+
+RECORDING = "dynamic.incremental.recording"
+# A request of which nothing becomes, so that the goal waits.
+WAITS = """
+rslot(1).
+#program state(t).
+#external event(1,(here;there),t).
+status(1,accepted,t) :- event(1,_,t).
+status(1,succeeded,t) :- event(1,here,t).
+#program query(t).
+#external query(t).
+"""
+
+
+@pytest.mark.parametrize("inbox", [Inbox(), ReplayInbox([Due(9, Phase.WAIT, Kind.GOAL, "g")])])
+def test_who_looks_wakes_the_loop_and_is_no_item(inbox: Inbox) -> None:
+    seen: List[int] = []
+    assert not inbox.wait(0.0)
+    assert inbox.look(lambda: seen.append(1))
+    assert inbox.look(lambda: seen.append(2))
+    assert inbox.wait(TIMEOUT)
+    assert (inbox.take(), seen) == ([], [1, 2])
+    assert not inbox.wait(0.0)
+    inbox.look(lambda: seen.append(3))
+    inbox.end("no plan")
+    assert not inbox.look(lambda: seen.append(4))
+    assert (inbox.take(), seen) == ([], [1, 2, 3])
+
+
+def situation(one: System) -> Tuple[Situation, str]:
+    """Has the loop say what it knows; and returns in which thread it did."""
+    found: List[Tuple[Situation, str]] = []
+    is_there = threading.Event()
+
+    def look() -> None:
+        found.append((Situation.of(one.loop.state), threading.current_thread().name))
+        is_there.set()
+
+    assert one.inbox.look(look)
+    assert is_there.wait(TIMEOUT)
+    return found[0]
+
+
+def test_the_loop_says_what_it_knows(system: Callable[..., System]) -> None:
+    """Also that a goal has no slot yet, and before anybody has asked for something."""
+    one = system(RECORDING, "-c", "steps=20", encoding=["-c", "slots=1", f"{EXAMPLES}/line.lp"])
+    one.world.answer = lambda *_: None
+    one.start()
+    assert situation(one)[0].goals == ()
+    one.goal("visit(3)")
+    one.goal("visit(4)")
+    one.world.wait_for(lambda world: bool(world.published))
+    known, thread = situation(one)
+    assert (known.goals, known.queued) == ((("1", "visit(3)"),), ("visit(4)",))
+    assert [actuator for actuator, _ in known.silent] == ["robot"]
+    assert thread == one._thread.name
+    one.close()
+    assert not one.inbox.look(lambda: None)
+
+
+class Asked(desk.System):
+    """A system in which it is noted when somebody would ask."""
+
+    def __init__(self, mode: str, *words: str) -> None:
+        self.asked: List[Any] = []
+        files = tuple(word for word in words if word.endswith(".lp"))
+        parts = make_parts(mode, Options(files), ["-c", "steps=4"])
+        super().__init__(parts.loop)
+
+    def begin_to_wait(self, goals: Sequence[Goal]) -> None:
+        self.asked.append(("wait", [goal.request for goal in goals]))
+
+    def miss_plan(self, goals: Sequence[Goal]) -> None:
+        self.asked.append(("miss", Situation.of(self.loop.state).goals))
+
+    def finish_reasons(self) -> None:
+        self.asked.append(("finish", [list(goal.words) for goal in self.goals]))
+
+
+@pytest.mark.parametrize("mode", [RECORDING, SINGLE])
+def test_a_goal_begins_to_wait(mode: str, tmp_path: Path) -> None:
+    (tmp_path / "waits.lp").write_text(WAITS)
+    one = Asked(mode, str(tmp_path / "waits.lp"))
+    one.request("there")
+    one.run()
+    assert one.asked == [("wait", ["there"])]
+
+
+@pytest.mark.parametrize("mode", [RECORDING, SINGLE])
+def test_there_is_no_plan(mode: str) -> None:
+    """The goals are still open when it is said, and until the reason is known."""
+    one = Asked(mode, f"{EXAMPLES}/line.lp")
+    one.request("visit(6)")
+    assert one.run() is not None
+    assert one.asked == [("miss", (("1", "visit(6)"),)), ("finish", [[]])]
+    assert one.goals[0].words[-1] == "aborted"
