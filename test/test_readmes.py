@@ -60,6 +60,7 @@ NOT_TYPED = {
     "rosbag info my_run.bag": "likewise",
     "rosrun rosoclingo new.py my_robot": "the tutorial begins with it",
     "python3 -m rosoclingo.scaffold": "test_new.py of rosoclingo runs it",
+    "python3 -m rosoclingo.check": "test_check.py of rosoclingo runs it",
 }
 
 # Where a section's output is compared with what is really printed.

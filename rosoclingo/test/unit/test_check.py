@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import runpy
 import shlex
+import signal
+import sys
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
@@ -272,7 +275,19 @@ def test_a_wrong_command_line(arguments: Sequence[str], reason: str, capsys: Any
 def test_a_number_of_episodes(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(arguments=[LINE, "--episodes", "-1"])
-    assert "--episodes: invalid _count value: '-1'" in capsys.readouterr().err
+    assert "--episodes: a number from 0 on is needed: -1" in capsys.readouterr().err
+
+
+def test_without_ros(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("rospy", "genpy", "roslib", "actionlib", "rospkg", "catkin_pkg"):
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setattr(sys, "argv", ["check.py", LINE, *SMALL, "--episodes", "1"])
+    interrupt = signal.getsignal(signal.SIGINT)
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_module("rosoclingo.check", run_name="__main__")
+    signal.signal(signal.SIGINT, interrupt)
+    assert ended.value.code == 0
+    assert "nothing found" in capsys.readouterr().out
 
 
 def test_the_same_again() -> None:
