@@ -68,6 +68,7 @@ COMPARED = {
     ("README.md", "Try it"): "rosoclingo_gazebo/test/system/test_demo.py",
     ("docs/bags.md", "replay.py"): "rosoclingo/test/system/test_replay.py",
     ("docs/bags.md", "compare.py"): "test/test_readmes.py",
+    ("docs/check.md", "Examples"): "test/test_readmes.py",
     ("docs/tutorial.md", "1. A package that runs"): "test/test_readmes.py",
     ("docs/tutorial.md", "2. A second action"): "test/test_readmes.py",
     ("docs/tutorial.md", "3. Failures and announcements"): "test/test_readmes.py",
@@ -792,6 +793,10 @@ def test_a_regression_bag(page: Page) -> None:
     added = ast.parse(textwrap.dedent(page.block("python")))
     for name in {node.id for node in ast.walk(added) if isinstance(node, ast.Name)}:
         assert re.search(rf"\b{name}\b", recording), name
+
+
+def test_examples_of_an_encoding() -> None:
+    check_output("docs/check.md", "Examples", (ASP / "mailbot.examples").read_text())
 
 
 TUTORIAL = [
