@@ -338,7 +338,7 @@ RUNNING: Dict[str, Dict[str, Any]] = {
     ("node", "about", "said"),
     [
         ("/robot", {"actuators": []}, ""),
-        ("/robot", {"actuators": ["arm"]}, "no interface does the actions of robot"),
+        ("/robot", {"actuators": ["arm"]}, "no interface says that it does the actions of robot"),
         ("/un_block", {}, "no node says that it sends the messages of info"),
         ("/rosoclingo", {}, "no planning node runs"),
         ("/planner", None, "/rosoclingo plans with /planner, and there is no such node"),

@@ -80,7 +80,7 @@ def _interfaces(abouts: Abouts, alphabet: Alphabet) -> Iterator[Finding]:
     served = [about["actuators"] for about in abouts.values() if "actuators" in about]
     for actuator in alphabet.answers:
         if not any(actuator in actuators or not actuators for actuators in served):
-            yield _finding(f"no interface does the actions of {actuator}")
+            yield _finding(f"no interface says that it does the actions of {actuator}")
     sent = {source for about in abouts.values() for source in about.get("messages", ())}
     for source in sorted({source for source, _ in alphabet.messages} - sent):
         yield _finding(f"no node says that it sends the messages of {source}")
