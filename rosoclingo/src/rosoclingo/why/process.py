@@ -7,6 +7,7 @@ even so. The other process gives way to everything else (:mod:`.serving`).
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -14,8 +15,7 @@ import threading
 from multiprocessing import Pipe
 from typing import Callable, Optional, Sequence
 
-from rosoclingo.loop.snapshot import decode, encode
-from rosoclingo.why.question import Reply, Status
+from rosoclingo.why.question import Reply, Status, read_reply
 from rosoclingo.why.serving import READY
 from rosoclingo.why.task import Task
 
@@ -73,9 +73,9 @@ class AnsweringProcess:
                     return CLOSED
                 if child.receive(self._seconds_to_start) != READY:
                     raise ValueError("it is no process that answers")
-            reply = child.ask(encode(task).encode(), task.seconds + self._seconds_more)
-            return decode(Reply, reply.decode())
-        except (OSError, EOFError, ValueError) as err:
+            # The shortest ways: the node's other threads wait for this one.
+            return read_reply(child.ask(pickle.dumps(task), task.seconds + self._seconds_more))
+        except (OSError, EOFError, TypeError, ValueError) as err:
             return self._give_up(child, err, task)
 
     @property
@@ -112,7 +112,7 @@ class AnsweringProcess:
                 f"there was no answer within {task.seconds:g} s; the process that looks for it has "
                 "no time on this machine, or grounds a large program, and was ended"
             )
-        elif isinstance(err, ValueError):
+        elif isinstance(err, (TypeError, ValueError)):
             reason = f"the process that looks for the answer sends what nobody can read: {err}"
         else:
             reason = f"the process that looks for the answer has ended{child.how()}"

@@ -11,6 +11,7 @@ rosoclingo.errors.QuestionError: goal needs one argument: the slot or the reques
 from __future__ import annotations
 
 import enum
+import json
 from dataclasses import dataclass
 from typing import Sequence, Tuple, Union
 
@@ -110,3 +111,17 @@ class Reply:
     status: Status
     text: str
     structure: str = ""
+
+    def encode(self) -> bytes:
+        """Returns what :func:`read_reply` reads."""
+        return json.dumps([self.status.value, self.text, self.structure]).encode()
+
+
+def read_reply(message: bytes) -> Reply:
+    """Reads a reply.
+
+    Raises:
+        ValueError: It is none.
+    """
+    status, text, structure = json.loads(message)
+    return Reply(Status(status), str(text), str(structure))

@@ -2,8 +2,8 @@
 
 It gives way to everything else on the machine, so that nothing waits for it: it gets the time that
 nobody wants, and is the first to be ended if memory is short. It ends with the process that has
-started it, however that ends. Both speak JSON through a socket, whose number is the argument: a
-:class:`Task` comes, and a :class:`.question.Reply` goes.
+started it, however that ends. Both speak through a socket, whose number is the argument: a pickled
+:class:`.task.Task` comes, and a :class:`.question.Reply` goes as JSON.
 """
 
 from __future__ import annotations
