@@ -7,7 +7,7 @@ have none. Each is judged by check.py, up to the first finding that has a comman
 is typed again, and has to do the same. What was judged is in the file of results, and not judged
 again.
 
-    benchmarks/mutants.py [--count N] [--episodes N] [--results FILE.jsonl] [--only K]
+    benchmarks/mutants.py [--count N] [--seed S] [--episodes N] [--results FILE.jsonl] [--only K]
 
 Takes some minutes on one core, and is not run by scripts/bench. Exit status 1 says that fewer than
 nine of ten are found.
@@ -171,10 +171,10 @@ class _Indices(ast.Transformer):
         return term.update(**self.visit_children(term))
 
 
-def chosen(count: int) -> List[Mutant]:
+def chosen(count: int, seed: int) -> List[Mutant]:
     """Returns so many mutants, drawn at random, which clingo takes."""
     mutants = Mutations(ENCODINGS / "mailbot" / "mailbot.lp").all()
-    random.Random(SEED).shuffle(mutants)
+    random.Random(seed).shuffle(mutants)
     taken: List[Mutant] = []
     with tempfile.TemporaryDirectory() as folder:
         for mutant in mutants:
@@ -245,9 +245,10 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=100, help="how many mutants")
     parser.add_argument("--episodes", type=int, default=30, help="random runs of each")
     parser.add_argument("--results", type=Path, default=RESULTS, help="where verdicts are added")
+    parser.add_argument("--seed", type=int, default=SEED, help="which mutants are drawn")
     parser.add_argument("--only", type=int, metavar="K", help="judge the K-th again, from 0 on")
     given = parser.parse_args()
-    mutants = chosen(given.count)
+    mutants = chosen(given.count, given.seed)
     if given.only is not None:
         print(json.dumps(asdict(judge(mutants[given.only], given.episodes)), indent=1))
         return 0
