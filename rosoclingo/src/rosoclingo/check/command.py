@@ -56,7 +56,7 @@ def run(arguments: Sequence[str], look: Optional[Look] = None) -> int:
     chosen = parse(arguments, knows_live=look is not None)
     checking = Checking(chosen, look)
     count = 0
-    with Progress(checking.progress):
+    with Progress(checking.done):
         for finding in checking.findings():
             count += 1
             print(lines(str(finding)), flush=True)
@@ -80,17 +80,13 @@ class Checking:
         self._examples = 0
         self._search: Optional[Search] = None
 
-    def progress(self) -> str:
-        """Says how far it is."""
-        return self.done()
-
     @property
     def commands(self) -> Sequence[Words]:
         """The arguments of ``plan.py`` for each run so far, in order."""
         return tuple(self._runner.commands)
 
     def done(self) -> str:
-        """Says what was done."""
+        """Says what was done so far."""
         episodes = 0 if self._search is None else self._search.count
         return f"{self._examples} examples, {episodes} episodes, {len(self._runner.commands)} runs"
 

@@ -191,7 +191,7 @@ class Chance:
         kinds = [self._anything, self._anything, self._announced, self._failing, self._recalled]
         inputs = self.random.choice(kinds)()
         after = self.random.choice((0, 1, 1, 2, 3)) if self.resets else 0
-        return Episode(twins.renumbered(tuple(inputs)), after)
+        return Episode(twins.without_strange(tuple(inputs)), after)
 
     def _anything(self) -> List[Input]:
         goals = [
@@ -272,7 +272,7 @@ def shrunk(episode: Episode, request: str, shows: Callable[[Episode], bool]) -> 
             if keeps
         ]
         after = episode.steps_to_reset if flags[0] else 0
-        return Episode(twins.renumbered(tuple(inputs)), after)
+        return Episode(twins.without_strange(tuple(inputs)), after)
 
     count = 1 + 3 * len(episode.inputs)
     flags = strategies.lists(strategies.integers(0, _ODDS), min_size=count, max_size=count)

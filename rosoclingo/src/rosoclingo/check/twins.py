@@ -6,7 +6,6 @@ line; its name is that of the check in docs/check.md.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Callable, Iterator, List, Mapping, Optional, Tuple
 
 from rosoclingo.check.findings import Finding
@@ -171,7 +170,7 @@ def _steps(number: int) -> str:
     return f"{number} step{'' if number == 1 else 's'}"
 
 
-def renumbered(inputs: Inputs) -> Inputs:
+def without_strange(inputs: Inputs) -> Inputs:
     """Returns inputs without the cancel requests for goals that never come."""
     goals = sum(one.kind == GOAL for one in inputs)
-    return tuple(replace(one) for one in inputs if one.kind != CANCEL or int(one.value) <= goals)
+    return tuple(one for one in inputs if one.kind != CANCEL or int(one.value) <= goals)
