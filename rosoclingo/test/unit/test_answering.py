@@ -200,16 +200,18 @@ def test_the_horizon_is_the_reason_only_if_it_is_the_last_one() -> None:
 
 def test_it_gives_way() -> None:
     script = """
-import os
+import os, sys
 from rosoclingo.why.serving import give_way
-give_way()
+give_way(int(sys.argv[1]))
 print(os.sched_getscheduler(0) == os.SCHED_IDLE, os.getpriority(os.PRIO_PROCESS, 0))
 print(open("/proc/self/oom_score_adj").read())
 """
-    said = subprocess.run(
-        [sys.executable, "-c", script], stdout=subprocess.PIPE, text=True, check=True
-    )
-    assert said.stdout.split() == ["True", "19", "1000"]
+    for nice, is_idle in (("19", "True"), ("5", "False")):
+        said = subprocess.run(
+            [sys.executable, "-c", script, nice], stdout=subprocess.PIPE, text=True, check=True
+        )
+        value = min(19, os.getpriority(os.PRIO_PROCESS, 0) + int(nice))
+        assert said.stdout.split() == [is_idle, str(value), "1000"]
 
 
 def test_one_process_answers_all_questions(make: Callable[..., Asked]) -> None:

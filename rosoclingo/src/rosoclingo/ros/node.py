@@ -42,11 +42,12 @@ from rosoclingo.msg import (
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.questions import Questions
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
+from rosoclingo.why.serving import LOWEST
 
 _USAGE = """\
 usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
               [_abort_unreachable:=true] [_search_seconds:=SECONDS] [_why_seconds:=SECONDS]
-              [_explain:=false] [ROS remappings]
+              [_why_nice:=NUMBER] [_explain:=false] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
 _SOLVERS = ("controller", "planner")
@@ -182,6 +183,7 @@ class Node:
         abort_unreachable = parameters.flag("abort_unreachable", False)
         search_seconds = parameters.number("search_seconds", 0.0, what="seconds")
         why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
+        why_nice = parameters.integer("why_nice", LOWEST, LOWEST)
         explains = parameters.flag("explain", True)
         self.failure: Optional[str] = None
         self._inbox = inbox
@@ -200,7 +202,7 @@ class Node:
             # To a replay's clients, nobody listens.
             explains = explains and not isinstance(inbox, ReplayInbox)
             environment.questions = Questions(
-                self._loop.state, encodings, seconds=why_seconds, explains=explains
+                self._loop.state, encodings, seconds=why_seconds, nice=why_nice, explains=explains
             )
         self._ready = ready
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)

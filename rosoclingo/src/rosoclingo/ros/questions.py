@@ -34,7 +34,7 @@ class Questions:
     """Answers questions about a loop's plan."""
 
     def __init__(
-        self, state: State, encodings: Encodings, *, seconds: float, explains: bool
+        self, state: State, encodings: Encodings, *, seconds: float, nice: int, explains: bool
     ) -> None:
         """Opens the service; make it after the node is initialised.
 
@@ -42,6 +42,7 @@ class Questions:
             state: The loop's state, which only the loop's thread uses.
             encodings: What the planner plans with.
             seconds: How long an answer may take, and before that, the way to it.
+            nice: How much what answers gives way to others, see :func:`.serving.give_way`.
             explains: Whether goals are told why they wait or fail.
         """
         self._state = state
@@ -49,7 +50,7 @@ class Questions:
         self._encodings = encodings
         self._seconds = seconds
         self._explains = explains
-        self._process = AnsweringProcess(lambda text: rospy.logwarn("%s", text))
+        self._process = AnsweringProcess(lambda text: rospy.logwarn("%s", text), nice=nice)
         self._thread = ThreadPoolExecutor(1, "why")
         self._closed = threading.Event()
         self._noted: Optional[Tuple[str, str]] = None  # the last question with its answer

@@ -21,7 +21,7 @@ from rosoclingo.single.dialects import detect, says_status
 _USAGE = """\
 usage: run-1.0.py --file FILE... [clingo options] [_action_timeout:=SECONDS]
                   [_abort_unreachable:=true] [_search_seconds:=SECONDS]
-                  [_why_seconds:=SECONDS] [_explain:=false] [ROS remappings]
+                  [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false] [ROS remappings]
 
 Plans and executes in one process, as the paper has it; a controller and a planner are not needed.
 

@@ -16,7 +16,7 @@ from multiprocessing import Pipe
 from typing import Callable, Optional, Sequence
 
 from rosoclingo.why.question import Reply, Status, read_reply
-from rosoclingo.why.serving import READY
+from rosoclingo.why.serving import LOWEST, READY
 from rosoclingo.why.task import Task
 
 _COMMAND = (sys.executable, "-m", "rosoclingo.why.serving")
@@ -40,6 +40,7 @@ class AnsweringProcess:
         self,
         warn: Callable[[str], None],
         *,
+        nice: int = LOWEST,
         command: Sequence[str] = _COMMAND,
         seconds_to_start: float = _SECONDS_TO_START,
         seconds_more: float = _SECONDS_MORE,
@@ -48,11 +49,13 @@ class AnsweringProcess:
 
         Args:
             warn: Called with what has gone wrong.
-            command: Starts the process; the number of its socket is added.
+            nice: How much the process gives way to others, see :func:`.serving.give_way`.
+            command: Starts the process; the number of its socket and the nice value are added.
             seconds_to_start: How long it may take until it can answer.
             seconds_more: For how much longer than an answer may take it is waited for.
         """
         self._warn = warn
+        self._nice = nice
         self._command = tuple(command)
         self._seconds_to_start = seconds_to_start
         self._seconds_more = seconds_more
@@ -94,7 +97,7 @@ class AnsweringProcess:
     def _start(self) -> Optional[_Child]:
         with self._lock:
             if not self._is_closed:
-                self._child = _Child(self._command)
+                self._child = _Child(self._command, self._nice)
             return self._child
 
     def _give_up(self, child: Optional[_Child], err: Exception, task: Task) -> Reply:
@@ -128,11 +131,11 @@ class _Child:
         is_late: Whether it was ended because it took too long.
     """
 
-    def __init__(self, command: Sequence[str]) -> None:
+    def __init__(self, command: Sequence[str], nice: int) -> None:
         self._connection, other = Pipe()
         with other:
             self.process = subprocess.Popen(  # noqa: S603 (the node's own command)
-                [*command, str(other.fileno())],
+                [*command, str(other.fileno()), str(nice)],
                 pass_fds=[other.fileno()],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,

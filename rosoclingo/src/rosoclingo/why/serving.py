@@ -1,9 +1,9 @@
-"""The process in which questions are answered: ``python -m rosoclingo.why.serving FD``.
+"""The process in which questions are answered: ``python -m rosoclingo.why.serving FD NICE``.
 
-It gives way to everything else on the machine, so that nothing waits for it: it gets the time that
-nobody wants, and is the first to be ended if memory is short. It ends with the process that has
-started it, however that ends. Both speak through a socket, whose number is the argument: a pickled
-:class:`.task.Task` comes, and a :class:`.question.Reply` goes as JSON.
+It gives way to everything else on the machine, so that nothing waits for it: by the nice value 19,
+it gets the time that nobody wants, and it is the first to be ended if memory is short. It ends with
+the process that has started it, however that ends. Both speak through a socket, whose number is FD:
+a pickled :class:`.task.Task` comes, and a :class:`.question.Reply` goes as JSON.
 """
 
 from __future__ import annotations
@@ -19,14 +19,16 @@ from typing import NoReturn
 READY = b"ready"
 """What is sent first."""
 
-_LOWEST = 19  # the nice value
+LOWEST = 19
+"""The nice value with which it runs when no other process wants to."""
+
 _FIRST_TO_END = 1000  # if memory is short
 
 
 def main() -> NoReturn:
     """Answers until the other process has ended."""
     connection = Connection(int(sys.argv[1]))
-    give_way()
+    give_way(int(sys.argv[2]))
     # To load these takes a while, in which it has to give way already.
     from rosoclingo.why.task import answer  # noqa: PLC0415 (see above)
 
@@ -37,16 +39,20 @@ def main() -> NoReturn:
         connection.send_bytes(answer(tasks.get()))
 
 
-def give_way() -> None:
-    """Has this process run when no other one wants to, as far as the system knows how.
+def give_way(nice: int) -> None:
+    """Has this process give way to others, as far as the system knows how.
 
     The process has to be the only one of its session: Linux weighs sessions (autogroups) against
     each other, and priorities count within one of them only.
+
+    Args:
+        nice: How much, from 0, as others do, to 19, by which it runs when no other one wants to.
     """
-    with contextlib.suppress(OSError, AttributeError):  # another system than Linux
-        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
-    os.nice(_LOWEST)
-    for name, value in (("autogroup", _LOWEST), ("oom_score_adj", _FIRST_TO_END)):
+    if nice == LOWEST:
+        with contextlib.suppress(OSError, AttributeError):  # another system than Linux
+            os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    os.nice(nice)
+    for name, value in (("autogroup", nice), ("oom_score_adj", _FIRST_TO_END)):
         with contextlib.suppress(OSError), open(f"/proc/self/{name}", "w") as file:
             file.write(str(value))
 
