@@ -44,7 +44,7 @@ def test_one_shot(terminals: Terminals) -> None:
     wait_for(lambda: "/rosclingo/control" in terminals.names())
     for _ in range(2):  # the second run finds the solver as the first one left it
         ended = terminals.run("python", f"{folder}/start.py")
-        lines = ended.output.splitlines()
+        lines = [line for line in ended.output.splitlines() if not line.startswith("[")]
         assert lines[:3] == ["##### result", "result: sat", "interrupted: False"]
         assert lines[4:] == ["#####"]
         atoms = answer_set(ended.output)

@@ -58,7 +58,8 @@ def why(terminals: Terminals, *options: str, status: int = 0) -> str:
     """Asks, and returns what is said."""
     asked = terminals.start("rosrun", "rosoclingo", "why.py", *options)
     assert asked.wait(PATIENCE) == status, asked.output
-    return asked.output.rpartition("waiting for ")[2].partition("\n")[2] or asked.output
+    lines = asked.output.splitlines(keepends=True)
+    return "".join(line for line in lines if not line.startswith("why.py: waiting for "))
 
 
 def hear(terminal: Terminal, text: str) -> None:
