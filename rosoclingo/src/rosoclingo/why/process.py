@@ -65,10 +65,9 @@ class AnsweringProcess:
 
     def ask(self, task: Task) -> Reply:
         """Has a question answered, and waits for that; raises nothing."""
-        child = self._child
-        if child is not None and child.has_ended() and not self._is_closed:
-            self._warn(f"the process that answers questions has ended{child.how()}; another starts")
-            child = None
+        old = child = self._child
+        if old is not None and old.has_ended():
+            return self._ask_another(old, task)
         try:
             if child is None:
                 child = self._start()
@@ -79,6 +78,8 @@ class AnsweringProcess:
             # The shortest ways: the node's other threads wait for this one.
             return read_reply(child.ask(pickle.dumps(task), task.seconds + self._seconds_more))
         except (OSError, EOFError, TypeError, ValueError) as err:
+            if old is not None and isinstance(err, (OSError, EOFError)) and not old.is_late:
+                return self._ask_another(old, task)  # it was about to end when it was asked
             return self._give_up(child, err, task)
 
     @property
@@ -99,6 +100,16 @@ class AnsweringProcess:
             if not self._is_closed:
                 self._child = _Child(self._command, self._nice)
             return self._child
+
+    def _ask_another(self, old: _Child, task: Task) -> Reply:
+        """Asks a new process in place of one that ends by itself."""
+        old.end(_SECONDS_TO_END)
+        with self._lock:
+            self._child = None
+            if self._is_closed:
+                return CLOSED
+        self._warn(f"the process that answers questions has ended{old.how()}; another starts")
+        return self.ask(task)
 
     def _give_up(self, child: Optional[_Child], err: Exception, task: Task) -> Reply:
         """Ends a process that does not answer as it should."""
