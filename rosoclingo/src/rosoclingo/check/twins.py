@@ -128,12 +128,6 @@ def failed(one: Run, other: Run) -> Iterator[str]:
                 "as if it had succeeded"
             )
             return
-    same = planned_ends(after) == planned_ends(success[-1])
-    if same and planned_ends(after) and after.length < success[-1].length:
-        yield (
-            f"after {action[1]} has failed to do {action[2]} in step {moment}, the plan takes "
-            f"{_steps(after.length)}, and if that succeeds, {_steps(success[-1].length)}"
-        )
 
 
 def compare(
