@@ -357,7 +357,7 @@ def test_it_does_not_know_everything() -> None:
     for question, words in (
         (lambda: explainer.goal("bring(o3,o1)"), "no open goal bring"),
         (lambda: explainer.why("go(c1)"), "no action"),
-        (lambda: explainer.why("do(mailbot,go(c1),0)"), "has begun"),
+        (lambda: explainer.why("do(mailbot,go(c1),0)"), "has gone by"),
         (lambda: explainer.what_if(["info:blocked(o1,o2)"]), "does not know it"),
         (lambda: explainer.what_if(["blocked(o1,o2)"]), "is no event"),
     ):
