@@ -303,6 +303,42 @@ def test_what_was_saved_of_a_goal_is_that_goal() -> None:
     ]
 
 
+def test_a_number_that_could_be_a_slot_is_none_if_the_encoding_says_so() -> None:
+    """Of a tank with 0 to 2 fillings, 1 was saved: that belongs to no goal."""
+    saved = ("event(save,tank(1),0)", "event(save,wanted(1,visit(3)),0)")
+    savable = [f"event(save,tank({filling}),0)" for filling in range(3)]
+    situation = Situation(saved, goals=(("1", "visit(3)"),))
+    facts = Facts.of(situation, ["1", "2"], savable)
+    assert [(fact.kind.value, fact.content) for fact in facts.free] == [
+        ("request", "visit(3)"),
+        ("saved", "tank(1)"),
+    ]
+
+
+def test_what_was_saved_before_a_goal_came_is_not_of_that_goal() -> None:
+    told = ("event(save,tank(1),0)", "event(1,visit(3),2)")
+    facts = Facts.of(Situation(told, step=2, goals=(("1", "visit(3)"),)), ["1", "2"])
+    assert [(fact.kind.value, fact.atoms) for fact in facts.free] == [
+        ("request", (told[1],)),
+        ("saved", (told[0],)),
+    ]
+
+
+def test_a_slot_that_had_another_goal_before_has_a_reason() -> None:
+    """Without the goal, none has to end: the one that was in its slot has ended long ago."""
+    told = ["event(1,visit(4),0)", "event(info,close(3),3)", "event(1,visit(2),4)"]
+    for step, cell in enumerate((2, 3, 4), 1):
+        told.append(f"event(info,passed,{step - 1})")
+        told.append(f"event(commit,do(robot,go({cell})),{step})")
+        told.append(f"event(robot,success,{step})")
+    told.append("event(info,passed,3)")
+    situation = Situation(tuple(told), step=4, last=12, goals=(("1", "visit(2)"),))
+    answer = Explainer(Options((LINE,)), situation, seconds=SECONDS).no_plan()
+    assert answer.reason is not None
+    named = [member.fact.content for member in answer.reason.members]
+    assert named == ["visit(2)", "close(3)"]
+
+
 def test_a_plan_that_nobody_has_executed_begins_anew() -> None:
     """The last that has happened surprises nobody, so that the plan from before would stand."""
     told = ("event(1,visit(4),0)", "event(info,passed,0)", "event(robot,success,3)")

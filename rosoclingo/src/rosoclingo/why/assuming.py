@@ -20,6 +20,7 @@ from rosclingo.wire.commands import (
 )
 from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.atoms import query
+from rosoclingo.loop.externals import SAVE
 from rosoclingo.loop.solver import Planner
 from rosoclingo.why.copy import ENDS, Answer, Copy, Deadline, Verdict
 from rosoclingo.why.situation import Situation
@@ -70,6 +71,7 @@ class AssumingCopy(Copy):
         )
         self._planner = planner
         self._declared = planner.externals()
+        self.savable = frozenset(atom for atom in self._declared if atom.startswith(SAVE))
         self._free: Dict[str, None] = {}
 
     def _horizons(self) -> range:

@@ -35,7 +35,7 @@ class Case:
         """
         self.copy = copy
         self.situation = situation
-        self.facts = Facts.of(situation, copy.slots)
+        self.facts = Facts.of(situation, copy.slots, copy.savable)
         self.deadline = deadline
         self.demands: Tuple[Assumption, ...] = ()
         self._says_ends = says_ends
@@ -46,8 +46,10 @@ class Case:
         """Returns the slots of the goals that have to end if these facts are so."""
         if self._only is not None or not self._says_ends:
             return self._only or frozenset()
-        known = {fact.source for fact in self.facts.all() if fact.kind is Kind.REQUEST}
-        asked = {fact.source for fact in facts if fact.kind is Kind.REQUEST}
+        # Of a goal that has ended in the same slot, the request is history.
+        requests = {fact for fact in self.facts.free if fact.kind is Kind.REQUEST}
+        known = {fact.source for fact in requests}
+        asked = {fact.source for fact in requests & facts}
         return frozenset(s for s, _ in self.situation.goals if s in asked or s not in known)
 
     def take_as_given(self, slot: str = "") -> None:

@@ -92,6 +92,7 @@ class Copy(abc.ABC):
 
     Attributes:
         slots: The ids that it has for goals.
+        savable: The events ``event(save,F,0)`` that the encoding declares.
         step: The current step.
         last: The last step that may be planned for.
         deadline: When to end; may be set anew for each question.
@@ -99,6 +100,7 @@ class Copy(abc.ABC):
 
     deadline: Deadline
     slots: Sequence[str]
+    savable: FrozenSet[str]
     step: int
     last: int
 

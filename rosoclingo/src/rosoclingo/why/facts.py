@@ -61,14 +61,17 @@ class Facts:
     fixed: FrozenSet[str]
 
     @classmethod
-    def of(cls, situation: Situation, slots: Sequence[str]) -> Facts:
+    def of(
+        cls, situation: Situation, slots: Sequence[str], savable: Iterable[str] = ()
+    ) -> Facts:
         """Sorts what was told.
 
         Args:
             situation: It has what was told.
             slots: The ids that the planner has for goals.
+            savable: The events that could have been saved, as far as the encoding declares them.
         """
-        return _Sorter(situation, slots).sorted()
+        return _Sorter(situation, slots, savable).sorted()
 
     def all(self) -> FrozenSet[Fact]:
         """Returns all facts."""
@@ -86,7 +89,9 @@ def atoms(facts: Iterable[Fact]) -> FrozenSet[str]:
 class _Sorter:
     """Makes facts of events."""
 
-    def __init__(self, situation: Situation, slots: Sequence[str]) -> None:
+    def __init__(
+        self, situation: Situation, slots: Sequence[str], savable: Iterable[str]
+    ) -> None:
         self._slots = set(slots)
         self._open = dict(situation.goals)
         self._told = [(atom, *_event(atom)) for atom in situation.told]
@@ -99,25 +104,26 @@ class _Sorter:
         for _, source, content, step in self._told:
             if self._open.get(source) == content:
                 self._last[source] = step
-        self._saved_goals = self._find_saved_goals()
+        self._saved_goals = self._find_saved_goals(savable)
 
-    def _find_saved_goals(self) -> Dict[str, str]:
+    def _find_saved_goals(self, savable: Iterable[str]) -> Dict[str, str]:
         """Returns the slot of each saved fluent that belongs to an open goal.
 
-        That is one with the slot as an argument, at the first place where all fluents of the same
-        form have one.
+        That is one of a goal that came before the reset, with the slot as an argument, at the first
+        place where all fluents of the same form have one.
         """
+        saved = [content for _, source, content, _ in self._told if source == "save"]
         forms: Dict[Tuple[str, int], List[List[str]]] = {}
-        for _, source, content, _ in self._told:
-            if source == "save":
-                name, arguments = split_term(content)
-                forms.setdefault((name, len(arguments)), []).append(arguments)
-        found: Dict[str, str] = {}
-        for _, source, content, _ in self._told:
+        for content in (*saved, *(_event(atom)[1] for atom in savable)):
             name, arguments = split_term(content)
-            for place, argument in enumerate(arguments if source == "save" else ()):
+            forms.setdefault((name, len(arguments)), []).append(arguments)
+        earlier = set(self._open).difference(self._last)
+        found: Dict[str, str] = {}
+        for content in saved:
+            name, arguments = split_term(content)
+            for place, argument in enumerate(arguments):
                 alike = forms[name, len(arguments)]
-                if argument in self._open and all(o[place] in self._slots for o in alike):
+                if argument in earlier and all(o[place] in self._slots for o in alike):
                     found.setdefault(content, argument)
         return found
 

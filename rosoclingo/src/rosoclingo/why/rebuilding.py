@@ -19,6 +19,7 @@ from rosclingo.wire.commands import (
 from rosclingo.wire.term_text import last_number
 from rosoclingo.errors import InterruptedQuestionError, PlannerError
 from rosoclingo.loop.atoms import query
+from rosoclingo.loop.externals import SAVE
 from rosoclingo.loop.solver import Planner
 from rosoclingo.single.dialects import Dialect2, PaperDialect
 from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
@@ -54,6 +55,7 @@ class RebuildingCopy(Copy):
         self._engine = Engine(options, rereads=False)
         self._planner = Planner(dialect(self._engine))
         self.slots = self._planner.begin()
+        self.savable = frozenset(a for a in self._planner.externals() if a.startswith(SAVE))
         self._cache: Dict[Tuple[object, ...], Verdict] = {}
         self._excluded = 0  # how many demands
         self._guards: List[str] = []  # of those that are made now
