@@ -21,6 +21,10 @@ class ControllerError(LoopError):
     """The controller did not say what to do."""
 
 
+class StoreError(RosclingoError):
+    """A store cannot be opened, read or written; the message says which, why and what to do."""
+
+
 class LiveError(RosclingoError):
     """There is no running system to look at."""
 

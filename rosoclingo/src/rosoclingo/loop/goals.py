@@ -36,6 +36,11 @@ class GoalClient:
     def feedback(self, line: str) -> None:
         """Something about the goal has changed."""
 
+    @property
+    def address(self) -> str:
+        """By what it is found again after this process has died."""
+        return ""
+
 
 @dataclass(eq=False)
 class GoalState:
@@ -82,6 +87,19 @@ class Goal(GoalState):
         self._client = client or GoalClient()
         # Guards slot and stage; held for moments only, and only the client's noted() runs under it
         self._lock = threading.Lock()
+
+    @property
+    def address(self) -> str:
+        """By what the client is found again after this process has died."""
+        return self._client.address
+
+    def reroute(self, way: Callable[[GoalClient], GoalClient]) -> None:
+        """Has what the client is told go another way; called before anything is told.
+
+        Args:
+            way: Returns what is told in the client's place.
+        """
+        self._client = way(self._client)
 
     def set_status(self, word: str, reason: str = "") -> bool:
         """Sets the status to accepted, rejected, succeeded, canceled or aborted.

@@ -241,6 +241,19 @@ class Record:
     horizon: int = 0
 
 
+@dataclass(frozen=True)
+class NumberedRecord(Record):
+    """A record of which somebody has said already when it was, and as the how manieth.
+
+    Attributes:
+        number: Its number in the run, from 1.
+        time: When it happened, in seconds of wall time.
+    """
+
+    number: int = 1
+    time: float = 0.0
+
+
 _BEST_SO_FAR = "the best so far"
 _FOR_A_REPLAY = "for the replay"
 

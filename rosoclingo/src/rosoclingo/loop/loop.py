@@ -113,7 +113,11 @@ class Loop:
 
     def snapshot(self) -> str:
         """Returns all that the loop knows, as JSON; called by its thread between two steps."""
-        return encode(LoopSnapshot(self._controller.snapshot(), self.state.snapshot()))
+        return encode(self.parts())
+
+    def parts(self) -> LoopSnapshot:
+        """Returns the same as values, some of which the loop goes on to change."""
+        return LoopSnapshot(self._controller.snapshot(), self.state.snapshot())
 
     def restore(self, saved: str, client: Callable[[str], GoalClient]) -> Dict[str, Goal]:
         """Goes on where another loop was, in the place of :meth:`prepare`.

@@ -26,7 +26,7 @@ T = TypeVar("T")
 
 def encode(snapshot: Any) -> str:
     """Returns a snapshot as JSON."""
-    return json.dumps(_plain(snapshot))
+    return json.dumps(plain(snapshot))
 
 
 def take_over(part: Any, saved: Any) -> None:
@@ -40,16 +40,16 @@ def take_over(part: Any, saved: Any) -> None:
         setattr(part, field.name, getattr(saved, field.name))
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Returns what JSON can write: a dictionary is a list of its items, and a set is sorted."""
     if dataclasses.is_dataclass(value):
-        return {f.name: _plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, dict):
-        return [[_plain(key), _plain(of)] for key, of in value.items()]
+        return [[plain(key), plain(of)] for key, of in value.items()]
     if isinstance(value, set):
-        return sorted(map(_plain, value), key=str)
+        return sorted(map(plain, value), key=str)
     if isinstance(value, (deque, list, tuple)):
-        return list(map(_plain, value))
+        return list(map(plain, value))
     return value.value if isinstance(value, enum.Enum) else value
 
 
@@ -63,7 +63,16 @@ def decode(kind: Type[T], text: str) -> T:
     Raises:
         ValueError: The text is not one of such a snapshot; the message says where it differs.
     """
-    made: T = _decode(kind, json.loads(text), kind.__name__)
+    return remade(kind, json.loads(text))
+
+
+def remade(kind: Type[T], value: Any) -> T:
+    """Returns the snapshot of which :func:`plain` has made a value.
+
+    Raises:
+        ValueError: The value is not one of such a snapshot; the message says where it differs.
+    """
+    made: T = _decode(kind, value, kind.__name__)
     return made
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass, field
-from typing import Collection, Dict, Iterable, List, Sequence, Set, Tuple
+from typing import ClassVar, Collection, Dict, Iterable, List, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire.term_text import number, split_term
@@ -25,7 +25,13 @@ _ORDINALS = ("first", "second", "third", "fourth", "fifth")
 
 @dataclass
 class Vocabulary:
-    """The events that the planner's encoding declares, whatever the step; all of it is saved."""
+    """The events that the planner's encoding declares, whatever the step; all of it is saved.
+
+    Attributes:
+        ONLY_GROWS: That nothing is removed from its sets, so that one that is as long is the same.
+    """
+
+    ONLY_GROWS: ClassVar[bool] = True
 
     _pairs: Set[str] = field(default_factory=set)
     _grounded: int = 0  # how many steps were grounded when they were seen

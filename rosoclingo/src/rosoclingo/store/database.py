@@ -1,0 +1,320 @@
+"""A table of texts in a SQLite file, which is whole or refused.
+
+>>> from tempfile import TemporaryDirectory
+>>> with TemporaryDirectory() as folder:
+...     with Database(Path(folder) / "a.store") as database:
+...         with database.transaction() as rows:
+...             rows.put("goal", "g1", "visit(3)")
+...         database.read("goal")
+{'g1': 'visit(3)'}
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import sqlite3
+import threading
+from pathlib import Path
+from typing import Callable, Dict, Iterator, List, Optional, Tuple
+
+from rosoclingo.errors import StoreError
+
+_APPLICATION = 0x526F5343  # RoSC: which program's file it is
+_VERSION = 1  # of the format
+_WAIT_SECONDS = 5.0  # for a node that is just ending, and has the file
+_CHECKPOINT_PAGES = 256  # of 4 KiB: so long does the write-ahead log grow
+_BITS = 64
+
+
+class Database:
+    """Rows with a part, a key and a value, in the order in which they were added.
+
+    Thread-safe: a lock is held while a transaction is made. Only one process at a time has a file.
+
+    Each transaction renews a seal: a sum of digests of all rows. So a file in which some pages are
+    older than others is not taken for whole.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        most_pages: int = 0,
+        point: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        """Opens a file, which is made if there is none.
+
+        Args:
+            path: The file.
+            most_pages: How many pages of 4 KiB it may have; 0 for as many as there is room for.
+            point: Called before and after each write, with what it is: where a test may end all.
+
+        Raises:
+            StoreError: The file cannot be used; the message says why and what to do.
+        """
+        self.path = path
+        self._lock = threading.RLock()
+        self._point = point
+        self._known: Dict[str, Dict[str, Tuple[int, int]]] = {}  # numbers and digests of all rows
+        self._next = 1
+        self._seal = 0
+        self._is_durable = True
+        self._failure: Optional[StoreError] = None
+        self._closed = False
+        with self._told("cannot be opened"):
+            self._connection = sqlite3.connect(
+                str(path), timeout=_WAIT_SECONDS, isolation_level=None, check_same_thread=False
+            )
+        try:
+            self._open(most_pages)
+        except BaseException:
+            self._connection.close()
+            raise
+
+    def __enter__(self) -> Database:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the file; may be called twice."""
+        with self._lock:
+            if not self._closed:
+                self._closed = True
+                self._connection.close()
+
+    def _open(self, most_pages: int) -> None:
+        run = self._connection.execute
+        with self._told("cannot be opened"):
+            run("PRAGMA locking_mode = EXCLUSIVE")
+            (application,) = run("PRAGMA application_id").fetchone()
+            (version,) = run("PRAGMA user_version").fetchone()
+            (tables,) = run("SELECT count(*) FROM sqlite_master").fetchone()
+            if application != _APPLICATION and (tables or application or version):
+                raise StoreError(f"{self.path} is a file of another program, and no store")
+            if tables and version != _VERSION:
+                raise StoreError(
+                    f"the store {self.path} has the format {version}, and this version of "
+                    f"rosoclingo knows {_VERSION}; {_FRESH}"
+                )
+            run("PRAGMA journal_mode = WAL")
+            run("PRAGMA synchronous = FULL")
+            run(f"PRAGMA wal_autocheckpoint = {_CHECKPOINT_PAGES}")
+            run(f"PRAGMA journal_size_limit = {_CHECKPOINT_PAGES * 4096}")
+            if most_pages:
+                run(f"PRAGMA max_page_count = {most_pages}")
+            # Takes the lock, which is kept.
+            run("BEGIN EXCLUSIVE")
+            if not tables:
+                self._make()
+            run("COMMIT")
+        if tables:
+            self._load()
+        _sync_folder(self.path)
+
+    def _make(self) -> None:
+        run = self._connection.execute
+        run(
+            "CREATE TABLE row (id INTEGER PRIMARY KEY, part TEXT NOT NULL, key TEXT NOT NULL, "
+            "value TEXT NOT NULL)"
+        )
+        run("CREATE TABLE seal (id INTEGER PRIMARY KEY, sum TEXT NOT NULL)")
+        run("INSERT INTO seal VALUES (1, '0')")
+        run(f"PRAGMA application_id = {_APPLICATION}")
+        run(f"PRAGMA user_version = {_VERSION}")
+
+    def _load(self) -> None:
+        """Reads all rows, and sees whether they are those that were written together."""
+        run = self._connection.execute
+        with self._told("cannot be read"):
+            (said,) = run("PRAGMA integrity_check(1)").fetchone()
+            if said != "ok":
+                raise self._damaged(said)
+            for number, *row in run("SELECT id, part, key, value FROM row"):
+                part, key, value = map(str, row)
+                digest = _digest(number, part, key, value)
+                self._known.setdefault(part, {})[key] = number, digest
+                self._seal = (self._seal + digest) % 2**_BITS
+                self._next = max(self._next, number + 1)
+            seals = run("SELECT sum FROM seal").fetchall()
+        if seals != [(str(self._seal),)]:
+            raise self._damaged("its rows were not written together")
+
+    def _damaged(self, reason: object) -> StoreError:
+        return StoreError(f"the store {self.path} is damaged: {reason}; {_FRESH}")
+
+    def read(self, part: str) -> Dict[str, str]:
+        """Returns the rows of a part, in the order in which they were added."""
+        with self._lock, self._told("cannot be read"):
+            rows = self._connection.execute(
+                "SELECT key, value FROM row WHERE part = ? ORDER BY id", (part,)
+            )
+            return {str(key): str(value) for key, value in rows}
+
+    @property
+    def failure(self) -> Optional[StoreError]:
+        """Why nothing can be written any more; None if it can."""
+        return self._failure
+
+    @contextlib.contextmanager
+    def transaction(self, *, durable: bool = True) -> Iterator[Rows]:
+        """A context in which rows are changed, all or none.
+
+        Args:
+            durable: Whether that outlasts a failure of power, too, and not only of the process.
+                Then what was written before does so as well.
+
+        Raises:
+            StoreError: It cannot be written, now or before.
+        """
+        with self._lock:
+            if self._failure is not None:
+                raise self._failure
+            rows = Rows(self)
+            try:
+                yield rows
+            except BaseException:
+                self._failure = StoreError(f"the store {self.path}: an error ended a transaction")
+                raise
+            if not (rows.changes or durable):
+                return
+            try:
+                with self._told("cannot be written"):
+                    self._commit(rows, durable)
+            except StoreError as err:
+                self._failure = err
+                raise
+
+    def _commit(self, rows: Rows, durable: bool) -> None:
+        run = self._connection.execute
+        if durable != self._is_durable:
+            run(f"PRAGMA synchronous = {'FULL' if durable else 'NORMAL'}")
+            self._is_durable = durable
+        name = "write" if durable else "note"
+        self._point(f"before {name}")
+        run("BEGIN")
+        try:
+            for statement, values in rows.changes:
+                run(statement, values)
+            run("UPDATE seal SET sum = ?", (str(self._seal),))
+            run("COMMIT")
+        except sqlite3.Error:
+            with contextlib.suppress(sqlite3.Error):
+                run("ROLLBACK")
+            raise
+        self._point(f"after {name}")
+
+    @contextlib.contextmanager
+    def _told(self, what: str) -> Iterator[None]:
+        """A context in which SQLite's errors become ours."""
+        try:
+            yield
+        except sqlite3.DatabaseError as err:
+            text = str(err)
+            begin = f"the store {self.path} {what}: "
+            if "locked" in text:
+                remedy = "another node that still runs uses it; give each a store of its own"
+            elif "full" in text:
+                remedy = "there is no more room; make some, and start again"
+            elif "malformed" in text or "not a database" in text:
+                raise self._damaged(text) from err
+            else:
+                remedy = f"{text}; is its folder there, and may this user write to it?"
+            raise StoreError(begin + remedy) from err
+
+
+class Rows:
+    """What a transaction changes. The thread that makes the transaction uses it."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+        self.changes: List[Tuple[str, Tuple[object, ...]]] = []
+
+    def put(self, part: str, key: str, value: str, *, last: bool = False) -> None:
+        """Adds a row, or changes the value of that with this key.
+
+        Args:
+            part: The part.
+            key: The key, of which there is one in a part.
+            value: The value.
+            last: Whether it becomes the last one.
+        """
+        database = self._database
+        if last:
+            self.delete(part, key)
+        known = database._known.setdefault(part, {})
+        number, old = known.get(key, (0, 0))
+        if number:
+            self.changes.append(("UPDATE row SET value = ? WHERE id = ?", (value, number)))
+        else:
+            number = database._next
+            database._next += 1
+            self.changes.append(("INSERT INTO row VALUES (?, ?, ?, ?)", (number, part, key, value)))
+        digest = _digest(number, part, key, value)
+        known[key] = number, digest
+        database._seal = (database._seal + digest - old) % 2**_BITS
+
+    @property
+    def next_number(self) -> int:
+        """The number of the row that is added next, which is larger than those of all others."""
+        return self._database._next
+
+    def delete(self, part: str, key: str) -> None:
+        """Removes a row, if there is one."""
+        database = self._database
+        number, digest = database._known.get(part, {}).pop(key, (0, 0))
+        if number:
+            database._seal = (database._seal - digest) % 2**_BITS
+            self.changes.append(("DELETE FROM row WHERE id = ?", (number,)))
+
+    def keys(self, part: str) -> List[str]:
+        """Returns the keys of a part, in no order."""
+        return list(self._database._known.get(part, ()))
+
+    def clear(self, part: str) -> None:
+        """Removes all rows of a part."""
+        for key in self.keys(part):
+            self.delete(part, key)
+
+
+_FRESH = "start with resume:=fresh, which keeps the file aside and begins anew"
+
+
+def _digest(number: int, part: str, key: str, value: str) -> int:
+    text = "\0".join((str(number), part, key, value))
+    digest = hashlib.blake2b(text.encode("utf-8", "surrogatepass"), digest_size=_BITS // 8)
+    return int.from_bytes(digest.digest(), "big")
+
+
+def _sync_folder(path: Path) -> None:
+    """Has the folder remember the file, if the power fails."""
+    with contextlib.suppress(OSError):
+        folder = os.open(str(path.parent), os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+
+def put_aside(path: Path) -> Optional[Path]:
+    """Renames a store, so that another one can begin; returns its new name, if there was one.
+
+    Raises:
+        StoreError: It cannot be renamed.
+    """
+    if not path.exists():
+        return None
+    number = 1
+    while (aside := path.with_name(f"{path.name}.old{number}")).exists():
+        number += 1
+    try:
+        for suffix in ("", "-wal", "-shm"):
+            old = path.with_name(path.name + suffix)
+            if old.exists():
+                old.rename(aside.with_name(aside.name + suffix))
+    except OSError as err:
+        raise StoreError(f"the store {path} cannot be kept aside: {err.strerror}") from err
+    return aside

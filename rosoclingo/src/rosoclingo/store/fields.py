@@ -1,0 +1,196 @@
+"""A snapshot as rows, of which only those are written that have changed.
+
+A row is a field, or an element of a set or of a dictionary:
+
+>>> from typing import Set
+>>> @dataclasses.dataclass
+... class Place:
+...     name: str
+...     ways: Set[str]
+>>> place, rows = Place("hall", {"door"}), Fields(Place)
+>>> rows.changes(place)
+[Change(field='name', key='', value='"hall"'), Change(field='ways', key='"door"', value='')]
+>>> place.ways.add("stairs")
+>>> rows.changes(place)
+[Change(field='ways', key='"stairs"', value='')]
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections import deque
+from typing import (
+    Any,
+    Dict,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Tuple,
+    Type,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)  # fmt: skip
+
+from rosoclingo.loop.snapshot import plain, remade
+
+_NOTHING = object()
+
+
+class Change(NamedTuple):
+    """What is different in a row.
+
+    Attributes:
+        field: The field, with the names of those that it is in: ``state.progress.step``.
+        key: For an element of a set or dictionary, the element or its key; else empty.
+        value: What the row holds now; None if it is gone.
+    """
+
+    field: str
+    key: str
+    value: Optional[str]
+
+
+@dataclasses.dataclass(frozen=True)
+class _Leaf:
+    """A field that is saved.
+
+    Attributes:
+        path: The attributes that lead there.
+        kind: ``set``, ``dict`` or ``value``; ``parts`` for a value in which something may change.
+        grows: Whether it is a set of which nothing is ever removed.
+    """
+
+    path: Tuple[str, ...]
+    kind: str
+    grows: bool = False
+
+    @property
+    def name(self) -> str:
+        return ".".join(self.path)
+
+    def of(self, owner: Any) -> Any:
+        for name in self.path:
+            owner = getattr(owner, name)
+        return owner
+
+
+class Fields:
+    """Knows what of a snapshot is written. Not thread-safe."""
+
+    def __init__(self, kind: Type[Any]) -> None:
+        """Nothing is written yet.
+
+        Args:
+            kind: The snapshot's class, a dataclass.
+        """
+        self._leaves = list(_leaves(kind))
+        self._old: Dict[str, Any] = {}  # copies
+        self._sources: Dict[str, Any] = {}  # of what they are copies
+
+    def changes(self, snapshot: Any) -> List[Change]:
+        """Returns what has changed since this was called last, which is to be written now."""
+        found: List[Change] = []
+        for leaf in self._leaves:
+            value, old = leaf.of(snapshot), self._old.get(leaf.name, _NOTHING)
+            if leaf.kind == "parts":
+                value = _text(value)
+            if leaf.grows and self._sources.get(leaf.name) is value and len(value) == len(old):
+                continue  # there may be a million
+            if _is_same(leaf, value, old):
+                continue
+            self._sources[leaf.name] = value
+            found += _differences(leaf, value, old)
+            is_collection = isinstance(value, (set, dict, list, deque))
+            self._old[leaf.name] = value.copy() if is_collection else value
+        return found
+
+
+def read(kind: Type[Any], rows: Mapping[Tuple[str, str], str]) -> Any:
+    """Returns the snapshot of which rows were written.
+
+    Args:
+        kind: The snapshot's class.
+        rows: The values by field and key, in the order in which the rows were added.
+
+    Raises:
+        ValueError: They are not those of such a snapshot; the message says where they differ.
+    """
+    by_field: Dict[str, Dict[str, str]] = {}
+    for (field, key), value in rows.items():
+        by_field.setdefault(field, {})[key] = value
+    root: Dict[str, Any] = {}
+    for leaf in _leaves(kind):
+        owner = root
+        for name in leaf.path[:-1]:
+            owner = owner.setdefault(name, {})
+        held = by_field.pop(leaf.name, {})
+        if leaf.kind == "set":
+            owner[leaf.path[-1]] = [json.loads(key) for key in held]
+        elif leaf.kind == "dict":
+            owner[leaf.path[-1]] = [[json.loads(k), json.loads(v)] for k, v in held.items()]
+        elif list(held) != [""]:
+            raise ValueError(f"there is no {leaf.name}")
+        else:
+            owner[leaf.path[-1]] = json.loads(held[""])
+    if by_field:
+        raise ValueError(f"{', '.join(by_field)} is not known")
+    return remade(kind, root)
+
+
+def _leaves(kind: Type[Any], path: Tuple[str, ...] = ()) -> Iterator[_Leaf]:
+    hints = get_type_hints(kind)
+    for field in dataclasses.fields(kind):
+        hint, here = hints[field.name], (*path, field.name)
+        if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+            yield from _leaves(hint, here)
+        elif get_origin(hint) in (set, dict):
+            grows = getattr(kind, "ONLY_GROWS", False)
+            yield _Leaf(here, get_origin(hint).__name__, grows)
+        else:
+            yield _Leaf(here, "parts" if _may_change(hint) else "value")
+
+
+def _may_change(hint: Any) -> bool:
+    """Whether a value of a type has parts that may change, besides being a list."""
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+        frozen: bool = hint.__dataclass_params__.frozen  # type: ignore[attr-defined]
+        return not frozen
+    if get_origin(hint) in (tuple, list, deque, Union):
+        return any(map(_may_change, get_args(hint)))
+    return False
+
+
+def _is_same(leaf: _Leaf, value: Any, old: Any) -> bool:
+    if old is _NOTHING:
+        return False
+    if leaf.kind == "dict":
+        return bool(value == old) and list(value) == list(old)
+    return bool(value == old)
+
+
+def _differences(leaf: _Leaf, value: Any, old: Any) -> Iterator[Change]:
+    if leaf.kind == "parts":
+        yield Change(leaf.name, "", value)
+    elif leaf.kind == "value":
+        yield Change(leaf.name, "", _text(value))
+    elif leaf.kind == "set":
+        old = set() if old is _NOTHING else old
+        yield from (Change(leaf.name, key, None) for key in sorted(map(_text, old - value)))
+        yield from (Change(leaf.name, key, "") for key in sorted(map(_text, value - old)))
+    else:
+        old = {} if old is _NOTHING else old
+        kept = [key for key in old if key in value]
+        same = set(kept if list(value)[: len(kept)] == kept else ())  # else in another order
+        yield from (Change(leaf.name, _text(key), None) for key in old if key not in same)
+        for key, of in value.items():
+            if key not in same or old[key] != of:
+                yield Change(leaf.name, _text(key), _text(of))
+
+
+def _text(value: Any) -> str:
+    return json.dumps(plain(value), separators=(",", ":"))

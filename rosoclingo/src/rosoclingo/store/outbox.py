@@ -1,0 +1,234 @@
+"""Holds what leaves the loop until it is written what that rests on."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
+
+from rosoclingo.errors import StoreError
+from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.goals import Goal, GoalClient
+from rosoclingo.loop.journal import NumberedRecord, Record
+from rosoclingo.store.store import Changes, Store
+
+
+@dataclass
+class _Held:
+    """What has not left yet.
+
+    Attributes:
+        records: For the journal.
+        actions: Actuators and actions, in order.
+        words: How goals end, by their ids, with the reason.
+        durable: Whether something else tells a client of what has to outlast a failure of power.
+        releases: What lets all but the journal's records out, in order, each with what it is.
+    """
+
+    records: List[Record] = field(default_factory=list)
+    actions: List[Tuple[str, str]] = field(default_factory=list)
+    words: Dict[str, Tuple[str, str]] = field(default_factory=dict)
+    durable: bool = False
+    releases: List[Tuple[str, Callable[[], None]]] = field(default_factory=list)
+
+    def __bool__(self) -> bool:
+        return bool(self.records or self.releases)
+
+
+class Outbox(Environment):
+    """An environment that lets nothing out before it is written.
+
+    What the loop's thread says, leaves at the end of its command, or when it waits; what others
+    say, at once. Thread-safe.
+    """
+
+    def __init__(self, environment: Environment, store: Store) -> None:
+        """Wraps an environment.
+
+        Args:
+            environment: Where all leaves.
+            store: Where all is written.
+        """
+        self._environment = environment
+        self._store = store
+        self._owner: Optional[int] = None  # the loop's thread
+        self._held = _Held()
+        # Guards the journal's number, and that its records leave in their order. Held while it is
+        # written; whoever has it takes no lock of actionlib's or of a goal.
+        self._lock = threading.Lock()
+        self._number = max((record.number for record in store.records), default=0)
+
+    def begin(self) -> None:
+        """Takes note that the loop's thread is this one."""
+        self._owner = threading.get_ident()
+
+    # What the loop calls.
+
+    def now(self) -> float:
+        """Returns the environment's time."""
+        return self._environment.now()
+
+    def publish(self, actuator: str, action: str) -> None:
+        """Sends an action."""
+        held = _Held(actions=[(actuator, action)])
+        held.releases = [("publication", lambda: self._environment.publish(actuator, action))]
+        self._take(held)
+
+    def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
+        """Shows what is planned."""
+        self.later("plan", lambda: self._environment.show_plan(step, horizon, actions))
+
+    def begin_to_wait(self, goals: Sequence[Goal]) -> None:
+        """Is told that there is no action for goals now."""
+        self._environment.begin_to_wait(goals)
+
+    def miss_plan(self, goals: Sequence[Goal]) -> None:
+        """Is told that there is no plan for goals."""
+        self._environment.miss_plan(goals)
+
+    def finish_reasons(self) -> None:
+        """Waits for reasons."""
+        self._environment.finish_reasons()
+
+    def note(self, record: Record) -> None:
+        """Adds an event to the journal."""
+        self._take(_Held(records=[record]))
+
+    def info(self, text: str) -> None:
+        """Logs what is worth to know."""
+        self._environment.info(text)
+
+    def warn(self, text: str) -> None:
+        """Logs what looks wrong."""
+        self._environment.warn(text)
+
+    # What goals' clients call.
+
+    def later(self, what: str, release: Callable[[], None], *, durable: bool = False) -> None:
+        """Lets something out when all is written that was said before.
+
+        Args:
+            what: What it is, for tests.
+            release: Lets it out.
+            durable: Whether what is written has to outlast a failure of power.
+        """
+        self._take(_Held(releases=[(what, release)], durable=durable))
+
+    def end_goal(
+        self, identifier: str, word: str, reason: str, release: Callable[[], None]
+    ) -> None:
+        """Has it written how a goal ends, before that leaves."""
+        self._take(_Held(words={identifier: (word, reason)}, releases=[("result", release)]))
+
+    # What lets it out.
+
+    def _take(self, said: _Held) -> None:
+        if threading.get_ident() != self._owner:
+            with contextlib.suppress(StoreError):  # the loop's thread ends because of it
+                self._let_out(said)
+            return
+        held = self._held
+        held.records += said.records
+        held.actions += said.actions
+        held.words.update(said.words)
+        held.durable |= said.durable
+        held.releases += said.releases
+
+    def flush(self) -> None:
+        """Lets out what is held in the middle of a command, but for actions and what follows.
+
+        Only the snapshot at the command's end tells that actions were published.
+
+        Raises:
+            StoreError: It cannot be written, or what came before could not.
+        """
+        if threading.get_ident() != self._owner:
+            return
+        if self._store.failure is not None:
+            raise self._store.failure
+        if self._held and not self._held.actions:
+            held, self._held = self._held, _Held()
+            self._let_out(held)
+
+    def save(self, changes: Changes, *, ended: Optional[str] = None) -> None:
+        """Writes what the loop knows now, and lets out what is held.
+
+        Args:
+            changes: What is to be written besides what is held.
+            ended: Why the run ends with this, if it does.
+
+        Raises:
+            StoreError: It cannot be written; nothing leaves.
+        """
+        held, self._held = self._held, _Held()
+        self._let_out(held, changes, ended)
+
+    def _let_out(
+        self, held: _Held, changes: Optional[Changes] = None, ended: Optional[str] = None
+    ) -> None:
+        changes = changes or Changes()
+        changes.actions, changes.words = held.actions, held.words
+        changes.durable |= held.durable
+        with self._lock:
+            changes.records = [self._numbered(record) for record in held.records]
+            keys = self._store.write(changes, ended=ended)
+            for record in changes.records:
+                self._environment.note(record)
+        for what, release in held.releases:
+            self._store.point(f"before {what}")
+            release()
+            self._store.point(f"after {what}")
+        if keys:
+            self._store.note_sent(keys)
+
+    def _numbered(self, record: Record) -> NumberedRecord:
+        self._number += 1
+        return NumberedRecord(record.event, record.step, record.horizon, self._number, time.time())
+
+    def send_again(self) -> None:
+        """Publishes the actions of which it is not known that they were."""
+        for actuator, action in self._store.unsent:
+            self._store.point("before publication")
+            self._environment.publish(actuator, action)
+            self._store.point("after publication")
+        self._store.note_all_sent()
+
+
+class StoredClient(GoalClient):
+    """Lets a goal's client know what becomes of the goal when that is written."""
+
+    def __init__(self, client: GoalClient, outbox: Outbox, identifier: str) -> None:
+        """Wraps a client.
+
+        Args:
+            client: Who has sent the goal.
+            outbox: Where it is held.
+            identifier: The goal's id.
+        """
+        self._client = client
+        self._outbox = outbox
+        self._id = identifier
+
+    def noted(self, goal: Goal, word: str, reason: str) -> None:
+        """The status has changed."""
+        self._client.noted(goal, word, reason)
+
+    def accepted(self) -> None:
+        """The planner has accepted the request."""
+        self._outbox.later("status", self._client.accepted, durable=True)
+
+    def ended(self, word: str, reason: str) -> None:
+        """The goal is rejected, succeeded, canceled or aborted."""
+        self._outbox.end_goal(self._id, word, reason, lambda: self._client.ended(word, reason))
+
+    def feedback(self, line: str) -> None:
+        """Something about the goal has changed."""
+        self._outbox.later("feedback", lambda: self._client.feedback(line))
+
+    @property
+    def address(self) -> str:
+        """By what the client is found again."""
+        return self._client.address

@@ -1,0 +1,321 @@
+"""What a store holds of a run, in its parts, and the transactions that change it."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import time
+import uuid
+from collections import deque
+from pathlib import Path
+from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
+
+from rosclingo.wire.commands import Command
+from rosoclingo.errors import StoreError
+from rosoclingo.loop import journal
+from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.inbox import Cancel, Item
+from rosoclingo.loop.journal import Fields as JournalFields
+from rosoclingo.loop.journal import NumberedRecord
+from rosoclingo.loop.loop import LoopSnapshot
+from rosoclingo.loop.replay_inbox import Key, Kind, key_of
+from rosoclingo.store import commands as planner_commands
+from rosoclingo.store.database import Database, Rows
+from rosoclingo.store.fields import Fields, read
+
+_RUN, _STATE, _GOAL = "run", "state", "goal"
+_INPUT, _JOURNAL, _OUT = "input", "journal", "out"
+_ID, _ENDED = "id", "ended"
+_STARTED_WITH = "started with"
+_MOST_EVENTS = 2_000  # of the journal; as many as the node's topic has for late subscribers
+_KEPT_SECONDS = 60.0  # how long it is known of a goal how it has ended
+
+
+@dataclasses.dataclass(frozen=True)
+class KnownGoal:
+    """What is stored of a goal, besides what the loop knows of it.
+
+    Attributes:
+        id: What the client calls it.
+        request: The request, a ground term as clingo prints it.
+        information: What came with it.
+        address: By what the client is found again.
+        canceling: Whether a cancel request has come for it.
+        word: How it has ended: ``succeeded`` or another; empty if it has not.
+        reason: Why it has ended.
+        time: When, in seconds of wall time.
+    """
+
+    id: str
+    request: str
+    information: Tuple[str, ...] = ()
+    address: str = ""
+    canceling: bool = False
+    word: str = ""
+    reason: str = ""
+    time: float = 0.0
+
+
+@dataclasses.dataclass
+class Changes:
+    """What is written together.
+
+    Attributes:
+        records: What is new in the journal.
+        actions: Actuators and actions that are about to be published.
+        words: For each goal that is about to end, by its id, how and why.
+        taken: The numbers of the inputs that the snapshot knows of.
+        snapshot: What the loop knows; None for what was written before.
+        commands: What the planner has run.
+        shortens: Whether of the values of an external only the last one is needed.
+        durable: Whether something else leaves the node because of it.
+    """
+
+    records: Sequence[NumberedRecord] = ()
+    actions: Sequence[Tuple[str, str]] = ()
+    words: Mapping[str, Tuple[str, str]] = dataclasses.field(default_factory=dict)
+    taken: Sequence[int] = ()
+    snapshot: Optional[LoopSnapshot] = None
+    commands: Sequence[Command] = ()
+    shortens: bool = True
+    durable: bool = False
+
+
+class Store:
+    """A run in a file. Thread-safe.
+
+    Attributes:
+        goals: The goals that were known when it was opened, and may be of interest, by their ids.
+        ended: Why the run that was in the file has ended; None if it has not, or there was none.
+        snapshot: What the loop knew; None if it has not begun.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        most_pages: int = 0,
+        point: Callable[[str], None] = lambda _: None,
+        now: Callable[[], float] = time.time,
+    ) -> None:
+        """Opens a file, or makes it. A run in it that has ended is removed.
+
+        Args:
+            path: The file.
+            most_pages: How many pages of 4 KiB it may have; 0 for as many as there is room for.
+            point: Called before and after whatever matters, see :class:`Database`.
+            now: Returns the wall time, in seconds.
+
+        Raises:
+            StoreError: It cannot be used; the message says why.
+        """
+        self.point = point
+        self._now = now
+        self._database = Database(path, most_pages=most_pages, point=point)
+        self._fields = Fields(LoopSnapshot)
+        try:
+            self.ended: Optional[str] = self._database.read(_RUN).get(_ENDED)
+            if self.ended is not None:
+                self._clear()
+            self.goals = {
+                key: _goal(key, value) for key, value in self._database.read(_GOAL).items()
+            }
+            self._goals = dict(self.goals)  # as they are now
+            self._events = list(self._database.read(_JOURNAL))
+            self.snapshot = self._read_snapshot()
+        except BaseException:
+            self.close()
+            raise
+        self._gone = deque(goal.id for goal in self.goals.values() if goal.word)
+
+    def _clear(self) -> None:
+        """Removes a run that has ended, but for how its last goals did."""
+        with self._database.transaction() as rows:
+            for part in (_RUN, _STATE, _INPUT, _JOURNAL, _OUT, planner_commands.PART):
+                rows.clear(part)
+
+    def close(self) -> None:
+        """Closes the file; may be called twice."""
+        self._database.close()
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self._database.path
+
+    @property
+    def failure(self) -> Optional[StoreError]:
+        """Why nothing can be written any more; None if it can."""
+        return self._database.failure
+
+    # What was stored.
+
+    def _read_snapshot(self) -> Optional[LoopSnapshot]:
+        rows = self._database.read(_STATE)
+        if not rows:
+            return None
+        pairs = {tuple(key.split(" ", 1)): value for key, value in rows.items()}
+        try:
+            snapshot = read(LoopSnapshot, pairs)  # type: ignore[arg-type]
+        except ValueError as err:
+            raise StoreError(
+                f"the store {self.path} was written by another version of rosoclingo: {err}; start "
+                "that one, or start with resume:=fresh, which keeps the file aside"
+            ) from err
+        # What is written is what was read, so that the next snapshot differs little.
+        self._fields.changes(read(LoopSnapshot, pairs))  # type: ignore[arg-type]
+        assert isinstance(snapshot, LoopSnapshot)
+        return snapshot
+
+    @property
+    def commands(self) -> Iterable[str]:
+        """The commands that make a fresh planner what it was."""
+        return self._database.read(planner_commands.PART).values()
+
+    @property
+    def inputs(self) -> List[Tuple[int, Key]]:
+        """What has come and the snapshot does not know of, in order, with its numbers."""
+        found = []
+        for number, value in self._database.read(_INPUT).items():
+            kind, identifier, text = json.loads(value)
+            found.append((int(number), (Kind(kind), identifier, text)))
+        return found
+
+    @property
+    def unsent(self) -> List[Tuple[str, str]]:
+        """Actuators and actions of which it is not known that they were published."""
+        pairs = map(json.loads, self._database.read(_OUT).values())
+        return [(actuator, action) for actuator, action in pairs]
+
+    @property
+    def records(self) -> List[NumberedRecord]:
+        """The journal's last events."""
+        return [_record(int(n), value) for n, value in self._database.read(_JOURNAL).items()]
+
+    # What is written.
+
+    def begin(self, started_with: Mapping[str, str]) -> None:
+        """Begins a run.
+
+        Args:
+            started_with: What the nodes were started with, by what that is.
+        """
+        with self._database.transaction() as rows:
+            rows.put(_RUN, _ID, uuid.uuid4().hex)
+            rows.put(_RUN, _STARTED_WITH, json.dumps(dict(started_with)))
+
+    def check(self, started_with: Mapping[str, str]) -> None:
+        """Compares what the nodes were started with when the run began, and now.
+
+        Raises:
+            StoreError: It is something else; the message says what.
+        """
+        old = json.loads(self._database.read(_RUN).get(_STARTED_WITH, "{}"))
+        differs = [
+            f"{what} was {old.get(what, 'not there')} and is {started_with.get(what, 'not there')}"
+            for what in dict.fromkeys([*old, *started_with])
+            if old.get(what) != started_with.get(what)
+        ]
+        if differs:
+            raise StoreError(
+                f"the store {self.path} is of a run with something else: {'; '.join(differs)}; "
+                "start with that, or start with resume:=fresh, which keeps the file aside"
+            )
+
+    def add(self, item: Item) -> int:
+        """Writes what has come, a goal or a cancel request durably, and returns its number."""
+        is_message = not isinstance(item, (Goal, Cancel))
+        with self._database.transaction(durable=not is_message) as rows:
+            number = rows.next_number
+            kind, identifier, text = key_of(item)
+            rows.put(_INPUT, str(number), json.dumps([kind.value, identifier, text]))
+            if isinstance(item, Goal):
+                new = KnownGoal(item.id, item.request, item.information, item.address)
+                self._put(rows, new)
+            elif isinstance(item, Cancel) and item.goal.id in self._goals:
+                goal = self._goals[item.goal.id]
+                self._put(rows, dataclasses.replace(goal, canceling=True))
+        return number
+
+    def write(self, changes: Changes, *, ended: Optional[str] = None) -> List[str]:
+        """Writes what belongs together, durably if anything leaves the node because of it.
+
+        Args:
+            changes: What is written.
+            ended: Why the run ends with this, if it does.
+
+        Returns:
+            The keys of the actions, for :meth:`note_sent`.
+        """
+        durable = bool(changes.durable or changes.actions or changes.words or ended is not None)
+        keys = []
+        with self._database.transaction(durable=durable) as rows:
+            for number in changes.taken:
+                rows.delete(_INPUT, str(number))
+            planner_commands.write(rows, changes.commands, shortens=changes.shortens)
+            if changes.snapshot is not None:
+                for field, key, value in self._fields.changes(changes.snapshot):
+                    if value is None:
+                        rows.delete(_STATE, f"{field} {key}")
+                    else:
+                        rows.put(_STATE, f"{field} {key}", value)
+            for action in changes.actions:
+                keys.append(str(rows.next_number))
+                rows.put(_OUT, keys[-1], json.dumps(action))
+            for identifier, (word, reason) in changes.words.items():
+                goal = self._goals.get(identifier)
+                if goal is not None:
+                    gone = dataclasses.replace(goal, word=word, reason=reason, time=self._now())
+                    self._put(rows, gone)
+                    self._gone.append(identifier)
+            self._write_records(rows, changes.records)
+            if changes.snapshot is not None:
+                self._forget_goals(rows)
+            if ended is not None:
+                rows.put(_RUN, _ENDED, ended)
+        return keys
+
+    def note_sent(self, keys: Sequence[str]) -> None:
+        """Takes note that actions were published."""
+        with self._database.transaction(durable=False) as rows:
+            for key in keys:
+                rows.delete(_OUT, key)
+
+    def note_all_sent(self) -> None:
+        """Takes note that :attr:`unsent` was published."""
+        with self._database.transaction(durable=False) as rows:
+            rows.clear(_OUT)
+
+    def _put(self, rows: Rows, goal: KnownGoal) -> None:
+        self._goals[goal.id] = goal
+        rows.put(_GOAL, goal.id, json.dumps(dataclasses.astuple(goal)[1:]))
+
+    def _write_records(self, rows: Rows, records: Sequence[NumberedRecord]) -> None:
+        for record in records:
+            fields = journal.encode(record.event)
+            value = json.dumps([record.time, record.step, record.horizon, *fields])
+            rows.put(_JOURNAL, str(record.number), value)
+            self._events.append(str(record.number))
+        too_many = len(self._events) - _MOST_EVENTS
+        if too_many > 0:
+            for number in self._events[:too_many]:
+                rows.delete(_JOURNAL, number)
+            del self._events[:too_many]
+
+    def _forget_goals(self, rows: Rows) -> None:
+        """Removes the goals that ended long ago: the snapshot knows of them, or nobody."""
+        while self._gone and self._goals[self._gone[0]].time <= self._now() - _KEPT_SECONDS:
+            identifier = self._gone.popleft()
+            del self._goals[identifier]
+            rows.delete(_GOAL, identifier)
+
+
+def _goal(identifier: str, text: str) -> KnownGoal:
+    request, information, *others = json.loads(text)
+    return KnownGoal(identifier, request, tuple(information), *others)
+
+
+def _record(number: int, text: str) -> NumberedRecord:
+    seconds, step, horizon, kind, identifier, words, details, duration = json.loads(text)
+    fields = JournalFields(kind, identifier, words, tuple(details), duration)
+    return NumberedRecord(journal.decode(fields), step, horizon, number, seconds)

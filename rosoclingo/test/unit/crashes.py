@@ -1,0 +1,204 @@
+"""A run whose process dies now and then, and the world around it, which goes on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+
+from rosclingo.solver.options import Options
+from rosoclingo.desk.parts import EXAMPLES, Parts, make_parts
+from rosoclingo.desk.system import System
+from rosoclingo.errors import ShutdownError
+from rosoclingo.loop.goals import Goal, GoalClient
+from rosoclingo.loop.inbox import Message
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.replay_inbox import Kind
+from rosoclingo.store.store import KnownGoal, Store
+from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
+
+ENDS = ("rejected", "succeeded", "canceled", "aborted")
+MANY = 10_000  # lives, or decisions in one
+
+
+class Crash(BaseException):
+    """The process is no more."""
+
+
+class Client(GoalClient):
+    """A client, which lives on; it counts what it is told."""
+
+    def __init__(self) -> None:
+        self.words: List[str] = []
+
+    def accepted(self) -> None:
+        self.words.append("accepted")
+
+    def ended(self, word: str, reason: str) -> None:
+        self.words.append(word)
+
+    def end(self) -> List[str]:
+        return [word for word in self.words if word in ENDS]
+
+
+class World:
+    """Clients and a robot that outlive the process, and judge what it does.
+
+    The robot does an action once, however often it hears of it in a row, and answers; it gives its
+    answer again if it is asked. A client sends a goal again that nobody knows.
+
+    Attributes:
+        effects: What was done, in order.
+    """
+
+    def __init__(self, requests: Sequence[str], cancel: Sequence[int] = ()) -> None:
+        self.effects: List[Tuple[str, str]] = []
+        self.clients: Dict[str, Client] = {str(n): Client() for n in range(1, len(requests) + 1)}
+        self._requests = dict(zip(self.clients, requests))
+        self._to_ask = list(self.clients)
+        self._to_cancel = {str(number) for number in cancel}
+        self._tokens: Dict[str, Tuple[int, str]] = {}
+        self._answers: Dict[str, str] = {}  # given or not, to the last token
+
+    def hear(self, life: Life, actuator: str, action: str) -> None:
+        token = life.loop.state.step, action
+        if self._tokens.get(actuator) != token:
+            self._tokens[actuator] = token
+            self.effects.append((actuator, action))
+
+    def remind(self, life: Life) -> None:
+        """Says again what may have got lost."""
+        coming = [key for _, key in life.store.inputs]
+        for actuator, _ in life.loop.state.mail.silent():
+            is_coming = any((kind, name) == (Kind.MESSAGE, actuator) for kind, name, _ in coming)
+            if not is_coming and actuator in self._answers:
+                life.put(Message(actuator, self._answers[actuator]))
+
+    def turn(self, life: Life) -> None:
+        """Something happens while the loop waits: an answer, a cancel request, or a goal."""
+        silent = [actuator for actuator, _ in life.loop.state.mail.silent()]
+        for actuator in silent:
+            if actuator in self._tokens:
+                self._answers[actuator] = "success"
+                life.put(Message(actuator, "success"))
+                return
+        for key in sorted(self._to_cancel):
+            if key in life.known and not self.clients[key].end():
+                life.cancel(life.known[key])
+                self._to_cancel.discard(key)
+                return
+        for key in list(self._to_ask):
+            if key in life.known or self.clients[key].end():
+                self._to_ask.remove(key)
+                continue
+            goal = Goal(self._requests[key], (), key, self.clients[key])
+            life.put(goal)
+            life.known[key] = goal
+            return
+
+
+class Life(StoredInbox, System):
+    """One life of the process."""
+
+    def __init__(self, world: World, store: Store, make: Callable[..., Loop]) -> None:
+        self._world = world
+        self.store = store
+        self.known: Dict[str, Goal] = {}
+        super().__init__(store, make)
+
+    def wait(self, timeout: float) -> bool:
+        self.looked()
+        if not self._items:
+            self._world.turn(self)
+        if not self._items:
+            self.close()
+        return True
+
+    def publish(self, actuator: str, action: str) -> None:
+        self._world.hear(self, actuator, action)
+
+    def live(self) -> None:
+        """Lives until there is nothing to do."""
+        loop = self.loop
+        assert isinstance(loop, StoredLoop)
+        self.known = loop.resume(lambda known: self._world.clients[known.id])
+        for known in loop.unsure():
+            client = self._world.clients[known.id]
+            if not client.end():
+                client.ended(known.word, known.reason)
+        loop.prepare()
+        self._world.remind(self)
+        try:
+            for _ in range(MANY):
+                loop.step()
+        except ShutdownError as err:
+            loop.end(str(err))
+
+
+class Runs:
+    """Runs of an encoding in a mode, one after the other."""
+
+    def __init__(
+        self, folder: Path, mode: str, encoding: str = "line.lp", steps: int = 30
+    ) -> None:
+        self._folder = folder
+        self._count = 0
+        options = Options((f"{EXAMPLES}/{encoding}",))
+        self.parts: Parts = make_parts(mode, options, ("-c", f"steps={steps}"))
+
+    def file(self) -> Path:
+        self._count += 1
+        return self._folder / f"{self._count}.store"
+
+    def make(self, store: Store) -> Callable[..., Loop]:
+        def loop(inbox: Any, environment: Any) -> Loop:
+            parts = self.parts
+            return StoredLoop(
+                parts.decider(), parts.planner, parts.commands, inbox, environment,
+                store=store, started_with=lambda: {"mode": "m"},
+            )  # fmt: skip
+
+        return loop
+
+    def run(
+        self, world: World, crashes: Sequence[int] = (), file: Optional[Path] = None
+    ) -> List[str]:
+        """Runs until nothing is left to do.
+
+        Args:
+            world: What is around it.
+            crashes: How many points each life has; the last one has no end.
+            file: The store.
+
+        Returns:
+            The points of the last life.
+        """
+        file = file or self.file()
+        points: List[str] = []
+        left = list(crashes)
+
+        def point(what: str) -> None:
+            points.append(what)
+            if limit and len(points) >= limit:
+                raise Crash
+
+        while True:
+            limit = left.pop(0) if left else 0
+            points.clear()
+            store = None
+            try:
+                store = Store(file, point=point)
+                Life(world, store, self.make(store)).live()
+                return points
+            except Crash:
+                continue
+            finally:
+                if store is not None:
+                    store.close()
+
+
+def outcome(world: World) -> Tuple[Any, ...]:
+    """What counts: what was done, and how the goals have ended."""
+    return world.effects, {key: client.end() for key, client in world.clients.items()}
+
+
+__all__ = ["Client", "Crash", "KnownGoal", "Life", "Runs", "World", "outcome"]
