@@ -137,9 +137,7 @@ class Life(StoredInbox, System):
 class Runs:
     """Runs of an encoding in a mode, one after the other."""
 
-    def __init__(
-        self, folder: Path, mode: str, encoding: str = "line.lp", steps: int = 30
-    ) -> None:
+    def __init__(self, folder: Path, mode: str, encoding: str = "line.lp", steps: int = 30) -> None:
         self._folder = folder
         self._count = 0
         options = Options((f"{EXAMPLES}/{encoding}",))

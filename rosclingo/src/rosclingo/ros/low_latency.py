@@ -26,6 +26,8 @@ from collections import OrderedDict, deque
 from typing import Any, Callable, Deque, Optional, Tuple
 
 import actionlib
+import actionlib.handle_tracker_deleter
+import actionlib.status_tracker
 import rospy
 from actionlib import CommState
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
@@ -39,6 +41,11 @@ _STATUSES = 100  # likewise, but each one tells of all goals
 # takes a goal for lost if the goal leaves the list before the client has its result.
 _ENDED_GOALS = 25
 _ENDED_SECONDS = 0.2
+
+_TERMINAL = {
+    GoalStatus.PREEMPTED, GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.REJECTED,
+    GoalStatus.RECALLED, GoalStatus.LOST,
+}  # fmt: skip
 
 _REMEMBERED_GOALS = 10_000  # ended goals for which a cancel request may still come
 
@@ -80,6 +87,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
         self._ended_ids: OrderedDict[str, None] = OrderedDict()  # likewise
         self._kept_results, self._kept_feedback = _Kept(), _Kept()
+        self._is_canceling = False
 
     def initialize(self) -> None:
         """Opens the topics, in place of actionlib's own method; called when the server starts."""
@@ -171,8 +179,44 @@ class LowLatencyActionServer(actionlib.ActionServer):
                     known.goal = goal  # whose result is its sender's
             super().internal_goal_callback(goal)
 
+    def restore(self, goal: Any, status: int, text: str = "") -> actionlib.ServerGoalHandle:
+        """Takes over a goal of a server of this name that is no more; before :meth:`start`.
+
+        Args:
+            goal: The message with which it came, with a header that names the node that sent it.
+            status: How far it was: a constant of ``GoalStatus``.
+            text: That of the status.
+        """
+        with self.lock:
+            tracker = actionlib.status_tracker.StatusTracker(None, None, goal)
+            tracker.status.status, tracker.status.text = status, text
+            deleter = actionlib.handle_tracker_deleter.HandleTrackerDeleter(self, tracker)
+            tracker.handle_tracker = deleter
+            if status in _TERMINAL:
+                tracker.handle_destruction_time = rospy.Time.now()
+            self.status_list.append(tracker)
+            return actionlib.ServerGoalHandle(tracker, self, deleter)
+
+    def publish_result_again(self, handle: actionlib.ServerGoalHandle, result: Any) -> None:
+        """Publishes the result of a goal that has ended, of which its client may not know."""
+        with self.lock:
+            self.publish_result(handle.status_tracker.status, result)
+
     def internal_cancel_callback(self, goal_id: GoalID) -> None:
-        """Takes a cancel request; one for a goal that has ended and left the list does nothing."""
+        """Takes a cancel request; one for a goal that has ended and left the list does nothing.
+
+        The statuses are published when the callback has returned.
+        """
+        with self.lock:
+            self._is_canceling = True
+            try:
+                self._cancel(goal_id)
+            finally:
+                self._is_canceling = False
+            if self.started:
+                self.publish_status()
+
+    def _cancel(self, goal_id: GoalID) -> None:
         with self.lock:
             listed = any(goal.status.goal_id.id == goal_id.id for goal in self.status_list)
             if goal_id.id in self._ended_ids and not listed:
@@ -184,6 +228,8 @@ class LowLatencyActionServer(actionlib.ActionServer):
     def publish_status(self) -> None:
         """Publishes the goals' statuses; called by actionlib at each change."""
         with self.lock:
+            if self._is_canceling:
+                return
             message = GoalStatusArray(status_list=[goal.status for goal in self.status_list])
             message.header.stamp = rospy.Time.now()
             self.status_pub.publish(message)

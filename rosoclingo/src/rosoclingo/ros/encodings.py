@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 import threading
+import time
 from functools import partial
 from pathlib import Path
 from typing import Dict, Optional, Tuple
@@ -16,11 +17,13 @@ from rosclingo.ros.low_latency import subscriber
 from rosclingo.solver.options import Options, parse_options
 from rosoclingo.bags.model import Program
 from rosoclingo.bags.replay.unpack import unpack
-from rosoclingo.errors import QuestionError
+from rosoclingo.errors import QuestionError, StoreError
 from rosoclingo.single.algorithm1 import last_step
 from rosoclingo.single.dialects import Dialect2
 from rosoclingo.why.task import Encoding
 
+_SECONDS = 10.0  # until a latched message is there, if its node still is
+_POLL_SECONDS = 0.01
 _LAST_STEP = "steps"  # the constant of a mode
 
 
@@ -59,6 +62,24 @@ class Encodings:
         """Takes what :func:`rosclingo.solver.about.about` says of a node."""
         with self._lock:
             self._abouts[node] = about
+
+    def abouts(self) -> Dict[str, str]:
+        """Returns what the nodes say of themselves, by their names; waits for it.
+
+        Raises:
+            StoreError: One says nothing for long.
+        """
+        nodes = [node for node in (self._planner, self._controller) if node]
+        end = time.monotonic() + _SECONDS
+        while time.monotonic() < end:
+            with self._lock:
+                if all(node in self._abouts for node in nodes):
+                    return {node: self._abouts[node] for node in nodes}
+            time.sleep(_POLL_SECONDS)
+        raise StoreError(
+            f"{' and '.join(nodes)} did not say within {_SECONDS:g} s what they were started with, "
+            "which a store is compared with; start rosoclingo again"
+        )
 
     def get(self) -> Encoding:
         """Returns the encoding.

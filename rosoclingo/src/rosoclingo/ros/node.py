@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import threading
@@ -19,7 +20,7 @@ from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import give_up, init_node, on_shutdown
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
 from rosclingo.solver.about import about
-from rosoclingo.errors import ShutdownError
+from rosoclingo.errors import ShutdownError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action, canonical
 from rosoclingo.loop.controller import Controller, Decider
@@ -41,13 +42,17 @@ from rosoclingo.msg import (
 )
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.questions import Questions
+from rosoclingo.ros.storing import Storing, address_of, open_store, restore_goal
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
+from rosoclingo.store.store import KnownGoal, Store
+from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 from rosoclingo.why.serving import LOWEST
 
 _USAGE = """\
 usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
               [_abort_unreachable:=true] [_search_seconds:=SECONDS] [_why_seconds:=SECONDS]
-              [_why_nice:=NUMBER] [_explain:=false] [ROS remappings]
+              [_why_nice:=NUMBER] [_explain:=false] [_store:=FILE] [_resume:=fresh]
+              [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
 _SOLVERS = ("controller", "planner")
@@ -82,6 +87,11 @@ class ActionClient(GoalClient):
     def feedback(self, line: str) -> None:
         """Sends the line."""
         self._handle.publish_feedback(ROSoClingoFeedback(line))
+
+    @property
+    def address(self) -> str:
+        """The sender's node and the goal's time, as JSON."""
+        return address_of(self._handle)
 
 
 class RosEnvironment(Environment):
@@ -128,8 +138,11 @@ class RosEnvironment(Environment):
     def note(self, record: journal.Record) -> None:
         """Publishes to ``~journal``. Thread-safe."""
         with self._lock:
-            self._number += 1
-            stamp = rospy.Time.from_sec(time.time())  # of wall time, whatever a simulator's clock
+            if isinstance(record, journal.NumberedRecord):
+                self._number, now = record.number, record.time
+            else:
+                self._number, now = self._number + 1, time.time()
+            stamp = rospy.Time.from_sec(now)  # of wall time, whatever a simulator's clock
             self._journal.publish(
                 ROSoClingoEvent(
                     stamp, self._number, record.step, record.horizon, *journal.encode(record.event)
@@ -164,6 +177,7 @@ class Node:
         ready: Callable[[], None] = lambda: None,
         description: str = "{}",
         encodings: Optional[Encodings] = None,
+        storing: Optional[Storing] = None,
     ) -> None:
         """Opens the names; :meth:`start` starts the loop.
 
@@ -175,6 +189,7 @@ class Node:
             ready: Waits until the solvers are there; called first in the loop's thread.
             description: What :func:`rosclingo.solver.about.about` says of the node.
             encodings: What the planner plans with; without it, there is no service ``~why``.
+            storing: Where the run is stored, if anywhere; it has the same inbox.
 
         Raises:
             ParameterError: A parameter is wrong.
@@ -188,16 +203,17 @@ class Node:
         self.failure: Optional[str] = None
         self._inbox = inbox
         environment = RosEnvironment(description)
-        self._loop = Loop(
-            controller,
-            planner,
-            commands,
-            self._inbox,
-            environment,
-            action_timeout=timeout,
-            abort_unreachable=abort_unreachable,
-            search_seconds=search_seconds,
-        )
+        self._storing = storing
+        settings: Dict[str, Any] = {
+            "action_timeout": timeout,
+            "abort_unreachable": abort_unreachable,
+            "search_seconds": search_seconds,
+        }
+        parts = (controller, planner, commands)
+        if storing is None:
+            self._loop = Loop(*parts, inbox, environment, **settings)
+        else:
+            self._loop = storing.loop(*parts, environment, **settings)
         if encodings is not None:
             # To a replay's clients, nobody listens.
             explains = explains and not isinstance(inbox, ReplayInbox)
@@ -214,11 +230,26 @@ class Node:
             self._on_cancel,
             ROSoClingoResult("canceled"),
         )
-        self._server.start()
+        self._resume()
         self._in = subscriber("~in", ROSoClingoIn, self._on_message)
         self._service = rospy.Service(
             "~get_goal_information", GetGoalInformation, self._on_get_information
         )
+
+    def _resume(self) -> None:
+        """Takes over the goals of a run that goes on, and lets the action begin."""
+        if not isinstance(self._loop, StoredLoop):
+            self._server.start()
+            return
+
+        def client(goal: KnownGoal) -> GoalClient:
+            return ActionClient(restore_goal(self._server, goal), self._loop.state.note)
+
+        self._goals = self._loop.resume(client)
+        ended = [(goal, restore_goal(self._server, goal)) for goal in self._loop.unsure()]
+        self._server.start()
+        for goal, handle in ended:
+            self._server.publish_result_again(handle, ROSoClingoResult(goal.word))
 
     def start(self) -> None:
         """Starts the loop."""
@@ -241,6 +272,9 @@ class Node:
         # Runs before rospy stops publishing, so that open goals get their results.
         self._inbox.close()
         self._thread.join(_SECONDS_TO_END)
+        if self._storing is not None:
+            self._storing.store.close()  # goals stay open, and go on
+            return
         if self._thread.is_alive():  # a solver in this process that grounds cannot be interrupted
             for goal in self._goals.values():
                 goal.set_status("aborted", journal.Reason.SHUTDOWN)
@@ -268,7 +302,8 @@ class Node:
             self.failure = reason
 
     def _on_message(self, message: ROSoClingoIn) -> None:
-        self._inbox.put(Message(message.id, message.value))
+        with contextlib.suppress(StoreError):  # the loop ends with that
+            self._inbox.put(Message(message.id, message.value))
 
     def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
         # Runs under actionlib's lock: nothing here may wait.
@@ -286,13 +321,17 @@ class Node:
             key: other for key, other in self._goals.items() if other.stage is not Stage.ENDED
         }
         self._goals[identifier] = goal
-        self._inbox.put(goal)
+        try:
+            self._inbox.put(goal)
+        except StoreError as err:
+            handle.set_rejected(ROSoClingoResult("rejected"), str(err))
 
     def _on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
         # Runs under actionlib's lock: nothing here may wait.
         goal = self._goals.get(handle.get_goal_id().id)
         if goal is not None:
-            self._inbox.cancel(goal)
+            with contextlib.suppress(StoreError):  # the loop ends with that
+                self._inbox.cancel(goal)
 
     def _on_get_information(self, request: GetGoalInformationRequest) -> Any:
         try:
@@ -318,7 +357,8 @@ def main(commands: Callable[..., Any]) -> NoReturn:
 
 
 def _make(commands: Callable[..., Any]) -> Node:
-    inbox = open_inbox()  # closed before the clients are, so that the loop knows why
+    store = open_store()
+    inbox = open_inbox(store)  # closed before the clients are, so that the loop knows why
     controller, planner = (Client(parameters.text(name, name)) for name in _SOLVERS)
 
     def ready() -> None:
@@ -331,6 +371,11 @@ def _make(commands: Callable[..., Any]) -> Node:
     decider = Controller(decides, is_remote=True)
     encodings = Encodings(planner.name, controller.name)
     encodings.listen()
+
+    def abouts() -> Dict[str, str]:
+        said = encodings.abouts()
+        return {name: said[solver] for name, solver in solvers.items()}
+
     return Node(
         decider,
         plans,
@@ -339,18 +384,24 @@ def _make(commands: Callable[..., Any]) -> Node:
         ready=ready,
         description=description,
         encodings=encodings,
+        storing=None if store is None else Storing(store, inbox, abouts),
     )
 
 
-def open_inbox() -> Inbox:
+def open_inbox(store: Optional[Store] = None) -> Inbox:
     """Returns the node's inbox, which a shutdown closes; a replay's takes things as recorded.
+
+    Args:
+        store: Where all that comes is written; None for nowhere.
 
     Raises:
         ParameterError: The parameter ``~replay`` is wrong.
     """
     recorded = rospy.get_param("~replay", None)
     if recorded is None:
-        inbox = Inbox()
+        inbox = Inbox() if store is None else StoredInbox(store)
+    elif store is not None:
+        raise ParameterError("parameter ~store: a replay has no store; leave it out")
     else:
         inbox = held = ReplayInbox(decode(recorded))
         subscriber("~open_gate", Empty, lambda _: held.open())
@@ -364,11 +415,12 @@ def run(make: Callable[[], Node]) -> NoReturn:
     Args:
         make: Makes the node.
 
-    The exit status is 0, 1 when the loop had to end, or 2 when a parameter is wrong.
+    The exit status is 0, 1 when the loop had to end, or 2 when a parameter is wrong or the store
+    cannot be used.
     """
     try:
         node = make()
-    except ParameterError as err:
+    except (ParameterError, StoreError) as err:
         give_up(err)
     node.start()
     node.spin()

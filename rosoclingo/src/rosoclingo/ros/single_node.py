@@ -15,13 +15,15 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.node import Node, open_inbox, run
+from rosoclingo.ros.storing import Storing, open_store
 from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
 from rosoclingo.single.dialects import detect, says_status
 
 _USAGE = """\
 usage: run-1.0.py --file FILE... [clingo options] [_action_timeout:=SECONDS]
                   [_abort_unreachable:=true] [_search_seconds:=SECONDS]
-                  [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false] [ROS remappings]
+                  [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false]
+                  [_store:=FILE] [_resume:=fresh] [ROS remappings]
 
 Plans and executes in one process, as the paper has it; a controller and a planner are not needed.
 
@@ -69,13 +71,20 @@ def main(commands: Type[Any]) -> NoReturn:
     description = about("rosoclingo run-1.0.py", arguments, engine.files)
     encodings = Encodings(rospy.get_name(), dialect=dialect.name)
     encodings.tell(rospy.get_name(), description)
-    run(
-        lambda: Node(
+
+    def make() -> Node:
+        store = open_store()
+        inbox = open_inbox(store)
+        return Node(
             Algorithm1(dialect.first_step, last),
             dialect(engine),
             commands_for(dialect, commands, has_status),
-            open_inbox(),
+            inbox,
             description=description,
             encodings=encodings,
+            storing=None
+            if store is None
+            else Storing(store, inbox, lambda: {"rosoclingo": description}),
         )
-    )
+
+    run(make)

@@ -24,14 +24,14 @@ class _Held:
         records: For the journal.
         actions: Actuators and actions, in order.
         words: How goals end, by their ids, with the reason.
-        durable: Whether something else tells a client of what has to outlast a failure of power.
+        accepted: The ids of goals that are accepted.
         releases: What lets all but the journal's records out, in order, each with what it is.
     """
 
     records: List[Record] = field(default_factory=list)
     actions: List[Tuple[str, str]] = field(default_factory=list)
     words: Dict[str, Tuple[str, str]] = field(default_factory=dict)
-    durable: bool = False
+    accepted: List[str] = field(default_factory=list)
     releases: List[Tuple[str, Callable[[], None]]] = field(default_factory=list)
 
     def __bool__(self) -> bool:
@@ -107,15 +107,13 @@ class Outbox(Environment):
 
     # What goals' clients call.
 
-    def later(self, what: str, release: Callable[[], None], *, durable: bool = False) -> None:
-        """Lets something out when all is written that was said before.
+    def later(self, what: str, release: Callable[[], None]) -> None:
+        """Lets something out when all is written that was said before."""
+        self._take(_Held(releases=[(what, release)]))
 
-        Args:
-            what: What it is, for tests.
-            release: Lets it out.
-            durable: Whether what is written has to outlast a failure of power.
-        """
-        self._take(_Held(releases=[(what, release)], durable=durable))
+    def accept_goal(self, identifier: str, release: Callable[[], None]) -> None:
+        """Has it written that a goal is accepted, before that leaves."""
+        self._take(_Held(accepted=[identifier], releases=[("status", release)]))
 
     def end_goal(
         self, identifier: str, word: str, reason: str, release: Callable[[], None]
@@ -134,7 +132,7 @@ class Outbox(Environment):
         held.records += said.records
         held.actions += said.actions
         held.words.update(said.words)
-        held.durable |= said.durable
+        held.accepted += said.accepted
         held.releases += said.releases
 
     def flush(self) -> None:
@@ -171,7 +169,7 @@ class Outbox(Environment):
     ) -> None:
         changes = changes or Changes()
         changes.actions, changes.words = held.actions, held.words
-        changes.durable |= held.durable
+        changes.accepted = held.accepted
         with self._lock:
             changes.records = [self._numbered(record) for record in held.records]
             keys = self._store.write(changes, ended=ended)
@@ -218,7 +216,7 @@ class StoredClient(GoalClient):
 
     def accepted(self) -> None:
         """The planner has accepted the request."""
-        self._outbox.later("status", self._client.accepted, durable=True)
+        self._outbox.accept_goal(self._id, self._client.accepted)
 
     def ended(self, word: str, reason: str) -> None:
         """The goal is rejected, succeeded, canceled or aborted."""

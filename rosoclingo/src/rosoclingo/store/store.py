@@ -40,6 +40,7 @@ class KnownGoal:
         request: The request, a ground term as clingo prints it.
         information: What came with it.
         address: By what the client is found again.
+        active: Whether it was accepted.
         canceling: Whether a cancel request has come for it.
         word: How it has ended: ``succeeded`` or another; empty if it has not.
         reason: Why it has ended.
@@ -50,6 +51,7 @@ class KnownGoal:
     request: str
     information: Tuple[str, ...] = ()
     address: str = ""
+    active: bool = False
     canceling: bool = False
     word: str = ""
     reason: str = ""
@@ -63,22 +65,22 @@ class Changes:
     Attributes:
         records: What is new in the journal.
         actions: Actuators and actions that are about to be published.
+        accepted: The ids of goals that are about to be accepted.
         words: For each goal that is about to end, by its id, how and why.
         taken: The numbers of the inputs that the snapshot knows of.
         snapshot: What the loop knows; None for what was written before.
         commands: What the planner has run.
         shortens: Whether of the values of an external only the last one is needed.
-        durable: Whether something else leaves the node because of it.
     """
 
     records: Sequence[NumberedRecord] = ()
     actions: Sequence[Tuple[str, str]] = ()
+    accepted: Sequence[str] = ()
     words: Mapping[str, Tuple[str, str]] = dataclasses.field(default_factory=dict)
     taken: Sequence[int] = ()
     snapshot: Optional[LoopSnapshot] = None
     commands: Sequence[Command] = ()
     shortens: bool = True
-    durable: bool = False
 
 
 class Store:
@@ -87,6 +89,7 @@ class Store:
     Attributes:
         goals: The goals that were known when it was opened, and may be of interest, by their ids.
         ended: Why the run that was in the file has ended; None if it has not, or there was none.
+        last: When the last event in it was, in seconds of wall time.
         snapshot: What the loop knew; None if it has not begun.
     """
 
@@ -114,6 +117,7 @@ class Store:
         self._database = Database(path, most_pages=most_pages, point=point)
         self._fields = Fields(LoopSnapshot)
         try:
+            self.last = max((record.time for record in self.records), default=0.0)
             self.ended: Optional[str] = self._database.read(_RUN).get(_ENDED)
             if self.ended is not None:
                 self._clear()
@@ -247,7 +251,7 @@ class Store:
         Returns:
             The keys of the actions, for :meth:`note_sent`.
         """
-        durable = bool(changes.durable or changes.actions or changes.words or ended is not None)
+        durable = bool(changes.actions or changes.accepted or changes.words or ended is not None)
         keys = []
         with self._database.transaction(durable=durable) as rows:
             for number in changes.taken:
@@ -262,9 +266,13 @@ class Store:
             for action in changes.actions:
                 keys.append(str(rows.next_number))
                 rows.put(_OUT, keys[-1], json.dumps(action))
+            for identifier in changes.accepted:
+                if identifier in self._goals:
+                    goal = self._goals[identifier]
+                    self._put(rows, dataclasses.replace(goal, active=True))
             for identifier, (word, reason) in changes.words.items():
-                goal = self._goals.get(identifier)
-                if goal is not None:
+                if identifier in self._goals:
+                    goal = self._goals[identifier]
                     gone = dataclasses.replace(goal, word=word, reason=reason, time=self._now())
                     self._put(rows, gone)
                     self._gone.append(identifier)

@@ -165,8 +165,10 @@ class StoredLoop(Loop):
             self._saved = self._store.snapshot
             goals = self.state.restore(
                 self._saved.state,
-                lambda key: StoredClient(
-                    client(known.get(key, KnownGoal(key, ""))), self._outbox, key
+                lambda key: (
+                    StoredClient(client(known[key]), self._outbox, key)
+                    if key in known and not known[key].word
+                    else GoalClient()
                 ),
             )
         for goal in goals.values():
@@ -192,9 +194,8 @@ class StoredLoop(Loop):
 
     def unsure(self) -> List[KnownGoal]:
         """Returns the goals that ended so late that their clients may not know it."""
-        last = max((record.time for record in self._store.records), default=0.0)
         ended = (goal for goal in self._store.goals.values() if goal.word)
-        return [goal for goal in ended if goal.time >= last - _DRAINED_SECONDS]
+        return [goal for goal in ended if goal.time >= self._store.last - _DRAINED_SECONDS]
 
     def prepare(self) -> None:
         """Prepares the controller, and the planner if the run goes on.

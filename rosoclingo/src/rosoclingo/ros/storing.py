@@ -1,0 +1,137 @@
+"""A run that is stored: the node's parameters for that, and the goals that it begins with."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Callable, Dict, Optional
+
+import actionlib
+import rospy
+from actionlib_msgs.msg import GoalID, GoalStatus
+
+from rosclingo.errors import ParameterError
+from rosclingo.ros import parameters
+from rosclingo.ros.low_latency import LowLatencyActionServer
+from rosoclingo.loop.controller import Decider
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.solver import Solver
+from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
+from rosoclingo.store.database import put_aside
+from rosoclingo.store.started_with import started_with
+from rosoclingo.store.store import KnownGoal, Store
+from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
+
+_FRESH = "fresh"
+_TERMINAL = {
+    "rejected": GoalStatus.REJECTED,
+    "succeeded": GoalStatus.SUCCEEDED,
+    "aborted": GoalStatus.ABORTED,
+}
+
+
+class Storing:
+    """A store with what a node needs for it.
+
+    Attributes:
+        store: The store.
+    """
+
+    def __init__(self, store: Store, inbox: Inbox, abouts: Callable[[], Dict[str, str]]) -> None:
+        """Puts them together.
+
+        Args:
+            store: The store.
+            inbox: That of the store.
+            abouts: Returns what each solver says of itself, when they are there.
+        """
+        assert isinstance(inbox, StoredInbox)
+        self.store = store
+        self._inbox = inbox
+        self._abouts = abouts
+
+    def loop(
+        self,
+        controller: Decider,
+        planner: Solver,
+        commands: Callable[..., Any],
+        environment: Environment,
+        **settings: Any,
+    ) -> StoredLoop:
+        """Returns a loop, with the arguments of :class:`Loop`, that is stored."""
+        for record in self.store.records:
+            environment.note(record)  # for those who come late
+        return StoredLoop(
+            controller,
+            planner,
+            commands,
+            self._inbox,
+            environment,
+            store=self.store,
+            started_with=lambda: started_with(self._abouts()),
+            **settings,
+        )
+
+
+def open_store() -> Optional[Store]:
+    """Opens the store that the parameters ``~store`` and ``~resume`` name; None without one.
+
+    Raises:
+        ParameterError: One of them is wrong.
+        StoreError: The store cannot be used.
+    """
+    file, resume = parameters.text("store", ""), parameters.text("resume", "")
+    if resume not in ("", _FRESH):
+        raise parameters.wrong("resume", f"expected {_FRESH}, or nothing: {resume}")
+    if not file:
+        if resume:
+            raise ParameterError("parameter ~resume: there is no ~store, so nothing to resume")
+        return None
+    path = Path(file).expanduser().absolute()
+    if resume:
+        rospy.delete_param("~resume")  # a node that is started again goes on
+        aside = put_aside(path)
+        if aside is not None:
+            rospy.logwarn("the store of before is now %s", aside)
+    store = Store(path)
+    if store.ended is not None:
+        rospy.logwarn("the run in the store has ended, and another one begins: %s", store.ended)
+    elif store.snapshot is not None:
+        rospy.logwarn(
+            "goes on with the run in the store %s, in step %d",
+            path,
+            store.snapshot.state.progress.step,
+        )
+    return store
+
+
+def address_of(handle: actionlib.ServerGoalHandle) -> str:
+    """Returns by what the client of a goal is found again, as JSON."""
+    header = getattr(handle.goal, "_connection_header", None) or {}
+    stamp = handle.get_goal_id().stamp
+    return json.dumps([header.get("callerid", ""), stamp.secs, stamp.nsecs])
+
+
+def restore_goal(server: LowLatencyActionServer, known: KnownGoal) -> actionlib.ServerGoalHandle:
+    """Has an action's server know a goal that has come to another one.
+
+    Args:
+        server: The server, which has not begun.
+        known: The goal.
+    """
+    node, seconds, nanoseconds = json.loads(known.address or '["", 0, 0]')
+    goal = ROSoClingoActionGoal(
+        goal_id=GoalID(rospy.Time(seconds, nanoseconds), known.id),
+        goal=ROSoClingoGoal(known.request, list(known.information)),
+    )
+    goal._connection_header = {"callerid": node}
+    if known.word == "canceled":
+        status = GoalStatus.PREEMPTED if known.active else GoalStatus.RECALLED
+    elif known.word:
+        status = _TERMINAL[known.word]
+    elif known.canceling:
+        status = GoalStatus.PREEMPTING if known.active else GoalStatus.RECALLING
+    else:
+        status = GoalStatus.ACTIVE if known.active else GoalStatus.PENDING
+    return server.restore(goal, status, known.reason)
