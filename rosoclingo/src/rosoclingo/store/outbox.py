@@ -13,6 +13,7 @@ from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.journal import NumberedRecord, Record
+from rosoclingo.loop.tokens import Told
 from rosoclingo.store.store import Changes, Store
 
 
@@ -76,6 +77,10 @@ class Outbox(Environment):
         held = _Held(actions=[(actuator, action)])
         held.releases = [("publication", lambda: self._environment.publish(actuator, action))]
         self._take(held)
+
+    def show_told(self, run: str, told: Sequence[Told]) -> None:
+        """Shows what each actuator was told to do last."""
+        self.later("dispatch", lambda: self._environment.show_told(run, told))
 
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Shows what is planned."""

@@ -8,17 +8,16 @@ import time
 import uuid
 from collections import deque
 from pathlib import Path
-from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.wire.commands import Command
 from rosoclingo.errors import StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Cancel, Item
+from rosoclingo.loop.inbox import Answer, Cancel, Item, Message
 from rosoclingo.loop.journal import Fields as JournalFields
 from rosoclingo.loop.journal import NumberedRecord
 from rosoclingo.loop.loop import LoopSnapshot
-from rosoclingo.loop.replay_inbox import Key, Kind, key_of
 from rosoclingo.store import commands as planner_commands
 from rosoclingo.store.database import Database, Rows
 from rosoclingo.store.fields import Fields, read
@@ -176,14 +175,19 @@ class Store:
         """The commands that make a fresh planner what it was."""
         return self._database.read(planner_commands.PART).values()
 
-    @property
-    def inputs(self) -> List[Tuple[int, Key]]:
-        """What has come and the snapshot does not know of, in order, with its numbers."""
-        found = []
-        for number, value in self._database.read(_INPUT).items():
-            kind, identifier, text = json.loads(value)
-            found.append((int(number), (Kind(kind), identifier, text)))
-        return found
+    def inputs(self, goals: Callable[[str], Optional[Goal]]) -> List[Tuple[int, Optional[Item]]]:
+        """Returns what has come and the snapshot does not know of, in order, with its numbers.
+
+        Args:
+            goals: Returns a goal by its id, None if it is of no interest any more.
+
+        Returns:
+            Pairs of number and item; an item of a goal that is of no interest is None.
+        """
+        return [
+            (int(number), _item(json.loads(value), goals))
+            for number, value in self._database.read(_INPUT).items()
+        ]
 
     @property
     def unsent(self) -> List[Tuple[str, str]]:
@@ -228,11 +232,10 @@ class Store:
 
     def add(self, item: Item) -> int:
         """Writes what has come, a goal or a cancel request durably, and returns its number."""
-        is_message = not isinstance(item, (Goal, Cancel))
-        with self._database.transaction(durable=not is_message) as rows:
+        durable = isinstance(item, (Goal, Cancel))
+        with self._database.transaction(durable=durable) as rows:
             number = rows.next_number
-            kind, identifier, text = key_of(item)
-            rows.put(_INPUT, str(number), json.dumps([kind.value, identifier, text]))
+            rows.put(_INPUT, str(number), json.dumps(_input(item)))
             if isinstance(item, Goal):
                 new = KnownGoal(item.id, item.request, item.information, item.address)
                 self._put(rows, new)
@@ -316,6 +319,25 @@ class Store:
             identifier = self._gone.popleft()
             del self._goals[identifier]
             rows.delete(_GOAL, identifier)
+
+
+def _input(item: Item) -> Tuple[object, ...]:
+    if isinstance(item, Goal):
+        return "goal", item.id
+    if isinstance(item, Cancel):
+        return "cancel", item.goal.id
+    kind = "answer" if isinstance(item, Answer) else "message"
+    return (kind, *dataclasses.astuple(item))
+
+
+def _item(values: List[Any], goals: Callable[[str], Optional[Goal]]) -> Optional[Item]:
+    kind, *rest = values
+    if kind == "message":
+        return Message(*rest)
+    if kind == "answer":
+        return Answer(*rest)
+    goal = goals(rest[0])
+    return Cancel(goal) if goal is not None and kind == "cancel" else goal
 
 
 def _goal(identifier: str, text: str) -> KnownGoal:

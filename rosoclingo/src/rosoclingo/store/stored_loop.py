@@ -8,9 +8,8 @@ from typing import Any, Callable, Dict, List, Mapping, Optional
 from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
-from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message
+from rosoclingo.loop.inbox import Cancel, Inbox, Item
 from rosoclingo.loop.loop import Loop, LoopSnapshot
-from rosoclingo.loop.replay_inbox import Kind
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.state import State
 from rosoclingo.store.commands import RecordedSolver
@@ -177,19 +176,21 @@ class StoredLoop(Loop):
                 goal.stage = Stage.ENDED
                 goal.recalled = end.word == "canceled" and goal.slot is None
                 self.state.goals.some_ended = True
-        for number, (kind, identifier, text) in self._store.inputs:
-            if kind is Kind.MESSAGE:
-                self._inbox.put_known(Message(identifier, text), number)
-            elif kind is Kind.GOAL and identifier in known and not known[identifier].word:
-                new = known[identifier]
+
+        def find(identifier: str) -> Optional[Goal]:
+            """Returns a goal, be it in the snapshot, or one that it does not know of."""
+            new = known.get(identifier)
+            if identifier not in goals and new is not None and not new.word:
                 goal = Goal(new.request, new.information, new.id, client(new))
                 goal.reroute(self._way(goal))
                 goals[identifier] = goal
-                self._inbox.put_known(goal, number)
-            elif kind is Kind.CANCEL and identifier in goals:
-                self._inbox.put_known(Cancel(goals[identifier]), number)
-            else:
+            return goals.get(identifier)
+
+        for number, item in self._store.inputs(find):
+            if item is None:
                 self._inbox.forget(number)
+            else:
+                self._inbox.put_known(item, number)
         return {key: goal for key, goal in goals.items() if goal.stage is not Stage.ENDED}
 
     def unsure(self) -> List[KnownGoal]:
