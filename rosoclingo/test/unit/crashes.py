@@ -10,10 +10,10 @@ from rosoclingo.desk.parts import EXAMPLES, Parts, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.inbox import Message
+from rosoclingo.loop.inbox import Answer
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.replay_inbox import Kind
-from rosoclingo.store.store import KnownGoal, Store
+from rosoclingo.loop.tokens import Told
+from rosoclingo.store.store import Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
 ENDS = ("rejected", "succeeded", "canceled", "aborted")
@@ -43,8 +43,8 @@ class Client(GoalClient):
 class World:
     """Clients and a robot that outlive the process, and judge what it does.
 
-    The robot does an action once, however often it hears of it in a row, and answers; it gives its
-    answer again if it is asked. A client sends a goal again that nobody knows.
+    The robot does a token once, and answers it again whenever it is shown as open. A client sends a
+    goal again that nobody knows.
 
     Attributes:
         effects: What was done, in order.
@@ -56,31 +56,21 @@ class World:
         self._requests = dict(zip(self.clients, requests))
         self._to_ask = list(self.clients)
         self._to_cancel = {str(number) for number in cancel}
-        self._tokens: Dict[str, Tuple[int, str]] = {}
-        self._answers: Dict[str, str] = {}  # given or not, to the last token
+        self._done: Dict[str, Tuple[str, int]] = {}  # the last token of each actuator
+        self._open: List[Tuple[str, int]] = []  # tokens without an answer
 
-    def hear(self, life: Life, actuator: str, action: str) -> None:
-        token = life.loop.state.step, action
-        if self._tokens.get(actuator) != token:
-            self._tokens[actuator] = token
-            self.effects.append((actuator, action))
-
-    def remind(self, life: Life) -> None:
-        """Says again what may have got lost."""
-        coming = [key for _, key in life.store.inputs]
-        for actuator, _ in life.loop.state.mail.silent():
-            is_coming = any((kind, name) == (Kind.MESSAGE, actuator) for kind, name, _ in coming)
-            if not is_coming and actuator in self._answers:
-                life.put(Message(actuator, self._answers[actuator]))
+    def hear(self, run: str, told: Sequence[Told]) -> None:
+        self._open = [(run, one.number) for one in told if one.answer is None]
+        for one in told:
+            if one.answer is None and self._done.get(one.actuator) != (run, one.number):
+                self._done[one.actuator] = run, one.number
+                self.effects.append((one.actuator, one.action))
 
     def turn(self, life: Life) -> None:
         """Something happens while the loop waits: an answer, a cancel request, or a goal."""
-        silent = [actuator for actuator, _ in life.loop.state.mail.silent()]
-        for actuator in silent:
-            if actuator in self._tokens:
-                self._answers[actuator] = "success"
-                life.put(Message(actuator, "success"))
-                return
+        for run, number in self._open:
+            life.put(Answer(run, number, "success"))
+            return
         for key in sorted(self._to_cancel):
             if key in life.known and not self.clients[key].end():
                 life.cancel(life.known[key])
@@ -113,8 +103,8 @@ class Life(StoredInbox, System):
             self.close()
         return True
 
-    def publish(self, actuator: str, action: str) -> None:
-        self._world.hear(self, actuator, action)
+    def show_told(self, run: str, told: Sequence[Told]) -> None:
+        self._world.hear(run, told)
 
     def live(self) -> None:
         """Lives until there is nothing to do."""
@@ -126,7 +116,6 @@ class Life(StoredInbox, System):
             if not client.end():
                 client.ended(known.word, known.reason)
         loop.prepare()
-        self._world.remind(self)
         try:
             for _ in range(MANY):
                 loop.step()
@@ -197,6 +186,3 @@ class Runs:
 def outcome(world: World) -> Tuple[Any, ...]:
     """What counts: what was done, and how the goals have ended."""
     return world.effects, {key: client.end() for key, client in world.clients.items()}
-
-
-__all__ = ["Client", "Crash", "KnownGoal", "Life", "Runs", "World", "outcome"]

@@ -148,21 +148,22 @@ def _leaves(kind: Type[Any], path: Tuple[str, ...] = ()) -> Iterator[_Leaf]:
         hint, here = hints[field.name], (*path, field.name)
         if isinstance(hint, type) and dataclasses.is_dataclass(hint):
             yield from _leaves(hint, here)
-        elif get_origin(hint) in (set, dict):
+        elif get_origin(hint) in (set, dict) and not any(map(_may_change, get_args(hint))):
             grows = getattr(kind, "ONLY_GROWS", False)
             yield _Leaf(here, get_origin(hint).__name__, grows)
         else:
-            yield _Leaf(here, "parts" if _may_change(hint) else "value")
+            is_fixed = not any(map(_may_change, get_args(hint)))
+            yield _Leaf(here, "value" if is_fixed else "parts")
 
 
 def _may_change(hint: Any) -> bool:
-    """Whether a value of a type has parts that may change, besides being a list."""
+    """Whether a value of a type may change, or something in it."""
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         frozen: bool = hint.__dataclass_params__.frozen  # type: ignore[attr-defined]
         return not frozen
-    if get_origin(hint) in (tuple, list, deque, Union):
+    if get_origin(hint) in (tuple, Union):
         return any(map(_may_change, get_args(hint)))
-    return False
+    return get_origin(hint) is not None
 
 
 def _is_same(leaf: _Leaf, value: Any, old: Any) -> bool:
