@@ -1,0 +1,87 @@
+"""rosoclingo is killed, and another one goes on with what is in the store.
+
+Needs a sourced workspace, in devel or install space.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+from terminals import Terminal, Terminals, package, terminals, wait_for
+
+__all__ = ["terminals"]
+
+# A stock client, which also counts what it is told of its goals.
+CLIENT = """
+import sys
+
+import rospy
+from actionlib import SimpleActionClient
+from actionlib_msgs.msg import GoalStatus
+from rosoclingo.msg import ROSoClingoAction, ROSoClingoActionResult, ROSoClingoGoal
+
+def on_result(message):
+    print("result", GoalStatus.to_string(message.status.status), flush=True)
+
+rospy.init_node("client")
+rospy.Subscriber("rosoclingo/result", ROSoClingoActionResult, on_result)
+client = SimpleActionClient("rosoclingo", ROSoClingoAction)
+client.wait_for_server()
+client.send_goal(ROSoClingoGoal(sys.argv[1], ["of the client"]))
+client.wait_for_result()
+print("end", GoalStatus.to_string(client.get_state()), flush=True)
+rospy.sleep(0.5)
+"""
+
+# A robot that takes half a second for an action, and keeps what it has done.
+ROBOT = """
+from rosoclingo_interfaces.interface import ActionInterface
+from rosoclingo_interfaces.node import run
+
+class Robot(ActionInterface):
+    actuators = ("robot",)
+
+    def go(self, cell: str) -> bool:
+        print("does", cell, flush=True)
+        self.sleep(0.3)
+        return True
+
+run(Robot, "robot")
+"""
+
+
+def system(terminals: Terminals, store: Path, form: str) -> Terminal:
+    file = package("rosoclingo") / "example" / "line.lp"
+    mode = ["mode:=dynamic.incremental.dyn_reset", "steps:=30"] if form == "rosoclingo" else []
+    return terminals.start(
+        "roslaunch", "rosoclingo", f"{form}.launch", f"encoding:={file}", f"store:={store}", *mode
+    )
+
+
+@pytest.mark.parametrize("form", ["rosoclingo", "single"])
+def test_a_client_waits_through_kills(terminals: Terminals, tmp_path: Path, form: str) -> None:
+    launch = system(terminals, tmp_path / "a.store", form)
+    robot = terminals.start("python", "-c", ROBOT)
+    client = terminals.start("python", "-c", CLIENT, "visit(5)")
+    for cell in (2, 4):
+        robot.wait_for(f"does {cell}")
+        node = terminals.pid("/rosoclingo")
+        os.kill(node, signal.SIGKILL)
+        wait_for(lambda killed=node: terminals.names() and _pid(terminals) not in (killed, 0))
+    client.wait_for("end SUCCEEDED")
+    assert client.wait() == 0
+    assert client.output.count("result") == 1
+    assert [line for line in robot.output.splitlines() if line.startswith("does")] == [
+        f"does {cell}" for cell in (2, 3, 4, 5)
+    ]
+    assert "Traceback" not in launch.output
+
+
+def _pid(terminals: Terminals) -> int:
+    try:
+        return terminals.pid("/rosoclingo")
+    except OSError:
+        return 0
