@@ -29,6 +29,7 @@ class Client(GoalClient):
 
     def __init__(self) -> None:
         self.words: List[str] = []
+        self.known = False  # to the node, which has acknowledged it
 
     def accepted(self) -> None:
         self.words.append("accepted")
@@ -83,6 +84,7 @@ class World:
             goal = Goal(self._requests[key], (), key, self.clients[key])
             life.put(goal)
             life.known[key] = goal
+            self.clients[key].known = True
             return
 
 
@@ -129,6 +131,7 @@ class Runs:
     def __init__(self, folder: Path, mode: str, encoding: str = "line.lp", steps: int = 30) -> None:
         self._folder = folder
         self._count = 0
+        self.started_with = {"the options of planner": "none"}
         options = Options((f"{EXAMPLES}/{encoding}",))
         self.parts: Parts = make_parts(mode, options, ("-c", f"steps={steps}"))
 
@@ -141,13 +144,17 @@ class Runs:
             parts = self.parts
             return StoredLoop(
                 parts.decider(), parts.planner, parts.commands, inbox, environment,
-                store=store, started_with=lambda: {"mode": "m"},
+                store=store, started_with=lambda: self.started_with,
             )  # fmt: skip
 
         return loop
 
     def run(
-        self, world: World, crashes: Sequence[int] = (), file: Optional[Path] = None
+        self,
+        world: World,
+        crashes: Sequence[int] = (),
+        file: Optional[Path] = None,
+        most_pages: int = 0,
     ) -> List[str]:
         """Runs until nothing is left to do.
 
@@ -155,6 +162,7 @@ class Runs:
             world: What is around it.
             crashes: How many points each life has; the last one has no end.
             file: The store.
+            most_pages: How large it may become; 0 for as large as it needs.
 
         Returns:
             The points of the last life.
@@ -173,7 +181,7 @@ class Runs:
             points.clear()
             store = None
             try:
-                store = Store(file, point=point)
+                store = Store(file, point=point, most_pages=most_pages)
                 Life(world, store, self.make(store)).live()
                 return points
             except Crash:

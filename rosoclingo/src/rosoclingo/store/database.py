@@ -64,9 +64,8 @@ class Database:
         self._failure: Optional[StoreError] = None
         self._closed = False
         with self._told("cannot be opened"):
-            self._connection = sqlite3.connect(
-                str(path), timeout=_WAIT_SECONDS, isolation_level=None, check_same_thread=False
-            )
+            _make(path)
+            self._connection = _connect(path)
         try:
             self._open(most_pages)
         except BaseException:
@@ -92,15 +91,13 @@ class Database:
             run("PRAGMA locking_mode = EXCLUSIVE")
             (application,) = run("PRAGMA application_id").fetchone()
             (version,) = run("PRAGMA user_version").fetchone()
-            (tables,) = run("SELECT count(*) FROM sqlite_master").fetchone()
-            if application != _APPLICATION and (tables or application or version):
-                raise StoreError(f"{self.path} is a file of another program, and no store")
-            if tables and version != _VERSION:
+            if application != _APPLICATION:
+                raise StoreError(f"{self.path} is no store, but something else; give another name")
+            if version != _VERSION:
                 raise StoreError(
                     f"the store {self.path} has the format {version}, and this version of "
                     f"rosoclingo knows {_VERSION}; {_FRESH}"
                 )
-            run("PRAGMA journal_mode = WAL")
             run("PRAGMA synchronous = FULL")
             run(f"PRAGMA wal_autocheckpoint = {_CHECKPOINT_PAGES}")
             run(f"PRAGMA journal_size_limit = {_CHECKPOINT_PAGES * 4096}")
@@ -108,28 +105,13 @@ class Database:
                 run(f"PRAGMA max_page_count = {most_pages}")
             # Takes the lock, which is kept.
             run("BEGIN EXCLUSIVE")
-            if not tables:
-                self._make()
             run("COMMIT")
-        if tables:
-            self._load()
-        _sync_folder(self.path)
-
-    def _make(self) -> None:
-        run = self._connection.execute
-        run(
-            "CREATE TABLE row (id INTEGER PRIMARY KEY, part TEXT NOT NULL, key TEXT NOT NULL, "
-            "value TEXT NOT NULL)"
-        )
-        run("CREATE TABLE seal (id INTEGER PRIMARY KEY, sum TEXT NOT NULL)")
-        run("INSERT INTO seal VALUES (1, '0')")
-        run(f"PRAGMA application_id = {_APPLICATION}")
-        run(f"PRAGMA user_version = {_VERSION}")
+        self._load()
 
     def _load(self) -> None:
         """Reads all rows, and sees whether they are those that were written together."""
         run = self._connection.execute
-        with self._told("cannot be read"):
+        try:
             (said,) = run("PRAGMA integrity_check(1)").fetchone()
             if said != "ok":
                 raise self._damaged(said)
@@ -140,6 +122,8 @@ class Database:
                 self._seal = (self._seal + digest) % 2**_BITS
                 self._next = max(self._next, number + 1)
             seals = run("SELECT sum FROM seal").fetchall()
+        except sqlite3.Error as err:
+            raise self._damaged(err) from err
         if seals != [(str(self._seal),)]:
             raise self._damaged("its rows were not written together")
 
@@ -224,6 +208,8 @@ class Database:
             else:
                 remedy = f"{text}; is its folder there, and may this user write to it?"
             raise StoreError(begin + remedy) from err
+        except OSError as err:
+            raise StoreError(f"the store {self.path} {what}: {err.strerror}") from err
 
 
 class Rows:
@@ -287,6 +273,41 @@ def _digest(number: int, part: str, key: str, value: str) -> int:
     text = "\0".join((str(number), part, key, value))
     digest = hashlib.blake2b(text.encode("utf-8", "surrogatepass"), digest_size=_BITS // 8)
     return int.from_bytes(digest.digest(), "big")
+
+
+def _connect(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(
+        str(path), timeout=_WAIT_SECONDS, isolation_level=None, check_same_thread=False
+    )
+
+
+def _make(path: Path) -> None:
+    """Makes a file without rows, unless there is one; it is there when it is whole."""
+    if path.exists():
+        return
+    new = path.with_name(f"{path.name}.new")
+    if new.exists():  # a process has died meanwhile
+        new.unlink()
+    connection = _connect(new)
+    try:
+        connection.executescript(
+            f"""
+            PRAGMA application_id = {_APPLICATION};
+            PRAGMA user_version = {_VERSION};
+            PRAGMA synchronous = FULL;
+            BEGIN;
+            CREATE TABLE row (id INTEGER PRIMARY KEY, part TEXT NOT NULL, key TEXT NOT NULL,
+                              value TEXT NOT NULL);
+            CREATE TABLE seal (id INTEGER PRIMARY KEY, sum TEXT NOT NULL);
+            INSERT INTO seal VALUES (1, '0');
+            COMMIT;
+            PRAGMA journal_mode = WAL;
+            """  # noqa: S608 (two numbers)
+        )
+    finally:
+        connection.close()
+    new.rename(path)
+    _sync_folder(path)
 
 
 def _sync_folder(path: Path) -> None:

@@ -1,0 +1,310 @@
+"""What a run is stored in: whole or refused, small, and with a reason when it cannot be used."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shutil
+from collections import deque
+from pathlib import Path
+from random import Random
+from typing import Callable, Deque, Dict, List, Optional, Set, Tuple
+
+import pytest
+from crashes import Crash, Life, Runs, World, outcome
+
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire import commands as wire
+from rosoclingo.errors import PlannerError, StoreError
+from rosoclingo.loop.goals import Goal
+from rosoclingo.store.commands import RecordedSolver
+from rosoclingo.store.database import Database, put_aside
+from rosoclingo.store.fields import Fields, read
+from rosoclingo.store.started_with import started_with
+from rosoclingo.store.store import Store
+
+RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
+REQUESTS = ["visit(2)", "visit(1)"]
+PAGE = 4096
+
+# Fields.
+
+
+@dataclasses.dataclass
+class Inner:
+    words: Set[str] = dataclasses.field(default_factory=set)
+    order: Dict[str, int] = dataclasses.field(default_factory=dict)
+
+
+@dataclasses.dataclass
+class Outer:
+    number: int = 0
+    inner: Inner = dataclasses.field(default_factory=Inner)
+    queue: Deque[str] = dataclasses.field(default_factory=deque)
+    several: Tuple[Inner, ...] = ()
+    sets: Dict[str, Set[str]] = dataclasses.field(default_factory=dict)
+    maybe: Optional[str] = None
+
+
+def change(value: Outer, chance: Random) -> None:
+    """Changes something, in place where that is possible."""
+    letter = chance.choice("abcdef")
+    what: List[Callable[[], object]] = [
+        lambda: setattr(value, "number", chance.randrange(3)),
+        lambda: value.inner.words.add(letter),
+        lambda: value.inner.words.discard(letter),
+        lambda: value.inner.order.update({letter: chance.randrange(3)}),
+        lambda: value.inner.order.pop(letter, None),
+        lambda: value.queue.append(letter),
+        lambda: value.queue and value.queue.popleft(),
+        lambda: setattr(value, "several", (*value.several[-2:], Inner())),
+        lambda: [one.words.add(letter) for one in value.several],
+        lambda: value.sets.setdefault(letter, set()).add(chance.choice("xyz")),
+        lambda: setattr(value, "maybe", chance.choice([None, letter])),
+        lambda: setattr(value, "inner", Inner()),
+    ]
+    for _ in range(chance.randrange(4)):
+        chance.choice(what)()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_has_changed_is_written(seed: int, tmp_path: Path) -> None:
+    """A store has a snapshot with the order of its dictionaries, whatever has changed."""
+    chance, value, fields = Random(seed), Outer(), Fields(Outer)
+    with Database(tmp_path / "a.store") as database:
+        for _ in range(100):
+            change(value, chance)
+            with database.transaction(durable=False) as rows:
+                for field, key, text in fields.changes(value):
+                    if text is None:
+                        rows.delete("state", f"{field} {key}")
+                    else:
+                        rows.put("state", f"{field} {key}", text)
+            stored = database.read("state")
+            pairs = {(key.split(" ")[0], key.split(" ", 1)[1]): v for key, v in stored.items()}
+            found = read(Outer, pairs)
+            assert found == value
+            assert list(found.inner.order) == list(value.inner.order)
+
+
+def test_nothing_is_written_without_a_change() -> None:
+    value, fields = Outer(), Fields(Outer)
+    change(value, Random(1))
+    assert fields.changes(value)
+    assert not fields.changes(value)
+
+
+# The planner's commands.
+
+
+def test_a_command_that_fails_is_not_repeated() -> None:
+    def planner() -> RecordedSolver:
+        return RecordedSolver(Engine(Options()))
+
+    recorded = planner()
+    add = wire.Add("base", (), "#external e. a :- e.")
+    ground = wire.Ground((wire.Part("base"),))
+    wrong = wire.AssignExternal("f", wire.Truth.TRUE)
+    assert recorded.run([add, ground, wire.GetExternals(), wrong, add]).failure is not None
+    assert recorded.take() == [add, ground]
+    with pytest.raises(PlannerError, match=r"refused <ground>.*there is no program step/0"):
+        planner().restore(['<commands><ground><program name="step"/></ground></commands>'])
+
+
+# What can go wrong.
+
+
+def run_to(tmp_path: Path, requests: List[str], *, mode: str = RECORDING) -> Tuple[Runs, Path]:
+    runs, file = Runs(tmp_path, mode), tmp_path / "a.store"
+    runs.run(World(requests), file=file)
+    return runs, file
+
+
+def test_the_file_of_another_program(tmp_path: Path) -> None:
+    file = tmp_path / "a.txt"
+    file.write_text("a letter of some length, which is no store of a run and never was one")
+    with pytest.raises(StoreError, match=r"a.txt is damaged: file is not a database; start with"):
+        Store(file)
+    assert file.read_text().startswith("a letter")
+
+
+def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(StoreError, match=r"unable to open.*is its folder there, and may this user"):
+        Store(tmp_path / "none" / "a.store")
+
+
+def test_two_nodes_with_one_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rosoclingo.store.database._WAIT_SECONDS", 0.1)
+    store = Store(tmp_path / "a.store")
+    with pytest.raises(StoreError, match="another node that still runs uses it"):
+        Store(tmp_path / "a.store")
+    store.close()
+    Store(tmp_path / "a.store").close()
+
+
+def test_another_encoding(tmp_path: Path) -> None:
+    runs, file = run_to(tmp_path, REQUESTS)
+    runs.started_with = {"the file line.lp of planner": "12ab"}
+    with pytest.raises(
+        StoreError, match=r"with something else: .*; the file line.lp of planner was"
+    ):
+        runs.run(World(REQUESTS), file=file)
+    assert put_aside(file) == tmp_path / "a.store.old1"
+    runs.run(World(REQUESTS), file=file)
+    assert put_aside(file) == tmp_path / "a.store.old2"
+    assert put_aside(file) is None
+
+
+def test_what_is_compared() -> None:
+    def about(options: List[str], path: str, digest: str) -> str:
+        arguments = ["-f", path, *options]
+        return json.dumps({"arguments": arguments, "files": {path: {"sha256": digest}}})
+
+    one = started_with({"planner": about(["-c", "n=2"], "/x/a.lp", "1" * 64)})
+    assert one == started_with({"planner": about(["-c", "n=2"], "/y/a.lp", "1" * 64)})
+    assert one != started_with({"planner": about(["-c", "n=3"], "/x/a.lp", "1" * 64)})
+    assert one != started_with({"planner": about(["-c", "n=2"], "/x/a.lp", "2" * 64)})
+    with pytest.raises(StoreError, match="planner does not say what it was started with"):
+        started_with({"planner": "{}"})
+
+
+def test_a_full_disk(tmp_path: Path) -> None:
+    """Nothing is told that is not written, and all goes on when there is room."""
+    runs, calm, world, file = Runs(tmp_path, RECORDING), World(REQUESTS), World(REQUESTS), None
+    runs.run(calm)
+    file = tmp_path / "full.store"
+    with pytest.raises(StoreError, match=r"full.store cannot be written: there is no more room"):
+        runs.run(world, file=file, most_pages=8)
+    assert outcome(world) != outcome(calm)
+    store = Store(file)
+    is_open = {goal.id for goal in store.goals.values() if not goal.word}
+    store.close()
+    assert is_open == {key for key, one in world.clients.items() if one.known and not one.end()}
+    runs.run(world, file=file)
+    assert outcome(world) == outcome(calm)
+
+
+def test_a_goal_that_cannot_be_stored(tmp_path: Path) -> None:
+    runs, file = Runs(tmp_path, RECORDING), tmp_path / "a.store"
+
+    def fails(what: str) -> None:
+        raise Crash
+
+    store = Store(file)
+    life = Life(World([]), store, runs.make(store))
+    store._database._point = fails
+    with pytest.raises(Crash):
+        life.put(Goal("visit(2)", (), "g"))
+    assert not life.take()
+    store.close()
+
+
+# Damaged files.
+
+
+def copy(file: Path, to: Path) -> None:
+    for suffix in ("", "-wal"):
+        target = to.with_name(to.name + suffix)
+        if target.exists():
+            target.unlink()
+        if file.with_name(file.name + suffix).exists():
+            shutil.copy(str(file.with_name(file.name + suffix)), str(target))
+
+
+def opened(file: Path) -> Optional[int]:
+    """Returns the seal of a store, None if it is refused with a reason."""
+    try:
+        store = Store(file)
+    except StoreError as err:
+        if "is damaged: " in str(err) or "is no store" in str(err):
+            return None
+        raise
+    seal = store._database._seal
+    store.close()
+    return seal
+
+
+@pytest.fixture
+def damaged(tmp_path: Path) -> Tuple[Path, Set[int], List[Path]]:
+    """A store whose process has died, all seals that it has had, and copies of it on its way."""
+    runs, file = Runs(tmp_path, DYN_RESET), tmp_path / "a.store"
+    seals: Set[int] = set()
+    copies: List[Path] = []
+
+    def point(what: str) -> None:
+        if "after" not in what:
+            return
+        if store is not None:
+            seals.add(store._database._seal)
+        if len(seals) % 20 == 0:
+            copies.append(tmp_path / f"{len(copies)}.copy")
+            copy(file, copies[-1])
+
+    store: Optional[Store] = None
+    store = Store(file, point=point)
+    store._database._connection.execute("PRAGMA wal_autocheckpoint = 10")
+    life = Life(World(["visit(2)", "visit(99)", "visit(4)", "visit(1)"]), store, runs.make(store))
+    life.live()
+    copy(file, tmp_path / "torn.store")
+    store.close()
+    copy(tmp_path / "torn.store", file)
+    assert opened(tmp_path / "torn.store") in seals
+    return file, seals, copies
+
+
+def test_a_store_that_is_cut(damaged: Tuple[Path, Set[int], List[Path]]) -> None:
+    file, seals, _ = damaged
+    torn, chance = file.with_name("torn.store"), Random(0)
+    results = {True: 0, False: 0}
+    for suffix in ("", "-wal"):
+        size = file.with_name(file.name + suffix).stat().st_size
+        assert size > 2 * PAGE
+        places = [*range(0, size, PAGE), *(chance.randrange(size) for _ in range(50))]
+        for place in places:
+            copy(file, torn)
+            with torn.with_name(torn.name + suffix).open("r+b") as data:
+                data.truncate(place)
+            seal = opened(torn)
+            assert seal is None or seal in seals, (suffix, place)
+            results[seal is None] += 1
+    print(results)
+    assert all(results.values())
+
+
+def test_a_store_with_old_pages(damaged: Tuple[Path, Set[int], List[Path]]) -> None:
+    file, seals, copies = damaged
+    torn, chance = file.with_name("torn.store"), Random(0)
+    refused = 0
+    for _ in range(100):
+        copy(file, torn)
+        data, old = bytearray(torn.read_bytes()), chance.choice(copies).read_bytes()
+        for _ in range(chance.randrange(1, 4)):
+            begin = chance.randrange(min(len(old), len(data)) // PAGE) * PAGE
+            data[begin : begin + PAGE] = old[begin : begin + PAGE]
+        torn.write_bytes(bytes(data))
+        seal = opened(torn)
+        assert seal is None or seal in seals
+        refused += seal is None
+    assert refused
+
+
+# How much is written.
+
+
+def test_writes_and_size(tmp_path: Path) -> None:
+    """At most two durable writes a step; of what a run has done, only the journal is kept."""
+    rows, writes, steps = [], [], []
+    for trips in (5, 25):
+        runs, file = Runs(tmp_path, DYN_RESET), tmp_path / f"{trips}.store"
+        world = World(["visit(4)", "visit(1)"] * trips)
+        points = runs.run(world, file=file)
+        assert all(client.end() == ["succeeded"] for client in world.clients.values())
+        with Database(file) as database:
+            rows.append([len(database.read(part)) for part in ("state", "command", "input", "out")])
+            assert len(database.read("journal")) <= 2000
+        writes.append(points.count("before write"))
+        steps.append(len(world.effects))
+    goals = 2 * 20  # each is written when it comes
+    assert writes[1] - writes[0] <= 2 * (steps[1] - steps[0]) + goals
+    assert rows[1] == rows[0]
