@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import EXAMPLES, Parts, make_parts
@@ -51,12 +51,18 @@ class World:
         effects: What was done, in order.
     """
 
-    def __init__(self, requests: Sequence[str], cancel: Sequence[int] = ()) -> None:
+    def __init__(self, requests: Sequence[str], cancel: Mapping[str, str] = {}) -> None:
+        """Nothing has happened yet.
+
+        Args:
+            requests: What is asked for; the ids are the numbers, from 1.
+            cancel: By their ids, what is cancelled; as soon as it has a status, if one is given.
+        """
         self.effects: List[Tuple[str, str]] = []
         self.clients: Dict[str, Client] = {str(n): Client() for n in range(1, len(requests) + 1)}
         self._requests = dict(zip(self.clients, requests))
         self._to_ask = list(self.clients)
-        self._to_cancel = {str(number) for number in cancel}
+        self._to_cancel = dict(cancel)
         self._done: Dict[str, Tuple[str, int]] = {}  # the last token of each actuator
         self._open: List[Tuple[str, int]] = []  # tokens without an answer
 
@@ -68,15 +74,7 @@ class World:
                 self.effects.append((one.actuator, one.action))
 
     def turn(self, life: Life) -> None:
-        """Something happens while the loop waits: an answer, a cancel request, or a goal."""
-        for run, number in self._open:
-            life.put(Answer(run, number, "success"))
-            return
-        for key in sorted(self._to_cancel):
-            if key in life.known and not self.clients[key].end():
-                life.cancel(life.known[key])
-                self._to_cancel.discard(key)
-                return
+        """Something happens while the loop waits: a goal, a cancel request, or an answer."""
         for key in list(self._to_ask):
             if key in life.known or self.clients[key].end():
                 self._to_ask.remove(key)
@@ -86,6 +84,14 @@ class World:
             life.known[key] = goal
             self.clients[key].known = True
             return
+        for key, awaited in list(self._to_cancel.items()):
+            client = self.clients[key]
+            if key in life.known and not client.end() and awaited in ["", *client.words]:
+                life.cancel(life.known[key])
+                del self._to_cancel[key]
+                return
+        for run, number in self._open[:1]:
+            life.put(Answer(run, number, "success"))
 
 
 class Life(StoredInbox, System):
@@ -113,6 +119,10 @@ class Life(StoredInbox, System):
         loop = self.loop
         assert isinstance(loop, StoredLoop)
         self.known = loop.resume(lambda known: self._world.clients[known.id])
+        for key in self.known:  # as the first list of statuses says
+            client = self._world.clients[key]
+            if self.store.goals[key].active and not client.words:
+                client.accepted()
         for known in loop.unsure():
             client = self._world.clients[known.id]
             if not client.end():
