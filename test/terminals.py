@@ -116,6 +116,12 @@ class Terminals:
         self.start("rosrun", "rosout", "rosout")
         wait_for(lambda: "/rosout" in self.names())
 
+    def restart_master(self) -> None:
+        """Has another master in the place of the one that runs, which knows no node."""
+        assert self._master is not None
+        self._master.close()
+        self._master = Master(self._port)
+
     @property
     def master(self) -> Any:
         """What to ask the master, which answers with a status, a text, and what was asked for."""

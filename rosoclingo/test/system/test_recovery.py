@@ -36,8 +36,10 @@ print("end", GoalStatus.to_string(client.get_state()), flush=True)
 rospy.sleep(0.5)
 """
 
-# A robot that takes half a second for an action, and keeps what it has done.
+# A robot that takes so many seconds for an action.
 ROBOT = """
+import sys
+
 from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.node import run
 
@@ -46,7 +48,7 @@ class Robot(ActionInterface):
 
     def go(self, cell: str) -> bool:
         print("does", cell, flush=True)
-        self.sleep(0.3)
+        self.sleep(float(sys.argv[1]))
         return True
 
 run(Robot, "robot")
@@ -64,7 +66,7 @@ def system(terminals: Terminals, store: Path, form: str) -> Terminal:
 @pytest.mark.parametrize("form", ["rosoclingo", "single"])
 def test_a_client_waits_through_kills(terminals: Terminals, tmp_path: Path, form: str) -> None:
     launch = system(terminals, tmp_path / "a.store", form)
-    robot = terminals.start("python", "-c", ROBOT)
+    robot = terminals.start("python", "-c", ROBOT, "0.3")
     client = terminals.start("python", "-c", CLIENT, "visit(5)")
     for cell in (2, 4):
         robot.wait_for(f"does {cell}")
@@ -85,3 +87,19 @@ def _pid(terminals: Terminals) -> int:
         return terminals.pid("/rosoclingo")
     except OSError:
         return 0
+
+
+def test_another_master(terminals: Terminals, tmp_path: Path) -> None:
+    """All nodes notice, are started again, and go on."""
+    launch = system(terminals, tmp_path / "a.store", "rosoclingo")
+    robot = terminals.start("python", "-c", ROBOT, "60")
+    terminals.start("python", "-c", CLIENT, "visit(3)")
+    robot.wait_for("does 2")
+    terminals.restart_master()
+    assert robot.wait() == 3
+    assert "does not know /robot any more" in robot.output
+    launch.wait_for("goes on with the run in the store")
+    echo = terminals.listen("/rosoclingo", "/rosoclingo/result")
+    terminals.start("python", "-c", ROBOT, "0.1")
+    echo.wait_for("succeeded")
+    assert "Traceback" not in launch.output

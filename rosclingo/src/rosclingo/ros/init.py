@@ -15,6 +15,7 @@ import rospy
 from rospy.impl.paramserver import get_param_server_cache
 
 from rosclingo.errors import RosclingoError
+from rosclingo.ros.master_watch import watch_master
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 # Whether the log messages of all nodes go without the list of the node's topics.
@@ -35,6 +36,8 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     rospy shuts down inside of the signal handler, which is in the main thread: if that thread is
     just talking to the master, it waits for a lock of its own, for ever. Here a thread shuts down.
     A second signal ends the process at once, and so does the first while there is no master yet.
+
+    A node that the master does not know any more ends, see :func:`.master_watch.watch_master`.
 
     It also ends the node's server, see :func:`end_server_when_closed`, and lets the master forget
     the node when that ends, and log without a call of the master. rospy subscribes to a parameter
@@ -60,6 +63,7 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
         topics_are_left_out = rospy.get_param(_ROSOUT_PARAMETER, False)
         get_param_server_cache().set(_ROSOUT_PARAMETER, topics_are_left_out)
         rosgraph.Master(rospy.get_name()).unsubscribeParam(rospy.get_node_uri(), _ROSOUT_PARAMETER)
+    watch_master()
 
 
 def end_server_when_closed() -> None:
