@@ -143,22 +143,42 @@ def test_a_late_answer_that_is_dropped_ends_no_wait() -> None:
 @pytest.mark.parametrize("order", ["in first", "token first", "in later"])
 def test_who_answers_on_both_is_counted_once(order: str) -> None:
     def play(made: Robot) -> None:
-        message = Message("robot", "success", "/node")
+        number, message = made.told.number, Message("robot", "success", "/node")
+        if order == "in later" and number > 2:
+            made.put(message)  # to the action before: the robot is still at this one
+        if number == 4:
+            return
         if order == "in first":
             made.put(message)
-        if order == "in later" and made.told.number > 1:
-            made.put(message)  # for the action before
         made.reply("success")
-        if order == "token first":
+        if order == "token first" or (order == "in later" and number == 1):
             made.put(message)
 
     made = robot(play)
-    made._play = lambda robot: play(robot) if robot.told.number < 3 else None
-    assert visit(made, 5) == ["accepted"]
-    assert [action for _, action in made.published] == ["go(2)", "go(3)", "go(4)"]
-    assert made.messages == [("robot", "success")] * 2
-    note = "answer success of robot without a token: /node answers with tokens; this is said once"
-    assert made.dropped == ([] if order == "token first" else [note])
+    assert visit(made, 6) == ["accepted"]
+    assert [action for _, action in made.published] == [f"go({cell})" for cell in (2, 3, 4, 5)]
+    assert made.messages == [("robot", "success")] * 3
+    note = (
+        "answer success of robot without a token: /node has given it to the action before, with "
+        "its token"
+    )
+    assert made.dropped == ([note] * 2 if order == "in later" else [])
+
+
+def test_a_node_that_answers_now_so_and_now_so() -> None:
+    """Each of its answers counts."""
+
+    def play(made: Robot) -> None:
+        number = made.told.number
+        if number in (1, 2, 4):
+            made.reply("success")
+        if number in (2, 3, 5):
+            made.put(Message("robot", "success", "/node"))
+
+    made = robot(play)
+    assert visit(made, 6) == ["accepted", "succeeded"]
+    assert made.messages == [("robot", "success")] * 5
+    assert made.dropped == []
 
 
 def test_answers_on_the_old_topic() -> None:

@@ -165,11 +165,10 @@ class Executor:
             if known is None or token.run != known.run or known.is_before(token):
                 self._tokens[actuator] = token
                 return entry is None or not token.is_before(entry.token)
-        if known == token and running is not None and running.token == token:
-            if aborted:
-                running.canceled.set()
-        elif known == token and entry is not None and entry.token == token and entry.answer:
-            reply(entry.answer)
+        if known == token and entry is not None and entry.token == token and entry.answer:
+            reply(entry.answer)  # also if what took too long still runs
+        elif aborted and running is not None and running.token == token:
+            running.canceled.set()
         return False
 
     def _recall(self, actuator: str, token: Token, is_first: bool) -> Optional[Entry]:

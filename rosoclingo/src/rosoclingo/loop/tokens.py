@@ -28,6 +28,9 @@ from rosoclingo.loop.inbox import Answer, Item, Message, Taken
 TOKENS_HEADER = "answers_with_tokens"
 """A field of a connection's header on ``~in``: the node sends its answers with tokens, too."""
 
+Said = Tuple[str, str]
+"""The node that has said something, and the value."""
+
 
 @dataclass(frozen=True)
 class Told:
@@ -39,7 +42,9 @@ class Told:
         actuator: Who is to act.
         action: What to do.
         aborted: Whether it is to stop.
-        answer: What was answered; None as long as nothing was.
+        answer: The answer that was taken; None as long as none was.
+        tokened: The node and the value of an answer that has come with the token.
+        plain: Those of one that has come without.
     """
 
     number: int
@@ -48,6 +53,8 @@ class Told:
     action: str
     aborted: bool = False
     answer: Optional[str] = None
+    tokened: Optional[Said] = None
+    plain: Optional[Said] = None
 
 
 @dataclass
@@ -58,13 +65,17 @@ class TokensState:
         run: The id of the run, which it keeps when it goes on after a restart.
         number: That of the last action.
         last: What each actuator was told last, by the actuator.
-        nodes: The nodes that have answered with tokens, by the actuator.
+        twofold: The nodes that have answered an action both with its token and without, by the
+            actuator.
+        owed: Those of them that have answered the action before with its token only, likewise:
+            their next answer without a token is to that.
     """
 
     run: str = field(default_factory=lambda: uuid.uuid4().hex)
     number: int = 0
     last: Dict[str, Told] = field(default_factory=dict)
-    nodes: Dict[str, Set[str]] = field(default_factory=dict)
+    twofold: Dict[str, Set[str]] = field(default_factory=dict)
+    owed: Dict[str, str] = field(default_factory=dict)
 
 
 class Tokens(TokensState):
@@ -79,7 +90,6 @@ class Tokens(TokensState):
     def __init__(self) -> None:
         super().__init__()
         self.changed = False
-        self._noted: Set[Tuple[str, str]] = set()  # actuators and nodes of which that was said
 
     @property
     def told(self) -> List[Told]:
@@ -90,8 +100,21 @@ class Tokens(TokensState):
         """Gives an action that is about to be published its token."""
         self.number += 1
         actuator = action.actuator
+        self._close(actuator)
         self.last[actuator] = Told(self.number, action.step, actuator, action.name)
         self.changed = True
+
+    def _close(self, actuator: str) -> None:
+        """Draws conclusions from how an actuator's last action was answered."""
+        self.owed.pop(actuator, None)
+        told, twofold = self.last.get(actuator), self.twofold.get(actuator, set())
+        if told is None or told.tokened == told.plain:
+            return
+        if told.tokened is None:
+            assert told.plain is not None
+            twofold.discard(told.plain[0])
+        elif told.tokened[0] and told.tokened[0] in twofold:
+            self.owed[actuator] = told.tokened[0]
 
     def abort(self, actuator: str) -> None:
         """Takes note that an actuator is to stop what it does."""
@@ -124,17 +147,14 @@ class Tokens(TokensState):
         """
         taken: List[Taken] = []
         dropped: List[str] = []
-        new: Dict[str, Set[str]] = {}  # what actuators have answered in these items
         for item in items:
             if isinstance(item, Answer):
-                self._resolve_answer(item, new, taken, dropped)
-            elif not isinstance(item, Message) or self._is_alone(item, new, dropped):
+                self._resolve_answer(item, taken, dropped)
+            elif not isinstance(item, Message) or self._is_news(item, dropped):
                 taken.append(item)
         return taken, dropped
 
-    def _resolve_answer(
-        self, answer: Answer, new: Dict[str, Set[str]], taken: List[Taken], dropped: List[str]
-    ) -> None:
+    def _resolve_answer(self, answer: Answer, taken: List[Taken], dropped: List[str]) -> None:
         told = next((one for one in self.last.values() if one.number == answer.number), None)
         name = f"answer {shorten(answer.value)} to action {answer.number}: "
         if answer.run != self.run:
@@ -145,36 +165,37 @@ class Tokens(TokensState):
             why = "its actuator was told something else since then" if is_old else "there is none"
             dropped.append(f"{name}{why}")
             return
-        if answer.sender:
-            self.nodes.setdefault(told.actuator, set()).add(answer.sender)
-        value, values = _canonical(answer.value), new.setdefault(told.actuator, set())
-        if told.answer is None and value not in values:
-            values.add(value)
+        said = (answer.sender, _canonical(answer.value))
+        heard = [one[1] for one in (told.tokened, told.plain) if one is not None]
+        if told.answer is not None and told.answer != said[1]:
+            dropped.append(f"{name}{told.actuator} has answered {shorten(told.answer)} already")
+            return
+        if told.answer is None and said[1] not in heard:
             taken.append(Message(told.actuator, answer.value, answer.sender))
-        elif told.answer not in (None, value):
-            dropped.append(
-                f"{name}{told.actuator} has answered {shorten(told.answer or '')} already"
-            )
+        self._hear(replace(told, tokened=said))
 
-    def _is_alone(self, message: Message, new: Dict[str, Set[str]], dropped: List[str]) -> bool:
-        """Whether a message on ``~in`` is not an answer that comes with its token, too."""
-        source = _canonical(message.id)
-        told = self.last.get(source)
+    def _is_news(self, message: Message, dropped: List[str]) -> bool:
+        """Whether a message is no answer that has come with its token before."""
+        actuator, said = _canonical(message.id), (message.sender, _canonical(message.value))
+        told = self.last.get(actuator)
         if told is None:
             return True
-        value, values = _canonical(message.value), new.setdefault(source, set())
-        if message.sender and message.sender in self.nodes.get(source, ()):
-            pair = (source, message.sender)
-            if value != told.answer and value not in values and pair not in self._noted:
-                self._noted.add(pair)
-                dropped.append(
-                    f"answer {shorten(message.value)} of {source} without a token: "
-                    f"{message.sender} answers with tokens; this is said once"
-                )
+        if message.sender and self.owed.get(actuator) == message.sender:
+            del self.owed[actuator]
+            dropped.append(
+                f"answer {shorten(message.value)} of {actuator} without a token: "
+                f"{message.sender} has given it to the action before, with its token"
+            )
             return False
-        if told.answer is None:
-            values.add(value)
-        return True
+        is_news = told.tokened != said
+        self._hear(replace(told, plain=said))
+        return is_news
+
+    def _hear(self, told: Told) -> None:
+        """Keeps what was said of an action, and which node says it twice."""
+        self.last[told.actuator] = told
+        if told.tokened is not None and told.tokened == told.plain:
+            self.twofold.setdefault(told.actuator, set()).add(told.tokened[0])
 
 
 def _canonical(text: str) -> str:
