@@ -15,7 +15,7 @@ ROS = {"rospy", "actionlib", "rosgraph", "rosbag"}
 FLOORS = {
     "rosclingo": ["errors", "wire", "solver", "ros"],
     "rosoclingo": [
-        "errors", "loop", "drawing", "commands", "single", "why",
+        "errors", "loop", "drawing", "commands", "single", "store", "why",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
         "ros", "desk", "scaffold", "check",

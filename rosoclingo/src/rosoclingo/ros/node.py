@@ -56,7 +56,7 @@ _USAGE = """\
 usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
               [_abort_unreachable:=true] [_search_seconds:=SECONDS] [_why_seconds:=SECONDS]
               [_why_nice:=NUMBER] [_explain:=false] [_store:=FILE] [_resume:=fresh]
-              [ROS remappings]
+              [_solver_timeout:=SECONDS] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
 _SOLVERS = ("controller", "planner")
@@ -413,6 +413,10 @@ def _make(commands: Callable[..., Any]) -> Node:
         said = encodings.abouts()
         return {name: said[solver] for name, solver in solvers.items()}
 
+    def wait(seconds: float) -> None:
+        for client in (controller, planner):
+            client.wait(seconds)
+
     return Node(
         decider,
         plans,
@@ -421,7 +425,7 @@ def _make(commands: Callable[..., Any]) -> Node:
         ready=ready,
         description=description,
         encodings=encodings,
-        storing=None if store is None else Storing(store, inbox, abouts),
+        storing=None if store is None else Storing(store, inbox, abouts, wait),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any, Callable, Dict, Optional
 
@@ -24,6 +25,7 @@ from rosoclingo.store.store import KnownGoal, Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
 _FRESH = "fresh"
+_SOLVER_SECONDS = 30.0  # for a solver that was lost
 _TERMINAL = {
     "rejected": GoalStatus.REJECTED,
     "succeeded": GoalStatus.SUCCEEDED,
@@ -38,14 +40,26 @@ class Storing:
         store: The store.
     """
 
-    def __init__(self, store: Store, inbox: Inbox, abouts: Callable[[], Dict[str, str]]) -> None:
+    def __init__(
+        self,
+        store: Store,
+        inbox: Inbox,
+        abouts: Callable[[], Dict[str, str]],
+        wait: Optional[Callable[[float], None]] = None,
+    ) -> None:
         """Puts them together.
 
         Args:
             store: The store.
             inbox: That of the store.
             abouts: Returns what each solver says of itself, when they are there.
+            wait: Waits for solvers that are other nodes, at most for so many seconds.
+
+        Raises:
+            ParameterError: The parameter ``~solver_timeout`` is wrong.
         """
+        seconds = parameters.number("solver_timeout", _SOLVER_SECONDS, what="seconds")
+        self._wait = None if wait is None or seconds == 0 else partial(wait, seconds)
         assert isinstance(inbox, StoredInbox)
         self.store = store
         self._inbox = inbox
@@ -70,6 +84,7 @@ class Storing:
             environment,
             store=self.store,
             started_with=lambda: started_with(self._abouts()),
+            wait_for_solvers=self._wait,
             **settings,
         )
 

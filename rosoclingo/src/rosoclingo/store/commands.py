@@ -11,8 +11,9 @@ Reply(answers=(), failure=None)
 
 from __future__ import annotations
 
-from typing import Iterable, Iterator, List, Sequence
+from typing import Callable, Iterable, Iterator, List, Optional, Sequence, TypeVar
 
+from rosclingo.errors import ServiceError
 from rosclingo.wire import commands as wire
 from rosclingo.wire.xml_codec import decode_commands, encode_commands
 from rosoclingo.errors import PlannerError
@@ -24,8 +25,42 @@ PART = "command"
 
 _ASKS = (wire.GetExternals, wire.GetPrograms, wire.GetStats)
 _BASE = wire.Part("base")
+_MOST_TRIES = 3  # of one call, by which a solver is lost
 _MOST = 500  # commands in a request
 _MOST_CHARACTERS = 2**20  # likewise; one command may have more
+
+
+Back = Callable[[ServiceError], None]
+"""Returns as soon as a solver is there again, or raises the error with which it was lost."""
+
+_T = TypeVar("_T")
+
+
+def again(
+    call: Callable[[], _T], back: Optional[Back], restore: Callable[[], None], begins: bool = False
+) -> _T:
+    """Calls a solver, again if it was lost meanwhile and is there again.
+
+    Args:
+        call: Calls it.
+        back: Waits for it; None if an error ends all.
+        restore: Makes it what it was.
+        begins: Whether it has to be made so at first.
+
+    Raises:
+        ServiceError: It does not come back, or is lost each time.
+    """
+    tries = 0
+    while True:
+        try:
+            if begins or tries:
+                restore()
+            return call()
+        except ServiceError as err:
+            tries += 1
+            if back is None or tries > _MOST_TRIES:
+                raise
+            back(err)
 
 
 class RecordedSolver(Forwarding):
@@ -33,34 +68,59 @@ class RecordedSolver(Forwarding):
 
     Attributes:
         events_are_facts: Whether an event that was made true stays so, as a dialect says.
+        written: Returns what :func:`write` has written, in order.
     """
 
-    def __init__(self, solver: Solver) -> None:
+    def __init__(self, solver: Solver, back: Optional[Back] = None) -> None:
+        """Nothing has run yet.
+
+        Args:
+            solver: The solver.
+            back: Has the solver be there again after an error; None if that ends all.
+        """
         super().__init__(solver)
         self.events_are_facts = bool(getattr(solver, "events_are_facts", False))
+        self._back = back
         self._new: List[wire.Command] = []
+        self.written: Callable[[], Iterable[str]] = lambda: ()
 
     def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
         """Runs commands in order until one fails; what ran before that stays."""
-        reply = super().run(commands)
+        run = super().run
+        reply = again(lambda: run(commands), self._back, self._restore)
         done = len(commands) if reply.failure is None else max(0, reply.failure.index)
         self._new += (one for one in commands[:done] if not isinstance(one, _ASKS))
         return reply
+
+    def solve(
+        self,
+        assumptions: Sequence[wire.Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[wire.Improvement], None] = lambda _: None,
+    ) -> wire.Outcome:
+        """Searches for answer sets until told to stop."""
+        solve = super().solve
+        return again(lambda: solve(assumptions, stopped, improved), self._back, self._restore)
+
+    def check(self) -> None:
+        """Makes a solver that went away what it was, when another one is there."""
+        again(super().check, self._back, self._restore)
 
     def take(self) -> List[wire.Command]:
         """Returns the commands that have run since the last call, but for questions."""
         new, self._new = self._new, []
         return new
 
-    def restore(self, texts: Iterable[str]) -> None:
+    def restore(self) -> None:
         """Makes a fresh solver what it was, without a search.
-
-        Args:
-            texts: What :func:`write` has written, in order.
 
         Raises:
             PlannerError: A command fails that did not fail then.
         """
+        again(lambda: None, self._back, self._restore, begins=True)
+
+    def _restore(self) -> None:
+        texts = [*self.written(), *(encode_commands([one]) for one in self._new)]
         for batch in _batches(texts):
             commands = [one for text in batch for one in decode_commands(text)]
             failure = super().run(commands).failure

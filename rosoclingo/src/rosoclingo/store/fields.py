@@ -2,17 +2,16 @@
 
 A row is a field, or an element of a set or of a dictionary:
 
->>> from typing import Set
 >>> @dataclasses.dataclass
 ... class Place:
 ...     name: str
-...     ways: Set[str]
->>> place, rows = Place("hall", {"door"}), Fields(Place)
+...     ways: Dict[str, int]
+>>> place, rows = Place("hall", {"door": 1}), Fields(Place)
 >>> rows.changes(place)
-[Change(field='name', key='', value='"hall"'), Change(field='ways', key='"door"', value='')]
->>> place.ways.add("stairs")
+[Change(field='name', key='', value='"hall"'), Change(field='ways', key='"door"', value='1')]
+>>> place.ways["stairs"] = 2
 >>> rows.changes(place)
-[Change(field='ways', key='"stairs"', value='')]
+[Change(field='ways', key='"stairs"', value='2')]
 """
 
 from __future__ import annotations

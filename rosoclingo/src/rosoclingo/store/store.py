@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
-import uuid
 from collections import deque
 from pathlib import Path
 from typing import Any, Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
@@ -24,7 +23,7 @@ from rosoclingo.store.fields import Fields, read
 
 _RUN, _STATE, _GOAL = "run", "state", "goal"
 _INPUT, _JOURNAL, _OUT = "input", "journal", "out"
-_ID, _ENDED = "id", "ended"
+_ENDED = "ended"
 _STARTED_WITH = "started with"
 _MOST_EVENTS = 2_000  # of the journal; as many as the node's topic has for late subscribers
 _KEPT_SECONDS = 60.0  # how long it is known of a goal how it has ended
@@ -209,7 +208,6 @@ class Store:
             started_with: What the nodes were started with, by what that is.
         """
         with self._database.transaction() as rows:
-            rows.put(_RUN, _ID, uuid.uuid4().hex)
             rows.put(_RUN, _STARTED_WITH, json.dumps(dict(started_with)))
 
     def check(self, started_with: Mapping[str, str]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from typing import Any, Callable, Dict, List, Mapping, Optional
 
+from rosclingo.errors import ServiceError
 from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
@@ -13,6 +14,7 @@ from rosoclingo.loop.loop import Loop, LoopSnapshot
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.state import State
 from rosoclingo.store.commands import RecordedSolver
+from rosoclingo.store.lasting_controller import LastingController
 from rosoclingo.store.outbox import Outbox, StoredClient
 from rosoclingo.store.store import Changes, KnownGoal, Store
 
@@ -118,6 +120,7 @@ class StoredLoop(Loop):
         *,
         store: Store,
         started_with: Callable[[], Mapping[str, str]],
+        wait_for_solvers: Optional[Callable[[], None]] = None,
         **parameters: Any,
     ) -> None:
         """Prepares a loop that asks nobody yet.
@@ -131,13 +134,20 @@ class StoredLoop(Loop):
             store: Where all is written.
             started_with: Returns what the nodes were started with, by what that is; called when
                 they are there.
+            wait_for_solvers: Returns when the solvers are there, or raises a ServiceError after a
+                while; without it, the loop ends when one was lost.
             parameters: Those of :class:`Loop` that have a name.
         """
         self._store = store
         self._started_with = started_with
         self._inbox = inbox
         self._outbox = Outbox(environment, store)
-        self._planner = RecordedSolver(planner)
+        self._wait_for_solvers = wait_for_solvers
+        back = None if wait_for_solvers is None else self._back
+        self._planner = RecordedSolver(planner, back)
+        self._planner.written = lambda: store.commands
+        if back is not None:
+            controller = LastingController(controller, back)
         self._saved: Optional[LoopSnapshot] = None
         self._is_refused = store.snapshot is not None  # until it is sure that it can go on
         inbox.looked = self._outbox.flush
@@ -145,6 +155,14 @@ class StoredLoop(Loop):
         super().__init__(
             controller, self._planner, commands, inbox, self._outbox, **parameters
         )  # fmt: skip
+
+    def _back(self, err: ServiceError) -> None:
+        """Waits for solvers of which one was lost; see :data:`.commands.Back`."""
+        if self._inbox.closed or self._wait_for_solvers is None:
+            raise err
+        self._outbox.warn(f"{err}; waits for the node to be started again")
+        self._wait_for_solvers()
+        self._store.check(self._started_with())
 
     def _way(self, goal: Goal) -> Callable[[GoalClient], GoalClient]:
         return lambda client: StoredClient(client, self._outbox, goal.id)
@@ -214,7 +232,7 @@ class StoredLoop(Loop):
             return
         self._store.check(started_with)
         self._controller.restore(self._saved.controller)
-        self._planner.restore(self._store.commands)
+        self._planner.restore()
         self._saved = None
         self._is_refused = False
         state = self.state

@@ -1,0 +1,59 @@
+"""A controller whose solver may die, and comes back."""
+
+from __future__ import annotations
+
+import clingo
+
+from rosoclingo.loop.controller import Decider, Info
+from rosoclingo.store.commands import Back, again
+
+
+class LastingController:
+    """Has another solver go on where the one was that was lost."""
+
+    def __init__(self, decider: Decider, back: Back) -> None:
+        """Wraps what decides.
+
+        Args:
+            decider: Decides.
+            back: Has its solver be there again after an error.
+        """
+        self._decider = decider
+        self._back = back
+
+    @property
+    def dynamic(self) -> bool:
+        """Whether it takes messages and goals."""
+        return self._decider.dynamic
+
+    def snapshot(self) -> str:
+        """Returns all that it keeps from one decision to the next."""
+        return self._decider.snapshot()
+
+    def restore(self, saved: str) -> None:
+        """Begins anew, and goes on from a snapshot."""
+        again(lambda: self._decider.restore(saved), self._back, lambda: None)
+
+    def prepare(self) -> None:
+        """Begins anew."""
+        again(self._decider.prepare, self._back, lambda: None)
+
+    def decide(self, info: Info) -> clingo.Symbol:
+        """Returns the next command."""
+        return again(lambda: self._decider.decide(info), self._back, self._go_on)
+
+    def look_ahead(self, info: Info) -> None:
+        """May decide in the background what is next."""
+        self._decider.look_ahead(info)
+
+    def describe(self, info: Info) -> str:
+        """Describes what the last decision was made from."""
+        return self._decider.describe(info)
+
+    def check(self) -> None:
+        """Has another solver go on if the one went away."""
+        again(self._decider.check, self._back, self._go_on)
+
+    def _go_on(self) -> None:
+        # A decision that has failed has changed nothing of it.
+        self._decider.restore(self._decider.snapshot())
