@@ -63,6 +63,18 @@ def system(terminals: Terminals, store: Path, form: str) -> Terminal:
     )
 
 
+def test_solvers_are_killed(terminals: Terminals, tmp_path: Path) -> None:
+    launch = system(terminals, tmp_path / "a.store", "rosoclingo")
+    robot = terminals.start("python", "-c", ROBOT, "0.3")
+    client = terminals.start("python", "-c", CLIENT, "visit(4)")
+    for cell, solver in ((2, "planner"), (3, "controller")):
+        robot.wait_for(f"does {cell}")
+        os.kill(terminals.pid(f"/{solver}"), signal.SIGKILL)
+    client.wait_for("end SUCCEEDED")
+    assert "waits for the node to be started again" in launch.output
+    assert "[rosoclingo-3] process has died" not in launch.output
+
+
 @pytest.mark.parametrize("form", ["rosoclingo", "single"])
 def test_a_client_waits_through_kills(terminals: Terminals, tmp_path: Path, form: str) -> None:
     launch = system(terminals, tmp_path / "a.store", form)

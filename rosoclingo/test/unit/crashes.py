@@ -141,6 +141,7 @@ class Runs:
     def __init__(self, folder: Path, mode: str, encoding: str = "line.lp", steps: int = 30) -> None:
         self._folder = folder
         self._count = 0
+        self.wait: Optional[Callable[[], None]] = None
         self.started_with = {"the options of planner": "none"}
         options = Options((f"{EXAMPLES}/{encoding}",))
         self.parts: Parts = make_parts(mode, options, ("-c", f"steps={steps}"))
@@ -155,6 +156,7 @@ class Runs:
             return StoredLoop(
                 parts.decider(), parts.planner, parts.commands, inbox, environment,
                 store=store, started_with=lambda: self.started_with,
+                wait_for_solvers=self.wait,
             )  # fmt: skip
 
         return loop

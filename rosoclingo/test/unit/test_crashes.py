@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
-from typing import Iterator, List
+from typing import Any, Iterator, List, Sequence
 
 import pytest
 from crashes import Runs, World, outcome
 
-from rosoclingo.desk.parts import SINGLE
+from rosclingo.errors import ServiceError
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire import commands as wire
+from rosoclingo.desk.parts import SINGLE, find_mode
+from rosoclingo.loop.controller import Controller
+from rosoclingo.loop.solver import Forwarding, Solver
 
 REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)"]
 ENDS = {"1": ["succeeded"], "2": ["rejected"], "3": ["canceled"], "4": ["canceled"]}
@@ -72,3 +79,70 @@ def test_random_kills(seed: int, folder: Path) -> None:
     disturbed = world()
     runs.run(disturbed, kills)
     assert outcome(disturbed) == outcome(calm)
+
+
+class Mortal(Forwarding):
+    """A solver that is lost at a call, before or after it is carried out, and begins again."""
+
+    def __init__(self, solver: Solver) -> None:
+        super().__init__(solver)
+        self.calls = 0
+        self.lost_at = 0
+        self.events_are_facts = bool(getattr(solver, "events_are_facts", False))
+
+    def _lose(self) -> None:
+        self.calls += 1
+        if self.calls == self.lost_at:
+            self._solver.run([wire.Restart()])
+            raise ServiceError("the connection was lost")
+
+    def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
+        self._lose()
+        reply = super().run(commands)
+        self._lose()
+        return reply
+
+    def solve(self, *arguments: Any) -> wire.Outcome:
+        self._lose()
+        return super().solve(*arguments)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("is_planner", [True, False])
+@pytest.mark.parametrize("encoding", ["line.lp", "line_demand.lp"])
+def test_a_solver_is_lost_at_each_call(folder: Path, encoding: str, *, is_planner: bool) -> None:
+    runs, waits = Runs(folder, DYN_RESET, encoding), [0]
+
+    def wait() -> None:
+        waits[0] += 1
+
+    runs.wait = wait
+    parts = runs.parts
+    mode = Engine(Options((find_mode(DYN_RESET),), ("-c", "steps=30")))
+    mortal = Mortal(parts.planner if is_planner else mode)
+    if is_planner:
+        runs.parts = replace(parts, planner=mortal)
+    else:
+        runs.parts = replace(parts, decider=lambda: Controller(mortal))
+    calm = world()
+    runs.run(calm)
+    for lost_at in range(1, mortal.calls + 1, 2 if is_planner else 5):
+        mortal.calls, mortal.lost_at, waits[0] = 0, lost_at, 0
+        disturbed = world()
+        runs.run(disturbed)
+        assert outcome(disturbed) == outcome(calm), lost_at
+        assert waits[0] == 1
+
+
+def test_a_solver_that_does_not_come_back(folder: Path) -> None:
+    runs = Runs(folder, DYN_RESET)
+
+    def wait() -> None:
+        raise ServiceError("there is no solver")
+
+    runs.wait = wait
+    mortal = Mortal(runs.parts.planner)
+    mortal.lost_at = 9
+    runs.parts = replace(runs.parts, planner=mortal)
+    with pytest.raises(ServiceError, match="there is no solver"):
+        runs.run(world())

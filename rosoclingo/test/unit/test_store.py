@@ -108,11 +108,9 @@ def test_a_command_that_fails_is_not_repeated() -> None:
     wrong = wire.AssignExternal("f", wire.Truth.TRUE)
     assert recorded.run([add, ground, wire.GetExternals(), wrong, add]).failure is not None
     assert recorded.take() == [add, ground]
+    other = planner()
+    other.written = lambda: ['<commands><ground><program name="step"/></ground></commands>']
     with pytest.raises(PlannerError, match=r"refused <ground>.*there is no program step/0"):
-        other = planner()
-        other.written = lambda: [
-            '<commands><ground><program name="step"/></ground></commands>'
-        ]
         other.restore()
 
 
