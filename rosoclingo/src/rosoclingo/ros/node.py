@@ -301,8 +301,7 @@ class Node:
         self._thread.join(_SECONDS_TO_END)
         if self._storing is not None:
             self._storing.store.close()  # goals stay open, and go on
-            return
-        if self._thread.is_alive():  # a solver in this process that grounds cannot be interrupted
+        elif self._thread.is_alive():  # a solver in this process that grounds cannot be interrupted
             for goal in self._goals.values():
                 goal.set_status("aborted", journal.Reason.SHUTDOWN)
         if self._goals:
