@@ -19,6 +19,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections import deque
+from operator import attrgetter
 from typing import (
     Any,
     Dict,
@@ -38,6 +39,7 @@ from typing import (
 from rosoclingo.loop.snapshot import plain, remade
 
 _NOTHING = object()
+_ENCODER = json.JSONEncoder(separators=(",", ":"))
 
 
 class Change(NamedTuple):
@@ -54,28 +56,23 @@ class Change(NamedTuple):
     value: Optional[str]
 
 
-@dataclasses.dataclass(frozen=True)
 class _Leaf:
     """A field that is saved.
 
     Attributes:
         path: The attributes that lead there.
+        name: The same as a text.
         kind: ``set``, ``dict`` or ``value``; ``parts`` for a value in which something may change.
         grows: Whether it is a set of which nothing is ever removed.
+        of: Returns the field of a snapshot.
     """
 
-    path: Tuple[str, ...]
-    kind: str
-    grows: bool = False
-
-    @property
-    def name(self) -> str:
-        return ".".join(self.path)
-
-    def of(self, owner: Any) -> Any:
-        for name in self.path:
-            owner = getattr(owner, name)
-        return owner
+    def __init__(self, path: Tuple[str, ...], kind: str, *, grows: bool = False) -> None:
+        self.path = path
+        self.name = ".".join(path)
+        self.kind = kind
+        self.grows = grows
+        self.of = attrgetter(self.name)
 
 
 class Fields:
@@ -149,7 +146,7 @@ def _leaves(kind: Type[Any], path: Tuple[str, ...] = ()) -> Iterator[_Leaf]:
             yield from _leaves(hint, here)
         elif get_origin(hint) in (set, dict) and not any(map(_may_change, get_args(hint))):
             grows = getattr(kind, "ONLY_GROWS", False)
-            yield _Leaf(here, get_origin(hint).__name__, grows)
+            yield _Leaf(here, get_origin(hint).__name__, grows=grows)
         else:
             is_fixed = not any(map(_may_change, get_args(hint)))
             yield _Leaf(here, "value" if is_fixed else "parts")
@@ -193,4 +190,4 @@ def _differences(leaf: _Leaf, value: Any, old: Any) -> Iterator[Change]:
 
 
 def _text(value: Any) -> str:
-    return json.dumps(plain(value), separators=(",", ":"))
+    return _ENCODER.encode(plain(value))
