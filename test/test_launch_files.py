@@ -80,7 +80,13 @@ def load(file: Tuple[str, str], *given: str) -> Tuple[Dict[str, Tuple[Any, ...]]
     config = ROSLaunchConfig()
     XmlLoader().load(path(file), config, argv=list(given), verbose=False)
     nodes = {
-        f"{node.namespace}{node.name}": (node.type, node.args, node.required, node.remap_args)
+        f"{node.namespace}{node.name}": (
+            node.type,
+            node.args,
+            node.required,
+            node.respawn,
+            node.remap_args,
+        )
         for node in config.nodes
     }
     assert len(nodes) == len(config.nodes)
