@@ -6,6 +6,7 @@ import os
 import sys
 import threading
 import time
+from functools import partial
 from typing import Any, Callable, Dict, NoReturn, Optional, Sequence
 
 import actionlib
@@ -92,6 +93,11 @@ class RosEnvironment(Environment):
     """
 
     def __init__(self, description: str) -> None:
+        """Opens the topics.
+
+        Args:
+            description: What :func:`rosclingo.solver.about.about` says of the node.
+        """
         self.questions: Optional[Questions] = None
         self._out = publisher("~out", ROSoClingoOut, latch=True)
         self._plan = publisher("~plan", ROSoClingoPlan, latch=True)
@@ -162,7 +168,7 @@ class Node:
         inbox: Inbox,
         *,
         ready: Callable[[], None] = lambda: None,
-        description: str = "{}",
+        describe: Callable[..., str] = partial(about, "", [], {}),
         encodings: Optional[Encodings] = None,
     ) -> None:
         """Opens the names; :meth:`start` starts the loop.
@@ -173,21 +179,24 @@ class Node:
             commands: Class with a method for each command, such as ``ROSCommands``.
             inbox: Where everything comes in.
             ready: Waits until the solvers are there; called first in the loop's thread.
-            description: What :func:`rosclingo.solver.about.about` says of the node.
+            describe: Returns what :func:`rosclingo.solver.about.about` says of the node, with the
+                ``parameters`` that it is given.
             encodings: What the planner plans with; without it, there is no service ``~why``.
 
         Raises:
             ParameterError: A parameter is wrong.
         """
         timeout = parameters.number("action_timeout", 0.0, what="seconds")
-        abort_unreachable = parameters.flag("abort_unreachable", False)
-        search_seconds = parameters.number("search_seconds", 0.0, what="seconds")
+        deciding: Dict[str, Any] = {
+            "abort_unreachable": parameters.flag("abort_unreachable", False),
+            "search_seconds": parameters.number("search_seconds", 0.0, what="seconds"),
+        }
         why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
         why_nice = parameters.integer("why_nice", LOWEST, LOWEST)
         explains = parameters.flag("explain", True)
         self.failure: Optional[str] = None
         self._inbox = inbox
-        environment = RosEnvironment(description)
+        environment = RosEnvironment(describe(parameters=deciding))
         self._loop = Loop(
             controller,
             planner,
@@ -195,8 +204,7 @@ class Node:
             self._inbox,
             environment,
             action_timeout=timeout,
-            abort_unreachable=abort_unreachable,
-            search_seconds=search_seconds,
+            **deciding,
         )
         if encodings is not None:
             # To a replay's clients, nobody listens.
@@ -326,7 +334,7 @@ def _make(commands: Callable[..., Any]) -> Node:
         planner.wait()
 
     solvers = {"controller": controller.name, "planner": planner.name}
-    description = about("rosoclingo run.py", [], {}, solvers=solvers)
+    describe = partial(about, "rosoclingo run.py", [], {}, solvers=solvers)
     decides, plans = (Insistent(each, each.name, rospy.logwarn) for each in (controller, planner))
     decider = Controller(decides, is_remote=True)
     encodings = Encodings(planner.name, controller.name)
@@ -337,7 +345,7 @@ def _make(commands: Callable[..., Any]) -> Node:
         commands,
         inbox,
         ready=ready,
-        description=description,
+        describe=describe,
         encodings=encodings,
     )
 
