@@ -11,7 +11,7 @@ import re
 import shutil
 import string
 from pathlib import Path
-from typing import Dict, Iterator, List, Optional
+from typing import Any, Dict, Iterator, List, Optional
 
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options, parse_options
@@ -34,7 +34,7 @@ _MANIFEST = "package.xml"
 # that another version of clingo finds them, too.
 _MODE = "dynamic.incremental.dyn_reset"
 _MODE_OPTIONS = ("-c", "steps=20", "-c", "r=5")
-_PARAMETERS = {"abort_unreachable": True}
+_PARAMETERS: Dict[str, Any] = {"abort_unreachable": True}
 _RUN = [("0", "goal:visit(kitchen)"), ("2", "goal:visit(dock)")]
 
 
