@@ -226,6 +226,24 @@ def test_its_turn_comes_later() -> None:
     assert text.endswith("in step 1, the best plan would take 6 steps, 1 more than now.")
 
 
+@pytest.mark.parametrize(
+    ("action", "has"),
+    [
+        ("go(3)", "go(3) in step 2"),
+        ("go(5)", "go(2) in step 1 and go(3) in step 2"),
+        ("dance", "go(2) in step 1 and go(3) in step 2"),
+    ],
+)
+def test_an_action_that_is_planned_for_another_step(action: str, has: str) -> None:
+    situation = Situation(told=("event(1,visit(3),0)",), last=9, goals=(("1", "visit(3)"),))
+    explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
+    text = explainer.why(f"do(robot,{action},1)").text
+    assert text.startswith(f"The plan has no such action in step 1, but {has}. If robot were not ")
+    with pytest.raises(QuestionError, match="it is step 0 now, and the plan has") as refused:
+        explainer.why(f"do(robot,{action},-1)")
+    assert str(refused.value).endswith(f"the plan has {has}")
+
+
 DOOR = """
 #program state(t).
 #external event(info,(key;rain;passed),t).

@@ -323,7 +323,9 @@ def test_an_action_that_is_asked_about_may_be_impossible_or_planned() -> None:
         "If mailbot were not to go to c1 in step 1, the best plan would take 13 steps, 1 more than "
         "now."
     )
-    assert explainer.why("do(mailbot,go(open2),1)").text.startswith("The plan has no such action.")
+    assert explainer.why("do(mailbot,go(open2),1)").text.startswith(
+        "The plan has no such action in step 1, but go("
+    )
     later = explainer.why_not("do(mailbot,go(c1),3)")
     assert later.other is not None
     assert later.other.actions[:4] == (

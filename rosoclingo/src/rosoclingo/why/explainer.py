@@ -191,10 +191,13 @@ class Explainer:
         step = last_number(action)
         if name != "do" or len(arguments) != 3 or step is None:
             raise QuestionError(f"{action} is no action; one is do(R,A,T), T being a step")
+        case = self._begin()
         if step < self._situation.step:
             now = self._situation.step
-            raise QuestionError(f"{action}: step {step} has gone by; it is step {now} now")
-        case = self._begin()
+            has = words.planned_like(case.ask(case.facts.all()).plan, arguments[1])
+            raise QuestionError(
+                f"{action}: step {step} has gone by; it is step {now} now, and the plan has {has}"
+            )
         if self._is_told:
             if not isinstance(case.copy, RetellingCopy):
                 raise AssertionError("an encoding that is told its events has another copy")
