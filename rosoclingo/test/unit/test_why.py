@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import pickle
 import random
 import time
@@ -489,6 +490,40 @@ def test_the_situation_of_a_loop(system: Callable[..., System]) -> None:
     assert pickle.loads(pickle.dumps(answer)) == answer
     assert decode(WhyGoal, encode(answer)) == answer
     assert "robot has not answered for 0 s; it was told to do go(2)." in answer.text
+
+
+def test_a_long_run_is_told_as_what_holds(system: Callable[..., System]) -> None:
+    """The robot goes up and down the line, and does not answer any more in the end."""
+    made = system("dynamic.incremental.recording", "-c", "steps=90")
+    answers = itertools.chain(["success"] * 24, itertools.repeat(None))
+    made.world.answer = lambda actuator, action: next(answers)
+    made.send("info", "close(5)")
+    made.start()
+    for cell in (4, 1) * 4:
+        assert made.goal(f"visit({cell})").wait() == "succeeded"
+    made.goal("visit(3)")
+    made.world.wait_for(lambda world: len(world.actions) == 25)
+    situation = Situation.of(made.loop.state)  # the loop waits for an answer
+    step = made.loop.state.step
+    assert situation.step + situation.offset == step
+    assert situation.step <= 2
+    assert set(situation.told) >= {"event(save,at(1),0)", "event(save,closed(5),0)"}
+    explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
+    goal = explainer.goal("1")
+    assert goal.ends == step + 1
+    assert f"visit(3) ends in step {step + 1}, and it is step {step} now" in goal.text
+    contrast = explainer.why(f"do(robot,go(3),{step + 1})")
+    assert contrast.is_planned
+    assert contrast.longer == 1
+    for question in (explainer.why, explainer.why_not):
+        with pytest.raises(QuestionError, match=f"step {step - 1} has gone by; it is step {step}"):
+            question(f"do(robot,go(2),{step - 1})")
+    shut = explainer.what_if(["info:close(3)"])
+    assert shut.told == (f"event(info,close(3),{step})",)
+    assert shut.text == (
+        "There would be no plan for visit(3) because info says close(3). Without that, there "
+        "would be a plan of 2 steps."
+    )
 
 
 def test_the_situation_of_a_control_log() -> None:
