@@ -1,8 +1,13 @@
-"""Why there is no plan, and what would be instead: against a fresh clingo for each question."""
+"""Why there is no plan, and what would be instead: against a fresh clingo for each question.
+
+``WHY_DRAWS=0:50 python -m pytest rosoclingo/test/unit/test_why.py`` takes more draws of each
+dialect, those from 0 to 49, each of which asks two questions why this action and not that.
+"""
 
 from __future__ import annotations
 
 import itertools
+import os
 import pickle
 import random
 import time
@@ -138,8 +143,9 @@ def check(draw: Draw, reason: Reason, dialect: Dialect, demand: str = "") -> Non
         assert draw.one_shot(dialect, rest, demand=demand) == member.without.horizon
 
 
-CASES = [(Dialect2, seed) for seed in range(9)]
-CASES += [(dialect, seed) for dialect in (Dialect1, PaperDialect) for seed in range(3)]
+MORE = range(*map(int, os.environ.get("WHY_DRAWS", "0:0").split(":")))
+CASES = [(Dialect2, seed) for seed in MORE or (*range(9), 21)]
+CASES += [(dialect, seed) for dialect in (Dialect1, PaperDialect) for seed in MORE or range(3)]
 
 
 @pytest.mark.parametrize(("dialect", "seed"), CASES)
