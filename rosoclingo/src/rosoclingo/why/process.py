@@ -33,7 +33,7 @@ class AnsweringProcess:
     """A process that answers one question after the other.
 
     It is started with the first question, and again if it has ended or had to be ended. One thread
-    asks, and the process ends with it; all may use :meth:`rest` and :meth:`close`.
+    asks; all may use :meth:`rest` and :meth:`close`.
     """
 
     def __init__(

@@ -31,7 +31,7 @@ _FIRST_TO_END = 1000  # if memory is short
 def main() -> NoReturn:
     """Answers until the other process has ended."""
     connection = Connection(int(sys.argv[1]))
-    end_with_parent()
+    never_rest_alone()
     give_way(int(sys.argv[2]))
     # To load these takes a while, in which it has to give way already.
     from rosoclingo.why.task import answer  # noqa: PLC0415 (see above)
@@ -43,10 +43,10 @@ def main() -> NoReturn:
         connection.send_bytes(answer(tasks.get()))
 
 
-def end_with_parent() -> None:
-    """Has this process end with the one that has started it, even if it is to rest just then."""
+def never_rest_alone() -> None:
+    """Has this process go on when the one that has started it ends while this one is to rest."""
     with contextlib.suppress(OSError, AttributeError):  # another system than Linux
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGCONT)
 
 
 def give_way(nice: int) -> None:
