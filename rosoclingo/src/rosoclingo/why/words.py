@@ -77,7 +77,8 @@ def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
     if answer.no_plan is not None and answer.no_plan.text:
         sentences.append(answer.no_plan.text)
     elif answer.ends is not None:
-        ends = f"{answer.request} ends in step {answer.ends}, and it is step {situation.step} now"
+        now = situation.step + situation.offset
+        ends = f"{answer.request} ends in step {answer.ends}, and it is step {now} now"
         if answer.after:
             ends = f"{ends}: its turn comes after {join(answer.after)}"
         sentences.append(f"{ends}.")
