@@ -855,15 +855,7 @@ def test_the_tutorial(tutorial: Page) -> None:
     script.write_text(script.read_text().replace(place, f"{tutorial.block('python')}\n{place}"))
     check_output("docs/tutorial.md", "2. A second action", tutorial.run("plan.py"))
 
-    said = tutorial.run("plan.py")
-    change(encoding, tutorial.block("diff"))
-    said += tutorial.run("plan.py")
-    check_output("docs/tutorial.md", "3. Failures and announcements", said)
-    blocked = tutorial.type("plan.py")
-    assert blocked.wait() == 1
-    (reason,) = re.findall(r"says why:\n`([^`]+)`", (ROOT / "docs/tutorial.md").read_text())
-    assert reason in blocked.output
-    assert "nothing found" in tutorial.run("check.py")
+    meet_failures(tutorial, encoding)
 
     robot = tutorial.type("record:=")
     tutorial.sees("/rosoclingo/goal")
@@ -876,6 +868,28 @@ def test_the_tutorial(tutorial: Page) -> None:
     assert "testdetour" in tutorial.run("rostest")
     tutorial.run("report.py")
     assert "sweep(kitchen)" in (workspace / "detour.html").read_text()
+
+
+def meet_failures(tutorial: Page, encoding: Path) -> None:
+    """Types the tutorial's third step."""
+    said = tutorial.run("plan.py")
+    change(encoding, tutorial.block("diff"))
+    said += tutorial.run("plan.py")
+    blocked = tutorial.type("plan.py")
+    assert blocked.wait() == 1
+    text = (ROOT / "docs/tutorial.md").read_text()
+    (reason,) = re.findall(r"says why:\n`([^`]+)`", text)
+    assert reason in blocked.output
+    change(encoding, tutorial.block("diff"))
+    said += tutorial.run("plan.py")
+    check_output("docs/tutorial.md", "3. Failures and announcements", said)
+    checked = tutorial.type("check.py")
+    assert checked.wait() == 1
+    (difference,) = re.findall(r"the same way again:\n`([^`]+)`", text)
+    assert f"robot.examples:8: example: {difference}" in checked.output
+    assert "1 found" in checked.output
+    change(encoding.with_suffix(".examples"), tutorial.block("diff"))
+    assert re.search("3 examples, .*: nothing found", tutorial.run("check.py"))
 
 
 def change(file: Path, difference: str) -> None:

@@ -13,10 +13,12 @@ import rosgraph
 import rosgraph.xmlrpc
 import rospy
 from rospy.impl.paramserver import get_param_server_cache
+from rospy.impl.registration import RegManager, get_registration_listeners
 
 from rosclingo.errors import RosclingoError
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_LOOKS_SECONDS = 0.5  # how often it is looked whether the node is shut down, if nobody says so
 # Whether the log messages of all nodes go without the list of the node's topics.
 _ROSOUT_PARAMETER = "/rosout_disable_topics_generation"
 
@@ -55,6 +57,7 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
     for number in _SIGNALS:
         signal.signal(number, _shut_down)
+    _wake_registration_at_the_end()
     with contextlib.suppress(OSError):  # a master that has just gone, of which rospy tells
         # What has a value in the cache is not subscribed to.
         topics_are_left_out = rospy.get_param(_ROSOUT_PARAMETER, False)
@@ -70,6 +73,15 @@ def end_server_when_closed() -> None:
     third of the processor time of a node that starts and ends at once.
     """
     rosgraph.xmlrpc.ThreadingXMLRPCServer = _XmlRpcServer
+
+
+def spin() -> None:
+    """Waits until the node is shut down, and ends at once then; rospy's looks twice a second."""
+    ended = threading.Event()
+    rospy.core.add_shutdown_hook(lambda _: ended.set())
+    # One that comes when a shutdown is under way is never called.
+    while not rospy.is_shutdown():
+        ended.wait(_LOOKS_SECONDS)
 
 
 def on_shutdown(hook: Callable[[], object]) -> None:
@@ -104,7 +116,7 @@ def run_node(make: Callable[[], object]) -> NoReturn:
         node = make()
     except RosclingoError as err:
         give_up(err)
-    rospy.spin()
+    spin()
     del node
     sys.exit(0)
 
@@ -113,6 +125,19 @@ def log_clingo(message: str) -> None:
     """Logs one of clingo's messages: at level WARN if it is a warning or an error."""
     log = rospy.logwarn if "warning:" in message or "error:" in message else rospy.loginfo
     log("clingo: %s", message)
+
+
+def _wake_registration_at_the_end() -> None:
+    # rospy waits for its thread, which it wakes before that can see that it is to end.
+    listeners = get_registration_listeners().listeners
+    managers = [listener for listener in listeners if isinstance(listener, RegManager)]
+
+    def wake(_: str) -> None:
+        for manager in managers:
+            with manager.cond:
+                manager.cond.notify_all()
+
+    rospy.core.add_shutdown_hook(wake)
 
 
 def _shut_down(number: int, _: Optional[FrameType]) -> None:

@@ -6,6 +6,7 @@ import os
 import sys
 import threading
 import time
+from functools import partial
 from typing import Any, Callable, Dict, FrozenSet, NoReturn, Optional, Sequence
 
 import actionlib
@@ -97,6 +98,11 @@ class RosEnvironment(Environment):
     """
 
     def __init__(self, description: str) -> None:
+        """Opens the topics.
+
+        Args:
+            description: What :func:`rosclingo.solver.about.about` says of the node.
+        """
         self.questions: Optional[Questions] = None
         self.told: FrozenSet[str] = frozenset()
         # Opened before ~out: who hears an action there can tell whether it comes here, too.
@@ -188,7 +194,7 @@ class Node:
         inbox: Inbox,
         *,
         ready: Callable[[], None] = lambda: None,
-        description: str = "{}",
+        describe: Callable[..., str] = partial(about, "", [], {}),
         encodings: Optional[Encodings] = None,
     ) -> None:
         """Opens the names; :meth:`start` starts the loop.
@@ -199,21 +205,24 @@ class Node:
             commands: Class with a method for each command, such as ``ROSCommands``.
             inbox: Where everything comes in.
             ready: Waits until the solvers are there; called first in the loop's thread.
-            description: What :func:`rosclingo.solver.about.about` says of the node.
+            describe: Returns what :func:`rosclingo.solver.about.about` says of the node, with the
+                ``parameters`` that it is given.
             encodings: What the planner plans with; without it, there is no service ``~why``.
 
         Raises:
             ParameterError: A parameter is wrong.
         """
         timeout = parameters.number("action_timeout", 0.0, what="seconds")
-        abort_unreachable = parameters.flag("abort_unreachable", False)
-        search_seconds = parameters.number("search_seconds", 0.0, what="seconds")
+        deciding: Dict[str, Any] = {
+            "abort_unreachable": parameters.flag("abort_unreachable", False),
+            "search_seconds": parameters.number("search_seconds", 0.0, what="seconds"),
+        }
         why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
         why_nice = parameters.integer("why_nice", LOWEST, LOWEST)
         explains = parameters.flag("explain", True)
         self.failure: Optional[str] = None
         self._inbox = inbox
-        self._environment = environment = RosEnvironment(description)
+        self._environment = environment = RosEnvironment(describe(parameters=deciding))
         self._loop = Loop(
             controller,
             planner,
@@ -221,8 +230,7 @@ class Node:
             self._inbox,
             environment,
             action_timeout=timeout,
-            abort_unreachable=abort_unreachable,
-            search_seconds=search_seconds,
+            **deciding,
         )
         if encodings is not None:
             # To a replay's clients, nobody listens.
@@ -360,7 +368,7 @@ def _make(commands: Callable[..., Any]) -> Node:
         planner.wait()
 
     solvers = {"controller": controller.name, "planner": planner.name}
-    description = about("rosoclingo run.py", [], {}, solvers=solvers)
+    describe = partial(about, "rosoclingo run.py", [], {}, solvers=solvers)
     decides, plans = (Insistent(each, each.name, rospy.logwarn) for each in (controller, planner))
     decider = Controller(decides, is_remote=True)
     encodings = Encodings(planner.name, controller.name)
@@ -371,7 +379,7 @@ def _make(commands: Callable[..., Any]) -> Node:
         commands,
         inbox,
         ready=ready,
-        description=description,
+        describe=describe,
         encodings=encodings,
     )
 

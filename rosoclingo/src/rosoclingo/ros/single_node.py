@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import faulthandler
 import sys
+from functools import partial
 from typing import Any, NoReturn, Type
 
 import rospy
@@ -66,16 +67,16 @@ def main(commands: Type[Any]) -> NoReturn:
         dialect.name,
         " ".join(options.clingo) or "none",
     )
-    description = about("rosoclingo run-1.0.py", arguments, engine.files)
+    describe = partial(about, "rosoclingo run-1.0.py", arguments, engine.files)
     encodings = Encodings(rospy.get_name(), dialect=dialect.name)
-    encodings.tell(rospy.get_name(), description)
+    encodings.tell(rospy.get_name(), describe())
     run(
         lambda: Node(
             Algorithm1(dialect.first_step, last),
             dialect(engine),
             commands_for(dialect, commands, has_status),
             open_inbox(),
-            description=description,
+            describe=describe,
             encodings=encodings,
         )
     )

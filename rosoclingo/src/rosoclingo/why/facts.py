@@ -61,9 +61,7 @@ class Facts:
     fixed: FrozenSet[str]
 
     @classmethod
-    def of(
-        cls, situation: Situation, slots: Sequence[str], savable: Iterable[str] = ()
-    ) -> Facts:
+    def of(cls, situation: Situation, slots: Sequence[str], savable: Iterable[str] = ()) -> Facts:
         """Sorts what was told.
 
         Args:
@@ -89,9 +87,7 @@ def atoms(facts: Iterable[Fact]) -> FrozenSet[str]:
 class _Sorter:
     """Makes facts of events."""
 
-    def __init__(
-        self, situation: Situation, slots: Sequence[str], savable: Iterable[str]
-    ) -> None:
+    def __init__(self, situation: Situation, slots: Sequence[str], savable: Iterable[str]) -> None:
         self._slots = set(slots)
         self._open = dict(situation.goals)
         self._told = [(atom, *_event(atom)) for atom in situation.told]
