@@ -115,6 +115,7 @@ class ROSCommands:
         passed = state.move_to(number)
         new = [a for a in state.plan.actions(number) if not state.is_published(a)]
         # The robot first: what the planner is told now, it needs only for its next search.
+        state.dispatch(new)
         for action in new:
             state.commit(action)
         commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in new]
@@ -147,6 +148,7 @@ class ROSCommands:
         """Waits for a message, a goal or a cancel request."""
         self.planner.run()  # tells what is still to be told, while nobody waits
         self.state.externals.release_now()
+        self.state.show_told()
         self.state.waiting.wait(self.state.step)
 
     def exit(self) -> None:

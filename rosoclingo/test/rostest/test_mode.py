@@ -16,10 +16,13 @@ from actionlib_msgs.msg import GoalStatus
 from rosclingo.ros.low_latency import LowLatencyActionClient
 from rosoclingo.msg import (
     ROSoClingoAction,
+    ROSoClingoAnswer,
+    ROSoClingoDispatch,
     ROSoClingoFeedback,
     ROSoClingoGoal,
     ROSoClingoIn,
     ROSoClingoOut,
+    ROSoClingoToken,
 )
 from rosoclingo.srv import GetGoalInformation
 
@@ -214,6 +217,38 @@ class TestDynamic(ModeTestCase):
         self.robot.send("robot", "success")
         self.assertEqual(goal.end(), "SUCCEEDED")
         self.assertEqual(self.robot.actions, [("robot", f"go({x})") for x in (2, 3, 4)])
+
+    def test_tokens(self) -> None:
+        """One that comes late sees what is to be done; an answer to an old token is dropped."""
+        self.robot.answer = lambda actuator, action: None
+        goal = self.goal("visit(3)")
+        self.robot.wait_for(lambda: self.robot.actions)
+        answers = rospy.Publisher("rosoclingo/answer", ROSoClingoAnswer, queue_size=10)
+        heard: List[ROSoClingoDispatch] = []
+
+        def act(message: ROSoClingoDispatch) -> None:
+            (told,) = message.actions
+            heard.append(message)
+            if told.state == ROSoClingoToken.PENDING:
+                self.robot.wait_for(answers.get_num_connections)
+                answers.publish("another", told.number, "failure")
+                answers.publish(message.run, told.number - 1, "failure")
+                answers.publish(message.run, told.number, "success")
+
+        dispatch = rospy.Subscriber("rosoclingo/dispatch", ROSoClingoDispatch, act)
+        self.assertEqual(goal.end(), "SUCCEEDED")
+        self.robot.wait_for(
+            lambda: heard and heard[-1].actions[0].state == ROSoClingoToken.ANSWERED
+        )
+        dispatch.unregister()
+        told = [message.actions[0] for message in heard]
+        self.assertEqual(self.robot.actions, [("robot", "go(2)"), ("robot", "go(3)")])
+        self.assertEqual(
+            [(one.id, one.action, one.number - told[0].number, one.state) for one in told],
+            [("robot", "go(2)", 0, 0), ("robot", "go(3)", 1, 0), ("robot", "go(3)", 1, 2)],
+        )
+        self.assertEqual(len({message.run for message in heard}), 1)
+        self.assertEqual(heard[0]._connection_header["latching"], "1")
 
     def test_more_goals_than_slots(self) -> None:
         self.robot.answer = lambda actuator, action: None

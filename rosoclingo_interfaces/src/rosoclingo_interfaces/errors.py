@@ -9,6 +9,10 @@ class ActionError(RosclingoError):
     """An action that cannot be done by this interface; the message names the action."""
 
 
+class StoreError(RosclingoError):
+    """What was done cannot be remembered, or not be read; the message names the file."""
+
+
 class LineError(RosclingoError):
     """A line that the user typed and that means nothing; the message says what would."""
 

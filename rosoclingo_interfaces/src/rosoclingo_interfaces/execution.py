@@ -10,6 +10,7 @@ from typing import Callable, Optional
 import clingo
 
 from rosoclingo_interfaces.errors import CanceledError
+from rosoclingo_interfaces.ledger import Token
 
 _SLICE_SECONDS = 0.05  # how often a wait looks at a clock that may be a simulator's
 
@@ -52,13 +53,21 @@ class Execution:
     Attributes:
         actuator: Who is to act.
         action: What to do, a term.
+        token: What the action is known by; None if it was published without a token.
         canceled: Set as soon as the action is to stop: a wait for it ends at once.
         ended: Set as soon as nothing of the action runs any more.
     """
 
-    def __init__(self, actuator: str, action: clingo.Symbol, clock: Clock = time.monotonic) -> None:
+    def __init__(
+        self,
+        actuator: str,
+        action: clingo.Symbol,
+        clock: Clock = time.monotonic,
+        token: Optional[Token] = None,
+    ) -> None:
         self.actuator = actuator
         self.action = action
+        self.token = token
         self.canceled = threading.Event()
         self.ended = threading.Event()
         self._stopwatch = Stopwatch(clock)

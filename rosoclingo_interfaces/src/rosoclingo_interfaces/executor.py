@@ -9,10 +9,11 @@ from typing import Callable, Dict, FrozenSet, Optional
 
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.solver.terms import parse_term
-from rosoclingo.loop.words import ABORT, FAILURE, SOLVER
-from rosoclingo_interfaces.errors import CanceledError
+from rosoclingo.loop.words import ABORT, FAILURE, SOLVER, UNKNOWN
+from rosoclingo_interfaces.errors import ActionError, CanceledError, StoreError
 from rosoclingo_interfaces.execution import CURRENT, Clock, Execution
-from rosoclingo_interfaces.interface import ActionInterface, answer_text
+from rosoclingo_interfaces.interface import AFTER_CRASH, AGAIN, FAIL, ActionInterface, answer_text
+from rosoclingo_interfaces.ledger import Entry, Ledger, Token
 
 # How long an actuator's next action waits for the end of the one before it, which was cancelled.
 _SECONDS_TO_STOP = 2.0
@@ -28,10 +29,17 @@ class Executor:
     Each action has one answer, whichever of these comes first: what the method returns, ``failure``
     at the time limit, or ``failure`` when rosoclingo aborts it. An action that another of the same
     actuator replaces has none, because it would count for the other.
+
+    An action that comes with a token is begun once, and answered again when it comes again. With a
+    ledger in a file, that holds for all processes that have used it, one after the other.
     """
 
     def __init__(
-        self, interface: ActionInterface, timeout: float = 0.0, clock: Clock = time.monotonic
+        self,
+        interface: ActionInterface,
+        timeout: float = 0.0,
+        clock: Clock = time.monotonic,
+        ledger: Optional[Ledger] = None,
     ) -> None:
         """Prepares the executor.
 
@@ -40,18 +48,28 @@ class Executor:
             timeout: Longest time from the message to the answer, in seconds of the clock; 0 for
                 no limit.
             clock: The time in seconds.
+            ledger: Remembers what was done; by default one that ends with the process.
 
         Raises:
             TermError: The id of an actuator is no term.
+            ActionError: The interface does not say well what is to be done after a crash.
         """
+        for name, what in interface.after_crash.items():
+            if what not in AFTER_CRASH:
+                raise ActionError(
+                    f"{type(interface).__name__}.after_crash: {what!r} for the action {name} is "
+                    f"none of {', '.join(AFTER_CRASH)}"
+                )
         self._interface = interface
         self._timeout = timeout
         self._clock = clock
+        self._ledger = Ledger() if ledger is None else ledger
         self._actuators: FrozenSet[str] = frozenset(
             str(parse_term(actuator)) for actuator in interface.actuators
         )
-        self._lock = threading.Lock()  # guards the two below; held for moments only
+        self._lock = threading.Lock()  # guards the three below; held for moments only
         self._running: Dict[str, Execution] = {}
+        self._tokens: Dict[str, Token] = {}  # of the last action of each actuator that came
         self._open = True
 
     @property
@@ -60,13 +78,23 @@ class Executor:
         with self._lock:
             return bool(self._running)
 
-    def begin(self, actuator: str, action: str, reply: Reply) -> None:
+    def begin(
+        self,
+        actuator: str,
+        action: str,
+        reply: Reply,
+        token: Optional[Token] = None,
+        *,
+        aborted: bool = False,
+    ) -> None:
         """Begins an action if it is for an actuator of the interface; returns at once.
 
         Args:
             actuator: Who is to act, as it came.
             action: What to do, as it came.
             reply: Sends the answer; called at most once, from any thread, and does not wait.
+            token: What the action is known by; None if it came without a token.
+            aborted: Whether an action with a token is to stop.
         """
         try:
             source = str(parse_term(actuator))
@@ -77,6 +105,16 @@ class Executor:
             return
         if not self._open:
             return  # the node that comes next gets the action again
+        entry: Optional[Entry] = None
+        if token is not None:
+            is_first = source not in self._tokens
+            if not self._is_new(source, token, aborted, reply):
+                return
+            entry = self._recall(source, token, is_first)
+            if entry is not None and entry.answer is not None:
+                reply(entry.answer)
+                return
+            reply = self._remembering(source, action, reply, token)
         try:
             term = parse_term(action)
         except TermError as err:
@@ -85,14 +123,25 @@ class Executor:
             reply(FAILURE)
             return
         if str(term) == ABORT:
-            self._abort(source)
+            if token is None:
+                self._abort(source)
+            else:  # an action of its own, which is answered instead of the one that it ends
+                self._replace(source, None)
+                reply(FAILURE)
             return
-        execution = Execution(source, term, self._clock)
+        execution = Execution(source, term, self._clock, token)
         if not self._interface.knows(term) and self._interface.leaves_unknown:
             self._replace(source, None)
             _log.debug("%s is left to another node", execution)
             return
-        self._start(execution, self._replace(source, execution), reply)
+        answer = FAILURE if aborted else None
+        if entry is not None:
+            answer = self._after_crash(execution, aborted)
+        if answer is None:
+            self._start(execution, self._replace(source, execution), reply)
+        else:
+            self._replace(source, None)
+            reply(answer)
 
     def close(self, seconds: float) -> None:
         """Cancels all actions without an answer, and waits for their ends for some time."""
@@ -105,6 +154,68 @@ class Executor:
         end = time.monotonic() + seconds
         for execution in executions:
             execution.ended.wait(max(0.0, end - time.monotonic()))
+
+    # What is known by its token.
+
+    def _is_new(self, actuator: str, token: Token, aborted: bool, reply: Reply) -> bool:
+        """Whether an action has not come to this process; if it has, it is answered again."""
+        entry = self._ledger.last(actuator)
+        with self._lock:
+            running, known = self._running.get(actuator), self._tokens.get(actuator)
+            if known is None or token.run != known.run or known.is_before(token):
+                self._tokens[actuator] = token
+                return entry is None or not token.is_before(entry.token)
+        if known == token and entry is not None and entry.token == token and entry.answer:
+            reply(entry.answer)  # also if what took too long still runs
+        elif aborted and running is not None and running.token == token:
+            running.canceled.set()
+        return False
+
+    def _recall(self, actuator: str, token: Token, is_first: bool) -> Optional[Entry]:
+        """Returns what an earlier process has done of an action that is new to this one.
+
+        Returns:
+            None if that did not begin it, or nobody can know.
+        """
+        entry, name = self._ledger.last(actuator), f"{actuator}: action {token.number}"
+        if entry is None or entry.token != token:
+            if is_first and self._ledger.is_old:
+                _log.info("%s was not begun before this node was started", name)
+            return None
+        if entry.answer is not None:
+            _log.info("%s was done before this node was started: %s", name, entry.answer)
+        return entry
+
+    def _after_crash(self, execution: Execution, aborted: bool) -> Optional[str]:
+        """Returns what is answered for an action in which an earlier process has ended.
+
+        Returns:
+            None if it is to be done again.
+        """
+        what = self._interface.outcome_after_crash(execution.action)
+        answers = {AGAIN: FAILURE if aborted else None, FAIL: FAILURE, UNKNOWN: UNKNOWN}
+        answer = answers[what]
+        _log.warning(
+            "%s was begun before this node was started, and whether it was done is unknown: %s",
+            execution,
+            "it is done again" if answer is None else answer,
+        )
+        return answer
+
+    def _remembering(self, actuator: str, action: str, reply: Reply, token: Token) -> Reply:
+        """Returns what remembers an answer before it sends it."""
+
+        def send(value: str) -> None:
+            try:
+                self._ledger.end(actuator, token, action, value)
+            except StoreError as err:
+                # Nobody is told anything wrong later: at worst, that it is unknown.
+                _log.error("%s: the answer %s is sent, but not kept: %s", actuator, value, err)
+            reply(value)
+
+        return send
+
+    # What runs.
 
     def _replace(self, actuator: str, execution: Optional[Execution]) -> Optional[Execution]:
         """Cancels what an actuator does, puts another in its place, and returns what was there.
@@ -159,6 +270,8 @@ class Executor:
     def _perform(self, execution: Execution) -> str:
         try:
             if not execution.canceled.is_set():
+                if execution.token is not None:
+                    self._ledger.begin(execution.actuator, execution.token, str(execution.action))
                 return answer_text(self._interface.perform(execution.action))
         except CanceledError:
             pass

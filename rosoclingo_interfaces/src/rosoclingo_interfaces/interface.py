@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Any, Optional, Sequence, Union
+from typing import Any, Mapping, Optional, Sequence, Union
 
 import clingo
 
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo.loop.dispatch import bind, find
-from rosoclingo.loop.words import FAILURE, SUCCESS
+from rosoclingo.loop.words import FAILURE, SUCCESS, UNKNOWN
 from rosoclingo_interfaces.errors import ActionError
 from rosoclingo_interfaces.execution import Execution, current
 
 Answer = Union[bool, str]
+
+AGAIN = "again"
+"""After a crash: the action is done again, because to do it twice is the same as once."""
+
+FAIL = "fail"
+"""After a crash: the answer is ``failure``, because what is done by half counts as not done."""
+
+AFTER_CRASH = (AGAIN, FAIL, UNKNOWN)
+"""What is answered for an action in which an interface has crashed; the last one as it is."""
 
 
 class ActionInterface:
@@ -41,21 +50,27 @@ class ActionInterface:
     keyword, or a name that this class has, such as ``sleep``, the method is ``sleep_``. Methods
     that are no actions begin with an underscore.
 
-    An action may come again although it was done before: rosoclingo repeats its last message to a
-    node that starts, because it cannot know that another one before has answered. So a method
-    should return True at once if there is nothing to do.
+    An action has a token, and is done once by a node. If the node has a ``~store`` and crashes in
+    an action, :attr:`after_crash` says what is to become of it. Without a store, or by a rosoclingo
+    that knows no tokens, an action that was not answered comes again, and so does the last one: a
+    method should return True at once if there is nothing to do.
 
     Attributes:
         actuators: Ids of the actuators whose actions are done; none means those of all.
         messages: Ids of the messages that are sent besides answers, such as ``info``.
         leaves_unknown: Whether an action without a method is left to another node of the same
             actuator, and not answered with ``failure``.
+        after_crash: For the names of actions: what to do if the node has crashed in one, so that
+            nobody knows whether it was done. ``again`` does it again, ``fail`` answers ``failure``,
+            ``unknown`` answers that. Those that are not named: ``again`` for ``go``, else
+            ``unknown``.
         timeout: Longest time from an action to its answer, in seconds, unless the node's parameter
             ``~timeout`` says otherwise; 0 for no limit.
     """
 
     actuators: Sequence[str] = ()
     messages: Sequence[str] = ()
+    after_crash: Mapping[str, str] = {}
     timeout = 0.0
     leaves_unknown = False
 
@@ -85,6 +100,11 @@ class ActionInterface:
     def knows(self, action: clingo.Symbol) -> bool:
         """Whether this interface does an action, maybe badly."""
         return find(self, action, ActionInterface) is not None
+
+    def outcome_after_crash(self, action: clingo.Symbol) -> str:
+        """Returns one of :data:`AFTER_CRASH` for an action, by :attr:`after_crash`."""
+        name = action.name if action.type is clingo.SymbolType.Function else ""
+        return {"go": AGAIN, **self.after_crash}.get(name, UNKNOWN)
 
     def perform(self, action: clingo.Symbol) -> Answer:
         """Does an action, in a thread of its own; calls the action's method.

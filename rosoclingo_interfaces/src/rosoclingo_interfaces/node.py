@@ -6,7 +6,8 @@ import inspect
 import sys
 import threading
 import time
-from typing import Callable, NoReturn, Optional, Sequence
+from pathlib import Path
+from typing import Any, Callable, Dict, Mapping, NoReturn, Optional, Sequence, Set, Tuple
 
 import rospy
 from std_msgs.msg import String
@@ -15,11 +16,20 @@ from rosclingo.ros import parameters
 from rosclingo.ros.init import init_node, on_shutdown, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosclingo.solver.about import about
-from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
+from rosoclingo.loop.tokens import TOKENS_HEADER
+from rosoclingo.msg import (
+    ROSoClingoAnswer,
+    ROSoClingoDispatch,
+    ROSoClingoIn,
+    ROSoClingoOut,
+    ROSoClingoToken,
+)
 from rosoclingo_interfaces import clock
 from rosoclingo_interfaces.executor import Executor
+from rosoclingo_interfaces.insistent import Insistent
 from rosoclingo_interfaces.interface import ActionInterface
-from rosoclingo_interfaces.topics import topic, wait_for_node
+from rosoclingo_interfaces.ledger import Ledger, Token
+from rosoclingo_interfaces.topics import publishers, topic, wait_for_node
 
 _SECONDS_TO_END = 1.0  # how long the actions have to stop when the node shuts down
 
@@ -27,8 +37,10 @@ _SECONDS_TO_END = 1.0  # how long the actions have to stop when the node shuts d
 class InterfaceNode:
     """Connects an interface with rosoclingo. Make it after the node is initialised.
 
-    rosoclingo's last action arrives also when it was sent before this node was there. It is done
-    then: rosoclingo waits for the answer, unless another interface gave it before.
+    What rosoclingo wants to be done arrives also when it was said before this node was there. A
+    rosoclingo that publishes ``dispatch`` says it with tokens, and gets the answers with them; they
+    are on ``in``, too, for those who listen. An older one says only its last action, on ``out``. It
+    is done then: rosoclingo waits for the answer, unless another interface gave it before.
     """
 
     def __init__(self, interface: ActionInterface) -> None:
@@ -38,16 +50,23 @@ class InterfaceNode:
             interface: Does the actions.
 
         Raises:
-            RosclingoError: A parameter, or an actuator of the interface, is wrong.
+            RosclingoError: A parameter, an actuator of the interface, or the store is wrong.
         """
         interface.actuators = parameters.terms("actuators", interface.actuators)
         interface.timeout = parameters.number("timeout", interface.timeout)
+        store = parameters.text("store", "")
+        ledger = Ledger(Path(store).expanduser().absolute() if store else None)
         simulated = rospy.get_param("/use_sim_time", False)
         seconds = rospy.get_time if simulated else time.monotonic
-        self._executor = Executor(interface, interface.timeout, seconds)
+        self._executor = Executor(interface, interface.timeout, seconds, ledger)
         clock.watch(lambda: self._executor.busy)
         on_shutdown(lambda: self._executor.close(_SECONDS_TO_END))
-        self._in = publisher(topic("in"), ROSoClingoIn)
+        self._senders: Dict[str, Tuple[Mapping[str, str], bool]] = {}  # of out; see _dispatches
+        self._dispatchers: Set[str] = set()
+        self._in = open_in()
+        self._answer = publisher(topic("answer"), ROSoClingoAnswer)
+        self._unconfirmed = Insistent(self._answer.publish)
+        self._dispatch = subscriber(topic("dispatch"), ROSoClingoDispatch, self._on_dispatch)
         self._out = subscriber(topic("out"), ROSoClingoOut, self._on_out)
         self._about = publish_about(interface.messages, interface.actuators)
         rospy.loginfo(
@@ -56,22 +75,80 @@ class InterfaceNode:
             self._out.resolved_name,
         )
 
-    def _on_out(self, message: ROSoClingoOut) -> None:
+    def _on_dispatch(self, message: ROSoClingoDispatch) -> None:
         sender = message._connection_header["callerid"]
+        self._dispatchers.add(sender)
+        self._unconfirmed.keep(
+            (told.id, message.run, told.number)
+            for told in message.actions
+            if told.state != ROSoClingoToken.ANSWERED
+        )
+        for told in message.actions:
+            if told.state != ROSoClingoToken.ANSWERED:
+                self._executor.begin(
+                    told.id,
+                    told.action,
+                    self._reply(sender, message.run, told),
+                    Token(message.run, told.number),
+                    aborted=told.state == ROSoClingoToken.ABORTED,
+                )
+
+    def _reply(self, sender: str, run: str, told: ROSoClingoToken) -> Callable[[str], None]:
+        """Returns what sends the answer to an action with a token."""
 
         def reply(value: str) -> None:
-            answer = ROSoClingoIn(message.id, value)
-            if self._in.impl.has_connection(sender):
-                self._in.publish(answer)
-            else:
-                threading.Thread(target=send_later, args=(answer,), daemon=True).start()
+            answer = ROSoClingoAnswer(run, told.number, value)
+            self._unconfirmed.add((told.id, run, told.number), answer)
+            self._send(self._answer, answer, sender)
+            self._send(self._in, ROSoClingoIn(told.id, value), sender)
 
-        def send_later(answer: ROSoClingoIn) -> None:
+        return reply
+
+    def _on_out(self, message: ROSoClingoOut) -> None:
+        header = message._connection_header
+        if not self._dispatches(header):
+            self._executor.begin(
+                message.id,
+                message.action,
+                lambda value: self._send(
+                    self._in, ROSoClingoIn(message.id, value), header["callerid"]
+                ),
+            )
+
+    def _dispatches(self, header: Mapping[str, str]) -> bool:
+        """Whether a node from which an action comes on ``out`` says it on ``dispatch``, too.
+
+        The master is asked once for each connection: such a node opens ``dispatch`` first.
+        """
+        sender = header["callerid"]
+        known, dispatches = self._senders.get(sender, (None, False))
+        if known is not header:
+            dispatches = sender in publishers(self._dispatch.resolved_name) or (
+                sender in self._dispatchers and sender not in publishers(self._out.resolved_name)
+            )  # when the master does not answer
+            self._senders[sender] = header, dispatches
+        return dispatches
+
+    def _send(self, answers: rospy.Publisher, message: Any, node: str) -> None:
+        """Sends an answer to a node, and to all others that listen; does not wait."""
+
+        def send_later() -> None:
             # An action that was there first comes before rosoclingo has connected to this node.
-            wait_for_node(self._in, sender)
-            self._in.publish(answer)
+            wait_for_node(answers, node)
+            answers.publish(message)
 
-        self._executor.begin(message.id, message.action, reply)
+        if answers.impl.has_connection(node):
+            answers.publish(message)
+        else:
+            threading.Thread(target=send_later, daemon=True).start()
+
+
+def open_in() -> rospy.Publisher:
+    """Returns the publisher of rosoclingo's topic ``in`` of a node that answers with tokens.
+
+    All that a node publishes there goes through the same connections: this has to be opened first.
+    """
+    return publisher(topic("in"), ROSoClingoIn, headers={TOKENS_HEADER: "1"})
 
 
 def publish_about(
@@ -106,4 +183,9 @@ def run(interface: Callable[[], ActionInterface], name: str) -> NoReturn:
     described = inspect.cleandoc(interface.__doc__ or "")
     usage = f"usage: {name}.py [_PARAMETER:=VALUE]... [ROS remappings]\n\n{described}"
     init_node(name, usage=usage)
-    run_node(lambda: InterfaceNode(interface()))
+
+    def make() -> InterfaceNode:
+        _first = open_in()  # kept until the interface, which may open it, too, is here
+        return InterfaceNode(interface())
+
+    run_node(make)

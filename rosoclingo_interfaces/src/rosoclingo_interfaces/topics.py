@@ -15,7 +15,7 @@ _SECONDS_FOR_OTHERS = 2.0  # for known subscribers to connect, when others are t
 
 
 def topic(name: str) -> str:
-    """Returns the name of rosoclingo's topic ``in``, ``out`` or ``journal``.
+    """Returns the name of a topic of rosoclingo's, such as ``in``, ``out`` or ``journal``.
 
     That is ``rosoclingo/in`` in the node's namespace. Remappings of ``rosoclingo``, of
     ``rosoclingo/in`` and of ``~in`` lead elsewhere.

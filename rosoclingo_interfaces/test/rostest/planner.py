@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import queue
 import threading
 import time
-from typing import Callable, List, Tuple
+from typing import Any, Callable, Dict, List, Tuple
 
 import rospy
 
-from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
+from rosoclingo.msg import (
+    ROSoClingoAnswer,
+    ROSoClingoDispatch,
+    ROSoClingoIn,
+    ROSoClingoOut,
+    ROSoClingoToken,
+)
 
 TIMEOUT = 20.0  # seconds of wall time; no more than a bound for what never comes
 
 
 class Planner:
-    """What rosoclingo looks like to the interfaces in a namespace."""
+    """What an older rosoclingo looks like to the interfaces in a namespace."""
 
     def __init__(self, name: str, interfaces: int = 1) -> None:
         self.answers: List[Tuple[str, str]] = []
+        self.headers: List[Dict[str, str]] = []  # of the connections by which they came
         self._changed = threading.Condition()
         self._out = rospy.Publisher(
             f"{name}/out", ROSoClingoOut, latch=True, tcp_nodelay=True, queue_size=100
@@ -32,6 +40,7 @@ class Planner:
     def _on_in(self, message: ROSoClingoIn) -> None:
         with self._changed:
             self.answers.append((message.id, message.value))
+            self.headers.append(message._connection_header)
             self._changed.notify_all()
 
     def send(self, *action: str) -> None:
@@ -51,7 +60,38 @@ class Planner:
         return value
 
 
-def wait_for(condition: Callable[[], bool]) -> None:
+class TokenPlanner:
+    """What rosoclingo looks like to the interfaces in a namespace: all actions have tokens."""
+
+    RUN = "a run"
+
+    def __init__(self, name: str) -> None:
+        self.tokened: queue.Queue[Tuple[str, int, str]] = queue.Queue()
+        self._dispatch = rospy.Publisher(
+            f"{name}/dispatch", ROSoClingoDispatch, latch=True, queue_size=100
+        )
+        self._answer = rospy.Subscriber(f"{name}/answer", ROSoClingoAnswer, self._on_answer)
+        self.old = Planner(name)
+        wait_for(
+            lambda: self._dispatch.get_num_connections() and self._answer.get_num_connections()
+        )
+
+    def _on_answer(self, message: ROSoClingoAnswer) -> None:
+        self.tokened.put((message.run, message.number, message.value))
+
+    def send(self, *told: Tuple[int, str, str, int]) -> None:
+        """Says numbers, actuators, actions and states, with tokens and the last one without."""
+        tokens = [ROSoClingoToken(number, 1, *rest) for number, *rest in told]
+        self._dispatch.publish(self.RUN, tokens)
+        self.old.send(*told[-1][1:3])
+
+    def wait_for_answer(self, number: int, value: str) -> None:
+        """Waits for an answer, which comes again and again, as nobody says that it was taken."""
+        while self.tokened.get(timeout=TIMEOUT) != (self.RUN, number, value):
+            pass
+
+
+def wait_for(condition: Callable[[], Any]) -> None:
     """Waits until a condition holds that nothing announces."""
     end = time.monotonic() + TIMEOUT
     while not condition():

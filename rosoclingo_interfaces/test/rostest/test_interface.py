@@ -10,7 +10,8 @@ import rospy
 import rostest
 from std_msgs.msg import String
 
-from planner import TIMEOUT, Planner
+from planner import TIMEOUT, Planner, TokenPlanner
+from rosoclingo.loop.tokens import TOKENS_HEADER
 
 
 class TestInterface(unittest.TestCase):
@@ -83,6 +84,27 @@ class TestInterface(unittest.TestCase):
         before = rospy.get_time()
         self.assertEqual(planner.ask("robot", "go(c3)"), "success")
         self.assertGreater(rospy.get_time() - before, 0.049)
+
+    def test_tokens(self) -> None:
+        """Each action is done once, whichever topics say it, and answered on both."""
+        planner = TokenPlanner("/e/rosoclingo")
+        planner.send((1, "robot", "measure(depth,2)", 0))
+        for _ in range(2):  # as long as nobody says that it was taken
+            planner.wait_for_answer(1, "value(depth,3)")
+        self.assertEqual(planner.old.next(), ("robot", "value(depth,3)"))
+        self.assertIn(TOKENS_HEADER, planner.old.headers[0])
+        planner.send((2, "robot", "wait", 0))
+        planner.send((2, "robot", "wait", 0), (3, "arm(1)", "go(c1)", 0))
+        planner.wait_for_answer(3, "success")
+        planner.send((2, "robot", "wait", 1), (3, "arm(1)", "go(c1)", 2))
+        planner.wait_for_answer(2, "failure")
+        planner.send((2, "robot", "wait", 0), (4, "arm(1)", "go(c2)", 0))
+        planner.wait_for_answer(2, "failure")
+        planner.wait_for_answer(4, "failure")
+        self.assertEqual([planner.old.next() for _ in range(4)],
+                         [("arm(1)", "success")] + [("robot", "failure")] * 2
+                         + [("arm(1)", "failure")])  # fmt: skip
+        self.assertEqual(planner.old.answers, [])
 
     def test_two_nodes_share_an_actuator(self) -> None:
         for action in ("go(c1)", "pickup(1)", "go(c2)", "deliver(o1,o2)", "pickup(1)"):

@@ -23,7 +23,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import OrderedDict, deque
-from typing import Any, Callable, Deque, Optional, Tuple
+from typing import Any, Callable, Deque, Dict, Optional, Tuple
 
 import actionlib
 import rospy
@@ -281,7 +281,9 @@ def publisher(
     kind: Any,
     latch: bool = False,
     queue_size: int = _QUEUE_SIZE,
+    *,
     on_subscriber: Optional[Callable[[Callable[[Any], None]], None]] = None,
+    headers: Optional[Dict[str, str]] = None,
 ) -> rospy.Publisher:
     """Opens a topic to publish messages of a kind, with TCP_NODELAY and a long queue.
 
@@ -293,9 +295,18 @@ def publisher(
         on_subscriber: Called for each new subscriber, in a thread of rospy's, with a function that
             sends it a message. rospy does not guard what goes to one subscriber from what goes to
             all: whoever gives this has to guard the topic.
+        headers: Fields that subscribers find in the headers of the connections.
     """
     listener = None if on_subscriber is None else _Listener(on_subscriber)
-    return _Publisher(topic, kind, listener, tcp_nodelay=True, latch=latch, queue_size=queue_size)
+    return _Publisher(
+        topic,
+        kind,
+        listener,
+        tcp_nodelay=True,
+        latch=latch,
+        headers=headers,
+        queue_size=queue_size,
+    )
 
 
 def subscriber(

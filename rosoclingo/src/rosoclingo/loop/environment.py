@@ -8,6 +8,7 @@ from typing import Sequence
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.journal import Record
+from rosoclingo.loop.tokens import Told
 
 
 class Environment:
@@ -19,6 +20,16 @@ class Environment:
 
     def publish(self, actuator: str, action: str) -> None:
         """Sends an action, or with the id ``solver`` a whole plan."""
+
+    def show_told(self, run: str, told: Sequence[Told]) -> None:
+        """Shows what each actuator was told to do last, with its token.
+
+        An action is shown before it is published.
+
+        Args:
+            run: The id of the run.
+            told: The last action of each actuator, in the order of their numbers.
+        """
 
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Shows what is planned, from the current step on."""

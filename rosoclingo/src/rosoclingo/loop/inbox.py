@@ -12,10 +12,34 @@ from rosoclingo.loop.goals import Goal
 
 @dataclass(frozen=True)
 class Message:
-    """A message to the planner, as it came."""
+    """A message to the planner, as it came.
+
+    Attributes:
+        id: Where it comes from.
+        value: What it says.
+        sender: The node that has sent it; empty if that is not known.
+    """
 
     id: str
     value: str
+    sender: str = ""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An answer with the token of its action, as it came; see :mod:`rosoclingo.loop.tokens`.
+
+    Attributes:
+        run: The id of the run.
+        number: The action's number in it.
+        value: What was answered.
+        sender: The node that has sent it; empty if that is not known.
+    """
+
+    run: str
+    number: int
+    value: str
+    sender: str = ""
 
 
 @dataclass(frozen=True)
@@ -25,7 +49,12 @@ class Cancel:
     goal: Goal
 
 
-Item = Union[Message, Goal, Cancel]
+Taken = Union[Message, Goal, Cancel]
+"""What the loop takes."""
+
+Item = Union[Taken, Answer]
+"""What comes; an answer is taken as a message."""
+
 _LONGEST_HURRY = 0.2  # seconds
 
 

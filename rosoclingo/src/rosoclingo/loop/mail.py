@@ -13,9 +13,11 @@ from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.externals import PlannerExternals
 from rosoclingo.loop.goals import Goal, Goals
-from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message
+from rosoclingo.loop.inbox import Cancel, Inbox, Message, Taken
 from rosoclingo.loop.replay_inbox import Key, Kind, key_of
 from rosoclingo.loop.snapshot import take_over
+from rosoclingo.loop.tokens import Tokens
+from rosoclingo.loop.words import FAILURE, UNKNOWN
 
 _RESERVED_IDS = ("commit", "save")
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
@@ -98,7 +100,9 @@ class Mail(MailState):
         inbox: Inbox,
         goals: Goals,
         externals: PlannerExternals,
+        tokens: Tokens,
         environment: Environment,
+        *,
         note: Callable[[journal.Event], None],
     ) -> None:
         super().__init__()
@@ -106,9 +110,10 @@ class Mail(MailState):
         self._goals = goals
         self.cancels: List[Goal] = []
         self._externals = externals
+        self._tokens = tokens
         self._environment = environment
         self._note = note
-        self._held: List[Item] = []  # nobody can say yet whether the planner knows it
+        self._held: List[Taken] = []  # nobody can say yet whether the planner knows it
         self._acting: Dict[str, Acting] = {}
         self._command_began: Optional[float] = None  # that which is carried out
 
@@ -211,12 +216,11 @@ class Mail(MailState):
             may_ask: Whether the planner may be asked now whether it knows something; else what is
                 unknown is held back.
         """
-        new = self.inbox.take()
-        if not (new or self._held):
+        new, dropped = self._tokens.resolve(self.inbox.take())
+        if not (new or dropped or self._held):
             return
         held, self._held = self._held, []
         items = held + new
-        dropped: List[str] = []
         seconds = 0.0
         if self._command_began is not None:
             seconds = max(time.perf_counter() - self._command_began, _SHORTEST)
@@ -233,7 +237,7 @@ class Mail(MailState):
         self._log_dropped(dropped)
         self._goals.tell_positions()
 
-    def _take(self, item: Item, may_ask: bool, dropped: List[str]) -> bool:
+    def _take(self, item: Taken, may_ask: bool, dropped: List[str]) -> bool:
         """Takes one thing, and returns whether it is news for the controller."""
         if isinstance(item, Cancel):
             if self._goals.cancel(item.goal):
@@ -278,7 +282,12 @@ class Mail(MailState):
         except TermError as err:
             dropped.append(str(err))
             return False
-        acting = self._acting.get(source)
+        acting, said = self._acting.get(source), value
+        if acting and value == UNKNOWN:
+            if self._hold(message, [(source, UNKNOWN)], may_ask):
+                return True
+            if not self._externals.knows([(source, UNKNOWN)]):
+                value = FAILURE  # if that is known; it is not taken for a success in any case
         if source in _RESERVED_IDS or (source == "info" and value == "passed"):
             reason = "these are rosoclingo's own"
         elif self._goals.is_slot(source):
@@ -288,7 +297,8 @@ class Mail(MailState):
         elif not self._externals.knows([(source, value)]):
             if acting and acting.answer is None:
                 self._acting[source] = replace(acting, answer=value)
-                self._warn_of_undeclared_answer(source, value)
+                self._tokens.take(source, said)
+                self._warn_of_undeclared_answer(source, said)
                 return True
             reason = "the planner's encoding declares no such event"
         elif acting and acting.answer is not None and acting.answer != value:
@@ -296,6 +306,9 @@ class Mail(MailState):
         else:
             if acting:
                 self._acting[source] = replace(acting, answer=value)
+            if value != said:
+                self._warn_of_unknown(source)
+            self._tokens.take(source, said)
             self.messages.append((source, value))
             return True
         dropped.append(f"{journal.naming(source, value)}{reason}")
@@ -311,7 +324,15 @@ class Mail(MailState):
                 f"#external {shorten(f'event({source},{value},t)')}; this is said once"
             )
 
-    def _hold(self, item: Item, pairs: List[Pair], may_ask: bool) -> bool:
+    def _warn_of_unknown(self, source: str) -> None:
+        """Says that an outcome is told as a failure, because the encoding does not know better."""
+        self._environment.warn(
+            f"whether {shorten(source)} has done its action is unknown, and the planner is told "
+            "that it failed, because its encoding does not declare "
+            f"#external {shorten(f'event({source},{UNKNOWN},t)')}"
+        )
+
+    def _hold(self, item: Taken, pairs: List[Pair], may_ask: bool) -> bool:
         """Keeps an item for later if nobody can say whether the planner knows one of the pairs."""
         externals = self._externals
         if externals.knows(pairs) or externals.is_sure(pairs):
@@ -410,7 +431,7 @@ class Mail(MailState):
             )
 
 
-def _arrival(item: Item, seconds: float) -> journal.Event:
+def _arrival(item: Taken, seconds: float) -> journal.Event:
     """Returns what the journal says of something that has come."""
     if isinstance(item, Message):
         return journal.MessageArrived(item.id, item.value, seconds)
@@ -419,7 +440,7 @@ def _arrival(item: Item, seconds: float) -> journal.Event:
     return journal.GoalArrived(item.id, item.request, item.information, seconds)
 
 
-def _item(key: Key, goals: Dict[str, Goal]) -> Item:
+def _item(key: Key, goals: Dict[str, Goal]) -> Taken:
     kind, identifier, value = key
     if kind is Kind.MESSAGE:
         return Message(identifier, value)

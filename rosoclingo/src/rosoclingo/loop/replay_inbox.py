@@ -14,7 +14,7 @@ from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, 
 
 from rosclingo.errors import ParameterError
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message
+from rosoclingo.loop.inbox import Answer, Cancel, Inbox, Item, Message, Taken
 
 
 class Phase(enum.IntEnum):
@@ -105,13 +105,15 @@ class ReplayInbox(Inbox):
         super().__init__()
         self._dues: Deque[Due] = deque(dues)
         self._expected = Counter(due.key for due in dues if due.kind is not Kind.RECALL)
-        self._held: Dict[Key, Deque[Item]] = {}  # has come, and is not taken yet
+        self._held: Dict[Key, Deque[Taken]] = {}  # has come, and is not taken yet
         self._moment = -1, Phase.WAIT
         self._missing: Counter[Key] = Counter()  # is due, and has not come
         self._is_open = False
 
     def put(self, item: Item) -> None:
-        """Adds an item; returns at once."""
+        """Adds an item; returns at once. A replay's answers are those of the recording."""
+        if isinstance(item, Answer):
+            return
         key = key_of(item)
         with self._changed:
             if not self._is_open and self._expected[key] > 0:
@@ -217,7 +219,7 @@ class ReplayInbox(Inbox):
         return needed - Counter({key: len(self._held.get(key, ())) for key in needed})
 
 
-def key_of(item: Item) -> Key:
+def key_of(item: Taken) -> Key:
     """Returns what identifies an item, whenever it comes."""
     if isinstance(item, Message):
         return Kind.MESSAGE, item.id, item.value

@@ -16,6 +16,7 @@ from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.mail import Mail, MailSnapshot
 from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.solver import Planner, PlannerState
+from rosoclingo.loop.tokens import Tokens, TokensState
 from rosoclingo.loop.waiting import Waiting
 from rosoclingo.loop.words import ABORT
 
@@ -67,6 +68,7 @@ class StateSnapshot:
     planner: PlannerState
     externals: ExternalsState
     goals: GoalsSnapshot
+    tokens: TokensState
     mail: MailSnapshot
     reminded: bool
 
@@ -80,6 +82,7 @@ class State(Progress):
         planner: The planner.
         externals: What is known of the planner's externals.
         goals: The goals.
+        tokens: What each actuator was told to do last.
         mail: What has come from outside.
         waiting: How it is waited for that.
         environment: Where actions and log messages go.
@@ -116,7 +119,10 @@ class State(Progress):
         self.environment = environment
         self.externals = PlannerExternals(planner)
         self.goals = Goals()
-        self.mail = Mail(inbox, self.goals, self.externals, environment, self.note)
+        self.tokens = Tokens()
+        self.mail = Mail(
+            inbox, self.goals, self.externals, self.tokens, environment, note=self.note
+        )
         self.waiting = Waiting(
             self.mail,
             self.goals,
@@ -133,6 +139,7 @@ class State(Progress):
             self.planner,
             self.externals,
             self.goals.snapshot(self.mail.goals_spoken_of),
+            self.tokens,
             self.mail.snapshot(),
             self.waiting.reminded,
         )
@@ -151,8 +158,11 @@ class State(Progress):
         take_over(self.planner, saved.planner)
         goals = self.goals.restore(saved.goals, client)
         self.externals.restore(saved.externals, self.goals.slots)
+        take_over(self.tokens, saved.tokens)
         self.mail.restore(saved.mail, goals)
         self.waiting.reminded = saved.reminded
+        if self.tokens.last:
+            self.environment.show_told(self.tokens.run, self.tokens.told)
         return goals
 
     def begin(self, slots: Sequence[str]) -> None:
@@ -321,6 +331,19 @@ class State(Progress):
         if self.goals.waiting and self.goals.has_free_slot():
             self.mail.note_goals()
 
+    def dispatch(self, actions: Sequence[Action]) -> None:
+        """Gives actions their tokens, and shows them; they are committed next."""
+        for action in actions:
+            self.tokens.begin(action)
+        if actions:
+            self.show_told()
+
+    def show_told(self) -> None:
+        """Shows what each actuator was told last, if that or its answer is new."""
+        if self.tokens.changed:
+            self.tokens.changed = False
+            self.environment.show_told(self.tokens.run, self.tokens.told)
+
     def commit(self, action: Action) -> None:
         """Sends an action, which its actuator is to answer, and remembers it as published."""
         self._published.add(action)
@@ -333,6 +356,8 @@ class State(Progress):
         abort = Action(actuator, ABORT, self.step)
         if abort not in self._published:
             self._published.add(abort)
+            self.tokens.abort(actuator)
+            self.show_told()
             self.environment.publish(actuator, abort.name)
 
     def is_published(self, action: Action) -> bool:

@@ -5,6 +5,9 @@ from __future__ import annotations
 SUCCESS, FAILURE = "success", "failure"
 """Usual answers to an action."""
 
+UNKNOWN = "unknown"
+"""The answer of an interface that cannot know whether its action was done."""
+
 INFO = "info"
 """The id of what nobody has to answer for: an observation, or what the loop itself says."""
 

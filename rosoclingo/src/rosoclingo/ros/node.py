@@ -1,4 +1,4 @@
-"""The ROS node: topics ``~in`` and ``~out``, an action at the node's own name, and a service."""
+"""The ROS node: topics for actions and answers, an action at the node's own name, a service."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from functools import partial
-from typing import Any, Callable, Dict, NoReturn, Optional, Sequence
+from typing import Any, Callable, Dict, FrozenSet, NoReturn, Optional, Sequence
 
 import actionlib
 import rospy
@@ -26,19 +26,23 @@ from rosoclingo.loop.atoms import Action, canonical
 from rosoclingo.loop.controller import Controller, Decider
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
-from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.inbox import Answer, Inbox, Message
 from rosoclingo.loop.insistent import Insistent
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.replay_inbox import ReplayInbox, decode
 from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.tokens import TOKENS_HEADER, Told
 from rosoclingo.msg import (
     ROSoClingoAction,
+    ROSoClingoAnswer,
+    ROSoClingoDispatch,
     ROSoClingoEvent,
     ROSoClingoFeedback,
     ROSoClingoIn,
     ROSoClingoOut,
     ROSoClingoPlan,
     ROSoClingoResult,
+    ROSoClingoToken,
 )
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.questions import Questions
@@ -90,6 +94,7 @@ class RosEnvironment(Environment):
 
     Attributes:
         questions: What answers questions; None if nothing does.
+        told: The actuators that were told something.
     """
 
     def __init__(self, description: str) -> None:
@@ -99,6 +104,9 @@ class RosEnvironment(Environment):
             description: What :func:`rosclingo.solver.about.about` says of the node.
         """
         self.questions: Optional[Questions] = None
+        self.told: FrozenSet[str] = frozenset()
+        # Opened before ~out: who hears an action there can tell whether it comes here, too.
+        self._dispatch = publisher("~dispatch", ROSoClingoDispatch, latch=True)
         self._out = publisher("~out", ROSoClingoOut, latch=True)
         self._plan = publisher("~plan", ROSoClingoPlan, latch=True)
         self._about = publisher("~about", String, latch=True)
@@ -111,6 +119,17 @@ class RosEnvironment(Environment):
         """Publishes an action or a plan."""
         self._out.publish(actuator, action)
         rospy.loginfo("%s: %s", actuator, action)
+
+    def show_told(self, run: str, told: Sequence[Told]) -> None:
+        """Publishes to ``~dispatch``."""
+        self.told = frozenset(one.actuator for one in told)
+        self._dispatch.publish(
+            run,
+            [
+                ROSoClingoToken(one.number, one.step, one.actuator, one.action, _state(one))
+                for one in told
+            ],
+        )
 
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Publishes to ``~plan``."""
@@ -149,6 +168,13 @@ class RosEnvironment(Environment):
     def warn(self, text: str) -> None:
         """Logs at level WARN."""
         rospy.logwarn("%s", text)
+
+
+def _state(told: Told) -> int:
+    """Returns what is left to do of an action."""
+    if told.answer is not None:
+        return int(ROSoClingoToken.ANSWERED)
+    return int(ROSoClingoToken.ABORTED if told.aborted else ROSoClingoToken.PENDING)
 
 
 class Node:
@@ -196,7 +222,7 @@ class Node:
         explains = parameters.flag("explain", True)
         self.failure: Optional[str] = None
         self._inbox = inbox
-        environment = RosEnvironment(describe(parameters=deciding))
+        self._environment = environment = RosEnvironment(describe(parameters=deciding))
         self._loop = Loop(
             controller,
             planner,
@@ -224,6 +250,7 @@ class Node:
         )
         self._server.start()
         self._in = subscriber("~in", ROSoClingoIn, self._on_message)
+        self._answer = subscriber("~answer", ROSoClingoAnswer, self._on_answer)
         self._service = rospy.Service(
             "~get_goal_information", GetGoalInformation, self._on_get_information
         )
@@ -276,7 +303,14 @@ class Node:
             self.failure = reason
 
     def _on_message(self, message: ROSoClingoIn) -> None:
-        self._inbox.put(Message(message.id, message.value))
+        header = message._connection_header
+        if TOKENS_HEADER in header and message.id in self._environment.told:
+            return  # for those who listen; it comes with its token, too
+        self._inbox.put(Message(message.id, message.value, header.get("callerid", "")))
+
+    def _on_answer(self, message: ROSoClingoAnswer) -> None:
+        sender = message._connection_header.get("callerid", "")
+        self._inbox.put(Answer(message.run, message.number, message.value, sender))
 
     def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
         # Runs under actionlib's lock: nothing here may wait.

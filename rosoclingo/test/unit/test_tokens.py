@@ -1,0 +1,302 @@
+"""Actions have tokens, which stay the same, and each action is answered once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Callable, List, Sequence, Tuple
+
+import pytest
+
+from rosclingo.solver.options import Options
+from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
+from rosoclingo.desk.system import System
+from rosoclingo.loop import journal
+from rosoclingo.loop.inbox import Answer, Message
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.tokens import Told
+
+LINE = f"{EXAMPLES}/line.lp"
+MODE = "dynamic.incremental.dyn_reset"
+
+# With this, a move of which nobody knows whether it was made ends all goals.
+KNOWS_UNKNOWN = """
+#program state(t).
+#external event(robot,unknown,t).
+#program transition(t).
+status(ID,aborted,t) :- event(robot,unknown,t), asked(ID,_,t).
+"""
+
+
+class Robot(System):
+    """Answers with tokens, as ``play`` says, which is called whenever the loop waits."""
+
+    def __init__(self, make: Callable[..., Loop], play: Callable[[Robot], None]) -> None:
+        self.shown: List[Tuple[str, List[Told]]] = []
+        self._play = play
+        super().__init__(make)
+
+    @property
+    def told(self) -> Told:
+        """What the robot was told last."""
+        return next(told for told in self.shown[-1][1] if told.actuator == "robot")
+
+    def reply(self, value: str, number: int = 0, run: str = "", sender: str = "/node") -> None:
+        """Answers the last action, or that with a number."""
+        self.put(Answer(run or self.shown[-1][0], number or self.told.number, value, sender))
+
+    def turn(self) -> bool:
+        """Lets the robot answer what it was told and has not answered."""
+        if self.acting:
+            self.acting.clear()
+            self._play(self)
+        return bool(self._items)
+
+    def show_told(self, run: str, told: Sequence[Told]) -> None:
+        assert run
+        self.shown.append((run, list(told)))
+
+    @property
+    def dropped(self) -> List[str]:
+        """Why messages were dropped, by the journal."""
+        events = [entry.event for entry in self.journal]
+        return [event.reason for event in events if isinstance(event, journal.MessageDropped)]
+
+    @property
+    def messages(self) -> List[Tuple[str, str]]:
+        """What was taken, by the journal."""
+        events = [entry.event for entry in self.journal]
+        return [(e.source, e.value) for e in events if isinstance(e, journal.MessageArrived)]
+
+
+def robot(play: Callable[[Robot], None], *files: str, mode: str = MODE) -> Robot:
+    options = Options((LINE, *files))
+    constants = () if mode == SINGLE else ("-c", "steps=30")
+    return Robot(make_parts(mode, options, constants).loop, play)
+
+
+def visit(made: Robot, cell: int) -> List[str]:
+    """Asks the robot for a visit and returns what the goal's client is told."""
+    goal = made.request(f"visit({cell})")
+    assert made.run() is None
+    return goal.words
+
+
+@pytest.mark.parametrize("mode", [MODE, SINGLE])
+def test_an_answer_with_its_token(mode: str) -> None:
+    made = robot(lambda robot: robot.reply("success"), mode=mode)
+    assert visit(made, 4) == ["accepted", "succeeded"]
+    assert [action for _, action in made.published] == ["go(2)", "go(3)", "go(4)"]
+    assert made.messages == [("robot", "success")] * 3
+    assert made.dropped == made.warnings == []
+    # Each action is shown before it is published, and the last answer in the end.
+    told = [(one.number, one.action, one.answer) for _, [one] in made.shown]
+    assert told == [
+        (1, "go(2)", None), (2, "go(3)", None), (3, "go(4)", None), (3, "go(4)", "success"),
+    ]  # fmt: skip
+    assert len({run for run, _ in made.shown}) == 1
+    # After a reset, numbers go on.
+    assert visit(made, 3) == ["accepted", "succeeded"]
+    assert made.told.number == 4
+
+
+def test_two_runs_have_two_ids() -> None:
+    runs = [robot(lambda robot: robot.reply("success")) for _ in range(2)]
+    assert [visit(made, 2) for made in runs] == [["accepted", "succeeded"]] * 2
+    assert runs[0].shown[0][0] != runs[1].shown[0][0]
+
+
+def test_answers_to_old_tokens() -> None:
+    """They are dropped with a note, and change nothing."""
+
+    def play(made: Robot) -> None:
+        if made.told.action == "go(3)":
+            made.reply("failure", number=1)
+            made.reply("failure", run="another")
+            made.reply("failure", number=77)
+            made.reply("failure", number=0xFFFFFFFF)
+        made.reply("success")
+
+    made = robot(play)
+    assert visit(made, 4) == ["accepted", "succeeded"]
+    assert [action for _, action in made.published] == ["go(2)", "go(3)", "go(4)"]
+    run = made.shown[0][0]
+    reasons = [
+        "answer failure to action 1: its actuator was told something else since then",
+        f"answer failure to action 2: it is of the run another, and this is {run}",
+        "answer failure to action 77: there is none",
+        "answer failure to action 4294967295: there is none",
+    ]
+    assert made.dropped == reasons
+    assert made.warnings == [f"dropped a message: {reason}" for reason in reasons]
+    assert made.messages == [("robot", "success")] * 3
+
+
+def test_a_late_answer_that_is_dropped_ends_no_wait() -> None:
+    def play(made: Robot) -> None:
+        made.reply("success" if len(made.published) == 1 else "failure", number=1)
+
+    made = robot(play)
+    assert visit(made, 4) == ["accepted"]  # the robot never answers its second action
+    assert [action for _, action in made.published] == ["go(2)", "go(3)"]
+
+
+@pytest.mark.parametrize("order", ["in first", "token first", "in later"])
+def test_who_answers_on_both_is_counted_once(order: str) -> None:
+    def play(made: Robot) -> None:
+        number, message = made.told.number, Message("robot", "success", "/node")
+        if order == "in later" and number > 2:
+            made.put(message)  # to the action before: the robot is still at this one
+        if number == 4:
+            return
+        if order == "in first":
+            made.put(message)
+        made.reply("success")
+        if order == "token first" or (order == "in later" and number == 1):
+            made.put(message)
+
+    made = robot(play)
+    assert visit(made, 6) == ["accepted"]
+    assert [action for _, action in made.published] == [f"go({cell})" for cell in (2, 3, 4, 5)]
+    assert made.messages == [("robot", "success")] * 3
+    note = (
+        "answer success of robot without a token: /node has given it to the action before, with "
+        "its token"
+    )
+    assert made.dropped == ([note] * 2 if order == "in later" else [])
+
+
+def test_a_node_that_answers_now_so_and_now_so() -> None:
+    """Each of its answers counts."""
+
+    def play(made: Robot) -> None:
+        number = made.told.number
+        if number in (1, 2, 4):
+            made.reply("success")
+        if number in (2, 3, 5):
+            made.put(Message("robot", "success", "/node"))
+
+    made = robot(play)
+    assert visit(made, 6) == ["accepted", "succeeded"]
+    assert made.messages == [("robot", "success")] * 5
+    assert made.dropped == []
+
+
+def test_answers_on_the_old_topic() -> None:
+    """They count as before, also of an actuator of which another node answers with tokens."""
+
+    def play(made: Robot) -> None:
+        if made.told.number % 2:
+            made.reply("success")
+        else:
+            made.put(Message("robot", "success", "/old"))
+
+    made = robot(play)
+    assert visit(made, 5) == ["accepted", "succeeded"]
+    assert made.dropped == []
+    assert made.told.answer == "success"
+
+
+def test_a_second_answer() -> None:
+    def play(made: Robot) -> None:
+        for value in ("success", "success", "failure"):
+            made.reply(value)
+
+    made = robot(play)
+    assert visit(made, 2) == ["accepted", "succeeded"]
+    assert made.dropped == ["id robot, value failure: it has answered success already"]
+    made.reply("success")
+    made.reply("failure")
+    assert made.run() is None
+    assert made.dropped[1:] == ["answer failure to action 1: robot has answered success already"]
+
+
+def test_an_answer_that_is_wrong() -> None:
+    def play(made: Robot) -> None:
+        made.reply("nonsense(")
+        made.reply("success")
+
+    made = robot(play)
+    assert visit(made, 2) == ["accepted", "succeeded"]
+    assert len(made.dropped) == 1
+    assert "'nonsense(' is not a ground term" in made.dropped[0]
+
+
+@pytest.mark.parametrize("example", ["line.lp", "line_demand.lp"])
+def test_an_encoding_that_does_not_know_unknown(example: str) -> None:
+    """It is told that the action has failed: the robot is where it was, and tries again."""
+    answers = ["unknown", "unknown", "success", "success"]
+    made = Robot(
+        make_parts(MODE, Options((f"{EXAMPLES}/{example}",)), ("-c", "steps=30")).loop,
+        lambda robot: robot.reply(answers[robot.told.number - 1]),
+    )
+    assert visit(made, 3) == ["accepted", "succeeded"]
+    assert [action for _, action in made.published] == ["go(2)", "go(2)", "go(2)", "go(3)"]
+    assert (
+        made.warnings
+        == [
+            "whether robot has done its action is unknown, and the planner is told that it failed, "
+            "because its encoding does not declare #external event(robot,unknown,t)"
+        ]
+        * 2
+    )
+    assert made.messages[0] == ("robot", "unknown")
+    assert made.dropped == []
+
+
+def test_an_encoding_that_knows_unknown(tmp_path: Path) -> None:
+    file = tmp_path / "unknown.lp"
+    file.write_text(KNOWS_UNKNOWN)
+    made = robot(lambda robot: robot.reply("unknown"), str(file))
+    assert visit(made, 3) == ["accepted", "aborted"]
+    assert made.warnings == made.dropped == []
+
+
+def test_unknown_without_failure(tmp_path: Path) -> None:
+    """An encoding that knows neither is told nothing, which is said."""
+    text = Path(LINE).read_text().replace("(success;failure)", "success")
+    file = tmp_path / "line.lp"
+    file.write_text(text)
+    made = Robot(
+        make_parts(MODE, Options((str(file),)), ("-c", "steps=30")).loop,
+        lambda robot: robot.reply("unknown"),
+    )
+    assert visit(made, 2) == ["accepted", "succeeded"]
+    assert ["robot has answered unknown: that ends its action" in w for w in made.warnings] == [
+        True
+    ]
+
+
+def test_a_token_stays_the_same() -> None:
+    """A loop that goes on elsewhere publishes its last action with the same token."""
+    make = make_parts(MODE, Options((LINE,)), ("-c", "steps=30")).loop
+    made = Robot(make, lambda robot: None)
+    goal: Any = made.request("visit(3)")
+    assert made.run() is None
+    saved, before = made.loop.snapshot(), made.shown[-1]
+    made.loop = make(made, made)
+    made.loop.restore(saved, lambda identifier: goal)
+    assert made.shown[-1] == before
+    made._play = lambda robot: robot.reply("success")
+    made.reply("success")
+    assert made.run() is None
+    assert [one.number for _, [one] in made.shown[-2:]] == [2, 2]
+    assert goal.words == ["accepted", "succeeded"]
+
+
+def test_an_abort() -> None:
+    """What is to stop keeps its token, and is still to be answered."""
+    made = Robot(
+        make_parts(SINGLE, Options((f"{EXAMPLES}/line_1.0.lp",)), ()).loop,
+        lambda robot: robot.tell("info", "close(2)"),
+    )
+    goal = made.request("visit(2)")
+    assert made.run() is None
+    assert [action for _, action in made.published] == ["go(2)", "abort"]
+    made.reply("failure")
+    made.tell("info", "open(2)")
+    made._play = lambda robot: robot.reply("success")
+    assert made.run() is None
+    assert goal.words == ["accepted", "succeeded"]
+    told = [(one.number, one.action, one.aborted, one.answer) for _, [one] in made.shown]
+    assert told[:2] == [(1, "go(2)", False, None), (1, "go(2)", True, None)]
+    assert told[-1] == (2, "go(2)", False, "success")

@@ -1,0 +1,211 @@
+"""What an interface remembers of its actions, also after its process was killed. Needs no ROS.
+
+>>> ledger = Ledger()
+>>> ledger.begin("robot", Token("a", 1), "pickup(3)")
+>>> ledger.last("robot").answer is None
+True
+>>> ledger.end("robot", Token("a", 1), "pickup(3)", "success")
+>>> ledger.last("robot")
+Entry(token=Token(run='a', number=1), action='pickup(3)', answer='success')
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Dict, Optional
+
+from rosoclingo_interfaces.errors import StoreError
+
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Token:
+    """What an action is known by, also when it is published again.
+
+    Attributes:
+        run: The id of rosoclingo's run.
+        number: The action's number in it.
+    """
+
+    run: str
+    number: int
+
+    def is_before(self, other: Token) -> bool:
+        """Whether another one of the same run is later."""
+        return self.run == other.run and self.number < other.number
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The last action that an actuator has begun.
+
+    Attributes:
+        token: That of the action.
+        action: The action, a term.
+        answer: What was answered; None as long as nothing is.
+    """
+
+    token: Token
+    action: str
+    answer: Optional[str] = None
+
+
+class Ledger:
+    """The last action of each actuator, and its answer. Thread-safe.
+
+    With a file, each change is there, whatever happens to the process or to the machine, before the
+    method that makes it returns: the new file is written next to the old one, and takes its place.
+
+    Attributes:
+        is_old: Whether the file was there, so that it says what an earlier process has done.
+    """
+
+    def __init__(self, file: Optional[Path] = None) -> None:
+        """Reads the file, or makes it.
+
+        Args:
+            file: Where it is kept; None for nowhere, so that a new process knows nothing.
+
+        Raises:
+            StoreError: The file cannot be read or written, or another process has it.
+        """
+        self._file = file
+        self._lock = threading.Lock()  # guards the entries; held while the file is written
+        self._entries: Dict[str, Entry] = {}
+        self.is_old = file is not None and file.exists()
+        if file is not None:
+            self._guard = _reserve(file)  # as long as this process lives
+            if self.is_old:
+                self._entries = _read(file)
+            self._write(self._entries)
+
+    def last(self, actuator: str) -> Optional[Entry]:
+        """Returns the last action that an actuator has begun, or None."""
+        with self._lock:
+            return self._entries.get(actuator)
+
+    def begin(self, actuator: str, token: Token, action: str) -> None:
+        """Remembers that an action is about to begin.
+
+        Raises:
+            StoreError: It cannot be remembered; the action must not begin.
+        """
+        with self._lock:
+            entries = {**self._entries, actuator: Entry(token, action)}
+            self._write(entries)
+            self._entries = entries
+
+    def end(self, actuator: str, token: Token, action: str, answer: str) -> None:
+        """Remembers the answer that is about to be sent, unless a later action has begun.
+
+        Raises:
+            StoreError: It is remembered by this process only.
+        """
+        with self._lock:
+            known = self._entries.get(actuator)
+            if known is not None and token.is_before(known.token):
+                return
+            self._entries = {**self._entries, actuator: Entry(token, action, answer)}
+            self._write(self._entries)
+
+    def _write(self, entries: Dict[str, Entry]) -> None:
+        if self._file is None:
+            return
+        said = {
+            actuator: {
+                "run": entry.token.run,
+                "number": entry.token.number,
+                "action": entry.action,
+                "answer": entry.answer,
+            }
+            for actuator, entry in entries.items()
+        }
+        text = json.dumps({"format": _FORMAT, "last": said}, indent=1) + "\n"
+        try:
+            _replace(self._file, text.encode())
+        except OSError as err:
+            raise StoreError(
+                f"{self._file} (~store) cannot be written: {err}; make room, or let this node "
+                "write there"
+            ) from err
+
+
+def _replace(file: Path, data: bytes) -> None:
+    """Puts another file in the place of a file; there is one of them, whole, at any time.
+
+    Raises:
+        OSError: It cannot be written; the old file may be there still.
+    """
+    new = f"{file}.new"
+    descriptor = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+    try:
+        while data:
+            data = data[os.write(descriptor, data) :]
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+    os.replace(new, file)
+    folder = os.open(file.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+def _reserve(file: Path) -> int:
+    """Keeps other processes from using a file, until this process ends or closes what is returned.
+
+    Raises:
+        StoreError: Another one uses it, or there can be no file.
+    """
+    try:
+        descriptor = os.open(f"{file}.lock", os.O_WRONLY | os.O_CREAT, 0o644)
+    except OSError as err:
+        raise StoreError(
+            f"{file} (~store) cannot be made: {err}; name a file in a folder where this node may "
+            "write"
+        ) from err
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as err:
+        os.close(descriptor)
+        raise StoreError(
+            f"{file} (~store) is used by another node that runs: end that one, or give each its own"
+        ) from err
+    return descriptor
+
+
+def _read(file: Path) -> Dict[str, Entry]:
+    """Reads what an earlier process has remembered.
+
+    Raises:
+        StoreError: The file cannot be read, or holds something else.
+    """
+    try:
+        said = json.loads(file.read_bytes())
+        if said["format"] != _FORMAT:
+            raise ValueError(f"its format is {said['format']!r}, and this version knows {_FORMAT}")
+        return {str(actuator): _entry(entry) for actuator, entry in said["last"].items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as err:
+        raise StoreError(
+            f"{file} (~store) is no store of an interface: {err!r}; name another file, or move it "
+            "away if nothing in it matters: what was begun is not known then"
+        ) from err
+
+
+def _entry(said: Any) -> Entry:
+    run, number, action, answer = (said[key] for key in ("run", "number", "action", "answer"))
+    if not (
+        isinstance(run, str)
+        and type(number) is int
+        and isinstance(action, str)
+        and (answer is None or isinstance(answer, str))
+    ):
+        raise ValueError(f"{said!r:.200} is no action")
+    return Entry(Token(run, number), action, answer)
