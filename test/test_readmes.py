@@ -711,6 +711,22 @@ def test_move_base_interface(page: Page) -> None:
     assert set(read_waypoints(page.folder / "places.yaml").places) == {"c3", "c(4)"}
 
 
+@of("rosoclingo_interfaces/README.md", "After a crash")
+def test_what_follows_a_crash(page: Page) -> None:
+    """A class of the README's, and what its table says of actions."""
+    program = (
+        "import clingo\nfrom rosoclingo_interfaces.interface import ActionInterface\n"
+        f"{page.block('python')}\n"
+        "class Any(Mailbot):\n    def __init__(self): pass\n"
+        "for name in 'greet', 'charge', 'go(c3)', 'pickup(1)':\n"
+        "    print(Any().outcome_after_crash(clingo.parse_term(name)))\n"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", program], check=True, stdout=subprocess.PIPE, text=True
+    )
+    assert said.stdout.split() == ["fail", "again", "again", "unknown"]
+
+
 @of("rosoclingo_interfaces/README.md", "un_block.py")
 def test_un_block(page: Page) -> None:
     heard = page.terminals.start("rostopic", "echo", "/rosoclingo/in")
