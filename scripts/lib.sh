@@ -5,6 +5,8 @@ export ROS_HOSTNAME=localhost
 unset ROS_IP
 # rospy loads numpy, whose threads would keep the processor busy at the start of each node.
 export OPENBLAS_NUM_THREADS=1
+# A thousand processes begin, and each would compile all of its modules. What is left behind is ignored by git.
+unset PYTHONDONTWRITEBYTECODE
 
 # What catkin calls the interpreter of the nodes: before Debian 13, and from then on.
 interpreter=("-DPYTHON_EXECUTABLE=$PWD/.venv/bin/python" "-DPython_EXECUTABLE=$PWD/.venv/bin/python")

@@ -22,7 +22,7 @@ FLOORS = {
     ],
     "rosoclingo_interfaces": [
         "errors", "prompt", "topics", "journal", "announcements",
-        "ledger", "execution", "interface", "executor", "clock", "node",
+        "ledger", "execution", "interface", "executor", "clock", "insistent", "node",
         "fulfill", "pickup_deliver", "un_block", "navigation",
     ],
     "rosoclingo_rviz": ["errors", "messages", "node"],

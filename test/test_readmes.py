@@ -711,6 +711,22 @@ def test_move_base_interface(page: Page) -> None:
     assert set(read_waypoints(page.folder / "places.yaml").places) == {"c3", "c(4)"}
 
 
+@of("rosoclingo_interfaces/README.md", "After a crash")
+def test_what_follows_a_crash(page: Page) -> None:
+    """A class of the README's, and what its table says of actions."""
+    program = (
+        "import clingo\nfrom rosoclingo_interfaces.interface import ActionInterface\n"
+        f"{page.block('python')}\n"
+        "class Any(Mailbot):\n    def __init__(self): pass\n"
+        "for name in 'greet', 'charge', 'go(c3)', 'pickup(1)':\n"
+        "    print(Any().outcome_after_crash(clingo.parse_term(name)))\n"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", program], check=True, stdout=subprocess.PIPE, text=True
+    )
+    assert said.stdout.split() == ["fail", "again", "again", "unknown"]
+
+
 @of("rosoclingo_interfaces/README.md", "un_block.py")
 def test_un_block(page: Page) -> None:
     heard = page.terminals.start("rostopic", "echo", "/rosoclingo/in")
@@ -855,15 +871,7 @@ def test_the_tutorial(tutorial: Page) -> None:
     script.write_text(script.read_text().replace(place, f"{tutorial.block('python')}\n{place}"))
     check_output("docs/tutorial.md", "2. A second action", tutorial.run("plan.py"))
 
-    said = tutorial.run("plan.py")
-    change(encoding, tutorial.block("diff"))
-    said += tutorial.run("plan.py")
-    check_output("docs/tutorial.md", "3. Failures and announcements", said)
-    blocked = tutorial.type("plan.py")
-    assert blocked.wait() == 1
-    (reason,) = re.findall(r"says why:\n`([^`]+)`", (ROOT / "docs/tutorial.md").read_text())
-    assert reason in blocked.output
-    assert "nothing found" in tutorial.run("check.py")
+    meet_failures(tutorial, encoding)
 
     robot = tutorial.type("record:=")
     tutorial.sees("/rosoclingo/goal")
@@ -876,6 +884,28 @@ def test_the_tutorial(tutorial: Page) -> None:
     assert "testdetour" in tutorial.run("rostest")
     tutorial.run("report.py")
     assert "sweep(kitchen)" in (workspace / "detour.html").read_text()
+
+
+def meet_failures(tutorial: Page, encoding: Path) -> None:
+    """Types the tutorial's third step."""
+    said = tutorial.run("plan.py")
+    change(encoding, tutorial.block("diff"))
+    said += tutorial.run("plan.py")
+    blocked = tutorial.type("plan.py")
+    assert blocked.wait() == 1
+    text = (ROOT / "docs/tutorial.md").read_text()
+    (reason,) = re.findall(r"says why:\n`([^`]+)`", text)
+    assert reason in blocked.output
+    change(encoding, tutorial.block("diff"))
+    said += tutorial.run("plan.py")
+    check_output("docs/tutorial.md", "3. Failures and announcements", said)
+    checked = tutorial.type("check.py")
+    assert checked.wait() == 1
+    (difference,) = re.findall(r"the same way again:\n`([^`]+)`", text)
+    assert f"robot.examples:8: example: {difference}" in checked.output
+    assert "1 found" in checked.output
+    change(encoding.with_suffix(".examples"), tutorial.block("diff"))
+    assert re.search("3 examples, .*: nothing found", tutorial.run("check.py"))
 
 
 def change(file: Path, difference: str) -> None:

@@ -45,6 +45,7 @@ RUNS: Dict[str, Tuple[str, ...]] = {
     "line on demand": (f"{EXAMPLES}/line_demand.lp",),
     "blocks": BLOCKS,
     "ten blocks": (str(BENCHES / "ten_blocks.lp"), BLOCKS[1]),
+    "single actions": (str(ROOT / "rosoclingo_interfaces" / "test" / "system" / "crashes.lp"),),
     "hanoi": (str(BENCHES / "hanoi.lp"), "-c", "disks=3"),
     "mailbot, with its examples": (PAIR, MAILBOT),
     "mailbot of the paper": (GRID, PAPER, *SMALL),

@@ -136,6 +136,7 @@ class Recorder:
         name: str = "run.bag",
         driver: Mapping[str, str] = IN_ORDER,
         planner: Sequence[str] = (),
+        parameters: Sequence[str] = (),
         steps: int = 20,
     ) -> Path:
         """Runs a system until its goals have ended, or until it has published its plan."""
@@ -149,7 +150,7 @@ class Recorder:
                       "-c", f"steps={steps}"),
                 start("rosrun", "rosclingo", "run.py", "__name:=planner", *planner,
                       *(part for file in encodings for part in ("-f", file))),
-                start("rosrun", "rosoclingo", "run.py"),
+                start("rosrun", "rosoclingo", "run.py", *parameters),
             ]  # fmt: skip
         recorder = start("rosrun", "rosoclingo", "record.py", "-o", str(bag), "__name:=recorder")
         recorder.wait_for("recording /rosoclingo")
@@ -297,13 +298,23 @@ def test_compares_what_was_recorded(
         assert "Traceback" not in ended.output
 
 
-def test_a_mode_that_resets(terminals: Terminals, recorder: Recorder) -> None:
-    """The two other incremental modes are those of the tests around this one."""
+def test_a_mode_that_resets(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
+    """The two other incremental modes are those of the tests around this one.
+
+    A goal that cannot be reached ends alone, in the replay, too, as the bag has the parameter.
+    """
     mode = "dynamic.incremental.reset"
-    bag = recorder.record(["visit(3) visit(2)", "visit(1)"], [line()], mode, failures=[1, 4])
+    island = tmp_path / "island.lp"
+    island.write_text("#program transition(t). :- do(robot,go(5),t).")
+    bag = recorder.record(
+        ["visit(3) visit(2)", "visit(5)", "visit(1)"], [line(), str(island)], mode,
+        failures=[1, 4], parameters=["_abort_unreachable:=true"],
+    )  # fmt: skip
     ended = replay(terminals, bag)
     assert ended.wait() == 0, ended.output
-    assert "no difference at level exact: 3 goals" in ended.output
+    assert "no difference at level exact: 4 goals" in ended.output
+    program = read_recording(bag).programs["/rosoclingo"]
+    assert program.parameters == {"abort_unreachable": True, "search_seconds": 0.0}
 
 
 @pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])

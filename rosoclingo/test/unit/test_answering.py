@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Callable, Iterator, List, Optional
 
@@ -51,11 +52,16 @@ def wait_for(condition: Callable[[], bool]) -> None:
         time.sleep(0.01)
 
 
+def state(pid: int) -> str:
+    """Returns the letter for what a process does: T if it is stopped, X if it has ended."""
+    with contextlib.suppress(OSError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    return "X"
+
+
 def is_there(pid: int) -> bool:
     """Whether a process runs, or waits for its parent to hear of its end."""
-    with contextlib.suppress(OSError):
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
-    return False
+    return state(pid) not in "ZX"
 
 
 def ticks(pid: int) -> int:
@@ -295,6 +301,47 @@ def test_who_closes_it_need_not_wait(make: Callable[..., Asked]) -> None:
     assert replies == [CLOSED]
     assert asked.ask(task()) == CLOSED
     assert asked.warnings == []
+
+
+def test_it_rests_while_the_loop_is_in_a_hurry(make: Callable[..., Asked]) -> None:
+    asked = make()
+    asked.rest(True)  # before there is a process, and a question
+    with ThreadPoolExecutor(1) as thread:
+        reply = thread.submit(asked.ask, task())
+        wait_for(lambda: asked.pid is not None)
+        pid = asked.pid
+        assert pid is not None
+        wait_for(lambda: state(pid) == "T")
+        assert not reply.done()
+        asked.rest(False)
+        assert reply.result(PATIENCE).text == WHY
+        asked.rest(True)  # nothing is asked
+        assert state(pid) != "T"
+        asked.rest(False)
+        assert thread.submit(asked.ask, task()).result(PATIENCE).text == WHY
+        assert (asked.pid, asked.warnings) == (pid, [])
+
+
+def test_one_that_rests_ends_with_the_process_that_has_started_it(tmp_path: Path) -> None:
+    script = tmp_path / "parent.py"
+    script.write_text(
+        "import sys, threading, pickle\n"
+        "from rosoclingo.why.process import AnsweringProcess\n"
+        "process = AnsweringProcess(print, command=eval(sys.argv[2]))\n"
+        "task = pickle.loads(eval(sys.argv[1]))\n"
+        "process.ask(task)\n"
+        "process.rest(True)\n"
+        "threading.Thread(target=process.ask, args=[task]).start()\n"
+        "print(process.pid, flush=True)\n"
+    )
+    command = [sys.executable, str(script), repr(pickle.dumps(task())), repr(IMPATIENT)]
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env) as parent:
+        assert parent.stdout is not None
+        pid = int(parent.stdout.readline())
+        wait_for(lambda: state(pid) == "T")
+        parent.kill()
+        wait_for(lambda: not is_there(pid))
 
 
 def test_it_ends_with_the_process_that_has_started_it(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from rosoclingo.desk.parts import EXAMPLES
 
 LINE = f"{EXAMPLES}/line.lp"
 SMALL = ("-c", "cells=4")
+MOVED = "moved(X,t) :- do(robot,go(X),t), not event(robot,failure,t)."
 
 
 def changed(folder: Path, *changes: str) -> str:
@@ -107,6 +108,48 @@ def test_what_is_written(what: str, tmp_path: Path) -> None:
     assert own.place.rpartition(":")[2] == line
 
 
+UNUSED = {
+    "a predicate that is meant to be another": (
+        MOVED, f"{MOVED} moves(X,t) :- moved(X,t).",
+        "moves/2 is defined by rules, and nothing uses it; is moved/2 meant?",
+    ),
+    "one that is chosen": (
+        MOVED, f"{MOVED} {{ naps(X,t) : cell(X) }} :- moved(_,t).", "naps/2 is defined by rules",
+    ),
+    "one that is said to be for others": (
+        MOVED, f"{MOVED} leave(t) :- moved(_,t). #defined leave/1.", "",
+    ),
+    "one that is shown": (MOVED, f"{MOVED} leave(t) :- moved(_,t). #show leave/1.", ""),
+    "one in a term that is shown": (
+        MOVED, f"{MOVED} leave(t) :- moved(_,t). #show gone(t) : leave(t).", "",
+    ),
+    "one that is negated": (MOVED, f"{MOVED} leave(t) :- moved(_,t). :- not leave(t), t < 0.", ""),
+    "one that costs": (MOVED, f"{MOVED} leave(t) :- moved(_,t). :~ leave(t). [1,t]", ""),
+    "one in an aggregate": (
+        MOVED, f"{MOVED} leave(t) :- moved(_,t). :- #count {{ 1 : leave(t) }} > 1.", "",
+    ),
+    "one on which an external depends": (
+        MOVED, f"{MOVED} leave(1..2) :- cell(1). #external event(info,leave,t) : leave(X).", "",
+    ),
+    "facts, as a map for pictures": ("cell(1..cells).", "cell(1..cells). position(1,0,0).", ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", UNUSED)
+def test_what_nothing_uses(what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It is a hint, and the encoding is not wrong by that."""
+    old, new, text = UNUSED[what]
+    file = changed(tmp_path, old, new)
+    found = check(file, *SMALL, "--episodes", "0", "--goal", "visit(1)")
+    assert [finding.check for finding in found if finding.is_hint] == (["unused"] if text else [])
+    assert all(finding.is_hint and text in finding.text for finding in found)
+    if "meant?" in text:
+        assert run([file, *SMALL, "--episodes", "0", "--goal", "visit(1)"]) == 0
+        first, last = capsys.readouterr().out.splitlines()
+        assert first.endswith(f"changed.lp:82: unused (a hint): {text}")
+        assert last.endswith(": nothing found, 1 hint")
+
+
 def test_a_slot_is_an_id(tmp_path: Path) -> None:
     """Without slots, requests are messages of nobody."""
     found = check(changed(tmp_path, "rslot(1..slots).", "#defined rslot/1."), "--episodes", "0")
@@ -121,7 +164,6 @@ def test_an_encoding_that_does_not_parse(tmp_path: Path) -> None:
 
 # What it does.
 
-MOVED = "moved(X,t) :- do(robot,go(X),t), not event(robot,failure,t)."
 WANT = "holds(want(ID,X),t) :- asked(ID,X,t), not holds(at(X),t), not event(ID,cancel,t)."
 SUCCEEDED = "asked(ID,X,t), holds(at(X),t), not event(ID,cancel,t)."
 
@@ -180,6 +222,8 @@ def test_each_check_has_a_test() -> None:
 
 # Examples of an author.
 
+CLOSED = "--goal 'visit(3)' --event 'info:close(2)' -c steps=7"
+
 
 @pytest.mark.parametrize(
     ("line", "said"),
@@ -196,6 +240,24 @@ def test_each_check_has_a_test() -> None:
             'expected "no 9", and it says the planner does',
         ),
         ("--event 'info:shut(3)' => \"no external event(info,shut(3)\"", ""),
+        (f"{CLOSED} => no plan because close(2)", ""),
+        (f'{CLOSED} => aborted, no plan because "info says close(2)", 0 steps', ""),
+        (f"{CLOSED} --event 'info:close(4)' => no plan because close(2)", ""),
+        (
+            f"{CLOSED} --event 'info:close(1)' --abort-unreachable --goal 'visit(6)' => "
+            "no plan because close(2), because visit(6)",
+            "expected no plan because visit(6), and why is: There is no plan for visit(3)",
+        ),
+        (f"{CLOSED} => succeeded, no plan because close(2)", "expected succeeded, and the goals"),
+        (
+            f"{CLOSED} => no plan because close(3)",
+            "expected no plan because close(3), and why is: There is no plan for visit(3) because "
+            "info says close(2). Without that, there would be a plan of 2 steps.",
+        ),
+        (
+            "--goal 'visit(3)' => no plan because close(2)",
+            "expected no plan because close(2), and why is: there is a plan for all goals",
+        ),
     ],
 )
 def test_examples(line: str, said: str, tmp_path: Path) -> None:
@@ -215,6 +277,9 @@ def test_examples(line: str, said: str, tmp_path: Path) -> None:
     [
         ("--goal 'visit(3)'", "expected arguments of plan.py, =>, and what comes of them"),
         ("--goal 'visit(3)' =>", "'': expected N steps, the goals' statuses"),
+        ("--goal 'visit(3)' => no plan because", "no plan because: name the reason, such as"),
+        ("--goal 'visit(3)' => no plan", "no plan: name the reason, such as"),
+        ("--goal 'visit(3)' => no plan because X", "'X' is not a ground term: X begins"),
         ("--goal 'visit(3' => 2 steps", "'visit(3' is not a ground term"),
         ("--goal visit(3)' => 2 steps", "No closing quotation"),
         ("none.lp => 2 steps", "there is no file '{folder}/none.lp'"),

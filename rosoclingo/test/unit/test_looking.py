@@ -13,7 +13,7 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk import system as desk
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.replay_inbox import Due, Kind, Phase, ReplayInbox
 from rosoclingo.why.situation import Situation
 
@@ -112,3 +112,31 @@ def test_there_is_no_plan(mode: str) -> None:
     assert one.run() is not None
     assert one.asked == [("miss", (("1", "visit(6)"),)), ("finish", [[]])]
     assert one.goals[0].words[-1] == "aborted"
+
+
+def test_who_waits_is_in_a_hurry_when_something_comes(monkeypatch: pytest.MonkeyPatch) -> None:
+    inbox = Inbox()
+    said: List[bool] = []
+    inbox.hurry = said.append
+    inbox.put(Message("robot", "success"))
+    assert inbox.take()  # nobody has waited
+    assert not inbox.wait(0.0)
+    assert said == []
+    inbox.put(Message("robot", "success"))
+    assert inbox.wait(0.0)
+    assert inbox.wait(0.0)  # it is not taken yet
+    assert said == [True]
+    assert inbox.take()
+    assert said == [True]
+    assert not inbox.wait(0.0)
+    assert said == [True, False]
+    inbox.put(Message("robot", "success"))
+    assert inbox.wait(0.0)
+    monkeypatch.setattr("rosoclingo.loop.inbox._LONGEST_HURRY", -1.0)
+    inbox.take()  # as a search does now and then
+    inbox.take()
+    assert not inbox.wait(0.0)
+    assert said == [True, False, True, False]
+    inbox.look(lambda: None)
+    assert inbox.wait(0.0)  # a question is no reason to hurry
+    assert len(said) == 4

@@ -138,6 +138,7 @@ def test_the_bag_is_a_run(package: Path, tmp_path: Path) -> None:
     check(bag, recording, allow_scripts=False)
     started = starts(recording, tmp_path)
     assert [start.name for start in started] == ["rosoclingo", "controller", "planner"]
+    assert "_abort_unreachable:=true" in started[0].command  # as in the launch file
     encoding = next(word for word in started[2].command if word.endswith("robot.lp"))
     assert Path(encoding).read_text() == (package / "encoding/robot.lp").read_text()
     assert started[1].command[-4:] == ("-c", "steps=20", "-c", "r=5")

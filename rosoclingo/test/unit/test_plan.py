@@ -144,7 +144,10 @@ def test_no_plan(plan: Any) -> None:
     )
     assert said.err.endswith(f"plan.py: {why}\n")
     arguments = [LINE, "--goal", "visit(3)", "--event", "info:close(2)", "-c", "steps=7"]
-    assert "because" not in plan(*arguments, "--why-seconds", "0").err
+    assert "-c steps=N" not in said.err  # which would be of no use
+    unasked = plan(*arguments, "--why-seconds", "0").err
+    assert "because" not in unasked
+    assert "for visit(3); -c steps=N sets another" in unasked
     assert [answer["text"] for answer in json.loads(plan(*arguments, "--json").out)["why"]] == [why]
 
 
@@ -163,6 +166,7 @@ def test_there_was_no_time_to_say_why(plan: Any) -> None:
     said = plan(LINE, *arguments)
     assert said.status == 1
     assert said.err.endswith("why: there was no time for an answer; --why-seconds 1e-06\n")
+    assert "-c steps=N sets another" in said.err
 
 
 def test_no_plan_for_one_of_two(plan: Any) -> None:
@@ -172,6 +176,12 @@ def test_no_plan_for_one_of_two(plan: Any) -> None:
         1, ["goal 1, visit(1): succeeded", "goal 2, visit(3): aborted"],
     )  # fmt: skip
     assert "visit(3) was aborted: the planner has no plan within the horizon of 5" in said.err
+    assert "warning: the planner has no plan within the horizon of 5" in said.err
+    assert "-c steps=N" not in said.out + said.err
+    assert said.err.endswith(
+        "There is no plan for visit(3) because info says close(2). Without that, there would be a "
+        "plan of 2 steps.\n"
+    )
 
 
 def test_no_plan_in_a_simulation(plan: Any) -> None:
@@ -182,10 +192,9 @@ def test_no_plan_in_a_simulation(plan: Any) -> None:
     assert said.lines == [
         "message info: close(2)",
         "goal 1 comes: visit(3)",
-        "the loop ends: the planner has no plan within the horizon of 3 steps for visit(3); "
-        "-c steps=N sets another, at the controller if there is one",
+        "the loop ends: the planner has no plan within the horizon of 3 steps for visit(3)",
         "goal 1, visit(3), is aborted: the planner has no plan within the horizon of 3 steps for "
-        "visit(3); -c steps=N sets another, at the controller if there is one",
+        "visit(3)",
         "after 0 steps, at 0 s",
         "goal 1, visit(3): aborted",
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import Dict, List, Mapping, Sequence
+from typing import Any, Dict, List, Mapping, Sequence
 
 import pytest
 
@@ -157,6 +157,39 @@ def test_another_system(tmp_path: Path) -> None:
     made = commands(recording(), tmp_path, single="-f a.lp")
     assert made == {"rosoclingo": ["rosrun", "rosoclingo", "run-1.0.py", "__name:=rosoclingo",
                                    "-f", "a.lp"]}  # fmt: skip
+
+
+PARAMETERS = ["_abort_unreachable:=true", "_search_seconds:=2.5"]
+
+
+def deciding(of: Recording, **parameters: Any) -> Recording:
+    """A recording of a loop with parameters."""
+    loop = dataclasses.replace(of.programs[of.name], parameters=parameters)
+    return dataclasses.replace(of, programs={**of.programs, of.name: loop})
+
+
+def test_what_the_loop_decides_by(tmp_path: Path) -> None:
+    """It is as in the recording, whichever solvers there are, and nothing else is taken from it."""
+    values = {"abort_unreachable": True, "search_seconds": 2.5, "explain": True}
+    of = deciding(recording(), **values)
+    assert commands(of, tmp_path)["rosoclingo"][-2:] == PARAMETERS
+    assert commands(of, tmp_path, planner="-f p")["rosoclingo"][-2:] == PARAMETERS
+    assert commands(of, tmp_path, single="-f a.lp")["rosoclingo"][4:] == [*PARAMETERS, "-f", "a.lp"]
+    single = Program("/rosoclingo", "rosoclingo run-1.0.py", ("-f", "task.lp"), FILES)
+    of = deciding(Recording("/rosoclingo", (), {"/rosoclingo": single}), **values)
+    assert commands(of, tmp_path)["rosoclingo"][4:7] == [*PARAMETERS, "-f"]
+    assert commands(of, tmp_path, system="a b")["the system"] == ["roslaunch", "a", "b"]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"abort_unreachable": "true"}, {"abort_unreachable": 1}, {"search_seconds": True},
+     {"search_seconds": "1 __name:=x"}],
+)  # fmt: skip
+def test_a_wrong_parameter_in_a_bag(tmp_path: Path, wrong: Dict[str, Any]) -> None:
+    (name,) = wrong
+    with pytest.raises(ReplayError, match=f"wrong value of the parameter {name} of /rosoclingo"):
+        starts(deciding(recording(), **wrong), tmp_path)
 
 
 def test_what_does_not_fit(tmp_path: Path) -> None:

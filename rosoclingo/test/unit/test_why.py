@@ -1,7 +1,13 @@
-"""Why there is no plan, and what would be instead: against a fresh clingo for each question."""
+"""Why there is no plan, and what would be instead: against a fresh clingo for each question.
+
+``WHY_DRAWS=0:50 python -m pytest rosoclingo/test/unit/test_why.py`` takes more draws of each
+dialect, those from 0 to 49, each of which asks two questions why this action and not that.
+"""
 
 from __future__ import annotations
 
+import itertools
+import os
 import pickle
 import random
 import time
@@ -137,8 +143,9 @@ def check(draw: Draw, reason: Reason, dialect: Dialect, demand: str = "") -> Non
         assert draw.one_shot(dialect, rest, demand=demand) == member.without.horizon
 
 
-CASES = [(Dialect2, seed) for seed in range(9)]
-CASES += [(dialect, seed) for dialect in (Dialect1, PaperDialect) for seed in range(3)]
+MORE = range(*map(int, os.environ.get("WHY_DRAWS", "0:0").split(":")))
+CASES = [(Dialect2, seed) for seed in MORE or (*range(9), 21)]
+CASES += [(dialect, seed) for dialect in (Dialect1, PaperDialect) for seed in MORE or range(3)]
 
 
 @pytest.mark.parametrize(("dialect", "seed"), CASES)
@@ -224,6 +231,24 @@ def test_its_turn_comes_later() -> None:
     assert explainer.goal("2").after == ()
     text = explainer.why("do(robot,go(2),1)").text
     assert text.endswith("in step 1, the best plan would take 6 steps, 1 more than now.")
+
+
+@pytest.mark.parametrize(
+    ("action", "has"),
+    [
+        ("go(3)", "go(3) in step 2"),
+        ("go(5)", "go(2) in step 1 and go(3) in step 2"),
+        ("dance", "go(2) in step 1 and go(3) in step 2"),
+    ],
+)
+def test_an_action_that_is_planned_for_another_step(action: str, has: str) -> None:
+    situation = Situation(told=("event(1,visit(3),0)",), last=9, goals=(("1", "visit(3)"),))
+    explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
+    text = explainer.why(f"do(robot,{action},1)").text
+    assert text.startswith(f"The plan has no such action in step 1, but {has}. If robot were not ")
+    with pytest.raises(QuestionError, match="it is step 0 now, and the plan has") as refused:
+        explainer.why(f"do(robot,{action},-1)")
+    assert str(refused.value).endswith(f"the plan has {has}")
 
 
 DOOR = """
@@ -489,6 +514,40 @@ def test_the_situation_of_a_loop(system: Callable[..., System]) -> None:
     assert pickle.loads(pickle.dumps(answer)) == answer
     assert decode(WhyGoal, encode(answer)) == answer
     assert "robot has not answered for 0 s; it was told to do go(2)." in answer.text
+
+
+def test_a_long_run_is_told_as_what_holds(system: Callable[..., System]) -> None:
+    """The robot goes up and down the line, and does not answer any more in the end."""
+    made = system("dynamic.incremental.recording", "-c", "steps=90")
+    answers = itertools.chain(["success"] * 24, itertools.repeat(None))
+    made.world.answer = lambda actuator, action: next(answers)
+    made.send("info", "close(5)")
+    made.start()
+    for cell in (4, 1) * 4:
+        assert made.goal(f"visit({cell})").wait() == "succeeded"
+    made.goal("visit(3)")
+    made.world.wait_for(lambda world: len(world.actions) == 25)
+    situation = Situation.of(made.loop.state)  # the loop waits for an answer
+    step = made.loop.state.step
+    assert situation.step + situation.offset == step
+    assert situation.step <= 2
+    assert set(situation.told) >= {"event(save,at(1),0)", "event(save,closed(5),0)"}
+    explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
+    goal = explainer.goal("1")
+    assert goal.ends == step + 1
+    assert f"visit(3) ends in step {step + 1}, and it is step {step} now" in goal.text
+    contrast = explainer.why(f"do(robot,go(3),{step + 1})")
+    assert contrast.is_planned
+    assert contrast.longer == 1
+    for question in (explainer.why, explainer.why_not):
+        with pytest.raises(QuestionError, match=f"step {step - 1} has gone by; it is step {step}"):
+            question(f"do(robot,go(2),{step - 1})")
+    shut = explainer.what_if(["info:close(3)"])
+    assert shut.told == (f"event(info,close(3),{step})",)
+    assert shut.text == (
+        "There would be no plan for visit(3) because info says close(3). Without that, there "
+        "would be a plan of 2 steps."
+    )
 
 
 def test_the_situation_of_a_control_log() -> None:

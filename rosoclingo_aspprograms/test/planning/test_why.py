@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Dict, FrozenSet, Iterable, List, Optional, Sequence, Tuple
 
 import pytest
-from episode import DYN_RESET, MAILBOT, OFFICE, PACKAGE, RECORDING, Episode
+from episode import DYN_RESET, MAILBOT, OFFICE, PACKAGE, RECORDING, SINGLE, Episode
 from oracle import shortest
 
 from rosclingo.solver.engine import Engine
@@ -323,7 +323,9 @@ def test_an_action_that_is_asked_about_may_be_impossible_or_planned() -> None:
         "If mailbot were not to go to c1 in step 1, the best plan would take 13 steps, 1 more than "
         "now."
     )
-    assert explainer.why("do(mailbot,go(open2),1)").text.startswith("The plan has no such action.")
+    assert explainer.why("do(mailbot,go(open2),1)").text.startswith(
+        "The plan has no such action in step 1, but go("
+    )
     later = explainer.why_not("do(mailbot,go(c1),3)")
     assert later.other is not None
     assert later.other.actions[:4] == (
@@ -363,3 +365,41 @@ def test_it_does_not_know_everything() -> None:
     ):
         with pytest.raises(QuestionError, match=words):
             question()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_long_history_makes_no_other_answer(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was done long ago is told as what held in the end; the steps are those of the loop."""
+    pick = random.Random(seed)
+    offices = [f"o{number}" for number in range(1, 15) if number not in (9, 14)]
+    words = ["bring({},{})".format(*pick.sample(offices, 2)) for _ in range(3)]
+    happens: Dict[int, Sequence[str]] = {
+        0: [f"goal:{word}" for word in words[:2]],
+        1: ["info:blocked(c3,c4)"],
+        pick.randrange(6, 12): [f"goal:{words[2]}"],
+        pick.randrange(12, 15): ["info:blocked(c5,o9)"],
+        pick.randrange(20, 23): ["goal:bring(o9,o14)"],
+    }
+    short, episode = run(SINGLE, happens, 24)
+    assert short.offset + short.step == episode.loop.state.step > 20
+    monkeypatch.setattr("rosoclingo.why.situation._HISTORY", 1000)
+    full = Situation.of(episode.loop.state, 60)
+    assert full.offset == 0
+    assert len(full.told) > len(short.told)
+    options = Options((OFFICE, MAILBOT))
+    explainers = [Explainer(options, told, seconds=SECONDS) for told in (short, full)]
+    answers = [explainer.goal("bring(o9,o14)") for explainer in explainers]
+    for answer in answers:
+        assert "the way between c5 and o9 is blocked" in answer.text
+        assert answer.no_plan is not None
+        assert answer.no_plan.reason is not None
+    opened = [explainer.what_if(["info:unblocked(o9,c5)"]) for explainer in explainers]
+    assert opened[0].plan is not None
+    assert opened[1].plan is not None
+    assert opened[0].told == opened[1].told
+    assert opened[0].plan.step == opened[1].plan.step
+    assert opened[0].plan.horizon == opened[1].plan.horizon
+    assert len(opened[0].plan.actions) == len(opened[1].plan.actions)
+    assert {slot for slot, _, step in opened[0].plan.ends if step > full.step} == {
+        slot for slot, _, step in opened[1].plan.ends if step > full.step
+    }

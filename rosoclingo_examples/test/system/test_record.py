@@ -16,7 +16,7 @@ from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.topics import loop_topics
-from rosoclingo.loop.journal import ActionPublished, GoalArrived, Status, StatusSet
+from rosoclingo.loop.journal import ActionPublished, GoalArrived, MessageArrived, Status, StatusSet
 
 __all__ = ["terminals"]
 
@@ -60,6 +60,9 @@ def check(recording: Recording) -> None:
     events = [entry.event for entry in recording.entries]
     assert [entry.number for entry in recording.entries] == list(range(1, len(events) + 1))
     assert [event.action for event in events if isinstance(event, ActionPublished)] == ACTIONS
+    # The interface answers with tokens, and on ~in for those who listen: each answer counts once.
+    answers = [event.value for event in events if isinstance(event, MessageArrived)]
+    assert answers == ["success"] * len(ACTIONS)
     goals = [event for event in events if isinstance(event, GoalArrived)]
     assert [goal.request for goal in goals] == ["bring(1,3)"]
     assert set(recording.programs) == NODES

@@ -261,7 +261,7 @@ class Executor:
                 reply(FAILURE)
                 execution.canceled.set()
 
-        _log.info("%s", execution)
+        _log.debug("%s begins", execution)  # rosoclingo has said what is to be done
         name = str(execution)
         threading.Thread(target=run, name=name, daemon=True).start()
         if self._timeout > 0:

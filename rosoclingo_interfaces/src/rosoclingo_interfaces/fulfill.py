@@ -45,6 +45,8 @@ class Fulfill(ActionInterface):
         """Waits for the delay and answers; or waits for ever."""
         # One actuator's actions come one after the other, so that nobody else uses its entries.
         answer = self._answers.next(self.actuator, str(action))
+        if answer is None:
+            rospy.loginfo("%s is not answered, as ~no_answer or ~sequence says", self.execution)
         self.sleep(None if answer is None else self._delay)
         return answer or SUCCESS
 

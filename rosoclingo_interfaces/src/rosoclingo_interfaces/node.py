@@ -26,6 +26,7 @@ from rosoclingo.msg import (
 )
 from rosoclingo_interfaces import clock
 from rosoclingo_interfaces.executor import Executor
+from rosoclingo_interfaces.insistent import Insistent
 from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.ledger import Ledger, Token
 from rosoclingo_interfaces.topics import publishers, topic, wait_for_node
@@ -64,6 +65,7 @@ class InterfaceNode:
         self._dispatchers: Set[str] = set()
         self._in = open_in()
         self._answer = publisher(topic("answer"), ROSoClingoAnswer)
+        self._unconfirmed = Insistent(self._answer.publish)
         self._dispatch = subscriber(topic("dispatch"), ROSoClingoDispatch, self._on_dispatch)
         self._out = subscriber(topic("out"), ROSoClingoOut, self._on_out)
         self._about = publish_about(interface.messages, interface.actuators)
@@ -76,6 +78,11 @@ class InterfaceNode:
     def _on_dispatch(self, message: ROSoClingoDispatch) -> None:
         sender = message._connection_header["callerid"]
         self._dispatchers.add(sender)
+        self._unconfirmed.keep(
+            (told.id, message.run, told.number)
+            for told in message.actions
+            if told.state != ROSoClingoToken.ANSWERED
+        )
         for told in message.actions:
             if told.state != ROSoClingoToken.ANSWERED:
                 self._executor.begin(
@@ -90,7 +97,9 @@ class InterfaceNode:
         """Returns what sends the answer to an action with a token."""
 
         def reply(value: str) -> None:
-            self._send(self._answer, ROSoClingoAnswer(run, told.number, value), sender)
+            answer = ROSoClingoAnswer(run, told.number, value)
+            self._unconfirmed.add((told.id, run, told.number), answer)
+            self._send(self._answer, answer, sender)
             self._send(self._in, ROSoClingoIn(told.id, value), sender)
 
         return reply
@@ -114,8 +123,9 @@ class InterfaceNode:
         sender = header["callerid"]
         known, dispatches = self._senders.get(sender, (None, False))
         if known is not header:
-            dispatches = sender in publishers(self._dispatch.resolved_name)
-            dispatches |= sender in self._dispatchers
+            dispatches = sender in publishers(self._dispatch.resolved_name) or (
+                sender in self._dispatchers and sender not in publishers(self._out.resolved_name)
+            )  # when the master does not answer
             self._senders[sender] = header, dispatches
         return dispatches
 

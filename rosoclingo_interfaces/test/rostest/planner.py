@@ -85,11 +85,10 @@ class TokenPlanner:
         self._dispatch.publish(self.RUN, tokens)
         self.old.send(*told[-1][1:3])
 
-    def next(self) -> Tuple[int, str]:
-        """Waits for an answer and takes it."""
-        run, number, value = self.tokened.get(timeout=TIMEOUT)
-        assert run == self.RUN
-        return number, value
+    def wait_for_answer(self, number: int, value: str) -> None:
+        """Waits for an answer, which comes again and again, as nobody says that it was taken."""
+        while self.tokened.get(timeout=TIMEOUT) != (self.RUN, number, value):
+            pass
 
 
 def wait_for(condition: Callable[[], Any]) -> None:

@@ -62,7 +62,7 @@ def test_an_interface_that_starts_late(terminals: Terminals, node: Terminal) -> 
     node.wait_for("robot: go(2)")
 
     first = fulfill(terminals, "_no_answer:=go", "_actuators:=robot")
-    first.wait_for("robot: go(2)")
+    first.wait_for("robot: go(2) is not answered")
     first.interrupt()
     assert first.wait() == 0
     assert "parameter /fulfill/no_answer is go" in first.output
@@ -171,9 +171,9 @@ def test_wrong_waypoint_files(terminals: Terminals, tmp_path: Path) -> None:
 
 
 def test_interrupt_of_an_action(terminals: Terminals, node: Terminal) -> None:
-    interface = fulfill(terminals, "_delay:=3600")
+    interface = fulfill(terminals, "_sequence:=none")
     visit(terminals, 3)
-    interface.wait_for("robot: go(2)")
+    interface.wait_for("robot: go(2) is not answered")
     interface.interrupt()
     assert interface.wait() == 0
     assert "Traceback" not in interface.output

@@ -16,6 +16,7 @@ import pytest
 from rosoclingo_interfaces import ledger as ledger_module
 from rosoclingo_interfaces.errors import ActionError, StoreError
 from rosoclingo_interfaces.executor import Executor
+from rosoclingo_interfaces.insistent import Insistent
 from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.ledger import Entry, Ledger, Token
 
@@ -253,6 +254,25 @@ def test_a_declaration_that_means_nothing(robot: Robot) -> None:
     robot.after_crash = {"go": "maybe"}
     with pytest.raises(ActionError, match="'maybe' for the action go is none of again, fail, unkn"):
         Executor(robot)
+
+
+# Sent again.
+
+
+def test_an_answer_is_sent_until_it_was_taken() -> None:
+    sent: queue.Queue[str] = queue.Queue()
+    insistent = Insistent(sent.put, first_seconds=0.001)
+    insistent.add(("robot", RUN, 1), "success")
+    insistent.add(("arm", RUN, 2), "failure")
+    heard = {sent.get(timeout=TIMEOUT) for _ in range(4)}
+    assert heard == {"success", "failure"}
+    insistent.keep([("robot", RUN, 3), ("arm", RUN, 2)])
+    while not sent.empty():
+        sent.get()
+    assert [sent.get(timeout=TIMEOUT) for _ in range(4)][1:] == [
+        "failure"
+    ] * 3  # one was on its way
+    insistent.keep([])
 
 
 # The file.

@@ -19,7 +19,7 @@ from rosclingo.errors import RosclingoError, XmlError, report
 from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
 from rosclingo.ros import parameters
 from rosclingo.ros.history_publisher import HistoryPublisher
-from rosclingo.ros.init import init_node, log_clingo, on_shutdown
+from rosclingo.ros.init import init_node, log_clingo, on_shutdown, spin
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher
 from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
@@ -208,7 +208,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
         print(f"rosclingo: {err}", file=sys.stderr)
         sys.exit(2)
     _log_start(options, engine.policy)
-    rospy.spin()
+    spin()
     if not node.worker.join(_SECONDS_TO_END):
         # clingo cannot be interrupted while it grounds.
         sys.stdout.flush()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Mapping, Tuple
+from typing import Any, Mapping, Tuple
 
 from rosoclingo.loop.journal import Record
 
@@ -34,6 +34,8 @@ class Program:
         versions: Versions of clingo and Python.
         solvers: Of ``rosoclingo run.py``, the names of the nodes which are ``controller`` and
             ``planner``; else empty.
+        parameters: Of a node with the planning loop, those by which it decides, such as
+            ``abort_unreachable``, with values of JSON; empty if the bag does not say.
     """
 
     node: str
@@ -42,6 +44,7 @@ class Program:
     files: Mapping[str, str] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
     solvers: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

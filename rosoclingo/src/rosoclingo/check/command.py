@@ -55,12 +55,14 @@ def run(arguments: Sequence[str], look: Optional[Look] = None) -> int:
     """
     chosen = parse(arguments, knows_live=look is not None)
     checking = Checking(chosen, look)
-    count = 0
+    count = hints = 0
     with Progress(checking.done):
         for finding in checking.findings():
-            count += 1
+            count += not finding.is_hint
+            hints += finding.is_hint
             print(lines(str(finding)), flush=True)
-    print(f"{checking.done()}: {count or 'nothing'} found")
+    hinted = f", {hints} hint{'' if hints == 1 else 's'}" if hints else ""
+    print(f"{checking.done()}: {count or 'nothing'} found{hinted}")
     return 1 if count else 0
 
 

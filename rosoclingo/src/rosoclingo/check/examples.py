@@ -18,7 +18,7 @@ import re
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Iterator, List, Sequence, Tuple
+from typing import Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import OptionsError, TermError, shorten
 from rosclingo.solver.terms import parse_term
@@ -26,12 +26,17 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.invariants import findings
 from rosoclingo.check.run import DOES, Run
+from rosoclingo.desk.command_line import parse
+from rosoclingo.desk.why import explain
 from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.goals import STATUSES
 from rosoclingo.loop.journal import MessageDropped, Status
+from rosoclingo.why.answers import WhyGoal, WhyNoPlan
+from rosoclingo.why.question import Answer
 
 ENDING = ".examples"
 _STEPS = re.compile(r"(\d+) steps?")
+_NO_PLAN = re.compile(r"no plan|(?:no plan )?because(?: (.+))?")
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,8 @@ class Example:
             does not end is ``accepted``, or ``waiting``.
         actions: What is done, in order, and maybe more.
         said: What stands in a reason: why a goal has ended, or a message was dropped.
+        causes: What is a reason why there is no plan: facts as terms, or words of the answer
+            between quotation marks. Then the goals may end in any way, unless it is said how.
     """
 
     words: Words
@@ -54,6 +61,7 @@ class Example:
     statuses: Tuple[str, ...] = ()
     actions: Tuple[str, ...] = ()
     said: Tuple[str, ...] = ()
+    causes: Tuple[str, ...] = ()
 
 
 def read_examples(encoding: str) -> List[Example]:
@@ -110,23 +118,28 @@ def _expecting(expected: str, words: Words, place: str) -> Example:
     statuses: List[str] = []
     actions: List[str] = []
     said: List[str] = []
+    causes: List[str] = []
     for part in map(str.strip, split_term(f"all({expected.strip()})")[1]):
-        number = _STEPS.fullmatch(part)
+        number, no_plan = _STEPS.fullmatch(part), _NO_PLAN.fullmatch(part)
         if number:
             steps = int(number[1])
+        elif no_plan:
+            if no_plan[1] is None:
+                raise OptionsError(f"{part}: name the reason, such as no plan because close(5)")
+            causes.append(canonical(no_plan[1]))
         elif part in (*STATUSES, "waiting"):
             statuses.append(part)
         elif part.startswith('"'):
             said.append(parse_term(part).string)
         else:
             actions.append(canonical(part))
-    if not (statuses or actions or said or steps >= 0):
+    if not (statuses or actions or said or causes or steps >= 0):
         raise OptionsError(
             f"{shorten(expected)!r}: expected N steps, the goals' statuses "
-            f"({', '.join(sorted(STATUSES))}, waiting), actions, or what is said between quotation "
-            "marks, with commas between them"
+            f"({', '.join(sorted(STATUSES))}, waiting), actions, what is said between quotation "
+            "marks, or no plan because of something, with commas between them"
         )
-    return Example(words, place, steps, tuple(statuses), tuple(actions), tuple(said))
+    return Example(words, place, steps, tuple(statuses), tuple(actions), tuple(said), tuple(causes))
 
 
 def judge(example: Example, run: Run) -> List[Finding]:
@@ -140,8 +153,10 @@ def judge(example: Example, run: Run) -> List[Finding]:
 
 def _differences(example: Example, run: Run) -> Iterator[str]:
     words = [goal.words[-1] if goal.words else "waiting" for goal in run.goals]
-    statuses = list(example.statuses) or [Status.SUCCEEDED.value] * len(words)
-    if words != statuses:
+    statuses = list(example.statuses)
+    if not (statuses or example.causes):
+        statuses = [Status.SUCCEEDED.value] * len(words)
+    if statuses and words != statuses:
         why = f": {run.failure}" if run.failure is not None else ""
         yield f"expected {_list(statuses)}, and the goals are {_list(words)}{why}"
     if example.steps not in (-1, run.steps):
@@ -156,6 +171,35 @@ def _differences(example: Example, run: Run) -> Iterator[str]:
     for text in example.said:
         if not any(text in reason for reason in reasons):
             yield f'expected "{text}", and it says {_list(reasons)}'
+    if example.causes:
+        yield from _other_causes(example, run)
+
+
+def _other_causes(example: Example, run: Run) -> Iterator[str]:
+    """Says which of the expected reasons why there is no plan are none."""
+    lost = [goal for goal in run.goals if goal.words[-1:] not in (["succeeded"], ["canceled"])]
+    answers: List[Answer] = []
+    unanswered: List[str] = []
+    if lost and run.situation is not None:
+        answers, unanswered = explain(run.situation, parse(example.words), lost)
+    found = {
+        member.fact.content
+        for answer in map(_why_not, answers)
+        if answer is not None and answer.reason is not None
+        for member in answer.reason.members
+    }
+    texts = [answer.text for answer in answers]
+    for cause in example.causes:
+        is_said = cause.startswith('"') and any(parse_term(cause).string in t for t in texts)
+        if cause not in found and not is_said:
+            said = " ".join([*texts, *unanswered]) or "there is a plan for all goals"
+            yield f"expected no plan because {cause}, and why is: {said}"
+
+
+def _why_not(answer: Answer) -> Optional[WhyNoPlan]:
+    if isinstance(answer, WhyGoal):
+        return answer.no_plan
+    return answer if isinstance(answer, WhyNoPlan) else None
 
 
 def _done(run: Run) -> List[str]:

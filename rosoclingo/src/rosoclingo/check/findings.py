@@ -19,12 +19,14 @@ class Finding:
         text: What is wrong, in a sentence.
         place: Where, as ``FILE:LINE``; empty if it is no place in a file.
         commands: The arguments of ``plan.py`` that show it; two if two runs contradict each other.
+        is_hint: Whether it only may be wrong.
     """
 
     check: str
     text: str
     place: str = ""
     commands: Tuple[Words, ...] = ()
+    is_hint: bool = False
 
     @property
     def key(self) -> Tuple[str, str, str]:
@@ -33,7 +35,8 @@ class Finding:
 
     def __str__(self) -> str:
         place = f"{self.place}: " if self.place else ""
-        return "\n".join([f"{place}{self.check}: {self.text}", *map(typed, self.commands)])
+        check = f"{self.check} (a hint)" if self.is_hint else self.check
+        return "\n".join([f"{place}{check}: {self.text}", *map(typed, self.commands)])
 
 
 def typed(words: Words) -> str:

@@ -13,12 +13,12 @@ from rosoclingo.check.findings import Finding
 from rosoclingo.check.run import ENDS, FoundPlan, Run
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.diagnosis import NO_PLAN
 from rosoclingo.loop.goals import STATUSES, Stage
 from rosoclingo.loop.words import SOLVER
 
 _NO_ANSWER_SET = "the program has no answer set"
 _LAST_STEP = "ended after its last step"
-_NO_PLAN = "no plan within the horizon"
 _USUAL = re.compile(r"dropped a message: |has not answered for|waits for a slot")
 
 
@@ -33,7 +33,7 @@ def contradiction(run: Run) -> Iterator[str]:
 def error(run: Run) -> Iterator[str]:
     """The loop does not end by itself, but for want of a plan or of steps."""
     text = str(run.failure or _LAST_STEP)
-    if not any(usual in text for usual in (_LAST_STEP, _NO_PLAN, _NO_ANSWER_SET)):
+    if not any(usual in text for usual in (_LAST_STEP, NO_PLAN, _NO_ANSWER_SET)):
         yield text
 
 
@@ -125,7 +125,7 @@ def ends(run: Run) -> Iterator[str]:
     if run.is_too_long:
         yield f"it goes on and on: after {run.elapsed} steps there still is something to be done"
         return
-    if _NO_PLAN in str(run.failure):
+    if NO_PLAN in str(run.failure):
         yield str(run.failure)
         return
     for goal in run.goals if run.failure is None else ():

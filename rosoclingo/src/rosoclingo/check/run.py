@@ -25,6 +25,7 @@ from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.journal import Event
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.words import SUCCESS
+from rosoclingo.why.situation import Situation
 
 ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
 """The statuses with which a goal ends."""
@@ -92,6 +93,7 @@ class Run:
         elapsed: How many steps there were.
         asked: The goals for which a cancel request has come, by their numbers.
         heard: As in :class:`FoundPlan`.
+        situation: That of which it can be asked why there is no plan; None if there is none.
     """
 
     words: Words
@@ -105,6 +107,7 @@ class Run:
     elapsed: int
     asked: FrozenSet[str]
     heard: Tuple[Tuple[str, ...], ...]
+    situation: Optional[Situation] = None
 
     @property
     def steps(self) -> int:
@@ -214,6 +217,7 @@ class Runner:
             self._parts[key] = make_parts(chosen.mode, chosen.options, chosen.mode_options)
         watched = Watched(self._parts[key].loop, chosen)
         failure = watched.run()
+        watched.take_situation(failure)
         return Run(
             words,
             watched.loop.dynamic,
@@ -226,4 +230,5 @@ class Runner:
             watched.elapsed,
             frozenset(watched.asked),
             tuple(watched.heard),
+            watched.situation,
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from dataclasses import dataclass, field
 from typing import Callable, Dict, FrozenSet, Iterator, List, Mapping, Set, Tuple, Type
@@ -29,6 +30,10 @@ _PARTS: Mapping[Type[Dialect2], FrozenSet[Signature]] = {
     PaperDialect: frozenset({("transition", 1), ("query", 1)}),
 }  # fmt: skip
 _FOR_WHY = frozenset({("phrases", 0), ("possible", 1)})  # docs/why.md
+_FOR_ROSOCLINGO = frozenset(  # what it reads, shown or not, and what is reported as not shown
+    {("rslot", 1), ("id", 1), ("do", 3), ("occurs", 3), ("status", 3), ("holds", 2), ("phrase", 2),
+     ("possible", 2), ("abort", 2)}
+)  # fmt: skip
 _OWN = "rosoclingo_"
 _INSIDE = frozenset({INFO, SOLVER, *OWN_SOURCES})  # these ids are rosoclingo's own
 
@@ -42,8 +47,10 @@ class Written:
         asked: The parts that the encoding asks for by ``ground(P)``.
         used: Where each predicate is used first in a body.
         defined: Where each predicate is defined first, be it by a rule or as an external.
+        derived: Where each predicate is derived first, by a rule that is no fact.
         declared: The predicates that are said to be defined elsewhere.
         shown: What is shown, of each predicate; None if all is.
+        has_script: Whether there is a script, which may use anything.
         externals: Where externals are declared, with their part and what the step has to be.
     """
 
@@ -51,9 +58,11 @@ class Written:
     asked: Set[Signature] = field(default_factory=set)
     used: Dict[Signature, str] = field(default_factory=dict)
     defined: Dict[Signature, str] = field(default_factory=dict)
+    derived: Dict[Signature, str] = field(default_factory=dict)
     declared: Set[Signature] = field(default_factory=set)
     shown: Set[Signature] = field(default_factory=set)
     shows_some: bool = False
+    has_script: bool = False
     externals: List[Tuple[ast.AST, str]] = field(default_factory=list)
 
 
@@ -67,7 +76,7 @@ def look(options: Options, dialect: Type[Dialect2], alphabet: Alphabet) -> List[
     """
     seen = _Reader().read(parse_files(options.files))
     findings: List[Finding] = []
-    for check in (_parts, _undefined, _shown, _own_names):
+    for check in (_parts, _undefined, _unused, _shown, _own_names):
         findings += check(seen, dialect, alphabet)
     for other in (_slots, _steps):
         findings += other(seen, alphabet)
@@ -97,6 +106,25 @@ def _undefined(seen: Written, *_: object) -> Iterator[Finding]:
                 f"meant, say #defined {name}/{arity}.",
                 place,
             )
+
+
+def _unused(seen: Written, *_: object) -> Iterator[Finding]:
+    """What is derived should serve something; facts may be for pictures, or for other files."""
+    if seen.has_script or not seen.shows_some:
+        return
+    known = seen.used.keys() | seen.shown | seen.declared | _FOR_ROSOCLINGO
+    for (name, arity), place in seen.derived.items():
+        if (name, arity) in known:
+            continue
+        others = [other for other, number in seen.used if number == arity]
+        like = difflib.get_close_matches(name, others, 1)
+        meant = f"; is {like[0]}/{arity} meant?" if like else ""
+        yield Finding(
+            "unused",
+            f"{name}/{arity} is defined by rules, and nothing uses it{meant}",
+            place,
+            is_hint=True,
+        )
 
 
 def _shown(seen: Written, dialect: Type[Dialect2], alphabet: Alphabet) -> Iterator[Finding]:
@@ -209,6 +237,7 @@ class _Reader(ast.Transformer):
         self._seen = Written()
         self._add: Callable[[Signature, ast.AST], None] = self._use
         self._part = "base"
+        self._is_derived = False
 
     def read(self, program: Program) -> Written:
         """Returns what is in the statements."""
@@ -222,6 +251,8 @@ class _Reader(ast.Transformer):
 
     def _define(self, signature: Signature, atom: ast.AST) -> None:
         self._seen.defined.setdefault(signature, place(atom))
+        if self._is_derived:
+            self._seen.derived.setdefault(signature, place(atom))
 
     def _on_program(self, statement: ast.AST) -> None:
         self._part = statement.name
@@ -230,8 +261,13 @@ class _Reader(ast.Transformer):
             self._seen.parts.setdefault(signature, place(statement))
 
     def _on_rule(self, rule: ast.AST) -> None:
+        self._is_derived = bool(rule.body) or rule.head.ast_type is not ast.ASTType.Literal
         self._in_head(rule.head)
+        self._is_derived = False
         self._in_body_of(rule)
+
+    def _on_script(self, _: ast.AST) -> None:
+        self._seen.has_script = True
 
     def _on_external(self, external: ast.AST) -> None:
         self._seen.externals.append((external, self._part))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any, Mapping
+from typing import Any, Mapping, Optional
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -24,7 +24,12 @@ _TEXT, _EVENT = LOOP_TYPES["about"], LOOP_TYPES["journal"]
 _NS = 10**9
 
 
-def write_bag(file: Path, system: System, solvers: Mapping[str, Options]) -> None:
+def write_bag(
+    file: Path,
+    system: System,
+    solvers: Mapping[str, Options],
+    parameters: Optional[Mapping[str, Any]] = None,
+) -> None:
     """Writes what a system has done, as if three nodes had done it and ended by now.
 
     The bag has what a replay needs: the journal, and what the nodes were started with.
@@ -34,6 +39,8 @@ def write_bag(file: Path, system: System, solvers: Mapping[str, Options]) -> Non
         system: A system whose run is over.
         solvers: The command lines of its ``controller`` and its ``planner``, the files in the order
             in which they were loaded.
+        parameters: Those by which its loop decides, such as ``abort_unreachable``, if any is not
+            as it is by default.
 
     Raises:
         BagWriteError: The file exists or cannot be made.
@@ -48,7 +55,9 @@ def write_bag(file: Path, system: System, solvers: Mapping[str, Options]) -> Non
         )
         for role, options in solvers.items()
     }
-    told[f"{_NAME}/about"] = about("rosoclingo run.py", [], {}, solvers=names)
+    told[f"{_NAME}/about"] = about(
+        "rosoclingo run.py", [], {}, solvers=names, parameters=dict(parameters or {})
+    )
     messages = _Messages()
     with BagWriter(file) as writer:
         for topic, text in told.items():

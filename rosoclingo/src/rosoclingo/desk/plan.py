@@ -25,11 +25,11 @@ from rosoclingo.desk.why import explain
 from rosoclingo.drawing.errors import picture_errors
 from rosoclingo.errors import ControllerError
 from rosoclingo.loop import journal
-from rosoclingo.loop.goals import Goal, Stage
+from rosoclingo.loop.diagnosis import ELSEWHERE, NO_PLAN
+from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.snapshot import encode
 from rosoclingo.why.question import Answer
-from rosoclingo.why.situation import Situation
 
 _PROGRAM = "plan.py"
 
@@ -77,6 +77,8 @@ def run(arguments: Sequence[str]) -> int:
     if why and desk.situation is not None and not wrong and chosen.why_seconds > 0:
         with Progress(lambda: "looking why there is no plan"):
             answers, unanswered = explain(desk.situation, chosen, lost)
+        if answers:
+            why = [desk.in_short(text) for text in why]
         why += [answer.text for answer in answers] + unanswered
     desk.finish(wrong, why, answers)
     if chosen.picture is not None and desk.plan is not None:
@@ -89,15 +91,13 @@ class Desk(Simulation):
 
     Attributes:
         plan: The first plan.
-        situation: The one in which there was no plan; if there was always one, the last one.
     """
 
     def __init__(self, make: Callable[..., Loop], chosen: argparse.Namespace) -> None:
         self.plan: Optional[Plan] = None
-        self.situation: Optional[Situation] = None
         self._chosen = chosen
         self._is_shown = False
-        self._story = Story(_print, commands=chosen.commands)
+        self._story = Story(lambda line: _print(self.in_short(line)), commands=chosen.commands)
         super().__init__(make, **simulated(chosen))
 
     def turn(self) -> bool:
@@ -115,19 +115,6 @@ class Desk(Simulation):
         super().note(record)
         if self._is_shown and self._tells:
             self._story.hear(self.journal[-1])
-
-    def miss_plan(self, goals: Sequence[Goal]) -> None:
-        """Remembers the situation; when the loop has ended, no goal is open any more."""
-        self.situation = Situation.of(self.loop.state)
-
-    def take_situation(self, failure: Optional[RosclingoError]) -> None:
-        """Remembers the situation, if the loop has not ended by itself, and nobody has to answer.
-
-        Args:
-            failure: Why it has ended by itself.
-        """
-        if self.situation is None and failure is None and not (self.silent or self.is_too_long):
-            self.situation = Situation.of(self.loop.state)
 
     def finish(self, wrong: Sequence[str], why: Sequence[str], answers: Sequence[Answer]) -> None:
         """Says how it has ended.
@@ -149,9 +136,14 @@ class Desk(Simulation):
                 _print(f"    {_name(goal)}: {_status(goal)}")
         for warning in self.warnings:
             if not warning.startswith(DROPPED):  # which is among what is wrong
-                say("warning", warning)
+                say("warning", self.in_short(warning) if answers else warning)
         for text in (*wrong, *why):
             say(_PROGRAM, text)
+
+    def in_short(self, text: str) -> str:
+        """Returns a reason without another horizon as a remedy: whether it is, the answer says."""
+        is_asked = NO_PLAN in text and self._chosen.why_seconds > 0
+        return text.replace(ELSEWHERE, "") if is_asked else text
 
     @property
     def _tells(self) -> bool:

@@ -15,12 +15,15 @@ from __future__ import annotations
 
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
+from rosclingo.errors import RosclingoError
 from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import AFTER, CANCEL, GOAL, IN, STEP, Input
 from rosoclingo.desk.system import System
+from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.waiting import LOOK_SECONDS
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
+from rosoclingo.why.situation import Situation
 
 Answer = Callable[[str, str], Optional[str]]
 """Returns the answer to an actuator's action, or None for none at all."""
@@ -39,6 +42,7 @@ class Simulation(System):
         left: The inputs that have not come.
         strange: The inputs that make no sense, in words.
         is_too_long: Whether it has ended because there were too many steps.
+        situation: The last one in which there was no plan; see :meth:`take_situation`.
     """
 
     def __init__(
@@ -68,6 +72,7 @@ class Simulation(System):
         self.left: List[Input] = list(inputs)
         self.strange: List[str] = []
         self.is_too_long = False
+        self.situation: Optional[Situation] = None
         self._answer = answer or Answers().next
         self._seconds = seconds
         self._most_steps = most_steps
@@ -108,6 +113,21 @@ class Simulation(System):
     def silent(self) -> List[str]:
         """Those who act and never answer."""
         return [actuator for actuator in self.acting if actuator not in self._due]
+
+    def miss_plan(self, goals: Sequence[Goal]) -> None:
+        """Remembers the situation; when the loop has ended, no goal is open any more."""
+        self.situation = Situation.of(self.loop.state)
+
+    def take_situation(self, failure: Optional[RosclingoError]) -> None:
+        """Remembers the situation at the end, unless there was one without a plan.
+
+        There is none if the loop has ended by itself, or if somebody has to answer.
+
+        Args:
+            failure: Why it has ended by itself.
+        """
+        if self.situation is None and failure is None and not (self.silent or self.is_too_long):
+            self.situation = Situation.of(self.loop.state)
 
     def publish(self, actuator: str, action: str) -> None:
         """Has an actuator act; how that ends is decided now."""

@@ -93,9 +93,12 @@ class Plan:
 
     def last_fluents(self, step: int) -> List[str]:
         """Returns the fluents of the last step up to one, of which the plan shows any."""
+        return self.fluents(self.last_shown(step))
+
+    def last_shown(self, step: int) -> int:
+        """Returns the last step up to one, of which the plan shows fluents; -1 without any."""
         steps = [last_number(text) for text in self.symbols if text.startswith("holds(")]
-        past = [shown for shown in steps if shown is not None and shown <= step]
-        return self.fluents(max(past)) if past else []
+        return max((shown for shown in steps if shown is not None and shown <= step), default=-1)
 
 
 def event(source: str, content: str, step: int) -> str:

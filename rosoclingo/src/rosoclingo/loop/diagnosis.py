@@ -23,7 +23,11 @@ from rosoclingo.loop.state import State
 _SECONDS = 10.0  # how long it is looked for which of several goals cannot be reached
 _MOST_EVENTS = 50  # of which it is tried whether the program has an answer set without it
 _MOST_TRIES = 3  # times that what comes from outside may end the search for the reason
-_ELSEWHERE = "-c steps=N sets another, at the controller if there is one"
+ELSEWHERE = "; -c steps=N sets another, at the controller if there is one"
+"""What may help if the last step is too early, as it is said after that."""
+
+NO_PLAN = "no plan within the horizon"
+"""Is said if there is none, whether or not because of the horizon."""
 
 
 def end(state: State) -> None:
@@ -43,14 +47,14 @@ def end(state: State) -> None:
     state.environment.miss_plan(goals)
     if state.step and state.step >= steps:
         late = f"; it is too late for {_requests(goals)}" if goals else ""
-        raise LoopError(f"the mode ended after its last step, {steps}{late}; {_ELSEWHERE}")
-    reason = f"the planner has no plan within the horizon of {steps} steps"
+        raise LoopError(f"the mode ended after its last step, {steps}{late}{ELSEWHERE}")
+    reason = f"the planner has {NO_PLAN} of {steps} steps"
     if not goals:
-        raise LoopError(f"{reason}; {_ELSEWHERE}")
+        raise LoopError(f"{reason}{ELSEWHERE}")
     lost = _unreachable(state, goals)
     if _is_called_away(state):
         return
-    reason = f"{reason} for {_requests(lost or goals)}; {_ELSEWHERE}"
+    reason = f"{reason} for {_requests(lost or goals)}{ELSEWHERE}"
     if not (state.abort_unreachable and lost):
         raise LoopError(reason)
     state.environment.warn(f"{reason}; given up, as ~abort_unreachable says")

@@ -192,6 +192,12 @@ class PlannerExternals(ExternalsState):
         """Whether the planner declares events that say what holds in the beginning."""
         return self._planner.demand.tells or any(atom.startswith(SAVE) for atom in self.read())
 
+    def can_save(self, fluents: Iterable[str]) -> bool:
+        """Whether the planner can be told what holds in the beginning, as far as it was asked."""
+        return self._planner.demand.tells or all(
+            self.knows([("save", fluent)]) for fluent in fluents
+        )
+
     # What is not needed any more.
 
     def release(self, atom: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from dataclasses import dataclass
 from typing import Callable, List, Optional, Union
 
@@ -54,11 +55,21 @@ Taken = Union[Message, Goal, Cancel]
 Item = Union[Taken, Answer]
 """What comes; an answer is taken as a message."""
 
+_LONGEST_HURRY = 0.2  # seconds
+
 
 class Inbox:
-    """A queue that any thread fills and the loop's thread empties. Thread-safe."""
+    """A queue that any thread fills and the loop's thread empties. Thread-safe.
+
+    Attributes:
+        hurry: Called by the loop's thread: with true when something has come that it waited for,
+            and with false when it waits again, or takes longer than a reaction does. Others that
+            compute on this machine may rest meanwhile.
+    """
 
     def __init__(self) -> None:
+        self.hurry: Callable[[bool], None] = lambda _: None
+        self._hurries_since: Optional[float] = None
         self._changed = threading.Condition()  # guards the other fields; held for moments only
         self._items: List[Item] = []
         self._looks: List[Callable[[], None]] = []
@@ -133,6 +144,9 @@ class Inbox:
 
     def take(self) -> List[Item]:
         """Returns all items in order of arrival and removes them; does not wait."""
+        since = self._hurries_since
+        if since is not None and time.monotonic() - since > _LONGEST_HURRY:
+            self._end_hurry()
         self.show()
         if not self._items:
             return []
@@ -154,8 +168,19 @@ class Inbox:
         Returns:
             Whether one of these is the case.
         """
+        if not self._items:
+            self._end_hurry()
         with self._changed:
-            return self._changed.wait_for(self._has_something, timeout)
+            has_something = self._changed.wait_for(self._has_something, timeout)
+        if self._items and self._hurries_since is None:
+            self._hurries_since = time.monotonic()
+            self.hurry(True)
+        return has_something
+
+    def _end_hurry(self) -> None:
+        if self._hurries_since is not None:
+            self._hurries_since = None
+            self.hurry(False)
 
     def _has_something(self) -> bool:
         return bool(self._items or self._looks or self._closed)

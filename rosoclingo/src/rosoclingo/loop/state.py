@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Callable, Dict, List, Optional, Sequence, Set
+from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.wire.commands import Result
+from rosclingo.wire.term_text import last_number
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action, Plan, event
 from rosoclingo.loop.environment import Environment
@@ -277,6 +278,23 @@ class State(Progress):
         if self.planner.demand.tells:
             return self.plan.last_fluents(step)
         return self.plan.fluents(step)
+
+    def known_to_hold(self) -> Optional[Tuple[int, List[str]]]:
+        """Returns the last step gone by after which it is known what holds, and what that is.
+
+        Returns:
+            None if that is not known, or could not be told by events ``event(save,F,0)``.
+        """
+        if not self.shows_plan:
+            return None
+        new = (last_number(atom) or 0 for atom in self.externals.told)
+        step = min([self.step, *new]) - 1
+        if self.planner.demand.tells:
+            step = self.plan.last_shown(step)
+        fluents = self.plan.fluents(step)
+        if not fluents or not self.externals.can_save(fluents):
+            return None
+        return step, fluents
 
     def begin_again(self) -> None:
         """Begins the mode again, and the planner with what it knew before the current step.

@@ -7,6 +7,7 @@ import os
 import sys
 import threading
 import time
+from functools import partial
 from typing import Any, Callable, Dict, FrozenSet, NoReturn, Optional, Sequence
 
 import actionlib
@@ -107,6 +108,11 @@ class RosEnvironment(Environment):
     """
 
     def __init__(self, description: str) -> None:
+        """Opens the topics.
+
+        Args:
+            description: What :func:`rosclingo.solver.about.about` says of the node.
+        """
         self.questions: Optional[Questions] = None
         self.told: FrozenSet[str] = frozenset()
         # Opened before ~out: who hears an action there can tell whether it comes here, too.
@@ -201,7 +207,7 @@ class Node:
         inbox: Inbox,
         *,
         ready: Callable[[], None] = lambda: None,
-        description: str = "{}",
+        describe: Callable[..., str] = partial(about, "", [], {}),
         encodings: Optional[Encodings] = None,
         storing: Optional[Storing] = None,
     ) -> None:
@@ -213,7 +219,8 @@ class Node:
             commands: Class with a method for each command, such as ``ROSCommands``.
             inbox: Where everything comes in.
             ready: Waits until the solvers are there; called first in the loop's thread.
-            description: What :func:`rosclingo.solver.about.about` says of the node.
+            describe: Returns what :func:`rosclingo.solver.about.about` says of the node, with the
+                ``parameters`` that it is given.
             encodings: What the planner plans with; without it, there is no service ``~why``.
             storing: Where the run is stored, if anywhere; it has the same inbox.
 
@@ -221,20 +228,18 @@ class Node:
             ParameterError: A parameter is wrong.
         """
         timeout = parameters.number("action_timeout", 0.0, what="seconds")
-        abort_unreachable = parameters.flag("abort_unreachable", False)
-        search_seconds = parameters.number("search_seconds", 0.0, what="seconds")
+        deciding: Dict[str, Any] = {
+            "abort_unreachable": parameters.flag("abort_unreachable", False),
+            "search_seconds": parameters.number("search_seconds", 0.0, what="seconds"),
+        }
         why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
         why_nice = parameters.integer("why_nice", LOWEST, LOWEST)
         explains = parameters.flag("explain", True)
         self.failure: Optional[str] = None
         self._inbox = inbox
-        self._environment = environment = RosEnvironment(description)
+        self._environment = environment = RosEnvironment(describe(parameters=deciding))
         self._storing = storing
-        settings: Dict[str, Any] = {
-            "action_timeout": timeout,
-            "abort_unreachable": abort_unreachable,
-            "search_seconds": search_seconds,
-        }
+        settings: Dict[str, Any] = {"action_timeout": timeout, **deciding}
         parts = (controller, planner, commands)
         if storing is None:
             self._loop = Loop(*parts, inbox, environment, **settings)
@@ -402,7 +407,7 @@ def _make(commands: Callable[..., Any]) -> Node:
         planner.wait()
 
     solvers = {"controller": controller.name, "planner": planner.name}
-    description = about("rosoclingo run.py", [], {}, solvers=solvers)
+    describe = partial(about, "rosoclingo run.py", [], {}, solvers=solvers)
     decides, plans = (Insistent(each, each.name, rospy.logwarn) for each in (controller, planner))
     decider = Controller(decides, is_remote=True)
     encodings = Encodings(planner.name, controller.name)
@@ -422,7 +427,7 @@ def _make(commands: Callable[..., Any]) -> Node:
         commands,
         inbox,
         ready=ready,
-        description=description,
+        describe=describe,
         encodings=encodings,
         storing=None if store is None else Storing(store, inbox, abouts, wait),
     )

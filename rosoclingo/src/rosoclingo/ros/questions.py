@@ -51,6 +51,7 @@ class Questions:
         self._seconds = seconds
         self._explains = explains
         self._process = AnsweringProcess(lambda text: rospy.logwarn("%s", text), nice=nice)
+        self._inbox.hurry = self._process.rest
         self._thread = ThreadPoolExecutor(1, "why")
         self._closed = threading.Event()
         self._noted: Optional[Tuple[str, str]] = None  # the last question with its answer

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import faulthandler
 import sys
+from functools import partial
 from typing import Any, NoReturn, Type
 
 import rospy
@@ -68,9 +69,9 @@ def main(commands: Type[Any]) -> NoReturn:
         dialect.name,
         " ".join(options.clingo) or "none",
     )
-    description = about("rosoclingo run-1.0.py", arguments, engine.files)
+    describe = partial(about, "rosoclingo run-1.0.py", arguments, engine.files)
     encodings = Encodings(rospy.get_name(), dialect=dialect.name)
-    encodings.tell(rospy.get_name(), description)
+    encodings.tell(rospy.get_name(), describe())
 
     def make() -> Node:
         store = open_store()
@@ -80,11 +81,11 @@ def main(commands: Type[Any]) -> NoReturn:
             dialect(engine),
             commands_for(dialect, commands, has_status),
             inbox,
-            description=description,
+            describe=describe,
             encodings=encodings,
             storing=None
             if store is None
-            else Storing(store, inbox, lambda: {"rosoclingo": description}),
+            else Storing(store, inbox, lambda: {"rosoclingo": describe()}),
         )
 
     run(make)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Optional, Tuple
+from dataclasses import dataclass, replace
+from functools import singledispatch
+from typing import Any, Optional, Tuple
 
 from rosoclingo.why.copy import Possible
-from rosoclingo.why.reason import Reason
+from rosoclingo.why.facts import Fact
+from rosoclingo.why.reason import Member, Reason
+from rosoclingo.why.situation import moved
 
 
 @dataclass(frozen=True)
@@ -98,3 +101,77 @@ class WhatIf:
     before: Optional[Possible]
     plan: Optional[Possible] = None
     no_plan: Optional[WhyNoPlan] = None
+
+
+@singledispatch
+def later(value: Any, steps: int) -> Any:
+    """Returns an answer, or a part of one, with each of its steps counted some steps later."""
+    raise TypeError(f"{value!r} is no answer")
+
+
+@later.register(type(None))
+def _(value: None, steps: int) -> None:
+    return value
+
+
+@later.register(tuple)
+def _(value: Tuple[Any, ...], steps: int) -> Tuple[Any, ...]:
+    return tuple(
+        moved(part, steps) if isinstance(part, str) else later(part, steps) for part in value
+    )
+
+
+@later.register(Possible)
+def _(value: Possible, steps: int) -> Possible:
+    return replace(
+        value,
+        actions=later(value.actions, steps),
+        step=value.step + steps,
+        horizon=value.horizon + steps,
+        ends=tuple((slot, status, step + steps) for slot, status, step in value.ends),
+    )
+
+
+@later.register(Fact)
+def _(value: Fact, steps: int) -> Fact:
+    return replace(value, step=value.step + steps, atoms=later(value.atoms, steps))
+
+
+@later.register(Member)
+def _(value: Member, steps: int) -> Member:
+    return Member(later(value.fact, steps), later(value.without, steps))
+
+
+@later.register(Reason)
+def _(value: Reason, steps: int) -> Reason:
+    members, given = later(value.members, steps), later(value.given, steps)
+    return replace(value, members=members, given=given)
+
+
+@later.register(WhyNoPlan)
+def _(value: WhyNoPlan, steps: int) -> WhyNoPlan:
+    horizon = None if value.horizon is None else value.horizon + steps
+    plan, reason = later(value.plan, steps), later(value.reason, steps)
+    return replace(value, plan=plan, horizon=horizon, reason=reason)
+
+
+@later.register(WhyGoal)
+def _(value: WhyGoal, steps: int) -> WhyGoal:
+    return replace(value, ends=None if value.ends is None else value.ends + steps)
+
+
+@later.register(Contrast)
+def _(value: Contrast, steps: int) -> Contrast:
+    return replace(
+        value,
+        action=moved(value.action, steps),
+        plan=later(value.plan, steps),
+        other=later(value.other, steps),
+        reason=later(value.reason, steps),
+    )
+
+
+@later.register(WhatIf)
+def _(value: WhatIf, steps: int) -> WhatIf:
+    told, before = later(value.told, steps), later(value.before, steps)
+    return replace(value, told=told, before=before, plan=later(value.plan, steps))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Callable, Dict, List, Optional, Sequence, Tuple, Type
+from typing import Callable, Dict, List, Optional, Sequence, Tuple, Type, TypeVar
 
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
@@ -12,7 +12,7 @@ from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
 from rosoclingo.loop.atoms import canonical, event
 from rosoclingo.single.dialects import Dialect2, says_status
-from rosoclingo.why import words
+from rosoclingo.why import answers, words
 from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
 from rosoclingo.why.assuming import AssumingCopy
 from rosoclingo.why.case import Case
@@ -22,8 +22,9 @@ from rosoclingo.why.phrases import Phrases
 from rosoclingo.why.reason import Search
 from rosoclingo.why.rebuilding import RebuildingCopy
 from rosoclingo.why.retelling import RetellingCopy
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.situation import Situation, moved
 
+AnswerT = TypeVar("AnswerT", WhyNoPlan, WhyGoal, Contrast, WhatIf)
 _ON_DEMAND = {("event", 3), ("search", 2)}
 _FARTHER = 0.3  # of the time that is left, for looking beyond the last step
 
@@ -94,9 +95,8 @@ class Explainer:
             earlier = sorted((s, own) for own, _, s in plan.ends if s < end and own != slot)
             requests = dict(situation.goals)
             after = tuple(requests[own] for _, own in earlier if own in requests)
-            return words.goal(
-                WhyGoal("", slot, request, end, after, situation.silent), situation, self._phrases
-            )
+            found_end = WhyGoal("", slot, request, end, after, situation.silent)
+            return words.goal(self._in_time(found_end), situation, self._phrases)
         case.take_as_given(slot)
         case.request = request
         no_plan = self._no_plan(case)
@@ -133,10 +133,11 @@ class Explainer:
             goals=(*self._situation.goals, *goals),
         )
         case = Case(case.copy, situation, case.deadline, says_ends=self._says_ends)
-        no_plan = self._no_plan(case)
-        if no_plan.reason is not None or no_plan.is_contradictory:
-            return words.what_if(WhatIf("", tuple(told), before, None, no_plan))
-        return words.what_if(WhatIf("", tuple(told), before, no_plan.plan, None))
+        found = self._look(case)
+        what_if = self._in_time(WhatIf("", tuple(told), before, found.plan))
+        if found.reason is not None or found.is_contradictory:
+            what_if = replace(what_if, plan=None, no_plan=self._say(found, case))
+        return words.what_if(what_if)
 
     # How they are answered.
 
@@ -161,6 +162,18 @@ class Explainer:
 
     def _no_plan(self, case: Case) -> WhyNoPlan:
         """Says why there is no plan, or that there is one."""
+        return self._say(self._look(case), case)
+
+    def _say(self, answer: WhyNoPlan, case: Case) -> WhyNoPlan:
+        last = case.copy.last + self._situation.offset
+        return words.no_plan(self._in_time(answer), last, self._phrases, case.request)
+
+    def _in_time(self, answer: AnswerT) -> AnswerT:
+        """Returns an answer with the steps as the loop counts them."""
+        return answers.later(answer, self._situation.offset)
+
+    def _look(self, case: Case) -> WhyNoPlan:
+        """Looks for a plan, or for what prevents one; the steps are the situation's."""
         verdict = case.ask(case.facts.all())
         answer = WhyNoPlan("", verdict.plan)
         if verdict.answer is not Answer.PLAN:
@@ -172,7 +185,7 @@ class Explainer:
             else:
                 reason = Search(case.ask, case.facts, case.deadline, verdict.answer).run()
                 answer = WhyNoPlan("", is_contradictory=is_contradictory, reason=reason)
-        return words.no_plan(answer, case.copy.last, self._phrases, case.request)
+        return answer
 
     def _farther(self, case: Case, verdict: Verdict) -> Optional[Possible]:
         """Returns a plan beyond the last step, if one is found."""
@@ -186,15 +199,20 @@ class Explainer:
             return None
 
     def _contrast(self, text: str, *, is_demanded: bool) -> Contrast:
-        action = canonical(text)
-        name, arguments = split_term(action)
-        step = last_number(action)
+        named = canonical(text)
+        name, arguments = split_term(named)
+        step = last_number(named)
         if name != "do" or len(arguments) != 3 or step is None:
-            raise QuestionError(f"{action} is no action; one is do(R,A,T), T being a step")
-        if step < self._situation.step:
-            now = self._situation.step
-            raise QuestionError(f"{action}: step {step} has gone by; it is step {now} now")
+            raise QuestionError(f"{named} is no action; one is do(R,A,T), T being a step")
+        now = self._situation.step + self._situation.offset
         case = self._begin()
+        if step < now:
+            plan = answers.later(case.ask(case.facts.all()).plan, self._situation.offset)
+            has = words.planned_like(plan, arguments[1])
+            raise QuestionError(
+                f"{named}: step {step} has gone by; it is step {now} now, and the plan has {has}"
+            )
+        action = moved(named, -self._situation.offset)
         if self._is_told:
             if not isinstance(case.copy, RetellingCopy):
                 raise AssertionError("an encoding that is told its events has another copy")
@@ -202,12 +220,12 @@ class Explainer:
             case.take_as_given()
             contrast = Instead(case.copy, case.facts, case.deadline)
             found = contrast.look(best, action, is_demanded=is_demanded)
-            return words.contrast(found, self._phrases)
-        no_plan = self._no_plan(case)
+            return words.contrast(self._in_time(found), self._phrases)
+        no_plan = self._look(case)
         best = no_plan.plan
         if no_plan.reason is not None:
             found = Contrast("", action, is_demanded, None, reason=no_plan.reason)
-            return words.contrast(found, self._phrases)
+            return words.contrast(self._in_time(found), self._phrases)
         case.take_as_given()
         case.demands = (Assumption(action, is_demanded),)
         verdict = case.ask(case.facts.all())
@@ -220,7 +238,7 @@ class Explainer:
             found = replace(found, reason=reason)
         elif best is not None:
             found = replace(found, longer=other.horizon - best.horizon)
-        return words.contrast(found, self._phrases)
+        return words.contrast(self._in_time(found), self._phrases)
 
     def _events(self, texts: Sequence[str], copy: Copy) -> Tuple[List[str], List[Tuple[str, str]]]:
         """Returns events in the current step, and the goals among them."""

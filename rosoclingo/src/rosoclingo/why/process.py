@@ -33,7 +33,7 @@ class AnsweringProcess:
     """A process that answers one question after the other.
 
     It is started with the first question, and again if it has ended or had to be ended. One thread
-    asks; all may use :meth:`close`.
+    asks; all may use :meth:`rest` and :meth:`close`.
     """
 
     def __init__(
@@ -62,9 +62,35 @@ class AnsweringProcess:
         self._child: Optional[_Child] = None
         self._is_closed = False
         self._lock = threading.Lock()  # guards these two; held while a process is made
+        self._rests = False
+        self._asked: Optional[_Child] = None  # whom a question was put to
+        self._rest_lock = threading.Lock()  # guards these two; held for moments only
+
+    def rest(self, rests: bool) -> None:
+        """Has the process rest, or go on, if it looks for an answer. Thread-safe, takes no time."""
+        with self._rest_lock:
+            if rests is not self._rests:
+                self._rests = rests
+                if self._asked is not None:
+                    self._asked.rest(rests)
 
     def ask(self, task: Task) -> Reply:
         """Has a question answered, and waits for that; raises nothing."""
+        try:
+            return self._ask(task)
+        finally:
+            self._ask_to(None)
+
+    def _ask_to(self, child: Optional[_Child]) -> None:
+        """Takes note of the process that looks for an answer, which may have to rest."""
+        with self._rest_lock:
+            if self._asked is not None and self._rests:
+                self._asked.rest(False)
+            self._asked = child
+            if child is not None and self._rests:
+                child.rest(True)
+
+    def _ask(self, task: Task) -> Reply:
         old = child = self._child
         if old is not None and old.has_ended():
             return self._ask_another(old, task)
@@ -73,8 +99,10 @@ class AnsweringProcess:
                 child = self._start()
                 if child is None:
                     return CLOSED
+                self._ask_to(child)
                 if child.receive(self._seconds_to_start) != READY:
                     raise ValueError("it is no process that answers")
+            self._ask_to(child)
             # The shortest ways: the node's other threads wait for this one.
             return read_reply(child.ask(pickle.dumps(task), task.seconds + self._seconds_more))
         except (OSError, EOFError, TypeError, ValueError) as err:
@@ -109,7 +137,7 @@ class AnsweringProcess:
             if self._is_closed:
                 return CLOSED
         self._warn(f"the process that answers questions has ended{old.how()}; another starts")
-        return self.ask(task)
+        return self._ask(task)
 
     def _give_up(self, child: Optional[_Child], err: Exception, task: Task) -> Reply:
         """Ends a process that does not answer as it should."""
@@ -177,6 +205,10 @@ class _Child:
             return self._connection.recv_bytes(_LONGEST_REPLY)
         finally:
             timer.cancel()
+
+    def rest(self, rests: bool) -> None:
+        """Stops the process, or has it go on; does nothing to one that has ended."""
+        self.process.send_signal(signal.SIGSTOP if rests else signal.SIGCONT)
 
     def has_ended(self) -> bool:
         """Whether the process has ended."""

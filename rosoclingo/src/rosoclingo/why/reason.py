@@ -88,7 +88,7 @@ class Search:
             return Reason(tuple(Member(f, None) for f in rest), done, is_complete=False)
         smallest = len(members) <= 1
         if not smallest:
-            members, smallest = self._smaller(members)
+            members, smallest = self._smaller(members, frozenset(candidates))
         found, given = [], set(self._given)
         for fact in sorted(members, key=_order):
             without = self._verdict(members - {fact})
@@ -194,19 +194,29 @@ class Search:
             else:
                 return members
 
-    def _smaller(self, members: FrozenSet[Fact]) -> Tuple[FrozenSet[Fact], bool]:
+    def _smaller(
+        self, members: FrozenSet[Fact], candidates: FrozenSet[Fact]
+    ) -> Tuple[FrozenSet[Fact], bool]:
         """Looks for a reason with fewer members, as long as there is time.
 
         A reason has one fact at least of each set without which there is a plan. The smallest sets
         that have are tried, the others give further such sets.
 
+        Args:
+            members: A reason.
+            candidates: The facts that it was found among.
+
         Returns:
             The members, and whether there are no fewer.
         """
-        pool = frozenset(self._facts.free) | members
         budget = Deadline(self._deadline.left() * _BUDGET)
-        must_hit = [pool - (members - {fact}) for fact in members]
         try:
+            pool = frozenset(self._facts.free) | members
+            if not self._is_wrong(pool):  # such as failures without what was done before
+                pool = candidates | members
+            if not self._is_wrong(pool):
+                return members, False
+            must_hit = [pool - (members - {fact}) for fact in members]
             while not budget.is_over():
                 hitting = _hit(must_hit)
                 if len(hitting) >= len(members):

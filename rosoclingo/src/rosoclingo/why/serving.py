@@ -9,7 +9,9 @@ a pickled :class:`.task.Task` comes, and a :class:`.question.Reply` goes as JSON
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
+import signal
 import sys
 import threading
 from multiprocessing.connection import Connection
@@ -22,12 +24,14 @@ READY = b"ready"
 LOWEST = 19
 """The nice value with which it runs when no other process wants to."""
 
+_PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 _FIRST_TO_END = 1000  # if memory is short
 
 
 def main() -> NoReturn:
     """Answers until the other process has ended."""
     connection = Connection(int(sys.argv[1]))
+    never_rest_alone()
     give_way(int(sys.argv[2]))
     # To load these takes a while, in which it has to give way already.
     from rosoclingo.why.task import answer  # noqa: PLC0415 (see above)
@@ -37,6 +41,12 @@ def main() -> NoReturn:
     connection.send_bytes(READY)
     while True:
         connection.send_bytes(answer(tasks.get()))
+
+
+def never_rest_alone() -> None:
+    """Has this process go on when the one that has started it ends while this one is to rest."""
+    with contextlib.suppress(OSError, AttributeError):  # another system than Linux
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGCONT)
 
 
 def give_way(nice: int) -> None:

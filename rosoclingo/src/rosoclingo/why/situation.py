@@ -16,6 +16,7 @@ from rosclingo.wire.commands import (
 )
 from rosclingo.wire.term_text import last_number, number, split_term
 from rosoclingo.loop.atoms import event, query
+from rosoclingo.loop.externals import SAVE
 from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.state import State
 
@@ -23,6 +24,7 @@ _FEWEST, _MOST = (
     30,
     100,
 )  # steps that a copy plans for if there is no limit, or one that is far away
+_HISTORY = 20  # steps that a copy is told one by one
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,7 @@ class Situation:
         others: Other externals that the mode has made true.
         tells: Whether the encoding is told its events by grounding.
         is_limit: Whether the mode plans for no step after the last one.
+        offset: How many of the loop's steps were left out: all steps here are counted from there.
     """
 
     told: Tuple[str, ...] = ()
@@ -52,10 +55,14 @@ class Situation:
     others: Tuple[str, ...] = ()
     tells: bool = False
     is_limit: bool = True
+    offset: int = 0
 
     @classmethod
     def of(cls, state: State, last: Optional[int] = None) -> Situation:
         """Returns that of a loop; called by the loop's thread.
+
+        A copy would take long to be told a long history. What it needs to know of that is what held
+        in the end, as after a reset.
 
         Args:
             state: The loop's state.
@@ -63,7 +70,7 @@ class Situation:
         """
         externals, goals = state.externals, state.goals
         unplaced = [*goals.queued, *(g for g in state.mail.goals_spoken_of if g.slot is None)]
-        return cls(
+        situation = cls(
             told=tuple(externals.true),
             step=state.step,
             horizon=state.horizon,
@@ -74,6 +81,28 @@ class Situation:
             others=tuple(atom for atom in externals.kept if atom != query(state.horizon)),
             tells=state.planner.demand.tells,
         )
+        known = state.known_to_hold() if state.step > _HISTORY else None
+        return situation if known is None else situation.since(*known)
+
+    def since(self, step: int, fluents: Iterable[str]) -> Situation:
+        """Returns the same as it would be if there had been a reset after a step.
+
+        Args:
+            step: The step, which is before the current one.
+            fluents: What holds in it.
+        """
+        rest = (atom for atom in self.told if _is_since(atom, step))
+        return replace(
+            self,
+            told=(
+                *(event("save", fluent, 0) for fluent in fluents),
+                *(moved(atom, -step) for atom in rest),
+            ),
+            step=self.step - step,
+            horizon=max(0, self.horizon - step),
+            last=max(0, self.last - step),
+            offset=self.offset + step,
+        )
 
     def up_to(self, limit: Optional[int]) -> Situation:
         """Returns the same with the last step that a copy should plan for.
@@ -82,6 +111,8 @@ class Situation:
             limit: The last step that the mode plans for; None if there is none, or if that is not
                 known. A copy that would have to ground very many steps until then grounds fewer.
         """
+        if limit is not None:
+            limit -= self.offset
         if limit is None:
             last = max(2 * self.last, _FEWEST)
         elif self.tells:
@@ -117,6 +148,22 @@ class Situation:
             goals=tuple(goals.items()),
             others=tuple(log.others),
         )
+
+
+def moved(atom: str, steps: int) -> str:
+    """Returns an event or an action some steps later; what was saved stays."""
+    name, arguments = split_term(atom)
+    step = number(arguments[-1]) if arguments else None
+    if step is None or atom.startswith(SAVE):
+        return atom
+    return f"{name}({','.join([*arguments[:-1], str(step + steps)])})"
+
+
+def _is_since(atom: str, step: int) -> bool:
+    """Whether something was told after a step, or is that the step has gone by."""
+    if atom.startswith(SAVE):
+        return False
+    return (last_number(atom) or 0) > step or atom == event("info", "passed", step)
 
 
 class _Log:

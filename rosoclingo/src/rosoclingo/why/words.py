@@ -77,7 +77,8 @@ def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
     if answer.no_plan is not None and answer.no_plan.text:
         sentences.append(answer.no_plan.text)
     elif answer.ends is not None:
-        ends = f"{answer.request} ends in step {answer.ends}, and it is step {situation.step} now"
+        now = situation.step + situation.offset
+        ends = f"{answer.request} ends in step {answer.ends}, and it is step {now} now"
         if answer.after:
             ends = f"{ends}: its turn comes after {join(answer.after)}"
         sentences.append(f"{ends}.")
@@ -132,7 +133,9 @@ def contrast(answer: Contrast, phrases: Phrases) -> Contrast:
     elif answer.other is not None and answer.longer is not None:
         text = f"{lead}, the best plan would take {steps(answer.other)}, {_more(answer.longer)}."
         if answer.is_planned is answer.is_demanded:
-            text = f"The plan has {'it' if answer.is_planned else 'no such action'}. {text}"
+            others = planned_like(answer.plan, action)
+            has = "it" if answer.is_planned else f"no such action in step {step}, but {others}"
+            text = f"The plan has {has}. {text}"
     elif answer.other is not None:
         text = f"{lead}, there would be {a_plan(answer.other)}."
     elif answer.reason is not None and answer.plan is None:
@@ -142,6 +145,20 @@ def contrast(answer: Contrast, phrases: Phrases) -> Contrast:
     else:
         text = f"{lead}, there would be no plan in which the same goals end."
     return replace(answer, text=text)
+
+
+def planned_like(plan: Optional[Possible], action: str) -> str:
+    """Returns what a plan has: an action in other steps, or else those of its name, or else all.
+
+    Args:
+        plan: The plan, if there is one.
+        action: The action that it does not have in some step, such as ``go(c3)``.
+    """
+    planned = [split_term(text)[1] for text in plan.actions] if plan is not None else []
+    deeds = [(name, step) for _, name, step in planned]
+    same = [deed for deed in deeds if deed[0] == action]
+    alike = [deed for deed in deeds if split_term(deed[0])[0] == split_term(action)[0]]
+    return join(f"{name} in step {step}" for name, step in same or alike or deeds) or "no action"
 
 
 def what_if(answer: WhatIf) -> WhatIf:

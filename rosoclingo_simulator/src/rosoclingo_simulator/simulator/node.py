@@ -12,7 +12,7 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 
 from rosclingo.errors import RosclingoError
-from rosclingo.ros.init import give_up, init_node
+from rosclingo.ros.init import give_up, init_node, spin
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_interfaces.topics import publishers
@@ -109,7 +109,7 @@ class SimulatorNode:
         if self._camera is not None:
             self._camera.close()
         self._stopped.set()
-        rospy.spin()  # until the master knows that this node is gone
+        spin()  # until the master knows that this node is gone
 
     def _step(self) -> None:
         """Lets one step of time pass, and tells of it."""

@@ -201,6 +201,7 @@ class _Reading:
 def _program(node: str, described: Dict[str, Any]) -> Program:
     arguments = described.get("arguments")
     files = described.get("files")
+    parameters = described.get("parameters")
     return Program(
         node,
         str(described["program"]),
@@ -211,6 +212,7 @@ def _program(node: str, described: Dict[str, Any]) -> Program:
         },
         text_entries(described.get("versions")),
         solvers(described),
+        parameters if isinstance(parameters, dict) else {},
     )
 
 

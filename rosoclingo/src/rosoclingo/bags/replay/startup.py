@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.solver import lexical
 from rosoclingo.bags.model import Program, Recording
@@ -16,6 +17,10 @@ _SOLVER = "rosclingo run.py"
 _LOOP = "rosoclingo run.py"
 _SINGLE = "rosoclingo run-1.0.py"
 _SOLVERS = ("controller", "planner")
+_KINDS: Mapping[str, Tuple[type, ...]] = {  # of the parameters by which a loop decides
+    "abort_unreachable": (bool,),
+    "search_seconds": (int, float),
+}
 _REMEDY = (
     'give its command line: --planner "ARGS" and --controller "ARGS", --single "ARGS", or '
     '--system "PACKAGE FILE.launch ARG:=VALUE..."'
@@ -92,7 +97,7 @@ def starts(
     if single is not None:
         if is_changed:
             raise ReplayError("--single is one node; leave out --controller and --planner")
-        return [_node(recording.name, _SINGLE, _split(single))]
+        return [_node(recording.name, _SINGLE, [*_parameters(recording), *_split(single)])]
     loop = recording.programs.get(recording.name)
     given = {"controller": controller, "planner": planner}
     if loop is None and None in given.values():
@@ -100,12 +105,12 @@ def starts(
     if loop is not None and loop.program == _SINGLE:
         if is_changed:
             raise ReplayError("the bag is of a system of one node: use --single for its arguments")
-        return [_recorded(loop, folder)]
+        return [_recorded(loop, folder, _parameters(recording))]
     if loop is not None and loop.program != _LOOP:
         raise ReplayError(f"the bag has an unknown program, {loop.program!r}; {_REMEDY}")
     names = _solver_names(recording, loop)
     remappings = [f"_{role}:={names[role]}" for role in _SOLVERS]
-    made = [_node(recording.name, _LOOP, remappings)]
+    made = [_node(recording.name, _LOOP, [*remappings, *_parameters(recording)])]
     for role in _SOLVERS:
         line = given[role]
         program = recording.programs.get(names[role])
@@ -129,7 +134,28 @@ def _solver_names(recording: Recording, loop: Optional[Program]) -> Dict[str, st
     return names
 
 
-def _recorded(program: Program, folder: Optional[Path]) -> Start:
+def _parameters(recording: Recording) -> List[str]:
+    """Returns what sets the parameters by which the loop decides; those of the bag, if it says.
+
+    ``~action_timeout`` is none of them: an action's failure after it is an input of the recording.
+
+    Raises:
+        ReplayError: The bag has a value that is none.
+    """
+    loop = recording.programs.get(recording.name)
+    words = []
+    for name, value in loop.parameters.items() if loop is not None else ():
+        if name not in _KINDS:
+            continue  # of another version
+        if type(value) not in _KINDS[name]:  # true is no number
+            raise ReplayError(
+                f"the bag has a wrong value of the parameter {name} of {recording.name}; {_REMEDY}"
+            )
+        words.append(f"_{name}:={json.dumps(value)}")
+    return words
+
+
+def _recorded(program: Program, folder: Optional[Path], more: Sequence[str] = ()) -> Start:
     remapping = next((one for one in program.arguments if ":=" in one), None)
     if remapping is not None:
         raise ReplayError(
@@ -137,7 +163,7 @@ def _recorded(program: Program, folder: Optional[Path]) -> Start:
             f"write; {_REMEDY}"
         )
     if folder is None:
-        return _node(program.node, program.program, from_disk(program))
+        return _node(program.node, program.program, [*more, *from_disk(program)])
     own = folder / program.node.strip("/").replace("/", ".")  # which no name of a node has
     try:
         arguments, directory = unpack(program, own)
@@ -145,7 +171,7 @@ def _recorded(program: Program, folder: Optional[Path]) -> Start:
         raise ReplayError(
             f"the files of {program.node} cannot be written to {own}: {err}; use --files disk"
         ) from err
-    return _node(program.node, program.program, arguments, directory)
+    return _node(program.node, program.program, [*more, *arguments], directory)
 
 
 def _node(name: str, program: str, arguments: List[str], directory: Optional[Path] = None) -> Start:

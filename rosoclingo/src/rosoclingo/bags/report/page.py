@@ -109,7 +109,15 @@ def _programs(recording: Recording) -> List[Dict[str, Any]]:
         {
             "node": program.node,
             "role": _role(recording, program.node),
-            "command": shlex.join(["rosrun", *program.program.split(), *program.arguments]),
+            "command": shlex.join(
+                [
+                    *("rosrun", *program.program.split(), *program.arguments),
+                    *(
+                        f"_{name}:={json.dumps(value)}"
+                        for name, value in program.parameters.items()
+                    ),
+                ]
+            ),
             "files": [[path, _sha256(text)] for path, text in program.files.items()],
             "versions": ", ".join(f"{name} {text}" for name, text in program.versions.items()),
         }

@@ -1,0 +1,68 @@
+"""Sends answers again until they were taken. Needs no ROS."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any, Callable, Dict, Iterable, Tuple
+
+Key = Tuple[str, str, int]
+"""What an answer is to: actuator, run and number."""
+
+_FIRST_SECONDS = 0.5  # after which an answer is sent again; then after twice as long, and so on
+_LONGEST_SECONDS = 5.0
+
+
+@dataclass
+class _Sent:
+    answer: Any
+    due: float
+    pause: float
+
+
+class Insistent:
+    """Keeps answers that were sent until it is known that they were taken. Thread-safe.
+
+    A publisher cannot know that its subscriber has died: what it sends then is lost. The one that
+    starts again takes an answer once, however often it comes.
+    """
+
+    def __init__(self, send: Callable[[Any], None], first_seconds: float = _FIRST_SECONDS) -> None:
+        """Keeps nothing yet.
+
+        Args:
+            send: Sends an answer again, in a thread of this object's; does not wait.
+            first_seconds: After how many seconds of wall time that is done first.
+        """
+        self._send = send
+        self._first_seconds = first_seconds
+        self._changed = threading.Condition()  # guards the answers; held for moments only
+        self._sent: Dict[Key, _Sent] = {}
+        threading.Thread(target=self._run, name="answers", daemon=True).start()
+
+    def add(self, key: Key, answer: Any) -> None:
+        """Takes note of an answer that is about to be sent for the first time."""
+        with self._changed:
+            pause = self._first_seconds
+            self._sent[key] = _Sent(answer, time.monotonic() + pause, pause)
+            self._changed.notify()
+
+    def keep(self, keys: Iterable[Key]) -> None:
+        """Forgets all answers but those to what is still to be answered."""
+        with self._changed:
+            self._sent = {key: self._sent[key] for key in keys if key in self._sent}
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                rest = min((sent.due for sent in self._sent.values()), default=None)
+                if rest is None or rest > time.monotonic():
+                    self._changed.wait(None if rest is None else rest - time.monotonic())
+                now = time.monotonic()
+                due = [sent for sent in self._sent.values() if sent.due <= now]
+                for sent in due:
+                    sent.pause = min(2 * sent.pause, _LONGEST_SECONDS)
+                    sent.due = now + sent.pause
+            for sent in due:
+                self._send(sent.answer)
