@@ -133,10 +133,16 @@ def test_who_waits_is_in_a_hurry_when_something_comes(monkeypatch: pytest.Monkey
     inbox.put(Message("robot", "success"))
     assert inbox.wait(0.0)
     monkeypatch.setattr("rosoclingo.loop.inbox._LONGEST_HURRY", -1.0)
-    inbox.take()  # as a search does now and then
-    inbox.take()
-    assert not inbox.wait(0.0)
+    inbox.show()  # as a search does now and then, and who waits for reasons
+    inbox.show()
     assert said == [True, False, True, False]
+    assert inbox.take()
+    assert not inbox.wait(0.0)
+    assert len(said) == 4
     inbox.look(lambda: None)
     assert inbox.wait(0.0)  # a question is no reason to hurry
     assert len(said) == 4
+    inbox.put(Message("robot", "success"))
+    assert inbox.wait(0.0)
+    inbox.end("no plan")
+    assert said[4:] == [True, False]

@@ -111,6 +111,9 @@ class Inbox:
 
     def show(self) -> None:
         """Calls the functions of :meth:`look`; called by the loop's thread."""
+        since = self._hurries_since
+        if since is not None and time.monotonic() - since > _LONGEST_HURRY:
+            self._end_hurry()
         if self._looks:
             with self._changed:
                 looks, self._looks = self._looks, []
@@ -144,9 +147,6 @@ class Inbox:
 
     def take(self) -> List[Item]:
         """Returns all items in order of arrival and removes them; does not wait."""
-        since = self._hurries_since
-        if since is not None and time.monotonic() - since > _LONGEST_HURRY:
-            self._end_hurry()
         self.show()
         if not self._items:
             return []
@@ -156,6 +156,7 @@ class Inbox:
 
     def end(self, reason: str) -> None:
         """Says that the loop has ended: it still takes what is there, but nothing that comes."""
+        self._end_hurry()
         with self._changed:
             self._end = reason
 
