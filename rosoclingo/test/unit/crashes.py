@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.solver.options import Options
+from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import EXAMPLES, Parts, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
@@ -192,6 +193,7 @@ class Runs:
             limit = left.pop(0) if left else 0
             points.clear()
             store = None
+            self.parts.planner.run([wire.Restart()])  # what it was is lost, too
             try:
                 store = Store(file, point=point, most_pages=most_pages)
                 Life(world, store, self.make(store)).live()

@@ -17,6 +17,7 @@ STATUS = 3
 """The exit status of a node that has ended because its master does not know it."""
 
 _SECONDS = 3.0  # between two questions
+_unknown = threading.Event()  # set when the master does not know this node
 _DOUBTS = 2  # answers in a row, so that no node ends because of one that was just beginning
 
 
@@ -27,39 +28,38 @@ def watch_master() -> None:
     with a message, and its exit status is :data:`STATUS` then. With ``respawn`` roslaunch starts it
     again. As long as the master does not answer at all, nothing happens.
     """
-    watch = _Watch()
     # Called after what is registered later, and after the main thread's end.
-    atexit.register(watch.end_process)
-    watch.start()
+    atexit.register(_end_process)
+    threading.Thread(target=_watch, name="master", daemon=True).start()
 
 
-class _Watch(threading.Thread):
-    def __init__(self) -> None:
-        super().__init__(name="master", daemon=True)
-        self._is_unknown = False
+def exit_status(status: int) -> int:
+    """Returns :data:`STATUS` if that is why the node ends, else the status that is given."""
+    return STATUS if _unknown.is_set() else status
 
-    def run(self) -> None:
-        ended = threading.Event()
-        rospy.on_shutdown(ended.set)
-        doubts = 0
-        while not ended.wait(_SECONDS):
-            doubts = 0 if is_known() else doubts + 1
-            if doubts == _DOUBTS:
-                self._is_unknown = True
-                reason = (
-                    f"the ROS master at {rosgraph.get_master_uri()} does not know "
-                    f"{rospy.get_name()} any more, because it was started again; this node ends, "
-                    "so that it can be started again, too"
-                )
-                rospy.logfatal("%s", reason)
-                rospy.signal_shutdown(reason)
 
-    def end_process(self) -> None:
-        """Ends the process with the status, if that is why it ends."""
-        if self._is_unknown:
-            sys.stdout.flush()
-            sys.stderr.flush()
-            os._exit(STATUS)
+def _watch() -> None:
+    ended = threading.Event()
+    rospy.on_shutdown(ended.set)
+    doubts = 0
+    while not ended.wait(_SECONDS):
+        doubts = 0 if is_known() else doubts + 1
+        if doubts == _DOUBTS:
+            _unknown.set()
+            reason = (
+                f"the ROS master at {rosgraph.get_master_uri()} does not know {rospy.get_name()} "
+                "any more, because it was started again; this node ends, so that it can be started "
+                "again, too"
+            )
+            rospy.logfatal("%s", reason)
+            rospy.signal_shutdown(reason)
+
+
+def _end_process() -> None:
+    if _unknown.is_set():
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(STATUS)
 
 
 def is_known() -> bool:

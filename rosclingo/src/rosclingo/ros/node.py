@@ -21,6 +21,7 @@ from rosclingo.ros import parameters
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import init_node, log_clingo, on_shutdown, spin
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher
+from rosclingo.ros.master_watch import exit_status
 from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import USAGE, Options, parse_options
@@ -213,7 +214,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
         # clingo cannot be interrupted while it grounds.
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(0)
+        os._exit(exit_status(0))
     sys.exit(0)
 
 

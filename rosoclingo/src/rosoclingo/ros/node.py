@@ -20,6 +20,7 @@ from rosclingo.ros.client import Client
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import give_up, init_node, on_shutdown
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
+from rosclingo.ros.master_watch import exit_status
 from rosclingo.solver.about import about
 from rosoclingo.errors import ShutdownError, StoreError
 from rosoclingo.loop import journal
@@ -478,5 +479,5 @@ def run(make: Callable[[], Node]) -> NoReturn:
         # A solver in this process cannot be interrupted while it grounds.
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(status)
+        os._exit(exit_status(status))
     sys.exit(status)
