@@ -11,6 +11,7 @@ import functools
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import textwrap
@@ -58,6 +59,7 @@ NOT_TYPED = {
     "roslaunch rosoclingo rosoclingo.launch mode:=./my_mode.lp": "needs another commands.py",
     "roslaunch rosoclingo_examples blocks_world.launch record:=my_run.bag": "needs another node.py",
     "rosbag info my_run.bag": "likewise",
+    "rosnode kill": "names a command without a node",
     "rosrun rosoclingo new.py my_robot": "the tutorial begins with it",
     "python3 -m rosoclingo.scaffold": "test_new.py of rosoclingo runs it",
     "python3 -m rosoclingo.check": "test_check.py of rosoclingo runs it",
@@ -420,6 +422,16 @@ def test_why_at_run_time(page: Page) -> None:
         assert terminal.wait() == status, terminal.output
         said += terminal.output
     check_output("docs/why.md", "At run time", said)
+
+
+@of("docs/recovery.md", "Recovery")
+def test_recovery(page: Page) -> None:
+    shutil.copy(LINE, page.folder / "my_task.lp")
+    launched = page.type("rosoclingo.launch")
+    page.hears("/rosoclingo/about")
+    os.kill(page.terminals.pid("/rosoclingo"), signal.SIGKILL)
+    launched.wait_for("goes on with the run in the store")
+    page.interrupt()
 
 
 @of("docs/why.md", "In Python")
