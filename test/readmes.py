@@ -13,8 +13,8 @@ ROOT = Path(__file__).resolve().parents[1]
 _NOT_OURS = {"build", "devel", "install", "demo"}  # what building and running leave behind
 
 PROGRAMS = (
-    "catkin_create_pkg", "catkin_make", "cd", "chmod", "echo", "export", "git", "kill", "mkdir", "pip",
-    "printf", "python", "python3", "rosbag", "roscore", "roslaunch", "rosnode", "rosparam",
+    "catkin_create_pkg", "catkin_make", "cd", "chmod", "echo", "export", "git", "kill", "mkdir",
+    "pip", "printf", "python", "python3", "rosbag", "roscore", "roslaunch", "rosnode", "rosparam",
     "rosrun", "rosservice", "rostest", "rostopic", "source", "sudo", "touch",
 )  # fmt: skip
 _COMMAND = re.compile(

@@ -428,7 +428,7 @@ def test_recovery(page: Page) -> None:
     shutil.copy(LINE, page.folder / "my_task.lp")
     launched = page.type("rosoclingo.launch")
     page.hears("/rosoclingo/about")
-    page.run("kill -9")
+    page.run("/rosoclingo | awk")
     launched.wait_for("goes on with the run in the store")
     page.interrupt()
 
