@@ -309,6 +309,18 @@ def test_a_loop_that_its_gate_has_wait_in_vain() -> None:
     assert not replay.schedule.in_step
 
 
+def test_a_gate_that_is_to_be_opened_holds_nothing() -> None:
+    """The loop was held before the replay could open it, and does what is expected afterwards."""
+    recorded = [("command", "", "ground(1)", 0), *status("accepted", 1), *drive(2), *END]
+    replay = Replay(run(recorded), has_gate=True)
+    replay.see([("command", "", "ground(9)", 0), *status("accepted", 1), HELD])
+    assert replay.send() == []
+    assert not replay.schedule.in_step
+    replay.see(drive(2)[:3])
+    assert replay.send() == ["robot success"]
+    assert replay.schedule.stalls == []
+
+
 def test_a_gate_gets_all_that_it_waits_for() -> None:
     many: List[Made] = [("message", "sensor", f"reading({n})", 0) for n in range(5000)]
     replay = Replay(run([*many, *END]), has_gate=True)

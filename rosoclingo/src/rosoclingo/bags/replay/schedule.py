@@ -102,6 +102,8 @@ class Schedule:
             if self._is_held:  # the loop has got what it waited for, and goes on
                 self._is_held = self._rests = self._settled = False
         elif isinstance(event, journal.LoopWaits):
+            if event.for_a_replay and not self.in_step:
+                return  # the gate is to be opened, and the loop goes on then
             self._is_held = event.for_a_replay
             self._rests, self._settled = True, not self._on_way
         elif isinstance(event, journal.CommandDone):
