@@ -146,6 +146,7 @@ class Runs:
         self.started_with = {"the options of planner": "none"}
         options = Options((f"{EXAMPLES}/{encoding}",))
         self.parts: Parts = make_parts(mode, options, ("-c", f"steps={steps}"))
+        self._engine = self.parts.planner  # which a test may wrap
 
     def file(self) -> Path:
         self._count += 1
@@ -193,7 +194,7 @@ class Runs:
             limit = left.pop(0) if left else 0
             points.clear()
             store = None
-            self.parts.planner.run([wire.Restart()])  # what it was is lost, too
+            self._engine.run([wire.Restart()])  # what it was is lost, too
             try:
                 store = Store(file, point=point, most_pages=most_pages)
                 Life(world, store, self.make(store)).live()
