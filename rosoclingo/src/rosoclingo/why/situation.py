@@ -20,10 +20,8 @@ from rosoclingo.loop.externals import SAVE
 from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.state import State
 
-_FEWEST, _MOST = (
-    30,
-    100,
-)  # steps that a copy plans for if there is no limit, or one that is far away
+# Steps that a copy plans for if there is no limit, and if there is one that is far away.
+_FEWEST, _MOST = 30, 100
 _HISTORY = 20  # steps that a copy is told one by one
 
 
