@@ -104,7 +104,7 @@ class World:
         """Returns what was done since the last call that cannot be right."""
         with self._lock:
             violations, self._violations = self._violations, []
-        return violations
+        return sorted(set(violations))
 
     def _on_drive(self, goal: actionlib.ServerGoalHandle) -> None:
         x = goal.get_goal().target_pose.pose.position.x
@@ -138,8 +138,9 @@ class Judge:
         self._violations: List[str] = []
         self._ends: Dict[str, Tuple[int, str]] = {}
         self._listed: Set[str] = set()  # what has ended by a list of statuses
-        self._results: Set[str] = set()
+        self._heard: Set[str] = set()  # of what the client has the result
         self._topics = [
+            subscriber("heard", String, self._on_heard),
             subscriber("rosoclingo/result", ROSoClingoActionResult, self._on_result),
             subscriber("rosoclingo/status", GoalStatusArray, self._on_statuses),
         ]
@@ -147,7 +148,10 @@ class Judge:
     def _on_result(self, message: ROSoClingoActionResult) -> None:
         with self._changed:
             self._end(message.status)
-            self._results.add(message.status.goal_id.id)
+
+    def _on_heard(self, message: String) -> None:
+        with self._changed:
+            self._heard.add(message.data)
             self._changed.notify_all()
 
     def _on_statuses(self, message: GoalStatusArray) -> None:
@@ -166,26 +170,33 @@ class Judge:
         if end != status.status:
             words = [GoalStatus.to_string(one) for one in (end, status.status)]
             self._violations.append(f"{key} ends twice: {' and '.join(words)}")
+        self._changed.notify_all()
 
     def wait(self, keys: Set[str], seconds: float) -> Dict[str, Tuple[int, str]]:
-        """Waits until a goal has its result.
+        """Waits until a goal has ended.
 
         Args:
             keys: The goals' ids.
             seconds: How long.
 
         Returns:
-            The statuses and texts of those that have one, by their ids.
+            The statuses and texts of those that have, by their ids.
         """
         with self._changed:
-            self._changed.wait_for(lambda: keys & self._results, seconds)
-            return {key: self._ends[key] for key in keys & self._results}
+            self._changed.wait_for(lambda: keys & self._ends.keys(), seconds)
+            return {key: self._ends[key] for key in keys & self._ends.keys()}
+
+    def wait_for_client(self, keys: Set[str], seconds: float) -> Set[str]:
+        """Waits until the client has results; returns the ids of the goals of which it has none."""
+        with self._changed:
+            self._changed.wait_for(lambda: keys <= self._heard, seconds)
+            return keys - self._heard
 
     def take_violations(self) -> List[str]:
         """Returns what was heard since the last call that cannot be right."""
         with self._changed:
             violations, self._violations = self._violations, []
-        return violations
+        return sorted(set(violations))
 
 
 class Kill(NamedTuple):
@@ -211,13 +222,14 @@ class Mortals:
         kills: How often each was killed.
     """
 
-    def __init__(self, system: RosSystem, folder: Path, blind: bool) -> None:
+    def __init__(self, system: RosSystem, folder: Path, *, blind: bool, forgets: bool) -> None:
         """Starts them.
 
         Args:
             system: Where they run.
             folder: For their files.
             blind: Whether the robot cannot look what it has done.
+            forgets: Whether it has no store.
         """
         self._system = system
         self._folder = folder
@@ -238,7 +250,8 @@ class Mortals:
         self._add(
             "driver", drives, f"_waypoints:={waypoints}", f"_actuators:={ROBOT}", f"{store}driver"
         )
-        self._add("robot", str(HERE / "mortal_robot.py"), f"_looks:={not blind}", f"{store}robot")
+        robot = [str(HERE / "mortal_robot.py"), f"_looks:={not blind}"]
+        self._add("robot", *robot, *([] if forgets else [f"{store}robot"]))
         self._add("client", str(HERE / "mortal_client.py"))
         self._thread = threading.Thread(target=self._watch, name="respawn", daemon=True)
         self._thread.start()
@@ -349,7 +362,11 @@ class Trial:
         self.mortals.arm(kills)
         self._asked.publish(name)
         may_not_know = self._blind and any(kill.process == "robot" for kill in kills)
-        wrong = self._verdicts({f"{name} {place}" for place in REQUESTS}, may_not_know)
+        keys = {f"{name} {place}" for place in REQUESTS}
+        wrong = self._verdicts(keys, may_not_know)
+        if all(kill.process != "client" for kill in kills):
+            missing = self._judge.wait_for_client(keys, _ROUND_SECONDS)
+            wrong += [f"the client does not get the result of {key}" for key in sorted(missing)]
         wrong += self._world.take_violations() + self._judge.take_violations()
         self.wrong += wrong
         for one in wrong:
@@ -439,7 +456,7 @@ def run(arguments: argparse.Namespace) -> int:
     failed = False
     with tempfile.TemporaryDirectory() as folder, RosSystem() as system:
         rospy.init_node("judge", disable_signals=True)
-        mortals = Mortals(system, Path(folder), arguments.blind)
+        mortals = Mortals(system, Path(folder), blind=arguments.blind, forgets=arguments.forgets)
         trial = Trial(mortals, arguments.blind)
         try:
             for _ in range(2):
@@ -491,9 +508,8 @@ def main() -> int:
     parser.add_argument("--process", action="append", choices=PROCESSES)
     parser.add_argument("--first", type=int, default=1, help="of the points")
     parser.add_argument("--most", type=int, default=0, help="points or pairs for each")
-    parser.add_argument(
-        "--blind", action="store_true", help="the robot cannot look what it has done"
-    )
+    parser.add_argument("--blind", action="store_true", help="the robot cannot look what it did")
+    parser.add_argument("--forgets", action="store_true", help="the robot has no store")
     parser.add_argument("--rounds", type=int, default=100, help="of the mode random")
     parser.add_argument("--seed", type=int, default=0, help="of the first of them")
     arguments = parser.parse_args()

@@ -4,7 +4,8 @@
 usage: mortal_client.py
 
 On the topic ``asked`` comes the name of a round. The goals of a round have ids of their own, so
-that a client which is started again sees in the list of statuses which of them are to be sent.
+that a client which is started again sees in the list of statuses which of them are to be sent. On
+``heard`` it says which results it has got.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from std_msgs.msg import String
 
 from rosclingo.ros.init import init_node, spin
 from rosclingo.ros.low_latency import publisher, subscriber
-from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
+from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoActionResult, ROSoClingoGoal
 
 REQUESTS = {"a": "bring(a,b)", "b": "bring(b,a)"}
 """What is asked for in a round, by the office where the package is."""
@@ -36,7 +37,12 @@ class Client:
         self._changed = threading.Condition()  # guards what is known
         self._goals = publisher("rosoclingo/goal", ROSoClingoActionGoal)
         self._statuses = subscriber("rosoclingo/status", GoalStatusArray, self._on_statuses)
+        self._heard = publisher("heard", String)
+        self._results = subscriber("rosoclingo/result", ROSoClingoActionResult, self._on_result)
         self._asked = subscriber("asked", String, self._on_asked)
+
+    def _on_result(self, message: ROSoClingoActionResult) -> None:
+        self._heard.publish(message.status.goal_id.id)
 
     def _on_statuses(self, message: GoalStatusArray) -> None:
         with self._changed:
