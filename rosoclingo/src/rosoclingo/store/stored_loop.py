@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, Dict, List, Mapping, Optional
+from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
+
+import clingo
 
 from rosclingo.errors import ServiceError
-from rosoclingo.loop.controller import Decider
+from rosclingo.wire.commands import Result
+from rosoclingo.loop.controller import Decider, Info
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
 from rosoclingo.loop.inbox import Cancel, Inbox, Item
+from rosoclingo.loop.journal import CommandDone
 from rosoclingo.loop.loop import Loop, LoopSnapshot
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.state import State
@@ -18,6 +22,7 @@ from rosoclingo.store.lasting_controller import LastingController
 from rosoclingo.store.outbox import Outbox, StoredClient
 from rosoclingo.store.store import Changes, KnownGoal, Store
 
+_LATEST_SECONDS = 0.2  # so much work may be lost, besides the decision that is carried out
 _DRAINED_SECONDS = 2.0  # so long after it was published, a result has left the process for sure
 
 
@@ -29,6 +34,7 @@ class StoredInbox(Inbox):
 
     Attributes:
         looked: Called by who looks what has come.
+        waits: Called by who is about to wait for something to come.
         way: Returns what is told in the place of a goal's client.
     """
 
@@ -45,6 +51,7 @@ class StoredInbox(Inbox):
         self._numbers: Dict[int, int] = {}  # of the things that wait, by their ids in Python
         self._taken: List[int] = []
         self.looked: Callable[[], None] = lambda: None
+        self.waits: Callable[[], None] = lambda: None
         self.way: Callable[[Goal], Callable[[GoalClient], GoalClient]] = lambda _: lambda c: c
         super().__init__(*arguments, **parameters)
 
@@ -91,7 +98,7 @@ class StoredInbox(Inbox):
 
     def wait(self, timeout: float) -> bool:
         """Waits until there is something."""
-        self.looked()
+        self.waits()
         return super().wait(timeout)
 
     def forget(self, number: int) -> None:
@@ -105,9 +112,11 @@ class StoredInbox(Inbox):
 
 
 class StoredLoop(Loop):
-    """A loop that is written to a store after each command, and goes on from there.
+    """A loop that is written to a store, and goes on from there.
 
-    Call :meth:`resume` before anything comes in. With a store, a shutdown ends no goals.
+    It is written before an action, a status or a result leaves, before the loop waits, and after
+    each decision from :data:`_LATEST_SECONDS` on since it was written last. What has been decided
+    since then, is decided again after a crash. Call :meth:`resume` before anything comes in. With a store, a shutdown ends no goals.
     """
 
     def __init__(
@@ -151,6 +160,11 @@ class StoredLoop(Loop):
         self._saved: Optional[LoopSnapshot] = None
         self._is_refused = store.snapshot is not None  # until it is sure that it can go on
         inbox.looked = self._outbox.flush
+        inbox.waits = self._wait
+        self._saved_at = 0.0
+        # What the controller knew before the decision that is carried out, and the result of a
+        # search that it was told; None as soon as its command may have changed something else.
+        self._before: Optional[Tuple[str, Optional[Result]]] = None
         inbox.way = self._way
         super().__init__(
             controller, self._planner, commands, inbox, self._outbox, **parameters
@@ -241,22 +255,45 @@ class StoredLoop(Loop):
         self._outbox.send_again()
 
     def step(self) -> None:
-        """Makes one decision, carries it out, and writes what that has changed.
+        """Makes one decision, carries it out, and writes what that has changed if it is time.
 
         Raises:
             StoreError: It cannot be written; nothing has left the node then.
         """
+        self._before = self._controller.snapshot(), self.state.result
         super().step()
-        self._save()
+        now = self._outbox.now()
+        if self._outbox.is_urgent or now - self._saved_at >= _LATEST_SECONDS:
+            self._save()
+
+    def _call(self, command: clingo.Symbol, info: Info) -> None:
+        if not CommandDone(str(command)).waits:
+            self._before = None
+        super()._call(command, info)
+
+    def _wait(self) -> None:
+        """Writes what is known while the loop waits, as if the decision to wait were to come."""
+        if self._before is None or self._store.failure is not None or self._outbox.is_empty:
+            self._outbox.flush()
+            return
+        state = self.state
+        controller, told = self._before
+        result, state.result = state.result, told
+        self._write(LoopSnapshot(controller, state.snapshot()))
+        state.result = result
 
     def _save(self, ended: Optional[str] = None) -> None:
+        self._write(self.parts(), ended)
+
+    def _write(self, snapshot: LoopSnapshot, ended: Optional[str] = None) -> None:
         changes = Changes(
             taken=self._inbox.written(),
-            snapshot=self.parts(),
+            snapshot=snapshot,
             commands=self._planner.take(),
             shortens=not self._planner.events_are_facts,
         )
         self._outbox.save(changes, ended=ended)
+        self._saved_at = self._outbox.now()
 
     def end(self, reason: str) -> None:
         """Ends the run: open goals are aborted; or interrupts it, if it can go on later."""
