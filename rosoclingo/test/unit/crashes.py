@@ -105,7 +105,7 @@ class Life(StoredInbox, System):
         super().__init__(store, make)
 
     def wait(self, timeout: float) -> bool:
-        self.looked()
+        self.waits()
         if not self._items:
             self._world.turn(self)
         if not self._items:

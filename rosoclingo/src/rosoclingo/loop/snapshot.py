@@ -45,7 +45,7 @@ def take_over(part: Any, saved: Any) -> None:
 
 def plain(value: Any) -> Any:
     """Returns what JSON can write: a dictionary is a list of its items, and a set is sorted."""
-    kind = type(value)
+    kind: Any = type(value)
     if kind in _ATOMS:
         return value
     names = _names(kind)
@@ -61,7 +61,7 @@ def plain(value: Any) -> Any:
 
 
 @functools.lru_cache(maxsize=None)
-def _names(kind: type) -> Optional[Tuple[str, ...]]:
+def _names(kind: Any) -> Optional[Tuple[str, ...]]:
     """Returns the names of a dataclass's fields; None for another type."""
     if not dataclasses.is_dataclass(kind):
         return None

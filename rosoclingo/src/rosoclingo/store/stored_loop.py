@@ -115,8 +115,9 @@ class StoredLoop(Loop):
     """A loop that is written to a store, and goes on from there.
 
     It is written before an action, a status or a result leaves, before the loop waits, and after
-    each decision from :data:`_LATEST_SECONDS` on since it was written last. What has been decided
-    since then, is decided again after a crash. Call :meth:`resume` before anything comes in. With a store, a shutdown ends no goals.
+    a decision if it was written last so many seconds ago. What has been decided since then is
+    decided again after a crash. Call :meth:`resume` before anything comes in. With a store, a
+    shutdown ends no goals.
     """
 
     def __init__(
