@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+import time
+from functools import partial
 from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
 
 import clingo
@@ -13,7 +15,15 @@ from rosoclingo.loop.controller import Decider, Info
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
 from rosoclingo.loop.inbox import Cancel, Inbox, Item
-from rosoclingo.loop.journal import CommandDone
+from rosoclingo.loop.journal import (
+    LOOP,
+    CommandDone,
+    Event,
+    NodeResumed,
+    Reason,
+    Status,
+    StatusSet,
+)
 from rosoclingo.loop.loop import Loop, LoopSnapshot
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.state import State
@@ -153,16 +163,19 @@ class StoredLoop(Loop):
         self._inbox = inbox
         self._outbox = Outbox(environment, store)
         self._wait_for_solvers = wait_for_solvers
-        back = None if wait_for_solvers is None else self._back
-        self._planner = RecordedSolver(planner, back)
+        self._begun = time.monotonic()
+        if wait_for_solvers is None:
+            self._planner = RecordedSolver(planner)
+        else:
+            self._planner = RecordedSolver(planner, partial(self._back, "planner"))
+            controller = LastingController(controller, partial(self._back, "controller"))
         self._planner.written = lambda: store.commands
-        if back is not None:
-            controller = LastingController(controller, back)
         self._saved: Optional[LoopSnapshot] = None
         self._is_refused = store.snapshot is not None  # until it is sure that it can go on
         inbox.looked = self._outbox.flush
         inbox.waits = self._wait
         self._saved_at = 0.0
+        self._recalled: List[Event] = []  # what the journal does not tell yet
         # What the controller knew before the decision that is carried out, and the result of a
         # search that it was told; None as soon as its command may have changed something else.
         self._before: Optional[Tuple[str, Optional[Result]]] = None
@@ -171,13 +184,15 @@ class StoredLoop(Loop):
             controller, self._planner, commands, inbox, self._outbox, **parameters
         )  # fmt: skip
 
-    def _back(self, err: ServiceError) -> None:
-        """Waits for solvers of which one was lost; see :data:`.commands.Back`."""
+    def _back(self, solver: str, err: ServiceError) -> None:
+        """Waits for a solver that was lost; see :data:`.commands.Back`."""
+        begin = time.monotonic()
         if self._inbox.closed or self._wait_for_solvers is None:
             raise err
         self._outbox.warn(f"{err}; waits for the node to be started again")
         self._wait_for_solvers()
         self._store.check(self._started_with())
+        self.state.note(NodeResumed(solver, str(err), time.monotonic() - begin))
 
     def _way(self, goal: Goal) -> Callable[[GoalClient], GoalClient]:
         return lambda client: StoredClient(client, self._outbox, goal.id)
@@ -206,18 +221,24 @@ class StoredLoop(Loop):
         for goal in goals.values():
             end = known.get(goal.id)
             if end is not None and end.word and goal.stage is not Stage.ENDED:
-                goal.stage = Stage.ENDED
-                goal.recalled = end.word == "canceled" and goal.slot is None
+                self._recall(goal)
                 self.state.goals.some_ended = True
 
         def find(identifier: str) -> Optional[Goal]:
             """Returns a goal, be it in the snapshot, or one that it does not know of."""
             new = known.get(identifier)
-            if identifier not in goals and new is not None and not new.word:
+            if identifier in goals or new is None:
+                return goals.get(identifier)
+            if not new.word:
                 goal = Goal(new.request, new.information, new.id, client(new))
                 goal.reroute(self._way(goal))
-                goals[identifier] = goal
-            return goals.get(identifier)
+            elif new.reason == Reason.RECALLED:
+                goal = Goal(new.request, new.information, new.id)
+                self._recall(goal)
+            else:
+                return None
+            goals[identifier] = goal
+            return goal
 
         for number, item in self._store.inputs(find):
             if item is None:
@@ -225,6 +246,16 @@ class StoredLoop(Loop):
             else:
                 self._inbox.put_known(item, number)
         return {key: goal for key, goal in goals.items() if goal.stage is not Stage.ENDED}
+
+    def _recall(self, goal: Goal) -> None:
+        """Takes note that another thread had recalled a goal, which the loop had not taken note of.
+
+        The journal tells it, unless that has been told.
+        """
+        goal.stage, goal.recalled = Stage.ENDED, True
+        told = (record.event for record in self._store.records)
+        if not any(isinstance(one, StatusSet) and one.goal == goal.id for one in told):
+            self._recalled.append(StatusSet(goal.id, Status.CANCELED, "", Reason.RECALLED))
 
     def unsure(self) -> List[KnownGoal]:
         """Returns the goals that ended so late that their clients may not know it."""
@@ -251,8 +282,11 @@ class StoredLoop(Loop):
         self._saved = None
         self._is_refused = False
         state = self.state
+        state.note(NodeResumed(LOOP, seconds=time.monotonic() - self._begun))
+        for event in self._recalled:
+            state.note(event)
         self._outbox.show_plan(state.step, state.horizon, state.ahead())
-        self._outbox.flush()
+        self._save()
         self._outbox.send_again()
 
     def step(self) -> None:

@@ -29,6 +29,11 @@ def input_schedule(run: Run) -> List[Due]:
             waits = acts = False
         elif begins_a_wait(event):
             waits = True
+        elif isinstance(event, journal.NodeResumed) and event.node == journal.LOOP:
+            # A new process decides again what to do; what the old one took in its wait, it has.
+            found = [_before(due, decision) for due in found]
+            moment = min(moment, (decision, Phase.BEFORE))
+            waits = acts = False
         elif isinstance(event, journal.StatusSet) and entry.number in run.recalls:
             if event.goal in undecided:  # the loop has taken the goal, and nothing had come of it
                 place = undecided[event.goal]
@@ -81,6 +86,11 @@ def _moment(
         # It has not ended the search, and the loop knew of it at the next decision.
         return decision + 1, Phase.BEFORE
     return decision, Phase.DURING
+
+
+def _before(due: Due, decision: int) -> Due:
+    """Has something that was taken while the loop waited be taken before it decided to wait."""
+    return due._replace(phase=Phase.BEFORE) if due.decision == decision else due
 
 
 def _results(entries: Sequence[Entry]) -> List[Optional[Result]]:

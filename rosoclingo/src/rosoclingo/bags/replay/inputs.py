@@ -90,6 +90,8 @@ def inputs(run: Run) -> List[Input]:
             command, waits = event.command, False
         elif begins_a_wait(event):
             waits = True
+        elif isinstance(event, journal.NodeResumed) and event.node == journal.LOOP:
+            waits = False
         if output is not None or begins_a_wait(event):
             last = entry.seconds
     return found
