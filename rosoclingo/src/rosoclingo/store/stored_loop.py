@@ -25,6 +25,7 @@ from rosoclingo.loop.journal import (
     StatusSet,
 )
 from rosoclingo.loop.loop import Loop, LoopSnapshot
+from rosoclingo.loop.replay_inbox import ReplayInbox
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.state import State
 from rosoclingo.store.commands import RecordedSolver
@@ -95,8 +96,21 @@ class StoredInbox(Inbox):
         with self._order:
             item = Cancel(goal)
             number = None if self._end is not None else self._store.add(item)
-            goal.recall()
+            if self.recalls_at_once(item):
+                goal.recall()
             self.put_known(item, number)
+
+    def begin_decision(self, waits: Callable[[], None]) -> None:
+        """Called before the controller decides; a replay's inbox may wait."""
+        super().begin_decision(lambda: self._wait(waits))
+
+    def begin_command(self, waits: Callable[[], None]) -> None:
+        """Called before a command is carried out; a replay's inbox may wait."""
+        super().begin_command(lambda: self._wait(waits))
+
+    def _wait(self, waits: Callable[[], None]) -> None:
+        waits()
+        self.waits()
 
     def take(self) -> List[Item]:
         """Returns all items in order of arrival and removes them; does not wait."""
@@ -119,6 +133,10 @@ class StoredInbox(Inbox):
         """Returns the numbers of what was taken since the last call."""
         taken, self._taken = self._taken, []
         return taken
+
+
+class StoredReplayInbox(StoredInbox, ReplayInbox):
+    """The inbox of a replay whose nodes are killed as the recorded ones were."""
 
 
 class StoredLoop(Loop):

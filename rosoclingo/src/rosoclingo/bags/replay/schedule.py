@@ -143,6 +143,11 @@ class Schedule:
             self._missing -= 1
         self._awaited[key] -= 1
 
+    def go_on(self, now: float) -> None:
+        """Takes note that the loop goes on, which has waited until nodes were killed."""
+        self._seen_at = now
+        self._is_held = self._rests = self._settled = False
+
     # What is to be sent.
 
     def due(self, now: float) -> Optional[Input]:
