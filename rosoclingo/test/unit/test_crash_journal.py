@@ -17,7 +17,7 @@ from rosoclingo.bags.compare import text_report
 from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.replay.input_schedule import input_schedule
+from rosoclingo.bags.replay.input_schedule import input_schedule, rest
 from rosoclingo.bags.replay.inputs import input_key
 from rosoclingo.loop.journal import ARRIVALS, LOOP, NodeResumed
 from rosoclingo.loop.replay_inbox import Phase, ReplayInbox
@@ -72,9 +72,19 @@ def test_what_came_while_a_loop_waited_that_died_comes_before_the_next_decision(
     journal = Journal().command("idle").add("waiting").message("info", "b(").add("resumed", LOOP)
     journal.message("info", "open(5)").command("assign_messages(1)").add("waiting")
     journal.add("resumed", "planner", "gone").message("info", "open(6)").command("idle")
-    dues = input_schedule(Run(journal.entries))
+    run = Run(journal.entries)
+    dues = input_schedule(run)
     assert [(due.decision, due.phase, due.text) for due in dues] == [
         (1, Phase.BEFORE, "b("),
         (1, Phase.BEFORE, "open(5)"),
         (2, Phase.WAIT, "open(6)"),
     ]
+    kills = input_schedule(run, kills=True)
+    assert [(due.decision, due.phase, due.id) for due in kills] == [
+        (1, Phase.BEFORE, "info"),
+        (1, Phase.BEFORE, LOOP),
+        (1, Phase.BEFORE, "info"),
+        (2, Phase.BEFORE, "planner"),
+        (2, Phase.WAIT, "info"),
+    ]
+    assert [(due.decision, due.id) for due in rest(kills, 2)] == [(0, "planner"), (0, "info")]

@@ -234,7 +234,7 @@ class _Nodes:
         self._system = system
         self._starts = dict(zip((journal.LOOP, *SOLVERS), processes))
         self._connection = connection
-        self._dues = list(dues)
+        self._dues = [due for due in dues if due.kind is not Kind.KILL or due.id in self._starts]
 
     def set_dues(self) -> None:
         """Has the loop's node know what it is to take when."""
