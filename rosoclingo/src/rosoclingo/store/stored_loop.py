@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 import time
-from functools import partial
 from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
 
 import clingo
@@ -139,6 +138,29 @@ class StoredReplayInbox(StoredInbox, ReplayInbox):
     """The inbox of a replay whose nodes are killed as the recorded ones were."""
 
 
+class _Back:
+    """Waits for a solver that was lost, and has the journal tell that it is there again."""
+
+    def __init__(self, solver: str, loop: StoredLoop) -> None:
+        self._solver = solver
+        self._loop = loop
+        self._reason = ""  # why it was lost first
+        self._since = self._until = 0.0  # when it was missed
+
+    def wait(self, err: ServiceError) -> None:
+        """Waits; see :class:`.commands.Back`."""
+        if not self._reason:
+            self._reason, self._since = str(err), time.monotonic()
+        self._loop.wait_for_solver(err)
+        self._until = time.monotonic()
+
+    def done(self) -> None:
+        """Takes note that the solver is what it was."""
+        seconds = self._until - self._since
+        self._loop.state.note(NodeResumed(self._solver, self._reason, seconds))
+        self._reason = ""
+
+
 class StoredLoop(Loop):
     """A loop that is written to a store, and goes on from there.
 
@@ -185,8 +207,8 @@ class StoredLoop(Loop):
         if wait_for_solvers is None:
             self._planner = RecordedSolver(planner)
         else:
-            self._planner = RecordedSolver(planner, partial(self._back, "planner"))
-            controller = LastingController(controller, partial(self._back, "controller"))
+            self._planner = RecordedSolver(planner, _Back("planner", self))
+            controller = LastingController(controller, _Back("controller", self))
         self._planner.written = lambda: store.commands
         self._saved: Optional[LoopSnapshot] = None
         self._is_refused = store.snapshot is not None  # until it is sure that it can go on
@@ -202,15 +224,18 @@ class StoredLoop(Loop):
             controller, self._planner, commands, inbox, self._outbox, **parameters
         )  # fmt: skip
 
-    def _back(self, solver: str, err: ServiceError) -> None:
-        """Waits for a solver that was lost; see :data:`.commands.Back`."""
-        begin = time.monotonic()
+    def wait_for_solver(self, err: ServiceError) -> None:
+        """Returns when the solvers are there, one of which was lost.
+
+        Raises:
+            ServiceError: They do not come.
+            StoreError: They are others.
+        """
         if self._inbox.closed or self._wait_for_solvers is None:
             raise err
         self._outbox.warn(f"{err}; waits for the node to be started again")
         self._wait_for_solvers()
         self._store.check(self._started_with())
-        self.state.note(NodeResumed(solver, str(err), time.monotonic() - begin))
 
     def _way(self, goal: Goal) -> Callable[[GoalClient], GoalClient]:
         return lambda client: StoredClient(client, self._outbox, goal.id)
