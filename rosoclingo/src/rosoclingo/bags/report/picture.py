@@ -160,8 +160,7 @@ def _rows(run: Statistics, goals: Sequence[Tuple[GoalRun, int]]) -> List[Row]:
     rows += [("messages", marks, THICK), ("plan changes", changes, THICK)]
     rows.append(("searches", searches, _THIN))
     restarts = [
-        (restart.seconds - restart.duration, restart.seconds + least, COLOURS["restart"])
-        for restart in run.restarts
+        (restart.seconds, restart.seconds + least, COLOURS["restart"]) for restart in run.restarts
     ]
     return [*rows, ("restarts", restarts, THICK)] if restarts else rows
 

@@ -58,13 +58,7 @@ lanes.push({
   })),
 });
 if (restarts.length) {
-  const items = restarts.map((restart) => ({
-    from: restart.seconds - restart.duration,
-    to: restart.seconds,
-    colour: "restart",
-    tell: () => tellRestart(restart),
-  }));
-  lanes.push({ name: "restarts", items });
+  lanes.push({ name: "restarts", items: restarts.map((r) => mark(r.seconds, "restart", () => tellRestart(r))) });
 }
 let top = AXIS;
 for (const lane of lanes) {
