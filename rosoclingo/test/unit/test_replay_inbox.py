@@ -289,6 +289,25 @@ def test_it_waits_until_nodes_are_killed() -> None:
     assert waits.count == 2
 
 
+def test_nodes_are_killed_when_all_has_come_that_came_before() -> None:
+    kill = Due(0, Phase.BEFORE, Kind.KILL, LOOP)
+    gate = ReplayInbox([due(0, Phase.BEFORE, A), kill, due(0, Phase.BEFORE, B)])
+    held: List[int] = []
+
+    def waits() -> None:
+        held.append(len(gate._held))
+        gate.go_on()
+        gate.put(B)
+
+    thread = threading.Thread(target=lambda: gate.begin_decision(waits))
+    thread.start()
+    gate.put(A)
+    thread.join(TIMEOUT)
+    assert not thread.is_alive()
+    assert held == [1]
+    assert gate.take() == [A, B]
+
+
 def test_what_a_command_took_is_there_when_it_begins() -> None:
     gate, waits = ReplayInbox([due(0, Phase.DURING, A), due(0, Phase.DURING, B)]), Waits()
     gate.begin_decision(waits)

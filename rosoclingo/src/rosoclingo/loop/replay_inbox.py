@@ -105,6 +105,7 @@ class ReplayInbox(Inbox):
         super().__init__()
         self._dues: Deque[Due] = deque(dues)
         self._expected = Counter(due.key for due in dues if due.kind in _INPUTS)
+        self._kills = sum(due.kind is Kind.KILL for due in dues)
         self._held: Dict[Key, Deque[Taken]] = {}  # has come, and is not taken yet
         self._moment = -1, Phase.WAIT
         self._missing: Counter[Key] = Counter()  # is due, and has not come
@@ -132,13 +133,13 @@ class ReplayInbox(Inbox):
             return self._is_open or self._expected[key_of(item)] <= 0
 
     def go_on(self) -> None:
-        """Ends the wait for nodes that are to be killed: they are."""
+        """Ends the wait for a node that is to be killed: it is."""
         with self._changed:
-            self._dues = deque(
-                due for due in self._dues if due.kind is not Kind.KILL or due.moment > self._moment
-            )
-            self._missing = self._find_missing()
-            self._changed.notify_all()
+            kill = self._next_kill()
+            if kill is not None:
+                self._dues.remove(kill)
+                self._kills -= 1
+                self._changed.notify_all()
 
     def open(self) -> None:
         """Lets everything through from now on: the replay goes another way."""
@@ -147,6 +148,7 @@ class ReplayInbox(Inbox):
             dues = (due for due in self._dues if due.kind in _INPUTS)
             rest = [self._held[due.key].popleft() for due in dues if self._has(due)]
             self._dues.clear()
+            self._kills = 0
             self._missing.clear()
         for item in rest:
             if isinstance(item, Cancel):
@@ -172,12 +174,28 @@ class ReplayInbox(Inbox):
 
     def _wait_until(self, moment: Tuple[int, Phase], waits: Callable[[], None]) -> None:
         self._moment = moment
-        with self._changed:
-            self._missing = self._find_missing()
-        if self._missing:
-            waits()
+        while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._closed or not self._missing)
+                self._missing = self._find_missing()
+                is_kill_due, kills = self._next_kill() is not None, self._kills
+            if self._missing:
+                if not is_kill_due:
+                    waits()
+                with self._changed:
+                    self._changed.wait_for(lambda: self._closed or not self._missing)
+            if not is_kill_due:
+                return
+            waits()  # all has come that is to come before
+            with self._changed:
+                self._changed.wait_for(
+                    lambda before=kills: self._closed or self._kills < before  # type: ignore[misc]
+                )
+                if self._closed:
+                    return
+
+    def _next_kill(self) -> Optional[Due]:
+        due = itertools.takewhile(lambda due: due.moment <= self._moment, self._dues)
+        return next((one for one in due if one.kind is Kind.KILL), None)
 
     def take(self) -> List[Item]:
         """Returns what is due; does not wait."""
@@ -215,8 +233,12 @@ class ReplayInbox(Inbox):
         return bool(self._held.get(due.key))
 
     def _find_missing(self) -> Counter[Key]:
-        """Returns what is due and has not come."""
-        due = list(itertools.takewhile(lambda due: due.moment <= self._moment, self._dues))
+        """Returns what is due, before the next kill, and has not come."""
+        due = list(
+            itertools.takewhile(
+                lambda due: due.moment <= self._moment and due.kind is not Kind.KILL, self._dues
+            )
+        )
         needed = Counter(one.key for one in due if one.kind is not Kind.RECALL)
         # The cancel request that recalls a goal comes once, and is taken later.
         needed |= Counter({one.key: 1 for one in due if one.kind is Kind.RECALL})

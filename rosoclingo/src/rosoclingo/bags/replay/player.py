@@ -26,7 +26,7 @@ from rosoclingo.bags.replay.schedule import Schedule
 from rosoclingo.bags.replay.startup import SOLVERS, Start
 from rosoclingo.bags.replay.unpack import ReplayError
 from rosoclingo.loop import journal, replay_inbox
-from rosoclingo.loop.replay_inbox import Due, Kind
+from rosoclingo.loop.replay_inbox import Due, Kind, Phase
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoEvent, ROSoClingoGoal, ROSoClingoIn
 
 _CONNECT_SECONDS = 60.0  # how long the nodes may take to start on a busy machine
@@ -190,7 +190,9 @@ def play(
     with LocalMaster(folder) as system:
         _initialise(system)
         connection = Connection(name, run.has_journal)
-        schedule = Schedule(run, has_gate=run.has_journal, arrived=connection.arrived, rate=rate)
+        schedule = Schedule(
+            run, has_gate=run.has_journal, arrived=connection.arrived, rate=rate, kills=kills
+        )
         dues = input_schedule(run, kills=kills) if run.has_journal else []
         nodes = _Nodes(name, system, processes, connection, dues)
         if run.has_journal:
@@ -240,36 +242,30 @@ class _Nodes:
         """Has the loop's node know what it is to take when."""
         rospy.set_param(f"{self._name}/replay", replay_inbox.encode(self._dues))
 
-    def is_due(self, decision: int) -> bool:
-        """Whether one is to be killed before a decision, counted since the loop began."""
-        return any(due.kind is Kind.KILL and due.decision == decision for due in self._dues)
+    def due(self, decision: int) -> Optional[str]:
+        """Returns what is to be killed before a decision, counted since the loop began."""
+        kill = next((due for due in self._dues if due.kind is Kind.KILL), None)
+        return kill.id if kill is not None and kill.decision == decision else None
 
-    def kill(self, decision: int) -> bool:
-        """Kills those that are to be killed then, and starts others in their place.
-
-        Returns:
-            Whether the loop was among them, and counts its decisions from here.
+    def kill(self, decision: int, node: str) -> None:
+        """Kills what :meth:`due` has returned, and starts another one in its place.
 
         Raises:
-            ReplayError: Another one does not start.
+            ReplayError: Another loop does not start.
         """
-        for due in [due for due in self._dues if due.kind is Kind.KILL]:
-            if due.decision != decision:
-                break
-            self._dues.remove(due)
-            start = self._starts[due.id]
-            self._system.kill(start.name)
-            self.killed += 1
-            if due.id == journal.LOOP:
-                self._dues = rest(self._dues, decision)
-                self.set_dues()
-                self._connection.begin_again()
-                _start(self._system, start)
-                _connect(self._connection, self._system, self._name)
-                return True
-            _start(self._system, start)
-        self._connection.go_on()
-        return False
+        self._dues.remove(Due(decision, Phase.BEFORE, Kind.KILL, node))
+        start = self._starts[node]
+        self._system.kill(start.name)
+        self.killed += 1
+        if node == journal.LOOP:
+            self._dues = rest(self._dues, decision)
+            self.set_dues()
+            self._connection.begin_again()
+        _start(self._system, start)
+        if node == journal.LOOP:
+            _connect(self._connection, self._system, self._name)
+        else:
+            self._connection.go_on()
 
 
 class _Player:
@@ -349,15 +345,14 @@ class _Player:
         """Counts decisions, and kills nodes before the one that waits for it."""
         if isinstance(event, journal.CommandDone):
             self._decisions += 1
-        elif (
-            isinstance(event, journal.LoopWaits)
-            and event.for_a_replay
-            and self._schedule.in_step
-            and self._nodes.is_due(self._decisions)
-        ):
-            if self._nodes.kill(self._decisions):
+        elif isinstance(event, journal.LoopWaits) and event.for_a_replay and self._schedule.in_step:
+            node = self._nodes.due(self._decisions)
+            if node is None:
+                return
+            self._nodes.kill(self._decisions, node)
+            if node == journal.LOOP:
                 self._decisions = 0
-            self._schedule.go_on(time.monotonic())
+            self._schedule.go_on(time.monotonic(), restarts=node == journal.LOOP)
 
     def _keep(self, entry: Entry) -> None:
         """Keeps what is compared; of the plans, only that which is published: they are long."""
