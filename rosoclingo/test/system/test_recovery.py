@@ -6,6 +6,7 @@ Needs a sourced workspace, in devel or install space.
 from __future__ import annotations
 
 import os
+import re
 import signal
 from pathlib import Path
 
@@ -69,15 +70,22 @@ def system(terminals: Terminals, store: Path, form: str) -> Terminal:
     )
 
 
-def test_solvers_are_killed(terminals: Terminals, tmp_path: Path) -> None:
+def test_solvers_are_killed_and_restarted(terminals: Terminals, tmp_path: Path) -> None:
+    """Also by a request of somebody else's, after which they know nothing, and answer."""
     launch = system(terminals, tmp_path / "a.store", "rosoclingo")
-    robot = terminals.start("python", "-c", ROBOT, "0.3")
-    client = terminals.start("python", "-c", CLIENT, "visit(4)")
+    robot = terminals.start("python", "-c", ROBOT, "0.5")
+    client = terminals.start("python", "-c", CLIENT, "visit(6)")
     for cell, solver in ((2, "planner"), (3, "controller")):
         robot.wait_for(f"does {cell}")
         os.kill(terminals.pid(f"/{solver}"), signal.SIGKILL)
+    robot.wait_for("does 4")
+    for solver in ("planner", "controller"):
+        terminals.run("rosservice", "call", f"/{solver}/control", "<commands><restart/></commands>")
     client.wait_for("end SUCCEEDED")
-    assert "waits for the node to be started again" in launch.output
+    for solver in ("planner", "controller"):
+        noticed = rf"/{solver} .*: /rosservice\S+ has restarted it.*gives it its commands again"
+        assert re.search(noticed, launch.output)
+    assert launch.output.count("gives it its commands again") >= 4
     assert "[rosoclingo-3] process has died" not in launch.output
 
 

@@ -401,7 +401,9 @@ def main(commands: Callable[..., Any]) -> NoReturn:
 def _make(commands: Callable[..., Any]) -> Node:
     store = open_store()
     inbox = open_inbox(store)  # closed before the clients are, so that the loop knows why
-    controller, planner = (Client(parameters.text(name, name)) for name in _SOLVERS)
+    controller, planner = (
+        Client(parameters.text(name, name), only_own_restarts=True) for name in _SOLVERS
+    )
 
     def ready() -> None:
         controller.wait()

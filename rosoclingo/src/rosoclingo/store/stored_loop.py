@@ -160,7 +160,7 @@ class StoredLoop(Loop):
         """Waits for solvers of which one was lost; see :data:`.commands.Back`."""
         if self._inbox.closed or self._wait_for_solvers is None:
             raise err
-        self._outbox.warn(f"{err}; waits for the node to be started again")
+        self._outbox.warn(f"{err}; waits until that node is there, and gives it its commands again")
         self._wait_for_solvers()
         self._store.check(self._started_with())
 
