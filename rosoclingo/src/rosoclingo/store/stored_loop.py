@@ -233,7 +233,7 @@ class StoredLoop(Loop):
         """
         if self._inbox.closed or self._wait_for_solvers is None:
             raise err
-        self._outbox.warn(f"{err}; waits for the node to be started again")
+        self._outbox.warn(f"{err}; waits until that node is there, and gives it its commands again")
         self._wait_for_solvers()
         self._store.check(self._started_with())
 
@@ -302,8 +302,11 @@ class StoredLoop(Loop):
 
     def unsure(self) -> List[KnownGoal]:
         """Returns the goals that ended so late that their clients may not know it."""
-        ended = (goal for goal in self._store.goals.values() if goal.word)
-        return [goal for goal in ended if goal.time >= self._store.last - _DRAINED_SECONDS]
+        return [one for one in self.ended() if one.time >= self._store.last - _DRAINED_SECONDS]
+
+    def ended(self) -> List[KnownGoal]:
+        """Returns the goals of which it is known how they have ended."""
+        return [goal for goal in self._store.goals.values() if goal.word]
 
     def prepare(self) -> None:
         """Prepares the controller, and the planner if the run goes on.

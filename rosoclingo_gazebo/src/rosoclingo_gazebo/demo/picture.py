@@ -17,7 +17,8 @@ _INCHES = (12.0, 7.6)
 _DOTS_PER_INCH = 110
 _EVERY = 5  # of the path's points, one in so many is enough
 _SHIFT_METRES = 0.12  # of the path to its right, so that both directions of a way are seen
-_MARKS = {
+_MARKS = {  # the first is below the others
+    Kind.KILL: ("v", "tab:orange", "a node is killed"),
     Kind.OBSTACLE: ("s", "black", "obstacle"),
     Kind.REQUEST: ("o", "tab:purple", "a request comes"),
     Kind.PICKUP: ("^", "tab:blue", "pickup"),
@@ -74,11 +75,11 @@ def draw(
             axes.scatter(
                 xs, ys, 130, colour, marker=mark, zorder=3, edgecolors="white", label=label
             )
-    for event, above in zip(trace.events, _sides(trace)):
+    for event, offset in zip(trace.events, _offsets(trace)):
         axes.annotate(
             f"{event.seconds:.0f} s: {event.text}",
             event.place,
-            (0, 11 if above else -24),
+            (0, offset),
             textcoords="offset points",
             ha="center",
             size=8.5,
@@ -86,7 +87,7 @@ def draw(
             bbox={"boxstyle": "round,pad=0.2", "fc": "white", "ec": "none", "alpha": 0.8},
         )
     axes.set(title=title, xlabel="x, m", ylabel="y, m", aspect="equal")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=5, frameon=False)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=len(_MARKS), frameon=False)
     # The same drive gives the same file.
     with mpl.rc_context({"svg.hashsalt": "rosoclingo"}):
         for file in files:
@@ -102,12 +103,13 @@ def _shifted(path: Sequence[Point]) -> np.ndarray:
     return points + _SHIFT_METRES * np.column_stack((directions[:, 1], -directions[:, 0]))
 
 
-def _sides(trace: Trace) -> List[bool]:
-    """Returns for each event whether its text stands above it: those close by take turns."""
-    sides: List[bool] = []
+def _offsets(trace: Trace) -> List[int]:
+    """Returns how far above each event its text stands, in points: those close by make room."""
+    offsets: List[int] = []
     seen: List[Tuple[int, int]] = []
     for event in trace.events:
         around = (round(event.place[0] / 4), round(event.place[1] / 3))
-        sides.append(seen.count(around) % 2 == 0)
+        rows, below = divmod(seen.count(around), 2)
+        offsets.append(-24 - 12 * rows if below else 11 + 12 * rows)
         seen.append(around)
-    return sides
+    return offsets
