@@ -57,6 +57,7 @@ READ: Dict[str, Tuple[str, ...]] = {
     "ricochet": (str(BENCHES / "ricochet.lp"),),
     "robots": (str(BENCHES / "robots.lp"), GRID, MAILBOT, "-c", "robots=5", "-c", "x=4"),
     "mailbot in the office": (OFFICE, MAILBOT),
+    "mailbot with two offices": (str(BENCHES / "two_offices.lp"), MAILBOT),
     "mailbot with a request": (
         GRID, MAILBOT, str(ASP / "mailbot" / "mailbot" / "requests" / "request01.lp"),
     ),
