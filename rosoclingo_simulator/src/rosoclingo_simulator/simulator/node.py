@@ -72,7 +72,7 @@ class SimulatorNode:
         """
         world = read_map(settings.map)
         waypoints = read_waypoints(settings.waypoints)
-        names = [messages.Names(name, f"{name}/") for name in settings.robots]
+        names = [messages.Names(name, f"{name}/") for name in settings.fleet]
         names = names or [messages.Names("", settings.frame_prefix)]
         bodies = _bodies(settings, world, _starts(settings, world, waypoints), names)
         planner = Planner(world)
@@ -164,7 +164,7 @@ def _about(settings: Settings) -> str:
     pace = f"at {settings.speed:g} times real time" if settings.clock else "by /clock"
     navigation = "" if settings.navigation else ", without navigation"
     localisation = "" if settings.localisation else ", without localisation"
-    robots = f", {', '.join(settings.robots)}" if settings.robots else ""
+    robots = f", {', '.join(settings.fleet)}" if settings.fleet else ""
     return f"{settings.map.stem}, {settings.physics}, {pace}{navigation}{localisation}{robots}"
 
 
@@ -189,10 +189,10 @@ def _starts(settings: Settings, world: OccupancyMap, waypoints: Waypoints) -> Li
     places = {
         "the robot": ("~initial_pose, or ROBOT_INITIAL_POSE with a launch file", settings.pose)
     }
-    if settings.robots:
-        found = {name: waypoints.find(waypoint) for name, waypoint in settings.robots.items()}
+    if settings.fleet:
+        found = {name: waypoints.find(waypoint) for name, waypoint in settings.fleet.items()}
         places = {
-            name: ("~robots", Pose(place.x, place.y, place.theta)) for name, place in found.items()
+            name: ("~fleet", Pose(place.x, place.y, place.theta)) for name, place in found.items()
         }
     starts: Dict[str, Pose] = {}
     for name, (remedy, pose) in places.items():
@@ -203,7 +203,7 @@ def _starts(settings: Settings, world: OccupancyMap, waypoints: Waypoints) -> Li
             )
         for other, place in starts.items():
             if pose.distance(place) < 2 * ROBOT_RADIUS:
-                raise PhysicsError(f"{other} and {name} cannot be at the same place: set ~robots")
+                raise PhysicsError(f"{other} and {name} cannot be at the same place: set ~fleet")
         starts[name] = pose
     return list(starts.values())
 
@@ -216,7 +216,7 @@ def _bodies(
         first = KinematicPhysics(world, starts[0])
         return [(first, None), *((first.join(start), None) for start in starts[1:])]
     if len(starts) > 1:
-        raise PhysicsError("~physics:=mujoco has one robot: for ~robots, set ~physics:=kinematic")
+        raise PhysicsError("~physics:=mujoco has one robot: for ~fleet, set ~physics:=kinematic")
     try:
         # MuJoCo is optional, so what imports it comes late.
         from rosoclingo_simulator.simulator.camera import CameraPublisher  # noqa: PLC0415 - see above

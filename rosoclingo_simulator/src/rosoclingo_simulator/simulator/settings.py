@@ -41,7 +41,7 @@ class Settings:
         navigation: Whether it is move_base, too.
         localisation: Whether it is amcl and map_server, too.
         frame_prefix: What the names of the robot's frames begin with.
-        robots: The names of several robots, each with the waypoint where it is at first; none for
+        fleet: The names of several robots, each with the waypoint where it is at first; none for
             one robot without a name.
         pose: Where that one is at first.
         limits: How to drive.
@@ -57,7 +57,7 @@ class Settings:
     navigation: bool
     localisation: bool
     frame_prefix: str
-    robots: Dict[str, str]
+    fleet: Dict[str, str]
     pose: Pose
     limits: Limits
     progress_timeout: float
@@ -69,9 +69,9 @@ def read_settings() -> Settings:
     Raises:
         ParameterError: One is wrong; the message names it.
     """
-    prefix, robots = _prefix(), _robots()
-    if prefix and robots:
-        raise parameters.wrong("frame_prefix", "leave it out: each of ~robots has its own name's")
+    prefix, fleet = _prefix(), _fleet()
+    if prefix and fleet:
+        raise parameters.wrong("frame_prefix", "leave it out: each of ~fleet has its own name's")
     packages = rospkg.RosPack()
     here = Path(packages.get_path("rosoclingo_simulator"))
     interfaces = Path(packages.get_path("rosoclingo_interfaces"))
@@ -88,7 +88,7 @@ def read_settings() -> Settings:
         navigation=parameters.flag("navigation", True),
         localisation=parameters.flag("localisation", True),
         frame_prefix=prefix,
-        robots=robots,
+        fleet=fleet,
         pose=_pose(),
         limits=Limits(
             speed=parameters.positive("max_speed", LINEAR_SPEED, LINEAR_SPEED),
@@ -144,14 +144,14 @@ def _speed() -> float:
     return speed
 
 
-def _robots() -> Dict[str, str]:
+def _fleet() -> Dict[str, str]:
     """Returns where the robots are at first, by their names."""
     robots: Dict[str, str] = {}
-    for word in parameters.words("robots"):
+    for word in parameters.words("fleet"):
         name, at, waypoint = word.partition("@")
         if not (_NAME.fullmatch(name) and at and waypoint) or name in robots:
             raise parameters.wrong(
-                "robots",
+                "fleet",
                 "expected different names, of letters, digits and underscores, with waypoints, "
                 f"such as robot1@open1 robot2@c5: {word}",
             )
