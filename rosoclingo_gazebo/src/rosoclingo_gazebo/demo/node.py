@@ -7,10 +7,9 @@ has driven as the paper has it.
 from __future__ import annotations
 
 import sys
-import threading
 import time
 from pathlib import Path
-from typing import Callable, List, NoReturn
+from typing import List, NoReturn
 
 import rospkg
 import rospy
@@ -26,6 +25,7 @@ from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Orders
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.story import ROBOT, Story
+from rosoclingo_gazebo.demo.waiting import wait_for
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_simulator.simulator.occupancy import read_map
 from rosoclingo_simulator.srv import Obstacle
@@ -36,7 +36,6 @@ usage: demo.py [_output:=FOLDER] [ROS remappings]
 {__doc__}
 The pictures office.png and office.svg are written to FOLDER, by default the working directory."""
 _SECONDS = 170.0  # of wall time, for the whole story
-_POLL_SECONDS = 0.05  # how often the main thread looks at what it waits for
 
 
 class Demo:
@@ -63,7 +62,7 @@ class Demo:
 
     def run(self) -> List[str]:
         """Runs to the end of the story, and returns what went wrong."""
-        if not _wait_for(self._ready):
+        if not wait_for(self._ready, _SECONDS):
             return [f"after {_SECONDS:g} s, the simulator or rosoclingo is not there"]
         try:
             done = rospy.ServiceProxy("/simulator/obstacle", Obstacle)("block c5 c4")
@@ -72,7 +71,7 @@ class Demo:
         print(f"nobody knows: {done.message}", flush=True)
         (x5, y5), (x4, y4) = self._places["c5"], self._places["c4"]
         self.story.begins(((x5 + x4) / 2, (y5 + y4) / 2))
-        ended = _wait_for(lambda: not self._orders.open)
+        ended = wait_for(lambda: not self._orders.open, _SECONDS)
         wrong = [] if ended else [f"the requests did not end within {_SECONDS:g} s"]
         if not self._orders.all_as_asked:
             wrong.append("a request did not end as it should")
@@ -91,7 +90,7 @@ class Demo:
             f"{self._orders.summary()} on {trace.metres:.0f} m in {trace.seconds:.0f} s: "
             "the way from c5 to c4 is blocked"
         )
-        draw(self._floor, self._places, trace, title, files)
+        draw(self._floor, self._places, {ROBOT: trace}, title, files)
         return files
 
     def summary(self) -> str:
@@ -144,13 +143,3 @@ def main() -> NoReturn:
         print(f"wrong: {line}", file=sys.stderr)
     rospy.signal_shutdown("the story has ended")
     sys.exit(1 if wrong else 0)
-
-
-def _wait_for(condition: Callable[[], bool]) -> bool:
-    end = time.monotonic() + _SECONDS
-    pause = threading.Event()
-    while not condition():
-        if rospy.is_shutdown() or time.monotonic() > end:
-            return False
-        pause.wait(_POLL_SECONDS)
-    return True
