@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import queue
 import sys
@@ -293,7 +292,6 @@ def _initialise(system: LocalMaster) -> None:
     for name in ("ROS_IP", "ROS_NAMESPACE"):
         os.environ.pop(name, None)
     # Remappings are for another master, such as that of rostest.
-    gc.freeze()  # as rosclingo.ros.init.init_node does
     end_server_when_closed()
     rospy.init_node("replay", argv=sys.argv[:1], disable_signals=True, disable_rosout=True)
 
