@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 import threading
 from dataclasses import dataclass, field
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, List, Mapping, Sequence, Tuple
 
 from rosoclingo.loop.journal import (
     ActionPublished,
@@ -86,14 +86,16 @@ class FleetStory:
         members: The robots by name.
     """
 
-    def __init__(self, graph: Map) -> None:
+    def __init__(self, graph: Map, places: Mapping[str, Point]) -> None:
         """Begins before anything has happened.
 
         Args:
             graph: The map, with the robots, that actions are checked against.
+            places: Where the waypoints are, in metres.
         """
         self._lock = threading.Lock()  # guards all below
         self.members = {robot: Member() for robot in graph.starts}
+        self._places = places
         self._validator = Validator(graph)
         self._packages: Dict[str, str] = {}  # by goal
         self._slots: Dict[str, str] = {}  # the goals of the slots
@@ -199,9 +201,10 @@ class FleetStory:
             for slot in arguments(action, name) if answer == SUCCESS else ():
                 package = self._packages[self._slots[slot]]
                 member.deliveries += kind is Kind.DELIVERY
-                trace.happen(kind, package)
+                office = self._validator.positions[robot]
+                trace.happen(kind, package, self._places[office])
                 word = "picks up" if kind is Kind.PICKUP else "delivers"
-                self._say(robot, f"{word} {package}", self._validator.positions[robot])
+                self._say(robot, f"{word} {package}", office)
 
     def _say(self, robot: str, what: str, *places: str) -> None:
         where = f"from {' to '.join(places)}" if len(places) > 1 else "".join(places)

@@ -62,7 +62,7 @@ class FleetDemo:
         self._places = graph.places
         rooms = Map.read(office)
         rooms.starts = dict(graph.starts)
-        self.story = FleetStory(rooms)
+        self.story = FleetStory(rooms, graph.places)
         self._due = random_orders(
             sorted(rooms.offices),
             parameters.integer("packages", 10, least=1),
@@ -129,7 +129,7 @@ class FleetDemo:
 
 
 def main() -> NoReturn:
-    """Has the packages delivered, and ends the process with exit status 1 if something was wrong."""
+    """Has packages delivered, and ends the process, with exit status 1 if something was wrong."""
     init_node("fleet_demo", usage=_USAGE)
     begin = time.monotonic()
     try:

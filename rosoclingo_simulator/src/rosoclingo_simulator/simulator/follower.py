@@ -18,6 +18,7 @@ Command = Tuple[float, float]
 STOP: Command = (0.0, 0.0)
 
 _AHEAD_METRES = 0.45  # how far ahead the point on the path is that the robot drives to
+_BLOCKED_METRES = 0.02  # less room ahead is none
 _BLOCKED_AHEAD_METRES = 0.15  # the same, if something is in the way to that point
 _SEARCH_POINTS = 20  # how many points of the path ahead may be the nearest one
 _TURN_ANGLE = 0.9  # radians; a robot that looks so far aside turns first
@@ -103,7 +104,7 @@ class Follower:
         )
         speed = max(speed, _SLOWEST)
         free = free_ahead(pose, points)
-        if free <= 0:
+        if free <= _BLOCKED_METRES:
             # Turning is safe, and shows what else there is. The path cuts no corners.
             aside = _aside(pose, self._target(pose, _BLOCKED_AHEAD_METRES))
             return 0.0, _turn(aside) if abs(aside) > _TURNED_ANGLE / 2 else 0.0
@@ -129,7 +130,8 @@ def free_ahead(pose: Pose, points: np.ndarray) -> float:
     """
     ahead, left = local(pose, points[:, 0], points[:, 1])
     aside = np.abs(left)
-    in_the_way = (ahead > 0) & (aside < _SIDE_METRES)
+    beside = (aside > physics.ROBOT_RADIUS) & (ahead < _GAP_METRES)
+    in_the_way = (ahead > 0) & (aside < _SIDE_METRES) & ~beside
     if not in_the_way.any():
         return math.inf
     ahead, aside = ahead[in_the_way], aside[in_the_way]
