@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import os
+import signal
 import socket
 import subprocess
 from pathlib import Path
@@ -17,6 +18,31 @@ import pytest
 from terminals import TIMEOUT, Terminal, Terminals, package, terminals, wait_for
 
 __all__ = ["terminals"]
+
+# A client that has sent a request, and sends another one when its node was started again.
+CLIENT = """
+import time
+
+from rosclingo.errors import ServiceError
+from rosclingo.ros.client import Client
+from rosclingo.ros.init import init_node
+from rosclingo.wire.commands import GetPrograms
+
+init_node("client")
+client = Client()
+client.wait()
+client.control(GetPrograms())
+print("is there", flush=True)
+try:
+    while True:
+        client.check()
+        time.sleep(0.01)
+except ServiceError as err:
+    print(err, flush=True)
+client.wait()
+client.control(GetPrograms())
+print("is there again", flush=True)
+"""
 
 MANUAL = {
     "do(arm,pickup(4),1)", "do(arm,putdown(b),2)", "do(arm,pickup(3),3)", "do(arm,putdown(4),4)",
@@ -312,3 +338,16 @@ def test_a_call_for_another_process(terminals: Terminals) -> None:
     with socket.create_connection((host, port)) as caller:
         caller.sendall(b"POST / HTTP/1.1\r\n")
         terminals.listen("/rosclingo", "/rosclingo/about").wait_for("rosclingo run.py")
+
+
+def test_a_node_that_is_started_again(terminals: Terminals) -> None:
+    """The first request to it succeeds."""
+    node = ("rosrun", "rosclingo", "run.py", "-f", f"{example()}/instance.lp")
+    first = terminals.start(*node)
+    client = terminals.start("python", "-c", CLIENT)
+    client.wait_for("is there")
+    os.killpg(first.process.pid, signal.SIGKILL)
+    client.wait_for("went away")
+    terminals.start(*node)
+    client.wait_for("is there again")
+    assert client.wait() == 0

@@ -164,15 +164,24 @@ class Client:
             return decode_reply(self._service(text).result)
         except (*_LOST, XmlError) as err:
             # A persistent connection is of no use after an error.
-            if self._service is not None:
-                self._service.close()
-                self._service = None
+            self._disconnect()
             if self._abandoned:
                 raise ServiceError(f"shut down while waiting for {self.name}") from err
             raise ServiceError(
                 f"the connection to {self._service_name} was lost ({err}): its node ended or was "
                 "restarted; the commands may have run or not, so begin with a restart"
             ) from err
+
+    def _disconnect(self) -> None:
+        if self._service is not None:
+            self._service.close()
+            self._service = None
+
+    def _gone(self, reason: str) -> ServiceError:
+        """Has the next request not go to a node that went away; returns what to raise."""
+        with self._service_lock:
+            self._disconnect()
+        return ServiceError(reason)
 
     def _abandon(self) -> None:
         """Ends what waits for the solver, because the process is shutting down."""
@@ -203,7 +212,7 @@ class Client:
             ServiceError: The node is not there, went away, or rejected or aborted the goal.
         """
         if not self._connected():
-            raise ServiceError(f"there is no solver {self.name}; is its node running?")
+            raise self._gone(f"there is no solver {self.name}; is its node running?")
         search = _Search(self._new_id(), improved)
         goal = ROSClingoActionGoal(
             goal_id=search.id, goal=ROSClingoGoal(encode_assumptions(assumptions))
@@ -223,7 +232,7 @@ class Client:
             ServiceError: It is not.
         """
         if not self._connected():
-            raise ServiceError(f"the solver {self.name} went away")
+            raise self._gone(f"the solver {self.name} went away")
 
     def _new_id(self) -> GoalID:
         # By wall time, where actionlib takes a simulator's, which may stand still: a server ignores
@@ -242,7 +251,7 @@ class Client:
             if self._abandoned:
                 raise ServiceError(f"shut down while {self.name} was solving")
             if not self._connected():
-                raise ServiceError(f"the solver {self.name} went away while solving")
+                raise self._gone(f"the solver {self.name} went away while solving")
         return canceled
 
     def _on_result(self, message: ROSClingoActionResult) -> None:
