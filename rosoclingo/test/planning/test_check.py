@@ -27,8 +27,9 @@ ASP = ROOT / "rosoclingo_aspprograms"
 MAILBOT = str(ASP / "mailbot" / "mailbot.lp")
 PAPER = str(ASP / "mailbot" / "mailbot_paper.lp")
 STEPS = str(ASP / "test" / "planning" / "mailbot_by_steps.lp")
-GRID, OFFICE, PAIR = (str(ASP / "mailbot" / "instances" / f"graph_{name}.lp")
-                      for name in ("bench", "wg", "pair"))  # fmt: skip
+GRID, OFFICE, PAIR, HALL = (str(ASP / "mailbot" / "instances" / f"graph_{name}.lp")
+                            for name in ("bench", "wg", "pair", "hall"))  # fmt: skip
+LENGTHS = str(ASP / "mailbot" / "instances" / "lengths.lp")
 PLANTS = (str(ASP / "plants" / "plants.lp"), str(ASP / "plants" / "instances" / "garden.lp"))
 BLOCKS = (f"{EXAMPLES}/instance.lp", f"{EXAMPLES}/itoh.lp")
 TOWER = ROOT / "rosclingo" / "example"
@@ -63,6 +64,8 @@ READ: Dict[str, Tuple[str, ...]] = {
     "mailbot of the paper in the office": (OFFICE, PAPER),
     "mailbot by steps in the office": (OFFICE, STEPS),
     "garden": PLANTS,
+    "office in seconds": (OFFICE, LENGTHS, MAILBOT),
+    "hall": (HALL, MAILBOT),
 }  # fmt: skip
 
 
