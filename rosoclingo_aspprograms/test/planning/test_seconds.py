@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from itertools import permutations, product
 from pathlib import Path
-from typing import Dict, Iterator, List, Sequence, Tuple
+from typing import Callable, Dict, Iterator, List, Sequence, Tuple
 
 import pytest
-from episode import MAILBOT
+from episode import MAILBOT, OFFICE
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
@@ -18,6 +19,8 @@ from rosoclingo.loop.solver import Planner
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
 
 Job = Tuple[str, str]
+Cost = Callable[[Sequence[int]], Sequence[int]]
+"""What comes first counts first."""
 
 
 def draw_map(pick: random.Random, robots: int) -> Map:
@@ -49,22 +52,22 @@ def ends(graph: Map, start: str, jobs: Sequence[Job], blocked: Sequence[Edge]) -
         yield clock
 
 
-def quickest(graph: Map, jobs: Sequence[Job], blocked: Sequence[Edge]) -> int:
-    """Returns when the last job is done at the earliest: all who may do it, in all orders."""
-    robots = list(graph.starts)
-    lasts = []
-    for who in product(robots, repeat=len(jobs)):
-        last = 0
-        for robot, start in graph.starts.items():
-            own = [job for job, one in zip(jobs, who) if one == robot]
-            orders = (list(ends(graph, start, order, blocked)) for order in permutations(own))
-            last = max(last, min(max(times, default=0) for times in orders))
-        lasts.append(last)
-    return min(lasts)
+def agendas(graph: Map, jobs: Sequence[Job], blocked: Sequence[Edge]) -> Iterator[List[int]]:
+    """Returns when each job is done, for all who may do it, in all orders."""
+    numbers = range(len(jobs))
+    for who in product(graph.starts, repeat=len(jobs)):
+        orders = [permutations([n for n in numbers if who[n] == robot]) for robot in graph.starts]
+        for chosen in product(*orders):
+            done = [0 for _ in numbers]
+            for start, order in zip(graph.starts.values(), chosen):
+                times = ends(graph, start, [jobs[number] for number in order], blocked)
+                for number, time in zip(order, times):
+                    done[number] = time
+            yield done
 
 
 def replay(graph: Map, plan: Plan, blocked: Sequence[Edge]) -> Dict[str, int]:
-    """Checks the steps of a plan, and returns when each robot is through with its part.
+    """Checks the steps of a plan, and returns when each action but ``go`` is through.
 
     A step ends when an action does, and who is still at its own repeats that in the next one.
     """
@@ -86,7 +89,7 @@ def replay(graph: Map, plan: Plan, blocked: Sequence[Edge]) -> Dict[str, int]:
         clock = min(end for _, end in acting.values())
         for robot in [robot for robot, (_, end) in acting.items() if end == clock]:
             name, _ = acting.pop(robot)
-            through[robot] = clock
+            through[name] = clock
             for target in arguments(name, "go"):
                 edge = frozenset((places[robot], target))
                 assert edge in graph.edges.difference(blocked), (step, robot, name)
@@ -108,21 +111,105 @@ def plan_for(graph: Map, events: Sequence[str], folder: Path, *options: str) -> 
     return Plan(outcome.symbols)
 
 
+def feedback(plan: Plan) -> List[str]:
+    """Returns what clients are told."""
+    return [f"{slot} {line}" for slot, line in plan.feedback()]
+
+
+class Draw:
+    """A random map, with requests and blocked ways.
+
+    Attributes:
+        graph: The map.
+        jobs: The requests, by their slots from 1 on.
+        events: What happens in step 0, without the requests.
+        blocked: The ways that are blocked; all offices can still be reached.
+    """
+
+    def __init__(self, seed: str, robots: int) -> None:
+        self.pick = pick = random.Random(seed)
+        self.graph = graph = draw_map(pick, robots)
+        self.jobs = [self._job() for _ in range(pick.randint(1, 4))]
+        self.blocked = [edge for edge in sorted(graph.edges, key=sorted) if pick.random() < 0.2]
+        while len(graph.distances("c0", self.blocked)) < len(graph.distances("c0")):
+            self.blocked.pop()
+        ways = (pick.sample(sorted(edge), 2) for edge in self.blocked)
+        self.events = ["info,blocked({},{})".format(*way) for way in ways]
+
+    def _job(self) -> Job:
+        origin, destination = self.pick.sample(sorted(self.graph.offices), 2)
+        return origin, destination
+
+    def check(self, words: Sequence[str], cost: Cost, folder: Path, *options: str) -> None:
+        """Checks that no agenda costs less than the plan.
+
+        Args:
+            words: What each request says of its time: nothing, or a term after a comma.
+            cost: Returns what it costs that the jobs are done at certain times.
+            folder: Where the instance is written.
+            options: Of the planner.
+        """
+        jobs = zip(self.jobs, words)
+        events = [f"{slot},bring({o},{d}{w})" for slot, ((o, d), w) in enumerate(jobs, 1)]
+        plan = plan_for(self.graph, [*events, *self.events], folder, *options)
+        through = replay(self.graph, plan, self.blocked)
+        done = [through[f"deliver({slot})"] for slot, _ in enumerate(self.jobs, 1)]
+        times = agendas(self.graph, self.jobs, self.blocked)
+        assert cost(done) == min(map(cost, times)), (events, done)
+        told = {f"{slot} expected in {time} s" for slot, time in enumerate(done, 1)}
+        assert told <= {*feedback(plan)}
+
+
 @pytest.mark.parametrize("robots", [1, 2])
 @pytest.mark.parametrize("seed", range(30))
 def test_the_last_delivery_is_as_early_as_possible(robots: int, seed: int, tmp_path: Path) -> None:
-    pick = random.Random(f"{seed} {robots}")
-    graph = draw_map(pick, robots)
-    jobs = [tuple(pick.sample(sorted(graph.offices), 2)) for _ in range(pick.randint(1, 4))]
-    blocked = [edge for edge in sorted(graph.edges, key=sorted) if pick.random() < 0.2]
-    while len(graph.distances("c0", blocked)) < len(graph.distances("c0")):
-        blocked.pop()
-    events = ["{},bring({},{})".format(slot, *job) for slot, job in enumerate(jobs, 1)]
-    events += ["info,blocked({},{})".format(*pick.sample(sorted(edge), 2)) for edge in blocked]
-    plan = plan_for(graph, events, tmp_path)
-    through = replay(graph, plan, blocked)
-    assert max(through.values()) == quickest(graph, jobs, blocked)
-    served = [action.name for action in plan.actions_from(1) if "deliver" in action.name]
-    assert {arguments(name, "deliver")[0] for name in served} == {
-        str(slot) for slot, _ in enumerate(jobs, 1)
-    }
+    draw = Draw(f"{seed} {robots}", robots)
+    draw.check([""] * 4, lambda done: [max(done)], tmp_path)
+
+
+@pytest.mark.parametrize("robots", [1, 2])
+@pytest.mark.parametrize("seed", range(10))
+def test_the_sum_of_the_waits_is_as_small_as_possible(
+    robots: int, seed: int, tmp_path: Path
+) -> None:
+    draw = Draw(f"waits {seed} {robots}", robots)
+    draw.check([""] * 4, lambda done: [sum(done)], tmp_path, "-c", "minimise=waits")
+
+
+@pytest.mark.parametrize("robots", [1, 2])
+@pytest.mark.parametrize("seed", range(10))
+def test_what_is_urgent_comes_first_and_then_what_is_due(
+    robots: int, seed: int, tmp_path: Path
+) -> None:
+    """Of two that are urgent and came together, the one in the first slot comes first."""
+    draw = Draw(f"due {seed} {robots}", robots)
+    words = [draw.pick.choice(["", ",urgent", ",by"]) for _ in draw.jobs]
+    limits = [draw.pick.randint(1, 150) for _ in draw.jobs]
+
+    def cost(done: Sequence[int]) -> Sequence[int]:
+        urgent = [time for time, word in zip(done, words) if word == ",urgent"]
+        delays = [max(0, t - n) for t, n, w in zip(done, limits, words) if w == ",by"]
+        return [*urgent, sum(delays), max(done)]
+
+    said = [f",by({n})" if word == ",by" else word for n, word in zip(limits, words)]
+    draw.check(said, cost, tmp_path)
+
+
+HALL = Map.read(Path(OFFICE).with_name("graph_hall.lp"))
+
+
+def test_a_letter_that_is_due_goes_first(tmp_path: Path) -> None:
+    alone = replace(HALL, starts={"left": "a"})
+    plan = plan_for(alone, ["1,bring(c,a)", "2,bring(b,d)"], tmp_path)
+    assert feedback(plan) == ["1 expected in 22 s", "2 expected in 61 s"]
+    plan = plan_for(alone, ["1,bring(c,a)", "2,bring(b,d,by(40))"], tmp_path)
+    assert feedback(plan) == ["1 expected in 68 s", "2 expected in 39 s", "2 late by 0 s"]
+
+
+def test_what_cannot_be_in_time_is_said(tmp_path: Path) -> None:
+    alone = replace(HALL, starts={"left": "a"})
+    plan = plan_for(alone, ["1,bring(c,a,by(20))", "2,bring(b,d,by(40))"], tmp_path)
+    assert [line for line in feedback(plan) if "late" in line] == [
+        "1 late by 2 s",
+        "2 late by 21 s",
+    ]
