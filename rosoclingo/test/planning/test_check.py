@@ -31,6 +31,7 @@ GRID, OFFICE, PAIR, HALL = (str(ASP / "mailbot" / "instances" / f"graph_{name}.l
                             for name in ("bench", "wg", "pair", "hall"))  # fmt: skip
 LENGTHS = str(ASP / "mailbot" / "instances" / "lengths.lp")
 PLANTS = (str(ASP / "plants" / "plants.lp"), str(ASP / "plants" / "instances" / "garden.lp"))
+WORKSHOP = tuple(str(ASP / "workshop" / name) for name in ("instances/furniture.lp", "workshop.lp"))
 BLOCKS = (f"{EXAMPLES}/instance.lp", f"{EXAMPLES}/itoh.lp")
 TOWER = ROOT / "rosclingo" / "example"
 BENCHES = ROOT / "benchmarks" / "encodings"
@@ -52,6 +53,7 @@ RUNS: Dict[str, Tuple[str, ...]] = {
     "mailbot of the paper": (GRID, PAPER, *SMALL),
     "mailbot by steps": (GRID, STEPS, *SMALL),
     "plants": (*PLANTS, "-c", "x=3", "-c", "y=2"),
+    "workshop": WORKSHOP,
 }
 READ: Dict[str, Tuple[str, ...]] = {
     "tower": (str(TOWER / "instance.lp"), str(TOWER / "itoh.lp")),
