@@ -50,6 +50,7 @@ NOT_TYPED = {
     "rostest rosoclingo_gazebo driving.rostest": "catkin registers it in CMakeLists.txt",
     "rosrun rosoclingo_gazebo demo.py": "takes half a minute; test_demo.py types it",
     "rosrun rosoclingo_gazebo fleet_demo.py": "takes a minute; test_demo.py types it",
+    "python benchmarks/kills.py": "takes an hour; test_kills.py of rosoclingo types parts of it",
     "python benchmarks/simulator_bench.py": "measures for minutes; scripts/bench types it",
     "test/bags/record": "makes the regression bags anew",
     ".venv/bin/": "checks and tests",
