@@ -73,7 +73,7 @@ def system(terminals: Terminals, store: Path, form: str) -> Terminal:
 
 def test_solvers_are_killed_and_restarted(terminals: Terminals, tmp_path: Path) -> None:
     """Also by a request of somebody else's, after which they know nothing, and answer."""
-    launch = system(terminals, tmp_path / "a.store", "rosoclingo")
+    launch = system(terminals, tmp_path / "my run.store", "rosoclingo")
     robot = terminals.start("python", "-c", ROBOT, "0.5")
     client = terminals.start("python", "-c", CLIENT, "visit(6)")
     for cell, solver in ((2, "planner"), (3, "controller")):
@@ -104,7 +104,7 @@ def test_a_client_waits_through_kills(
     terminals: Terminals, tmp_path: Path, form: str, language: str
 ) -> None:
     command = ("python", "-c", CLIENT) if language == "Python" else (cpp_client(tmp_path),)
-    launch = system(terminals, tmp_path / "a.store", form)
+    launch = system(terminals, tmp_path / "my run.store", form)
     robot = terminals.start("python", "-c", ROBOT, "0.3")
     client = terminals.start(*command, "visit(5)")
     for cell in (2, 3, 4):
@@ -120,6 +120,7 @@ def test_a_client_waits_through_kills(
         f"does {cell}" for cell in (2, 3, 4, 5)
     ]
     assert "Traceback" not in launch.output
+    assert (tmp_path / "my run.store").exists()
 
 
 def _pid(terminals: Terminals) -> int:
@@ -131,7 +132,7 @@ def _pid(terminals: Terminals) -> int:
 
 def test_another_master(terminals: Terminals, tmp_path: Path) -> None:
     """All nodes notice, are started again, and go on."""
-    launch = system(terminals, tmp_path / "a.store", "rosoclingo")
+    launch = system(terminals, tmp_path / "my run.store", "rosoclingo")
     robot = terminals.start("python", "-c", ROBOT, "60")
     terminals.start("python", "-c", CLIENT, "visit(3)")
     robot.wait_for("does 2")

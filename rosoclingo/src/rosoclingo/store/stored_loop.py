@@ -10,6 +10,7 @@ from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
 from rosoclingo.loop.inbox import Cancel, Inbox, Item
+from rosoclingo.loop.journal import CommandDone
 from rosoclingo.loop.loop import Loop, LoopSnapshot
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.state import State
@@ -241,7 +242,16 @@ class StoredLoop(Loop):
         state = self.state
         self._outbox.show_plan(state.step, state.horizon, state.ahead())
         self._outbox.flush()
-        self._outbox.send_again()
+        if self._has_published():
+            self._commands.publish()  # for those who come late: the topic is another process's
+            self._save()
+        else:
+            self._outbox.send_again()
+
+    def _has_published(self) -> bool:
+        """Whether the mode was through with the command ``publish``."""
+        events = (record.event for record in self._store.records)
+        return any(isinstance(event, CommandDone) and event.publishes for event in events)
 
     def step(self) -> None:
         """Makes one decision, carries it out, and writes what that has changed.
