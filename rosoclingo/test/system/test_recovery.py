@@ -14,6 +14,9 @@ from pathlib import Path
 import pytest
 from terminals import Terminal, Terminals, package, terminals, wait_for
 
+from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.loop.journal import MessageArrived, NodeResumed
+
 __all__ = ["terminals"]
 
 # A stock client, which also counts what it is told of its goals.
@@ -63,12 +66,11 @@ run(Robot, "robot")
 """
 
 
-def system(terminals: Terminals, store: Path, form: str) -> Terminal:
+def system(terminals: Terminals, store: Path, form: str, *arguments: str) -> Terminal:
     file = package("rosoclingo") / "example" / "line.lp"
     mode = ["mode:=dynamic.incremental.dyn_reset", "steps:=30"] if form == "rosoclingo" else []
-    return terminals.start(
-        "roslaunch", "rosoclingo", f"{form}.launch", f"encoding:={file}", f"store:={store}", *mode
-    )
+    arguments = (f"encoding:={file}", f"store:={store}", *mode, *arguments)
+    return terminals.start("roslaunch", "rosoclingo", f"{form}.launch", *arguments)
 
 
 def test_solvers_are_killed_and_restarted(terminals: Terminals, tmp_path: Path) -> None:
@@ -109,9 +111,7 @@ def test_a_client_waits_through_kills(
     client = terminals.start(*command, "visit(5)")
     for cell in (2, 3, 4):
         robot.wait_for(f"does {cell}")
-        node = terminals.pid("/rosoclingo")
-        os.kill(node, signal.SIGKILL)
-        wait_for(lambda killed=node: terminals.names() and _pid(terminals) not in (killed, 0))
+        kill(terminals, "rosoclingo")
     client.wait_for("end SUCCEEDED")
     assert client.wait() == 0
     if language == "Python":
@@ -123,11 +123,54 @@ def test_a_client_waits_through_kills(
     assert (tmp_path / "my run.store").exists()
 
 
-def _pid(terminals: Terminals) -> int:
+def kill(terminals: Terminals, node: str) -> None:
+    """Kills a node, and waits until there is another one in its place."""
+    killed = terminals.pid(f"/{node}")
+    os.kill(killed, signal.SIGKILL)
+    wait_for(lambda: terminals.names() and _pid(terminals, node) not in (killed, 0))
+
+
+def _pid(terminals: Terminals, node: str) -> int:
     try:
-        return terminals.pid("/rosoclingo")
+        return terminals.pid(f"/{node}")
     except OSError:
         return 0
+
+
+def test_a_run_with_kills_is_recorded_shown_and_replayed(
+    terminals: Terminals, tmp_path: Path
+) -> None:
+    bag, page = tmp_path / "run.bag", tmp_path / "run.html"
+    launch = system(terminals, tmp_path / "a.store", "rosoclingo", f"record:={bag}")
+    launch.wait_for("recording /rosoclingo in")
+    robot = terminals.start("python", "-c", ROBOT, "0.3")
+    client = terminals.start("python", "-c", CLIENT, "visit(6)")
+    killed = ["rosoclingo", "planner", "rosoclingo", "controller"]
+    for cell, node in enumerate(killed, 2):
+        robot.wait_for(f"does {cell}")
+        kill(terminals, node)
+    assert client.wait() == 0, client.output
+    launch.interrupt()
+    launch.wait()
+
+    recording = read_recording(bag)
+    events = [entry.event for entry in recording.entries]
+    assert [event.node for event in events if isinstance(event, NodeResumed)] == killed
+    assert recording.remarks == ()
+    answers = [event for event in events if isinstance(event, MessageArrived)]
+    assert len(answers) == 5
+    shown = terminals.run("rosrun", "rosoclingo", "report.py", str(bag), "-o", str(page))
+    assert shown.wait() == 0, shown.output
+    assert '["restarts","4"' in page.read_text(encoding="utf-8")
+    for options, said in (
+        ((), ""),
+        (("--kill",), "killed and started again, as in the recording: 4"),
+    ):
+        replay = terminals.run("rosrun", "rosoclingo", "replay.py", str(bag), *options)
+        assert replay.wait() == 0, replay.output
+        assert "no difference at level exact: 2 goals, 5 steps" in replay.output
+        assert said in replay.output
+        assert "Traceback" not in replay.output
 
 
 def test_another_master(terminals: Terminals, tmp_path: Path) -> None:

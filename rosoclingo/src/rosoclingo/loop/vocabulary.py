@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass, field
-from typing import ClassVar, Collection, Dict, Iterable, List, Sequence, Set, Tuple
+from typing import ClassVar, Collection, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire.term_text import number, split_term
@@ -62,6 +62,11 @@ class Vocabulary:
             ANY_EVENT in self._pairs and not self._of(f"{source},")
         )
 
+    def declares(self, pair: Pair) -> Optional[bool]:
+        """Whether the encoding declares just this event; None if no step after step 0 was seen."""
+        is_there = ",".join(pair) in self._pairs
+        return is_there if is_there or self._grounded > 1 else None
+
     def explain(self, source: str, content: str) -> str:
         """Says why there is no such event, by comparing it with those that there are."""
         return explain(content, [pair[len(source) + 1 :] for pair in self._of(f"{source},")])
@@ -105,6 +110,10 @@ class ToldVocabulary:
         return places is None or any(
             argument not in known for known, argument in zip(places, arguments)
         )
+
+    def declares(self, pair: Pair) -> Optional[bool]:
+        """Whether the encoding knows just this event; None if it was not asked."""
+        return self._demand.declared.get(pair)
 
     def learn(self, externals: object, grounded: int) -> None:
         """Learns nothing: the encoding is asked about each pair."""

@@ -51,7 +51,7 @@ from rosoclingo.ros.questions import Questions
 from rosoclingo.ros.storing import Storing, address_of, open_store, restore_goal, status_of
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.store.store import KnownGoal, Store
-from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
+from rosoclingo.store.stored_loop import StoredInbox, StoredLoop, StoredReplayInbox
 from rosoclingo.why.serving import LOWEST
 
 _USAGE = """\
@@ -452,11 +452,11 @@ def open_inbox(store: Optional[Store] = None) -> Inbox:
     recorded = rospy.get_param("~replay", None)
     if recorded is None:
         inbox = Inbox() if store is None else StoredInbox(store)
-    elif store is not None:
-        raise ParameterError("parameter ~store: a replay has no store; leave it out")
     else:
-        inbox = held = ReplayInbox(decode(recorded))
+        dues = decode(recorded)
+        inbox = held = ReplayInbox(dues) if store is None else StoredReplayInbox(store, dues)
         subscriber("~open_gate", Empty, lambda _: held.open())
+        subscriber("~go_on", Empty, lambda _: held.go_on())
     on_shutdown(inbox.close)
     return inbox
 
