@@ -187,3 +187,31 @@ def test_another_master(terminals: Terminals, tmp_path: Path) -> None:
     terminals.start("python", "-c", ROBOT, "0.1")
     echo.wait_for("succeeded")
     assert "Traceback" not in launch.output
+
+
+def test_what_cannot_begin_is_not_started_again_and_again(
+    terminals: Terminals, tmp_path: Path
+) -> None:
+    task, store = tmp_path / "task.lp", tmp_path / "my run.store"
+    task.write_text("a(X).")
+    words = ("roslaunch", "rosoclingo", "rosoclingo.launch", f"encoding:={task}",
+             f"store:={store}", "mode:=dynamic.incremental.dyn_reset")  # fmt: skip
+    launch = terminals.start(*words)
+    launch.wait_for("this node is started again in 30 s")
+    (process,) = re.findall(r"at once by: kill (\d+)", launch.output)
+    task.write_text((package("rosoclingo") / "example" / "line.lp").read_text())
+    os.kill(int(process), signal.SIGTERM)
+    launch.wait_for("/planner is ready with")
+    robot = terminals.start("python", "-c", ROBOT, "0")
+    terminals.start("python", "-c", CLIENT, "visit(2)").wait_for("end SUCCEEDED")
+    launch.interrupt()
+    launch.wait()
+    assert launch.output.count("this node is started again") == 1
+    # A store of something else is no reason to start again and again, either.
+    launch = terminals.start(*words, "steps:=30")
+    launch.wait_for("this node is started again in 30 s")
+    assert "is of a run with something else" in launch.output
+    launch.interrupt()
+    assert launch.wait() == 0
+    assert launch.output.count("this node is started again") == 1
+    assert "Traceback" not in launch.output + robot.output
