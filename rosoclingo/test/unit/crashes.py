@@ -12,6 +12,7 @@ from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.inbox import Answer
+from rosoclingo.loop.journal import Event, Status, StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.tokens import Told
 from rosoclingo.store.store import Store
@@ -31,6 +32,10 @@ class Client(GoalClient):
     def __init__(self) -> None:
         self.words: List[str] = []
         self.known = False  # to the node, which has acknowledged it
+        self.note: Callable[[Event], None] = lambda _: None
+
+    def noted(self, goal: Goal, word: str, reason: str) -> None:
+        self.note(StatusSet(goal.id, Status(word), goal.slot or "", reason))
 
     def accepted(self) -> None:
         self.words.append("accepted")
@@ -105,7 +110,7 @@ class Life(StoredInbox, System):
         super().__init__(store, make)
 
     def wait(self, timeout: float) -> bool:
-        self.looked()
+        self.waits()
         if not self._items:
             self._world.turn(self)
         if not self._items:
@@ -119,6 +124,8 @@ class Life(StoredInbox, System):
         """Lives until there is nothing to do."""
         loop = self.loop
         assert isinstance(loop, StoredLoop)
+        for client in self._world.clients.values():
+            client.note = loop.state.note  # as the node does
         self.known = loop.resume(lambda known: self._world.clients[known.id])
         for key in self.known:  # as the first list of statuses says
             client = self._world.clients[key]

@@ -222,6 +222,13 @@ class LocalMaster:
         """Ends a process."""
         end([self.processes.pop(name)])
 
+    def kill(self, name: str) -> None:
+        """Kills a process, which learns nothing of it, and waits until it is gone."""
+        process = self.processes.pop(name).process
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
     def close(self) -> None:
         """Ends all processes, then the master."""
         self._starter.shutdown()
