@@ -512,6 +512,11 @@ def test_plants(page: Page) -> None:
     page.block("prolog")  # which test_library.py plans with
 
 
+@of("rosoclingo_aspprograms/README.md", "Seconds")
+def test_seconds(page: Page) -> None:
+    assert "goal 1, bring(o9,o14), succeeds in step 9" in page.run("plan.py")
+
+
 @of("rosoclingo_aspprograms/README.md", "Requests, actions, messages")
 def test_goal_information(page: Page) -> None:
     page.terminals.start("roslaunch", "rosoclingo_examples", "mailbot_office.launch")
