@@ -75,7 +75,7 @@ def system(terminals: Terminals, store: Path, form: str, *arguments: str) -> Ter
 
 def test_solvers_are_killed_and_restarted(terminals: Terminals, tmp_path: Path) -> None:
     """Also by a request of somebody else's, after which they know nothing, and answer."""
-    launch = system(terminals, tmp_path / "a.store", "rosoclingo")
+    launch = system(terminals, tmp_path / "my run.store", "rosoclingo")
     robot = terminals.start("python", "-c", ROBOT, "0.5")
     client = terminals.start("python", "-c", CLIENT, "visit(6)")
     for cell, solver in ((2, "planner"), (3, "controller")):
@@ -106,7 +106,7 @@ def test_a_client_waits_through_kills(
     terminals: Terminals, tmp_path: Path, form: str, language: str
 ) -> None:
     command = ("python", "-c", CLIENT) if language == "Python" else (cpp_client(tmp_path),)
-    launch = system(terminals, tmp_path / "a.store", form)
+    launch = system(terminals, tmp_path / "my run.store", form)
     robot = terminals.start("python", "-c", ROBOT, "0.3")
     client = terminals.start(*command, "visit(5)")
     for cell in (2, 3, 4):
@@ -120,6 +120,7 @@ def test_a_client_waits_through_kills(
         f"does {cell}" for cell in (2, 3, 4, 5)
     ]
     assert "Traceback" not in launch.output
+    assert (tmp_path / "my run.store").exists()
 
 
 def kill(terminals: Terminals, node: str) -> None:
@@ -174,7 +175,7 @@ def test_a_run_with_kills_is_recorded_shown_and_replayed(
 
 def test_another_master(terminals: Terminals, tmp_path: Path) -> None:
     """All nodes notice, are started again, and go on."""
-    launch = system(terminals, tmp_path / "a.store", "rosoclingo")
+    launch = system(terminals, tmp_path / "my run.store", "rosoclingo")
     robot = terminals.start("python", "-c", ROBOT, "60")
     terminals.start("python", "-c", CLIENT, "visit(3)")
     robot.wait_for("does 2")
@@ -186,3 +187,31 @@ def test_another_master(terminals: Terminals, tmp_path: Path) -> None:
     terminals.start("python", "-c", ROBOT, "0.1")
     echo.wait_for("succeeded")
     assert "Traceback" not in launch.output
+
+
+def test_what_cannot_begin_is_not_started_again_and_again(
+    terminals: Terminals, tmp_path: Path
+) -> None:
+    task, store = tmp_path / "task.lp", tmp_path / "my run.store"
+    task.write_text("a(X).")
+    words = ("roslaunch", "rosoclingo", "rosoclingo.launch", f"encoding:={task}",
+             f"store:={store}", "mode:=dynamic.incremental.dyn_reset")  # fmt: skip
+    launch = terminals.start(*words)
+    launch.wait_for("this node is started again in 30 s")
+    (process,) = re.findall(r"at once by: kill (\d+)", launch.output)
+    task.write_text((package("rosoclingo") / "example" / "line.lp").read_text())
+    os.kill(int(process), signal.SIGTERM)
+    launch.wait_for("/planner is ready with")
+    robot = terminals.start("python", "-c", ROBOT, "0")
+    terminals.start("python", "-c", CLIENT, "visit(2)").wait_for("end SUCCEEDED")
+    launch.interrupt()
+    launch.wait()
+    assert launch.output.count("this node is started again") == 1
+    # A store of something else is no reason to start again and again, either.
+    launch = terminals.start(*words, "steps:=30")
+    launch.wait_for("this node is started again in 30 s")
+    assert "is of a run with something else" in launch.output
+    launch.interrupt()
+    assert launch.wait() == 0
+    assert launch.output.count("this node is started again") == 1
+    assert "Traceback" not in launch.output + robot.output

@@ -55,6 +55,7 @@ class World:
 
     Attributes:
         effects: What was done, in order.
+        latched: What who comes late hears of actions; None if there is nothing.
     """
 
     def __init__(self, requests: Sequence[str], cancel: Mapping[str, str] = {}) -> None:
@@ -65,6 +66,7 @@ class World:
             cancel: By their ids, what is cancelled; as soon as it has a status, if one is given.
         """
         self.effects: List[Tuple[str, str]] = []
+        self.latched: Optional[str] = None
         self.clients: Dict[str, Client] = {str(n): Client() for n in range(1, len(requests) + 1)}
         self._requests = dict(zip(self.clients, requests))
         self._to_ask = list(self.clients)
@@ -117,6 +119,10 @@ class Life(StoredInbox, System):
             self.close()
         return True
 
+    def publish(self, actuator: str, action: str) -> None:
+        super().publish(actuator, action)
+        self._world.latched = action
+
     def show_told(self, run: str, told: Sequence[Told]) -> None:
         self._world.hear(run, told)
 
@@ -151,7 +157,7 @@ class Runs:
         self._count = 0
         self.wait: Optional[Callable[[], None]] = None
         self.started_with = {"the options of planner": "none"}
-        options = Options((f"{EXAMPLES}/{encoding}",))
+        options = Options((str(Path(EXAMPLES) / encoding),))
         self.parts: Parts = make_parts(mode, options, ("-c", f"steps={steps}"))
         self._engine = self.parts.planner  # which a test may wrap
 
@@ -200,6 +206,7 @@ class Runs:
         while True:
             limit = left.pop(0) if left else 0
             points.clear()
+            world.latched = None
             store = None
             self._engine.run([wire.Restart()])  # what it was is lost, too
             try:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import socket
 import sys
 import threading
+import time
 from types import FrameType
 from typing import Any, Callable, NoReturn, Optional
 
@@ -19,10 +21,12 @@ from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.registration import RegManager, get_registration_listeners
 
 from rosclingo.errors import RosclingoError
-from rosclingo.ros.master_watch import watch_master
+from rosclingo.ros.master_watch import exit_status, watch_master
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _CALL = b"POST"  # how a call of XML-RPC begins; as a header, it would be more than a GiB long
+_RESPAWN_VARIABLE = "ROSCLINGO_RESPAWN"  # true where roslaunch starts a node again that has ended
+_SECONDS_TO_RETRY = 30.0  # after which a node that cannot do its work is started again
 _LOOKS_SECONDS = 0.5  # how often it is looked whether the node is shut down, if nobody says so
 # Whether the log messages of all nodes go without the list of the node's topics.
 _ROSOUT_PARAMETER = "/rosout_disable_topics_generation"
@@ -128,7 +132,30 @@ def give_up(reason: object, status: int = 2) -> NoReturn:
     """Says why the node ends, and ends the process with an exit status."""
     rospy.logfatal("%s", reason)
     rospy.signal_shutdown(str(reason))
-    sys.exit(status)
+    end_wrong(status)
+
+
+def end_wrong(status: int = 2) -> NoReturn:
+    """Ends a process that cannot do its work, but later if roslaunch is to start it again.
+
+    roslaunch does so at once, whatever the exit status. Launch files with ``respawn`` say it by the
+    environment variable ``ROSCLINGO_RESPAWN``. A signal ends the process at once. Called by the
+    main thread.
+
+    Args:
+        status: The exit status.
+    """
+    if os.environ.get(_RESPAWN_VARIABLE, "").lower() == "true":
+        for number in _SIGNALS:
+            signal.signal(number, signal.SIG_DFL)
+        print(
+            f"this node is started again in {_SECONDS_TO_RETRY:g} s, and at once by: "
+            f"kill {os.getpid()}",
+            file=sys.stderr,
+            flush=True,
+        )
+        time.sleep(_SECONDS_TO_RETRY)
+    sys.exit(exit_status(status))
 
 
 def run_node(make: Callable[[], object]) -> NoReturn:

@@ -160,7 +160,11 @@ class LocalMaster:
         Raises:
             OSError: Somebody else has taken the port.
         """
-        self._master = Master(self._port)
+        try:
+            self._master = Master(self._port)
+        except OSError:
+            self.close()  # nobody calls __exit__
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -30,8 +30,9 @@ class Master:
         Raises:
             OSError: The port is taken.
         """
-        self._handler = ROSMasterHandler(_WORKERS)
+        # First, since the handler begins threads.
         self._server = ThreadingXMLRPCServer(("", port), log_requests=0)
+        self._handler = ROSMasterHandler(_WORKERS)
         self._server.register_multicall_functions()
         self._server.register_instance(self._handler)
         self._handler._ready(f"http://localhost:{port}/")

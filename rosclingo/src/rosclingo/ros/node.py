@@ -20,7 +20,7 @@ from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedbac
 from rosclingo.ros import parameters
 from rosclingo.ros.client import OWN_RESTARTS_HEADER
 from rosclingo.ros.history_publisher import HistoryPublisher
-from rosclingo.ros.init import init_node, log_clingo, on_shutdown, spin
+from rosclingo.ros.init import end_wrong, init_node, log_clingo, on_shutdown, spin
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher
 from rosclingo.ros.master_watch import exit_status
 from rosclingo.solver.about import about
@@ -208,7 +208,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
         node = Node(engine, about("rosclingo run.py", arguments, engine.files))
     except RosclingoError as err:
         print(f"rosclingo: {err}", file=sys.stderr)
-        sys.exit(2)
+        end_wrong()
     _log_start(options, engine.policy)
     spin()
     if not node.worker.join(_SECONDS_TO_END):

@@ -18,7 +18,7 @@ from rosclingo.errors import ParameterError, RosclingoError, TermError
 from rosclingo.ros import parameters
 from rosclingo.ros.client import Client
 from rosclingo.ros.history_publisher import HistoryPublisher
-from rosclingo.ros.init import give_up, init_node, on_shutdown
+from rosclingo.ros.init import end_wrong, give_up, init_node, on_shutdown
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
 from rosclingo.ros.master_watch import exit_status
 from rosclingo.solver.about import about
@@ -301,6 +301,11 @@ class Node:
             else:
                 time.sleep(_POLL_SECONDS)  # a shutdown is under way, in a thread of its own
 
+    @property
+    def is_refused(self) -> bool:
+        """Whether it is not sure that the loop can go on with the run in its store."""
+        return isinstance(self._loop, StoredLoop) and self._loop.is_refused
+
     def is_alive(self) -> bool:
         """Whether the loop still runs."""
         return self._thread.is_alive()
@@ -481,6 +486,8 @@ def run(make: Callable[[], Node]) -> NoReturn:
         rospy.logfatal("%s", node.failure)
         rospy.signal_shutdown(node.failure)
         status = 1
+        if node.is_refused:
+            end_wrong(status)
     if node.is_alive():
         # A solver in this process cannot be interrupted while it grounds.
         sys.stdout.flush()

@@ -211,7 +211,7 @@ class StoredLoop(Loop):
             controller = LastingController(controller, _Back("controller", self))
         self._planner.written = lambda: store.commands
         self._saved: Optional[LoopSnapshot] = None
-        self._is_refused = store.snapshot is not None  # until it is sure that it can go on
+        self.is_refused = store.snapshot is not None  # until it is sure that it can go on
         inbox.looked = self._outbox.flush
         inbox.waits = self._wait
         self._saved_at = 0.0
@@ -326,14 +326,23 @@ class StoredLoop(Loop):
         self._controller.restore(self._saved.controller)
         self._planner.restore()
         self._saved = None
-        self._is_refused = False
+        self.is_refused = False
         state = self.state
         state.note(NodeResumed(LOOP, seconds=time.monotonic() - self._begun))
         for event in self._recalled:
             state.note(event)
         self._outbox.show_plan(state.step, state.horizon, state.ahead())
         self._save()
-        self._outbox.send_again()
+        if self._has_published():
+            self._commands.publish()  # for those who come late: the topic is another process's
+            self._save()
+        else:
+            self._outbox.send_again()
+
+    def _has_published(self) -> bool:
+        """Whether the mode was through with the command ``publish``."""
+        events = (record.event for record in self._store.records)
+        return any(isinstance(event, CommandDone) and event.publishes for event in events)
 
     def step(self) -> None:
         """Makes one decision, carries it out, and writes what that has changed if it is time.
@@ -379,7 +388,7 @@ class StoredLoop(Loop):
     def end(self, reason: str) -> None:
         """Ends the run: open goals are aborted; or interrupts it, if it can go on later."""
         inbox = self._inbox
-        if inbox.closed or self._is_refused or self._store.failure is not None:
+        if inbox.closed or self.is_refused or self._store.failure is not None:
             inbox.end(reason)
             return
         super().end(reason)
