@@ -457,6 +457,8 @@ def run(arguments: argparse.Namespace) -> int:
     failed = False
     with tempfile.TemporaryDirectory() as folder, RosSystem() as system:
         rospy.init_node("judge", disable_signals=True)
+        # A client that is started again has to find its goals, however long that takes.
+        rospy.set_param("rosoclingo/status_list_timeout", _ROUND_SECONDS)
         mortals = Mortals(system, Path(folder), blind=arguments.blind, forgets=arguments.forgets)
         trial = Trial(mortals, arguments.blind)
         try:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import threading
 from functools import partial
-from typing import Set
+from typing import Optional, Set
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatusArray
@@ -33,7 +33,7 @@ class Client:
 
     def __init__(self) -> None:
         """Opens the topics."""
-        self._known: Set[str] = set()
+        self._known: Optional[Set[str]] = None  # until there is a list
         self._changed = threading.Condition()  # guards what is known
         self._goals = publisher("rosoclingo/goal", ROSoClingoActionGoal)
         self._statuses = subscriber("rosoclingo/status", GoalStatusArray, self._on_statuses)
@@ -55,13 +55,14 @@ class Client:
             goal_id = GoalID(rospy.Time.now(), identifier)
             goal = ROSoClingoActionGoal(goal_id=goal_id, goal=ROSoClingoGoal(request, []))
             with self._changed:
+                self._changed.wait_for(lambda: self._known is not None)
                 while not self._changed.wait_for(
                     partial(self._is_known, identifier), _AGAIN_SECONDS
                 ):
                     self._goals.publish(goal)
 
     def _is_known(self, identifier: str) -> bool:
-        return identifier in self._known
+        return self._known is not None and identifier in self._known
 
 
 def main() -> None:
