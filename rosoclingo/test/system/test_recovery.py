@@ -76,7 +76,7 @@ def system(terminals: Terminals, store: Path, form: str, *arguments: str) -> Ter
 def test_solvers_are_killed_and_restarted(terminals: Terminals, tmp_path: Path) -> None:
     """Also by a request of somebody else's, after which they know nothing, and answer."""
     launch = system(terminals, tmp_path / "my run.store", "rosoclingo")
-    robot = terminals.start("python", "-c", ROBOT, "0.5")
+    robot = terminals.start("python", "-c", ROBOT, "2")  # time for requests
     client = terminals.start("python", "-c", CLIENT, "visit(6)")
     for cell, solver in ((2, "planner"), (3, "controller")):
         robot.wait_for(f"does {cell}")

@@ -47,6 +47,20 @@ def test_nodes_are_killed(terminals: Terminals, tmp_path: Path) -> None:
     assert "a node is killed" in (tmp_path / "a" / "office.svg").read_text()
 
 
+def test_a_fleet(terminals: Terminals, tmp_path: Path) -> None:
+    terminals.start(
+        "roslaunch", "rosoclingo_gazebo", "mailbot_fleet.launch", "robots:=2", "speed:=15"
+    )
+    demo = terminals.start(
+        "rosrun", "rosoclingo_gazebo", "fleet_demo.py",
+        "_robots:=2", "_packages:=3", "_seed:=2", f"_output:={tmp_path / 'a'}",
+    )  # fmt: skip
+    assert demo.wait(120.0) == 0, demo.output
+    assert "3 packages delivered by 2 robots" in demo.output
+    assert demo.output.count("picks up package") == demo.output.count("delivers package") == 3
+    assert {file.name for file in (tmp_path / "a").iterdir()} == {"fleet.png", "fleet.svg"}
+
+
 def test_rviz_shows_the_office(terminals: Terminals, screen: str, tmp_path: Path) -> None:
     terminals.environment["DISPLAY"] = screen
     office = terminals.start(*OFFICE, "rviz:=true")

@@ -131,7 +131,9 @@ def test_the_picture(tmp_path: Path) -> None:
         if step in (40, 41, 42):
             trace.happen(Kind.KILL, "planner")
     files = [tmp_path / "a.png", tmp_path / "a.svg"]
-    draw(OccupancyMap(cells, 0.05, 0.0, 0.0), {"a": (1.0, 2.0)}, trace, "a drive", files)
+    draw(
+        OccupancyMap(cells, 0.05, 0.0, 0.0), {"a": (1.0, 2.0)}, {"a robot": trace}, "a drive", files
+    )
     picture = np.asarray(Image.open(files[0]).convert("RGB")).reshape(-1, 3)
     assert len(np.unique(picture, axis=0)) > 50
     text = files[1].read_text(encoding="utf-8")

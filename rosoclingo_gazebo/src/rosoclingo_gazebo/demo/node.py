@@ -7,10 +7,9 @@ has driven as the paper has it.
 from __future__ import annotations
 
 import sys
-import threading
 import time
 from pathlib import Path
-from typing import Callable, List, NoReturn
+from typing import List, NoReturn
 
 import rospkg
 import rospy
@@ -28,7 +27,8 @@ from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Orders
 from rosoclingo_gazebo.demo.killer import Killer
 from rosoclingo_gazebo.demo.picture import draw
-from rosoclingo_gazebo.demo.story import Story
+from rosoclingo_gazebo.demo.story import ROBOT, Story
+from rosoclingo_gazebo.demo.waiting import wait_for
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_simulator.simulator.occupancy import read_map
 from rosoclingo_simulator.srv import Obstacle
@@ -42,7 +42,6 @@ SEED, a number from 1, nodes are killed every few seconds, at random; the system
 and the exit status is 0 if the deliveries are made."""
 _KILLED = ("rosoclingo", "controller", "planner", "move_base_interface", "pickup_deliver")
 _SECONDS = 300.0  # of wall time, for the whole story
-_POLL_SECONDS = 0.05  # how often the main thread looks at what it waits for
 
 
 class Demo:
@@ -70,7 +69,7 @@ class Demo:
 
     def run(self) -> List[str]:
         """Runs to the end of the story, and returns what went wrong."""
-        if not _wait_for(self._ready):
+        if not wait_for(self._ready, _SECONDS):
             return [f"after {_SECONDS:g} s, the simulator or rosoclingo is not there"]
         try:
             done = rospy.ServiceProxy("/simulator/obstacle", Obstacle)("block c5 c4")
@@ -80,10 +79,10 @@ class Demo:
         (x5, y5), (x4, y4) = self._places["c5"], self._places["c4"]
         self.story.begins(((x5 + x4) / 2, (y5 + y4) / 2))
         killer = Killer(_KILLED, self._seed, self.story.kills) if self._seed else None
-        ended = _wait_for(lambda: not self._orders.open)
+        ended = wait_for(lambda: not self._orders.open, _SECONDS)
         if killer is not None:
             killer.end()
-        ended = ended and _wait_for(lambda: self.story.has_ended)
+        ended = ended and wait_for(lambda: self.story.has_ended, _SECONDS)
         wrong = [] if ended else [f"the requests did not end within {_SECONDS:g} s"]
         if not self._orders.all_as_asked:
             wrong.append("a request did not end as it should")
@@ -102,7 +101,7 @@ class Demo:
             f"{self._orders.summary()} on {trace.metres:.0f} m in {trace.seconds:.0f} s: "
             f"the way from c5 to c4 is blocked{self._killed()}"
         )
-        draw(self._floor, self._places, trace, title, files)
+        draw(self._floor, self._places, {ROBOT: trace}, title, files)
         return files
 
     def summary(self) -> str:
@@ -155,13 +154,3 @@ def main() -> NoReturn:
         print(f"wrong: {line}", file=sys.stderr)
     rospy.signal_shutdown("the story has ended")
     sys.exit(1 if wrong else 0)
-
-
-def _wait_for(condition: Callable[[], bool]) -> bool:
-    end = time.monotonic() + _SECONDS
-    pause = threading.Event()
-    while not condition():
-        if rospy.is_shutdown() or time.monotonic() > end:
-            return False
-        pause.wait(_POLL_SECONDS)
-    return True
