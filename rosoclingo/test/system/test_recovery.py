@@ -76,14 +76,16 @@ def system(terminals: Terminals, store: Path, form: str, *arguments: str) -> Ter
 def test_solvers_are_killed_and_restarted(terminals: Terminals, tmp_path: Path) -> None:
     """Also by a request of somebody else's, after which they know nothing, and answer."""
     launch = system(terminals, tmp_path / "my run.store", "rosoclingo")
-    robot = terminals.start("python", "-c", ROBOT, "2")  # time for requests
+    robot = terminals.start("python", "-c", ROBOT, "0.5")
     client = terminals.start("python", "-c", CLIENT, "visit(6)")
     for cell, solver in ((2, "planner"), (3, "controller")):
         robot.wait_for(f"does {cell}")
         os.kill(terminals.pid(f"/{solver}"), signal.SIGKILL)
     robot.wait_for("does 4")
+    os.kill(robot.process.pid, signal.SIGSTOP)  # so that it still acts when both are restarted
     for solver in ("planner", "controller"):
         terminals.run("rosservice", "call", f"/{solver}/control", "<commands><restart/></commands>")
+    os.kill(robot.process.pid, signal.SIGCONT)
     client.wait_for("end SUCCEEDED")
     for solver in ("planner", "controller"):
         noticed = rf"/{solver} .*: /rosservice\S+ has restarted it.*gives it its commands again"
