@@ -82,8 +82,10 @@ def test_solvers_are_killed_and_restarted(terminals: Terminals, tmp_path: Path) 
         robot.wait_for(f"does {cell}")
         os.kill(terminals.pid(f"/{solver}"), signal.SIGKILL)
     robot.wait_for("does 4")
+    os.kill(robot.process.pid, signal.SIGSTOP)  # so that it still acts when both are restarted
     for solver in ("planner", "controller"):
         terminals.run("rosservice", "call", f"/{solver}/control", "<commands><restart/></commands>")
+    os.kill(robot.process.pid, signal.SIGCONT)
     client.wait_for("end SUCCEEDED")
     for solver in ("planner", "controller"):
         noticed = rf"/{solver} .*: /rosservice\S+ has restarted it.*gives it its commands again"

@@ -92,7 +92,7 @@ def test_a_story_in_which_nodes_are_killed(capsys: pytest.CaptureFixture[str]) -
     told = Told(undisturbed=False)
     for number, action in enumerate(ROUTE):
         if action == "pickup(1)":
-            told.act(number, action, "unknown")
+            told.act(number, action, "failure")
         told.act(number, action)
     assert told.story.wrong() == ["no node was killed"]
     told.story.kills("planner")
