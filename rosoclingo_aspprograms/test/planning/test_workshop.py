@@ -234,7 +234,9 @@ class Workshop(Simulation):
         return super().answer(actuator, value)
 
     def step(self) -> None:
-        if self.restores and self.chance.random() < 0.1:  # goes on in another loop, with the same planner
+        if (
+            self.restores and self.chance.random() < 0.1
+        ):  # goes on in another loop, with the same planner
             saved = self.loop.snapshot()
             self.loop = self.parts.loop(self, self)
             goals = {goal.id: goal for goal in self.goals}
