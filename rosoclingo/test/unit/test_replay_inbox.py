@@ -46,6 +46,10 @@ LAST = "close(8)"  # a message without effect, which is sent when all is through
 LINE = str(PACKAGE / "example" / "line.lp")
 DEMAND = str(PACKAGE / "example" / "line_demand.lp")
 PAPER = str(PACKAGE / "example" / "line_paper.lp")
+WORKSHOP = tuple(
+    str(PACKAGE.parent / "rosoclingo_aspprograms" / "workshop" / file)
+    for file in ("instances/furniture.lp", "workshop.lp")
+)  # whose requests take many actions each
 
 
 class NotedGoal(RecordedGoal):
@@ -144,7 +148,7 @@ def slow(system: System, seed: int) -> System:
     return system
 
 
-def record(system: System, seed: int) -> List[Entry]:
+def record(system: System, seed: int, requests: Sequence[str] = REQUESTS) -> List[Entry]:
     """Runs a system to which everything comes at random."""
     chance = random.Random(seed)
     timers: List[threading.Timer] = []
@@ -162,9 +166,9 @@ def record(system: System, seed: int) -> List[Entry]:
 
     run = Session(system, answer)
     run.start()
-    for number in range(GOALS):
+    for number in range(GOALS if requests == REQUESTS else GOALS // 5):
         name = f"g{number}"
-        run.goal(name, chance.choice(REQUESTS))
+        run.goal(name, chance.choice(requests))
         if chance.random() < 0.2:
             run.cancel(name)
         elif chance.random() < 0.3:
@@ -214,8 +218,9 @@ def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("mode", "seed"),
-    [("recording", 0), ("dyn_reset", 1), ("reset", 2), ("single", 3), ("paper", 4), ("demand", 5)],
-)
+    [("recording", 0), ("dyn_reset", 1), ("reset", 2), ("single", 3), ("paper", 4), ("demand", 5),
+     ("busy", 8)],
+)  # fmt: skip
 def test_a_replay_is_the_same(
     system: Callable[..., System], single: Callable[..., System], mode: str, seed: int
 ) -> None:
@@ -225,14 +230,21 @@ def test_a_replay_is_the_same(
         if mode == "demand":
             dyn_reset = "dynamic.incremental.dyn_reset"
             return system(dyn_reset, "-c", "steps=80", encoding=(DEMAND,), inbox=inbox)
+        if mode == "busy":
+            recording = "dynamic.incremental.recording"
+            return system(recording, "-c", "steps=40", encoding=WORKSHOP, inbox=inbox)
         return system(f"dynamic.incremental.{mode}", "-c", "steps=80", inbox=inbox)
 
-    recorded = record(slow(make(Inbox()), seed), seed)
-    again = replay(slow(make(ReplayInbox(input_schedule(Run(recorded)))), seed), recorded, seed)
+    first = make(Inbox())
+    requests = {"requests": ["make(chair)"]} if mode == "busy" else {}
+    recorded = record(slow(first, seed), seed, **requests)
+    second = make(ReplayInbox(input_schedule(Run(recorded))))
+    again = replay(slow(second, seed), recorded, seed)
     comparison = compare(Run(recorded), Run(again))
     assert not comparison.differences, text_report.describe(comparison)
     old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
     assert new[: len(old)] == old
+    assert second.loop.state.externals.true == first.loop.state.externals.true
 
 
 A, B = Message("robot", "a"), Message("robot", "b")
