@@ -612,6 +612,27 @@ def test_a_fleet(page: Page) -> None:
     page.sees("/rosoclingo/goal")
 
 
+@of("rosoclingo_gazebo/README.md", "A robot that breaks down")
+def test_a_robot_that_breaks_down(page: Page) -> None:
+    started = page.terminals.start(
+        "roslaunch", "rosoclingo_gazebo", "mailbot_fleet.launch", "robots:=2", "speed:=10"
+    )
+    page.sees("/rosoclingo/goal")
+    request = ("rosrun", "rosoclingo_examples", "mailbot.py")
+    client, typist = pipe(page.terminals, page.folder, *request)
+    typist.type("o9 o12 letter\n")  # mailbot2 is next to both
+    started.wait_for("mailbot2: go(o9): success")
+    started.wait_for("mailbot2: pickup(1): success")
+    page.type("unknown")
+    client.wait_for("why: ")
+    page.type("at(mailbot2,c5)")
+    typist.close()
+    assert client.wait() == 0, client.output
+    assert "succeeded" in client.output
+    started.interrupt()
+    started.wait()
+
+
 @of("rosoclingo_gazebo/README.md", "Systems of their own")
 def test_systems_of_their_own(page: Page) -> None:
     offices = {}
