@@ -49,6 +49,7 @@ NOT_TYPED = {
     "rosbag compress --bz2": "names a command without a bag",
     "rostest rosoclingo_gazebo driving.rostest": "catkin registers it in CMakeLists.txt",
     "rosrun rosoclingo_gazebo demo.py": "takes half a minute; test_demo.py types it",
+    "rostopic pub -1 /rosoclingo/in rosoclingo/ROSoClingoIn": "mailbot.examples says what follows",
     "rosrun rosoclingo_gazebo fleet_demo.py": "takes a minute; test_demo.py types it",
     "python benchmarks/kills.py": "takes an hour; test_kills.py of rosoclingo types parts of it",
     "python benchmarks/simulator_bench.py": "measures for minutes; scripts/bench types it",
