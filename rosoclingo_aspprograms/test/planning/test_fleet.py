@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import os
 import random
+from dataclasses import replace
 from pathlib import Path
 from typing import Dict, List, Set
 
 import pytest
 from episode import DYN_RESET, MAILBOT, RECORDING, RESET, SINGLE, Episode, Request
-from test_seconds import draw_map
+from test_seconds import HALL, draw_map
 
 from rosoclingo_aspprograms.validator import Edge
 
@@ -23,6 +24,7 @@ STEPS: Dict[str, List[str]] = {
     DYN_RESET: ["-c", "steps=600"],
     SINGLE: [],
 }
+NEAR = 12  # requests that are in the way of another one
 CALM = 40  # steps, after which nothing goes wrong any more
 
 
@@ -116,3 +118,41 @@ def test_a_random_fleet(seed: int, tmp_path: Path) -> None:
     assert fleet.validator.finish() == []
     known = ("info", "has not answered")  # which is no event, or true
     assert [text for text in fleet.warnings if not any(word in text for word in known)] == []
+
+
+class Stream(Episode):
+    """A robot with a far request, and near ones that come as often as one has ended.
+
+    Attributes:
+        far: The request that is always quicker to be served last.
+        near: The others.
+    """
+
+    def __init__(self, patience: int, folder: Path) -> None:
+        graph = replace(HALL, starts={"left": "a"})
+        instance = folder / "instance.lp"
+        instance.write_text(graph.facts())
+        options = ["-c", "slots=2", "-c", f"patience={patience}"]
+        super().__init__(RECORDING, graph, [str(instance), MAILBOT], STEPS[RECORDING], options)
+        self.far = self.request("bring(d,b)")
+        self.near = [self.request("bring(a,c)")]
+
+    def turn(self) -> bool:
+        """Has all actions succeed, and asks for more as long as the far request waits."""
+        if self.near[-1].words[-1:] == ["succeeded"] and len(self.near) < NEAR:
+            there = "bring(a,c)" if len(self.near) % 2 == 0 else "bring(c,a)"
+            if self.far.words[-1:] != ["succeeded"]:
+                self.near.append(self.request(there))
+        return super().turn()
+
+
+@pytest.mark.parametrize(("patience", "served"), [(100, 7), (100_000, NEAR)])
+def test_a_request_that_has_waited_is_urgent(patience: int, served: int, tmp_path: Path) -> None:
+    """A near request takes 14 s."""
+    stream = Stream(patience, tmp_path)
+    assert stream.play() is None
+    assert stream.validator.finish() == []
+    assert stream.far.words == ["accepted", "succeeded"]
+    before = [goal for goal in stream.near if goal.words[-1:] == ["succeeded"]]
+    assert len(before) == len(stream.near)
+    assert len(stream.near) == pytest.approx(served, abs=2 if served < NEAR else 0)
