@@ -13,7 +13,7 @@ ROS = {"rospy", "actionlib", "rosgraph", "rosbag"}
 
 # From the bottom up: each may import from those before it. Modules stand beside folders.
 FLOORS = {
-    "rosclingo": ["errors", "wire", "solver", "ros"],
+    "rosclingo": ["start", "errors", "wire", "solver", "ros"],
     "rosoclingo": [
         "errors", "loop", "drawing", "commands", "single", "store", "why",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
@@ -21,7 +21,7 @@ FLOORS = {
         "ros", "desk", "scaffold", "check",
     ],
     "rosoclingo_interfaces": [
-        "errors", "prompt", "topics", "journal", "announcements",
+        "errors", "store_file", "prompt", "topics", "journal", "announcements",
         "ledger", "execution", "interface", "executor", "clock", "insistent", "node",
         "fulfill", "pickup_deliver", "un_block", "navigation",
     ],

@@ -1,10 +1,8 @@
 #!/usr/bin/env python
-import signal
+from rosclingo.start import starting
 
-# Python could not handle Ctrl-C before a search is over.
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-from rosoclingo.check.command import main
-from rosoclingo.ros.live import look
+with starting():
+    from rosoclingo.check.command import main
+    from rosoclingo.ros.live import look
 
 main(look)

@@ -1,9 +1,7 @@
 #!/usr/bin/env python
-import signal
+from rosclingo.start import starting
 
-# Python could not handle Ctrl-C before a search is over.
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-from rosoclingo.desk.plan import main
+with starting():
+    from rosoclingo.desk.plan import main
 
 main()

@@ -1,9 +1,7 @@
 #!/usr/bin/env python
-import signal
+from rosclingo.start import starting
 
-# Until Python can handle it, Ctrl-C ends the process without a word.
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-from rosoclingo.bags.report.command import main
+with starting():
+    from rosoclingo.bags.report.command import main
 
 main()

@@ -1,14 +1,13 @@
 #!/usr/bin/env python
 import os
-import signal
 import sys
 
-# Until the node can handle it, Ctrl-C ends the process without a word.
-signal.signal(signal.SIGINT, signal.SIG_DFL)
+from rosclingo.start import starting
+
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+with starting():
+    from commands import ROSCommands
 
-from commands import ROSCommands
-
-from rosoclingo.ros.single_node import main
+    from rosoclingo.ros.single_node import main
 
 main(ROSCommands)

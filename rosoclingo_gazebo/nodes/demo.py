@@ -1,9 +1,7 @@
 #!/usr/bin/env python
-import signal
+from rosclingo.start import starting
 
-# Until the node can handle it, Ctrl-C ends the process without a word.
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-from rosoclingo_gazebo.demo.node import main
+with starting():
+    from rosoclingo_gazebo.demo.node import main
 
 main()

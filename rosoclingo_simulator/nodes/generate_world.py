@@ -1,9 +1,7 @@
 #!/usr/bin/env python
-import signal
+from rosclingo.start import starting
 
-# Ctrl-C ends the process without a word.
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-from rosoclingo_simulator.world.generate import main
+with starting():
+    from rosoclingo_simulator.world.generate import main
 
 main()

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import ast
 import os
+import socket
 import subprocess
 from pathlib import Path
 from typing import List
+from xmlrpc.client import ServerProxy
 
 import pytest
 from terminals import TIMEOUT, Terminal, Terminals, package, terminals, wait_for
@@ -299,3 +301,14 @@ def test_wrong_parameters(terminals: Terminals) -> None:
 def test_help() -> None:
     output = subprocess.check_output(["rosrun", "rosclingo", "run.py", "--help"], text=True)
     assert output.startswith("usage: run.py [-f FILE]")
+
+
+def test_a_call_for_another_process(terminals: Terminals) -> None:
+    """One that never ends keeps nobody from connecting."""
+    node = terminals.start("rosrun", "rosclingo", "run.py", "-f", f"{example()}/instance.lp")
+    node.wait_for("/rosclingo is ready")
+    there = ServerProxy(terminals.master.lookupNode("/test", "/rosclingo")[2])
+    _, host, port = there.requestTopic("/test", "/rosclingo/about", [["TCPROS"]])[2]
+    with socket.create_connection((host, port)) as caller:
+        caller.sendall(b"POST / HTTP/1.1\r\n")
+        terminals.listen("/rosclingo", "/rosclingo/about").wait_for("rosclingo run.py")

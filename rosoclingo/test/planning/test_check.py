@@ -28,7 +28,8 @@ MAILBOT = str(ASP / "mailbot" / "mailbot.lp")
 PAPER = str(ASP / "mailbot" / "mailbot_paper.lp")
 STEPS = str(ASP / "test" / "planning" / "mailbot_by_steps.lp")
 GRID, OFFICE, PAIR, HALL = (str(ASP / "mailbot" / "instances" / f"graph_{name}.lp")
-                            for name in ("bench", "wg", "pair", "hall"))  # fmt: skip
+                             for name in ("bench", "wg", "pair", "hall"))  # fmt: skip
+FLEET = str(ASP / "mailbot" / "instances" / "fleet_{}.lp")
 LENGTHS = str(ASP / "mailbot" / "instances" / "lengths.lp")
 PLANTS = (str(ASP / "plants" / "plants.lp"), str(ASP / "plants" / "instances" / "garden.lp"))
 WORKSHOP = tuple(str(ASP / "workshop" / name) for name in ("instances/furniture.lp", "workshop.lp"))
@@ -60,6 +61,8 @@ READ: Dict[str, Tuple[str, ...]] = {
     "ricochet": (str(BENCHES / "ricochet.lp"),),
     "robots": (str(BENCHES / "robots.lp"), GRID, MAILBOT, "-c", "robots=5", "-c", "x=4"),
     "mailbot in the office": (OFFICE, MAILBOT),
+    "mailbot with two offices": (str(BENCHES / "two_offices.lp"), MAILBOT),
+    **{f"{robots} mailbots": (FLEET.format(robots), MAILBOT) for robots in (2, 3, 4)},
     "mailbot with a request": (
         GRID, MAILBOT, str(ASP / "mailbot" / "mailbot" / "requests" / "request01.lp"),
     ),

@@ -23,6 +23,7 @@ from rosoclingo.bags.replay.schedule import Schedule
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Cancel, Inbox, Message
 from rosoclingo.loop.journal import (
+    LOOP,
     ActionPublished,
     CancelArrived,
     CommandDone,
@@ -268,6 +269,43 @@ def test_it_waits_for_what_came_before_a_decision() -> None:
     thread.join(TIMEOUT)
     assert gate.take() == [A, B]
     assert waits.count == 1
+
+
+def test_it_waits_until_nodes_are_killed() -> None:
+    kills = [Due(n, Phase.BEFORE, Kind.KILL, name) for n, name in enumerate(["planner", LOOP])]
+    gate, waits = ReplayInbox([kills[0], due(0, Phase.BEFORE, A), kills[1]]), Waits()
+    gate.put(A)
+    for ends, items in ((gate.go_on, [A]), (gate.open, [])):
+        waits.seen.clear()
+        thread = threading.Thread(target=lambda: gate.begin_decision(waits))
+        thread.start()
+        assert waits.seen.wait(TIMEOUT)
+        assert gate.take() == []
+        ends()
+        thread.join(TIMEOUT)
+        assert not thread.is_alive()
+        assert gate.take() == items
+        gate.begin_command(waits)
+    assert waits.count == 2
+
+
+def test_nodes_are_killed_when_all_has_come_that_came_before() -> None:
+    kill = Due(0, Phase.BEFORE, Kind.KILL, LOOP)
+    gate = ReplayInbox([due(0, Phase.BEFORE, A), kill, due(0, Phase.BEFORE, B)])
+    held: List[int] = []
+
+    def waits() -> None:
+        held.append(len(gate._held))
+        gate.go_on()
+        gate.put(B)
+
+    thread = threading.Thread(target=lambda: gate.begin_decision(waits))
+    thread.start()
+    gate.put(A)
+    thread.join(TIMEOUT)
+    assert not thread.is_alive()
+    assert held == [1]
+    assert gate.take() == [A, B]
 
 
 def test_what_a_command_took_is_there_when_it_begins() -> None:

@@ -132,6 +132,7 @@ class Parcel:
         slot: The planner's id.
         status: The last status; empty before the first.
         place: The office where the package is; empty while a robot carries it.
+        missing: Whether nobody knows where the package is, so that ``place`` is empty, too.
         canceled: Whether the client has asked to cancel the goal.
         binding: Whether whoever plans has to know that by now.
     """
@@ -142,6 +143,7 @@ class Parcel:
     slot: str = ""
     status: str = ""
     place: str = ""
+    missing: bool = False
     canceled: bool = False
     binding: bool = False
 
@@ -165,6 +167,7 @@ class Validator:
         blocked: The edges that are blocked as far as whoever plans knows.
         positions: Where each robot is.
         loads: The goal whose package a robot carries.
+        lost: The robots of which nobody knows where they are, or what they have.
         goals: All goals, by what the caller names them with.
         delivered: How many packages have arrived at their destination.
     """
@@ -176,6 +179,7 @@ class Validator:
         self.blocked: Set[Edge] = set()
         self.positions = dict(graph.starts)
         self.loads: Dict[str, Parcel] = {}
+        self.lost: Set[str] = set()
         self.goals: Dict[Hashable, Parcel] = {}
         self.delivered = 0
         self._pending: Dict[str, Tuple[str, str]] = {}  # robots that act: action and its argument
@@ -211,7 +215,11 @@ class Validator:
         """A message to rosoclingo: an announcement, or a robot's answer."""
         if identifier == "info":
             blocked, freed = arguments(value, "blocked"), arguments(value, "unblocked")
-            if blocked:
+            found = arguments(value, "at")
+            if found and found[0] in self.lost:
+                self.lost.discard(found[0])
+                self.positions[found[0]] = found[1]
+            elif blocked:
                 self._announced.add(frozenset(blocked))
             elif freed:
                 self._freed.add(frozenset(freed))
@@ -233,6 +241,8 @@ class Validator:
             self._wrong(f"{robot} is to do {action}, while it does {self._pending[robot]}")
         if not self._open():
             self._wrong(f"{robot} is to do {action}, and there is no request")
+        if robot in self.lost:
+            self._wrong(f"{robot} is to do {action}, and nobody knows where it is")
         for name, check in (("go", self._go), ("pickup", self._pickup), ("deliver", self._deliver)):
             terms = arguments(action, name)
             if len(terms) == 1:
@@ -272,8 +282,8 @@ class Validator:
                 self._wrong(f"{about}, and nobody asked for that")
             if parcel.place != parcel.origin:
                 self._wrong(f"{about}, and its package is {self._whereabouts(parcel)}")
-        else:
-            self._wrong(f"{about}")
+        elif not parcel.missing:
+            self._wrong(f"{about}, and its package is {self._whereabouts(parcel)}")
 
     def settle(self) -> None:
         """Whoever plans knows by now all that was said, because no action is on its way."""
@@ -343,6 +353,13 @@ class Validator:
 
     def _answer(self, robot: str, value: str) -> None:
         name, term = self._pending.pop(robot)
+        if value == "unknown":
+            self.lost.add(robot)
+            parcel = self._in_slot(term)
+            if name != "go" and parcel is not None:
+                parcel.place, parcel.missing = "", True
+                self.loads.pop(robot, None)
+            return
         if name == "go":
             if value == "success":
                 self.positions[robot] = term

@@ -139,6 +139,21 @@ def test_a_blocked_way_is_found_only_when_it_can_be_known() -> None:
     assert not any(text.endswith("blocked") for text in both)
 
 
+LOST: List[Step] = [*GOOD[:5], ("answer", "unknown"), ("status", "a", "aborted", "1")]
+FOUND: List[Step] = [*LOST, *GOOD[8:9], ("info", "at(mailbot,1)"), *GOOD[9:11]]
+
+
+def test_nobody_knows_whether_an_action_was_done() -> None:
+    assert _violations(LOST) == []
+    assert _violations([*FOUND, ("answer", "success")]) == [
+        "the goal bring(3,4) in slot 2 has not ended"
+    ]
+    again = ("action", "pickup(1)")
+    for steps in ([*LOST[:-1], again], [*LOST, *GOOD[8:9], *GOOD[9:11]]):
+        assert any(text.endswith("nobody knows where it is") for text in _violations(steps))
+    assert any("on a robot" in text for text in _violations([*LOST[:-1], *GOOD[18:19]]))
+
+
 def test_an_unknown_robot() -> None:
     validator = Validator(Map.grid(2, 2))
     validator.action("postman", "go(1)")

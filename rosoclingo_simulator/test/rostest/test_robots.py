@@ -51,6 +51,11 @@ class Robot:
         self._commands.publish(twist)
 
     @property
+    def is_heard(self) -> bool:
+        """Whether there is a message of each of its topics."""
+        return bool(self.odometry and self.truth and self.scans and self.touches)
+
+    @property
     def way(self) -> float:
         """How far the wheels have brought it, in metres."""
         return self.odometry[-1].pose.pose.position.x if self.odometry else 0.0
@@ -68,7 +73,7 @@ class TestRobots(unittest.TestCase):
             rospy.Subscriber("/tf_static", TFMessage, cls.on_transforms),
             rospy.Subscriber("/clock", Clock, cls.on_clock),
         ]
-        wait_for(lambda: all(robot.odometry and robot.touches for robot in cls.robots.values()))
+        wait_for(lambda: all(robot.is_heard for robot in cls.robots.values()))
 
     @classmethod
     def on_transforms(cls, message: TFMessage) -> None:
@@ -113,7 +118,6 @@ class TestRobots(unittest.TestCase):
             },
         )
         for name, robot in self.robots.items():
-            wait_for(lambda robot=robot: robot.scans)  # type: ignore[misc]
             self.assertEqual(robot.scans[-1].header.frame_id, f"{name}/base_scan")
             message = robot.odometry[-1]
             frame = (message.header.frame_id, message.child_frame_id)

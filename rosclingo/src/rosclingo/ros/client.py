@@ -23,10 +23,14 @@ from rosclingo.ros.init import on_shutdown
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosclingo.ros.presence import Presence, presence
 from rosclingo.ros.reminder import Reminder
-from rosclingo.solver.worker import Stop
+from rosclingo.solver.worker import RESTARTED, Stop
 from rosclingo.srv import ROSClingoControl
 from rosclingo.wire.commands import Answer, Assumption, Command, Improvement, Outcome, Reply, Result
 from rosclingo.wire.xml_codec import decode_reply, encode_assumptions, encode_commands
+
+OWN_RESTARTS_HEADER = "only_own_restarts"
+"""The field in the headers of a client's connections by which it is refused all but a restart,
+unless the last restart of the solver was its own."""
 
 _POLL_SECONDS = 0.01  # how often a waiting call looks whether it is to stop
 _LOST = (rospy.ServiceException, rospy.ROSException, TransportException, OSError)
@@ -53,12 +57,15 @@ class Client:
     in between too, which takes twice as long for a search that is over at once.
     """
 
-    def __init__(self, name: str = "rosclingo") -> None:
+    def __init__(self, name: str = "rosclingo", *, only_own_restarts: bool = False) -> None:
         """Opens the connections without waiting for the node.
 
         Args:
             name: Name of the node, resolved like any other name.
+            only_own_restarts: Whether all but a restart is to fail when somebody else has restarted
+                the solver, or its node was started again.
         """
+        self._headers = {OWN_RESTARTS_HEADER: "1"} if only_own_restarts else {}
         self.name = rospy.resolve_name(name)
         self._service_name = f"{self.name}/control"
         self._service: Optional[rospy.ServiceProxy] = None
@@ -66,7 +73,7 @@ class Client:
         self._abandoned = False
         self._searches = 0
         self._search: Optional[_Search] = None
-        self._goals = publisher(f"{self.name}/goal", ROSClingoActionGoal)
+        self._goals = publisher(f"{self.name}/goal", ROSClingoActionGoal, headers=self._headers)
         self._cancels = publisher(f"{self.name}/cancel", GoalID)
         self._results = subscriber(f"{self.name}/result", ROSClingoActionResult, self._on_result)
         self._feedback = subscriber(
@@ -137,18 +144,22 @@ class Client:
             The answers, and the failure if there was one.
 
         Raises:
-            ServiceError: The node is not there.
+            ServiceError: The node is not there, or has lost what it was told before.
             XmlError: A command holds a character that XML cannot carry.
         """
         text = encode_commands(commands)
         with self._service_lock:
-            return self._call(text)
+            reply = self._call(text)
+        failure = reply.failure
+        if failure is not None and (failure.command, failure.index) == (RESTARTED, -1):
+            raise ServiceError(f"{self.name} has lost what it was told: {failure.message}")
+        return reply
 
     def _call(self, text: str) -> Reply:
         try:
             if self._service is None:
                 self._service = rospy.ServiceProxy(
-                    self._service_name, ROSClingoControl, persistent=True
+                    self._service_name, ROSClingoControl, persistent=True, headers={**self._headers}
                 )
             return decode_reply(self._service(text).result)
         except (*_LOST, XmlError) as err:

@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import inspect
+from functools import lru_cache
 from typing import Any, Callable, Optional
 
 from clingo import Symbol, SymbolType
@@ -70,14 +71,22 @@ def bind(
             f"there is no method for the {kind} {term}: {type(owner).__name__} has {known}"
         )
     arguments = [value(argument) for argument in term.arguments]
-    signature = inspect.signature(method)
     try:
-        signature.bind(*arguments)
+        if inspect.ismethod(method):
+            _signature(method.__func__).bind(method.__self__, *arguments)
+        else:
+            _signature(method).bind(*arguments)
     except TypeError as err:
         raise DispatchError(
-            f"the {kind} {term} does not fit the method {method.__name__}{signature}: {err}"
+            f"the {kind} {term} does not fit the method {method.__name__}"
+            f"{inspect.signature(method)}: {err}"
         ) from err
     return lambda: method(*arguments)
+
+
+@lru_cache(maxsize=None)  # it takes longer than most calls
+def _signature(function: Callable[..., Any]) -> inspect.Signature:
+    return inspect.signature(function)
 
 
 def _is_found(owner: object, name: str, base: type) -> bool:

@@ -20,7 +20,7 @@ from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.solver import Planner, PlannerState
 from rosoclingo.loop.tokens import Tokens, TokensState
 from rosoclingo.loop.waiting import Waiting
-from rosoclingo.loop.words import ABORT, BUSY
+from rosoclingo.loop.words import ABORT, BUSY, UNKNOWN
 
 
 @dataclass
@@ -429,7 +429,17 @@ class State(Progress):
                 f"{', '.join(sorted(STATUSES))} are allowed"
             )
         else:
-            self.goals.end(goal, word, f"the planner's status in step {self.step}")
+            reason = f"the planner's status in step {self.step}"
+            doubts = "" if word != "aborted" else self._doubts()
+            self.goals.end(goal, word, f"{reason}: {doubts}" if doubts else reason)
+
+    def _doubts(self) -> str:
+        """Returns which actions of the current step may have been done or not."""
+        return " and ".join(
+            f"whether {told.actuator} has done {told.action} is unknown"
+            for told in self.tokens.told
+            if told.answer == UNKNOWN and told.step == self.step
+        )
 
     def reset(self, step: int) -> None:
         """Makes the fluents of a step the initial ones, and forgets what happened."""

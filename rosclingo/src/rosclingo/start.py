@@ -1,0 +1,22 @@
+"""How each program of these packages starts."""
+
+import gc
+import signal
+from contextlib import contextmanager
+from typing import Iterator
+
+
+@contextmanager
+def starting() -> Iterator[None]:
+    """Imports what a program needs: Ctrl-C ends the process at once, until the program handles it.
+
+    And nobody looks for garbage among modules that are there to stay, which takes a tenth of the
+    processor time of a node's start.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.enable()
