@@ -15,6 +15,7 @@ from rosclingo.wire.term_text import split_term
 
 Edge = FrozenSet[str]
 _FACT = re.compile(r"(connection|office|start|length|duration)\(([^()]*)\)\.")
+_WHEN = re.compile(r"urgent|by\([1-9]\d*\)")
 _ENDS = ("rejected", "succeeded", "canceled", "aborted")
 
 
@@ -41,6 +42,11 @@ class Map:
     starts: Dict[str, str] = field(default_factory=dict)
     lengths: Dict[Edge, int] = field(default_factory=dict)
     durations: Dict[str, int] = field(default_factory=dict)
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether it says how long anything takes, so that robots do not wait for each other."""
+        return bool(self.lengths or self.durations)
 
     @classmethod
     def grid(cls, x: int, y: int) -> Map:
@@ -186,10 +192,20 @@ class Validator:
         """A client sends a goal."""
         parcel = Parcel(text)
         terms = arguments(text, "bring")
-        if len(terms) == 2 and self.graph.offices.issuperset(terms) and terms[0] != terms[1]:
-            parcel.origin, parcel.destination = terms
+        ends, when = terms[:2], terms[2:]
+        if (
+            len(ends) == 2
+            and self.graph.offices.issuperset(ends)
+            and ends[0] != ends[1]
+            and (not when or (self.graph.is_timed and _WHEN.fullmatch(",".join(when))))
+        ):
+            parcel.origin, parcel.destination = ends
             parcel.place = parcel.origin
         self.goals[goal] = parcel
+
+    def place(self, goal: Hashable, slot: str) -> None:
+        """A goal has a slot: robots that do not wait may serve it before it is accepted."""
+        self.goals[goal].slot = slot
 
     def cancel(self, goal: Hashable) -> None:
         """A client asks to cancel a goal."""
