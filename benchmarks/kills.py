@@ -401,7 +401,7 @@ class Trial:
         return wrong
 
 
-def points(trial: Trial, process: str, first: int, most: int) -> int:
+def points(trial: Trial, process: str, first: int, most: int, every: int) -> int:
     """Kills a process at each of its points, in a round each, until a round has no more.
 
     Args:
@@ -409,14 +409,15 @@ def points(trial: Trial, process: str, first: int, most: int) -> int:
         process: Which one.
         first: At which point at first.
         most: At how many at most.
+        every: How many there are from one at which it is killed to the next.
 
     Returns:
-        At how many.
+        At how many it was killed.
     """
-    for point in range(first, first + most):
-        trial.round([Kill(process, point)])
+    for number in range(most):
+        trial.round([Kill(process, first + number * every)])
         if trial.mortals.fate(process).left:
-            return point - first
+            return number
     return most
 
 
@@ -484,7 +485,7 @@ def _run(trial: Trial, arguments: argparse.Namespace) -> None:
     processes = arguments.process or PROCESSES
     if arguments.mode == "points":
         for process in processes:
-            count = points(trial, process, arguments.first, arguments.most)
+            count = points(trial, process, arguments.first, arguments.most, arguments.every)
             print(f"{process}: {count} points", flush=True)
     elif arguments.mode == "pairs":
         for first in processes:
@@ -508,6 +509,7 @@ def main() -> int:
     parser.add_argument("--process", action="append", choices=PROCESSES)
     parser.add_argument("--first", type=int, default=1, help="of the points")
     parser.add_argument("--most", type=int, default=0, help="points or pairs for each")
+    parser.add_argument("--every", type=int, default=1, help="how many points further the next is")
     parser.add_argument("--blind", action="store_true", help="the robot cannot look what it did")
     parser.add_argument("--forgets", action="store_true", help="the robot has no store")
     parser.add_argument("--rounds", type=int, default=100, help="of the mode random")

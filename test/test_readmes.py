@@ -50,6 +50,7 @@ NOT_TYPED = {
     "rostest rosoclingo_gazebo driving.rostest": "catkin registers it in CMakeLists.txt",
     "rosrun rosoclingo_gazebo demo.py": "takes half a minute; test_demo.py types it",
     "rosrun rosoclingo_gazebo fleet_demo.py": "takes a minute; test_demo.py types it",
+    "python benchmarks/kills.py": "takes an hour; test_kills.py of rosoclingo types parts of it",
     "python benchmarks/simulator_bench.py": "measures for minutes; scripts/bench types it",
     "test/bags/record": "makes the regression bags anew",
     ".venv/bin/": "checks and tests",
@@ -510,6 +511,11 @@ def test_plants(page: Page) -> None:
     wait_for(lambda: heard.output.count("go(") == 2)
     assert "goal 1, water((3,4)): succeeded" in page.run("plan.py")
     page.block("prolog")  # which test_library.py plans with
+
+
+@of("rosoclingo_aspprograms/README.md", "Seconds")
+def test_seconds(page: Page) -> None:
+    assert "goal 1, bring(o9,o14), succeeds in step 9" in page.run("plan.py")
 
 
 @of("rosoclingo_aspprograms/README.md", "Requests, actions, messages")

@@ -27,9 +27,10 @@ ASP = ROOT / "rosoclingo_aspprograms"
 MAILBOT = str(ASP / "mailbot" / "mailbot.lp")
 PAPER = str(ASP / "mailbot" / "mailbot_paper.lp")
 STEPS = str(ASP / "test" / "planning" / "mailbot_by_steps.lp")
-GRID, OFFICE, PAIR = (str(ASP / "mailbot" / "instances" / f"graph_{name}.lp")
-                      for name in ("bench", "wg", "pair"))  # fmt: skip
+GRID, OFFICE, PAIR, HALL = (str(ASP / "mailbot" / "instances" / f"graph_{name}.lp")
+                             for name in ("bench", "wg", "pair", "hall"))  # fmt: skip
 FLEET = str(ASP / "mailbot" / "instances" / "fleet_{}.lp")
+LENGTHS = str(ASP / "mailbot" / "instances" / "lengths.lp")
 PLANTS = (str(ASP / "plants" / "plants.lp"), str(ASP / "plants" / "instances" / "garden.lp"))
 WORKSHOP = tuple(str(ASP / "workshop" / name) for name in ("instances/furniture.lp", "workshop.lp"))
 BLOCKS = (f"{EXAMPLES}/instance.lp", f"{EXAMPLES}/itoh.lp")
@@ -68,6 +69,8 @@ READ: Dict[str, Tuple[str, ...]] = {
     "mailbot of the paper in the office": (OFFICE, PAPER),
     "mailbot by steps in the office": (OFFICE, STEPS),
     "garden": PLANTS,
+    "office in seconds": (OFFICE, LENGTHS, MAILBOT),
+    "hall": (HALL, MAILBOT),
 }  # fmt: skip
 
 

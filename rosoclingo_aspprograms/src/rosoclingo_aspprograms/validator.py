@@ -5,16 +5,16 @@ Nothing of this uses a solver, or the encoding: it is what the encoding is check
 
 from __future__ import annotations
 
+import heapq
 import re
-from collections import deque
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Deque, Dict, FrozenSet, Hashable, Iterable, List, Optional, Set, Tuple
+from typing import Dict, FrozenSet, Hashable, Iterable, List, Optional, Set, Tuple
 
 from rosclingo.wire.term_text import split_term
 
 Edge = FrozenSet[str]
-_FACT = re.compile(r"(connection|office|start)\(([^()]*)\)\.")
+_FACT = re.compile(r"(connection|office|start|length|duration)\(([^()]*)\)\.")
 _ENDS = ("rejected", "succeeded", "canceled", "aborted")
 
 
@@ -32,11 +32,15 @@ class Map:
         offices: The offices.
         edges: Pairs of waypoints next to each other.
         starts: For each robot, the waypoint where it stands in the beginning.
+        lengths: The seconds that it takes along an edge; what is missing takes 1.
+        durations: The seconds that ``pickup`` and ``deliver`` take; what is missing takes 1.
     """
 
     offices: Set[str] = field(default_factory=set)
     edges: Set[Edge] = field(default_factory=set)
     starts: Dict[str, str] = field(default_factory=dict)
+    lengths: Dict[Edge, int] = field(default_factory=dict)
+    durations: Dict[str, int] = field(default_factory=dict)
 
     @classmethod
     def grid(cls, x: int, y: int) -> Map:
@@ -62,26 +66,52 @@ class Map:
                 made.offices.add(terms[0])
             elif name == "connection":
                 made.edges.add(frozenset(terms))
+            elif name == "length":
+                made.lengths[frozenset(terms[:2])] = int(terms[2])
+            elif name == "duration":
+                made.durations[terms[0]] = int(terms[1])
             else:
                 made.starts[terms[0]] = terms[1]
         return made
 
+    def facts(self) -> str:
+        """Returns the instance that :meth:`read` reads."""
+        facts = [f"office({office})." for office in sorted(self.offices)]
+        facts += ["connection({},{}).".format(*sorted(edge)) for edge in self.edges]
+        facts += [f"start({robot},{place})." for robot, place in self.starts.items()]
+        facts += ["length({},{},{}).".format(*sorted(e), n) for e, n in self.lengths.items()]
+        facts += [f"duration({action},{n})." for action, n in self.durations.items()]
+        return "\n".join(sorted(facts))
+
+    def seconds(self, place: str, action: str) -> int:
+        """Returns how long an action takes: with one for all, the steps.
+
+        Args:
+            place: Where the robot is.
+            action: The action, such as ``go(o1)``.
+        """
+        target = arguments(action, "go")
+        if target:
+            return self.lengths.get(frozenset((place, target[0])), 1)
+        return self.durations.get(action.partition("(")[0], 1)
+
     def distances(self, source: str, blocked: Iterable[Edge] = ()) -> Dict[str, int]:
-        """Returns the steps from a waypoint to each that can be reached."""
-        free = self.edges.difference(blocked)
-        neighbours: Dict[str, List[str]] = {}
-        for edge in free:
+        """Returns how long it takes from a waypoint to each that can be reached."""
+        neighbours: Dict[str, List[Tuple[str, int]]] = {}
+        for edge in self.edges.difference(blocked):
             first, second = edge
-            neighbours.setdefault(first, []).append(second)
-            neighbours.setdefault(second, []).append(first)
-        found = {source: 0}
-        queue: Deque[str] = deque([source])
-        while queue:
-            here = queue.popleft()
-            for there in neighbours.get(here, ()):
-                if there not in found:
-                    found[there] = found[here] + 1
-                    queue.append(there)
+            length = self.lengths.get(edge, 1)
+            neighbours.setdefault(first, []).append((second, length))
+            neighbours.setdefault(second, []).append((first, length))
+        found: Dict[str, int] = {}
+        heap = [(0, source)]
+        while heap:
+            distance, here = heapq.heappop(heap)
+            if here in found:
+                continue
+            found[here] = distance
+            for there, length in neighbours.get(here, ()):
+                heapq.heappush(heap, (distance + length, there))
         return found
 
 
@@ -283,6 +313,9 @@ class Validator:
             return
         if robot in self.loads:
             self._wrong(f"{about}: it carries the package of {self.loads[robot].text}")
+        others = [one for one, act in self._pending.items() if act == ("pickup", slot)]
+        if others != [robot]:
+            self._wrong(f"{about}: {' and '.join(others)} do that already")
         if parcel.place != parcel.origin:
             self._wrong(f"{about}: its package is {self._whereabouts(parcel)}")
         elif parcel.place != self.positions[robot]:

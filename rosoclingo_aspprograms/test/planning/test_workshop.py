@@ -26,7 +26,7 @@ EPISODES = int(os.environ.get("EPISODES", "4"))
 WORKSHOP = PACKAGE / "workshop" / "workshop.lp"
 DYNAMIC = [FIXED, *INCREMENTAL]
 STEPS = {FIXED: ("-c", "steps=25")}
-MORE_STEPS = ("-c", "steps=90", "-c", "r=3")
+MORE_STEPS = ("-c", "steps=50", "-c", "r=3")
 
 Job = Tuple[str, str]
 """The slot of a goal, and the job."""
@@ -234,7 +234,9 @@ class Workshop(Simulation):
         return super().answer(actuator, value)
 
     def step(self) -> None:
-        if self.restores:  # goes on in another loop, with the same planner
+        if (
+            self.restores and self.chance.random() < 0.1
+        ):  # goes on in another loop, with the same planner
             saved = self.loop.snapshot()
             self.loop = self.parts.loop(self, self)
             goals = {goal.id: goal for goal in self.goals}

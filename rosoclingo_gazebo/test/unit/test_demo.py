@@ -21,6 +21,7 @@ from rosoclingo.loop.journal import (
 )
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.orders import Bring
+from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.story import BOOK, LETTER, Story
 from rosoclingo_gazebo.demo.trace import Kind, Trace
@@ -118,6 +119,84 @@ def test_what_is_wrong() -> None:
     wrong = "\n".join(told.story.wrong())
     for text in ("has not ended", "one go(c4) was to fail, not go(c6)", "were to be", "touched"):
         assert text in wrong
+
+
+def test_the_same_seed_asks_for_the_same() -> None:
+    offices = ["o1", "o2", "o3"]
+    orders = random_orders(offices, 20, seed=3)
+    assert orders == random_orders(offices, 20, seed=3) != random_orders(offices, 20, seed=4)
+    assert [seconds for seconds, _ in orders] == sorted(seconds for seconds, _ in orders)
+    assert orders[0][0] == 0.0
+    assert len({bring.information for _, bring in orders}) == 20
+    same = {f"bring({office},{office})" for office in offices}
+    assert not same & {bring.request for _, bring in orders}
+
+
+class Delivery:
+    """A story of two robots, of which the first has one package to deliver."""
+
+    def __init__(self) -> None:
+        graph = Map.read(OFFICE)
+        graph.starts = {"mailbot": "c1", "mailbot2": "c5"}
+        self.story = FleetStory(graph, {"o1": (16.0, -4.0), "o3": (16.0, -11.0)})
+        for robot in graph.starts:
+            self.story.moves(robot, 10.0, (0.0, 0.0), 0.0)
+        self.story.begins()
+        self.story.learns(GoalArrived("goal", "bring(o1,o3)", ("letter",)))
+        self.story.learns(StatusSet("goal", Status.ACCEPTED, "1"))
+        self.seconds = 10.0
+
+    def act(self, action: str, answer: str = "success") -> None:
+        self.story.learns(ActionPublished("mailbot", action))
+        for speed in (0.5, 0.0, 0.0, 0.0, 0.4):  # a second each; it waits for three
+            self.seconds += 1
+            self.story.moves("mailbot", self.seconds, (self.seconds - 10, 0.0), speed)
+        self.story.learns(MessageArrived("mailbot", answer))
+
+
+def test_a_fleet(capsys: pytest.CaptureFixture[str]) -> None:
+    told = Delivery()
+    for action in ("go(o1)", "pickup(1)", "go(c1)", "go(o3)", "deliver(1)"):
+        told.act(action)
+    told.story.learns(StatusSet("goal", Status.SUCCEEDED, "1"))
+    assert told.story.wrong() == []
+    said = capsys.readouterr().out
+    assert "0 s            asked to bring letter from o1 to o3" in said
+    assert "10 s  mailbot   picks up letter at o1" in said
+    assert "25 s  mailbot   delivers letter at o3" in said
+    assert told.story.lines()[1].split() == ["mailbot", "1", "25", "3", "9"]
+    assert told.story.lines()[2].split() == ["mailbot2", "0", "0", "0", "0"]
+    assert told.story.summary() == (
+        "1 package delivered by 2 robots in 25 s of simulated time, on 25 m, with 3 waits"
+    )
+    events = told.story.members["mailbot"].trace.events
+    assert [(event.kind, event.place) for event in events] == [
+        (Kind.PICKUP, (16.0, -4.0)),
+        (Kind.DELIVERY, (16.0, -11.0)),
+    ]
+
+
+def test_what_is_wrong_with_a_fleet(capsys: pytest.CaptureFixture[str]) -> None:
+    told = Delivery()
+    told.act("go(o1)", "failure")
+    told.act("go(o13)")
+    told.story.touches("mailbot2")
+    wrong = "\n".join(told.story.wrong())
+    for text in ("not connected", "has not ended", "mailbot2 has touched something"):
+        assert text in wrong
+    assert "mailbot   go(o1) fails" in capsys.readouterr().out
+
+
+def test_the_picture_of_several(tmp_path: Path) -> None:
+    traces = {name: Trace() for name in ("one", "other")}
+    for number, trace in enumerate(traces.values()):
+        for step in range(50):
+            trace.move(float(step), (1.0 + step / 20, 1.0 + number))
+    file = tmp_path / "a.svg"
+    floor = OccupancyMap(np.zeros((60, 100), np.int8), 0.05, 0.0, 0.0)
+    draw(floor, {}, traces, "two drives", [file])
+    text = file.read_text(encoding="utf-8")
+    assert all(f"<!-- {name} -->" in text for name in traces)
 
 
 def test_the_picture(tmp_path: Path) -> None:

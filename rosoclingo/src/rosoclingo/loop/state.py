@@ -402,6 +402,10 @@ class State(Progress):
         self.waiting.end_planning()
         self.note(journal.PlanFound(tuple(map(str, self.ahead())), is_best))
         self.goals.tell(f"plan {self.horizon} step{'' if self.horizon == 1 else 's'}")
+        for slot, line in plan.feedback():
+            goal = self.goals.occupant(slot)
+            if goal is not None:
+                goal.tell(line)
 
     def ahead(self) -> List[Action]:
         """Returns the actions of the plan from the current step up to the horizon.

@@ -182,12 +182,12 @@ class FleetStory:
 
     def _summary(self) -> str:
         members = self.members.values()
-        robots = f"{len(members)} {'robot' if len(members) == 1 else 'robots'}"
+        delivered = sum(member.deliveries for member in members)
         return (
-            f"{sum(member.deliveries for member in members)} packages delivered by {robots} in "
+            f"{_count(delivered, 'package')} delivered by {_count(len(members), 'robot')} in "
             f"{self._end - self._begin:.0f} s of simulated time, on "
             f"{sum(member.trace.metres for member in members):.0f} m, with "
-            f"{sum(member.waits for member in members)} waits"
+            f"{_count(sum(member.waits for member in members), 'wait')}"
         )
 
     def _ends(self, robot: str, answer: str) -> None:
@@ -218,3 +218,7 @@ class FleetStory:
             (member.trace.times[-1] for member in self.members.values() if member.trace.times),
             default=0.0,
         )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

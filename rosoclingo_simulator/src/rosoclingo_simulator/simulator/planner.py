@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Optional, Tuple
+from typing import Any, Optional, Tuple
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt, uniform_filter1d
-from skimage.graph import MCP_Geometric
 
 from rosoclingo_simulator.simulator.grid import Grid
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
@@ -80,7 +79,7 @@ class Planner:
         prices = _prices(distances)
         if dear is not None:
             prices[self._around(dear)] += _DEAR_COST
-        search = MCP_Geometric(prices)
+        search = _search(prices)
         costs, _ = search.find_costs([begin], [end])
         if not math.isfinite(costs[end]):
             return None
@@ -116,7 +115,7 @@ class Planner:
         reach = int(_REFUGE_METRES / self.grid.resolution)
         corner = np.maximum(0, np.array(begin) - reach)
         window = tuple(slice(low, cell + reach + 1) for low, cell in zip(corner, begin))
-        search = MCP_Geometric(_prices(distances[window]))
+        search = _search(_prices(distances[window]))
         costs, _ = search.find_costs([tuple(begin - corner)])
         ends = np.full(self.grid.shape, np.inf)
         ends[window] = costs
@@ -185,6 +184,14 @@ class Planner:
         if away[nearest] > radius:
             return None
         return int(around[nearest, 0]), int(around[nearest, 1])
+
+
+def _search(prices: np.ndarray) -> Any:
+    """Returns what finds the cheapest paths over cells with these prices."""
+    # It takes as long as all other modules of the node, and a robot that only stands needs it not.
+    from skimage.graph import MCP_Geometric  # noqa: PLC0415
+
+    return MCP_Geometric(prices)
 
 
 def _prices(distances: np.ndarray) -> np.ndarray:
