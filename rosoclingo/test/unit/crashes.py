@@ -12,7 +12,6 @@ from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.inbox import Answer
-from rosoclingo.loop.journal import Event, Status, StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.tokens import Told
 from rosoclingo.store.store import Store
@@ -32,10 +31,6 @@ class Client(GoalClient):
     def __init__(self) -> None:
         self.words: List[str] = []
         self.known = False  # to the node, which has acknowledged it
-        self.note: Callable[[Event], None] = lambda _: None
-
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
-        self.note(StatusSet(goal.id, Status(word), goal.slot or "", reason))
 
     def accepted(self) -> None:
         self.words.append("accepted")
@@ -55,7 +50,6 @@ class World:
 
     Attributes:
         effects: What was done, in order.
-        latched: What who comes late hears of actions; None if there is nothing.
     """
 
     def __init__(self, requests: Sequence[str], cancel: Mapping[str, str] = {}) -> None:
@@ -66,7 +60,6 @@ class World:
             cancel: By their ids, what is cancelled; as soon as it has a status, if one is given.
         """
         self.effects: List[Tuple[str, str]] = []
-        self.latched: Optional[str] = None
         self.clients: Dict[str, Client] = {str(n): Client() for n in range(1, len(requests) + 1)}
         self._requests = dict(zip(self.clients, requests))
         self._to_ask = list(self.clients)
@@ -112,16 +105,12 @@ class Life(StoredInbox, System):
         super().__init__(store, make)
 
     def wait(self, timeout: float) -> bool:
-        self.waits()
+        self.looked()
         if not self._items:
             self._world.turn(self)
         if not self._items:
             self.close()
         return True
-
-    def publish(self, actuator: str, action: str) -> None:
-        super().publish(actuator, action)
-        self._world.latched = action
 
     def show_told(self, run: str, told: Sequence[Told]) -> None:
         self._world.hear(run, told)
@@ -130,8 +119,6 @@ class Life(StoredInbox, System):
         """Lives until there is nothing to do."""
         loop = self.loop
         assert isinstance(loop, StoredLoop)
-        for client in self._world.clients.values():
-            client.note = loop.state.note  # as the node does
         self.known = loop.resume(lambda known: self._world.clients[known.id])
         for key in self.known:  # as the first list of statuses says
             client = self._world.clients[key]
@@ -157,7 +144,7 @@ class Runs:
         self._count = 0
         self.wait: Optional[Callable[[], None]] = None
         self.started_with = {"the options of planner": "none"}
-        options = Options((str(Path(EXAMPLES) / encoding),))
+        options = Options((f"{EXAMPLES}/{encoding}",))
         self.parts: Parts = make_parts(mode, options, ("-c", f"steps={steps}"))
         self._engine = self.parts.planner  # which a test may wrap
 
@@ -206,7 +193,6 @@ class Runs:
         while True:
             limit = left.pop(0) if left else 0
             points.clear()
-            world.latched = None
             store = None
             self._engine.run([wire.Restart()])  # what it was is lost, too
             try:

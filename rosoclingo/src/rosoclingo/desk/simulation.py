@@ -28,9 +28,6 @@ from rosoclingo.why.situation import Situation
 Answer = Callable[[str, str], Optional[str]]
 """Returns the answer to an actuator's action, or None for none at all."""
 
-Seconds = Callable[[str, str], float]
-"""Returns how long an actuator's action takes, in seconds."""
-
 
 class Simulation(System):
     """A system with actuators that answer after a while, and inputs at given moments.
@@ -54,7 +51,7 @@ class Simulation(System):
         inputs: Sequence[Input] = (),
         answer: Optional[Answer] = None,
         *,
-        seconds: Seconds = lambda actuator, action: 1.0,
+        seconds: float = 1.0,
         most_steps: int = 1000,
         action_timeout: float = 0.0,
         **parameters: Any,
@@ -65,7 +62,7 @@ class Simulation(System):
             make: Makes a loop of its inbox and environment, such as :meth:`.parts.Parts.loop`.
             inputs: What comes from outside.
             answer: Says how actions end; by default all succeed.
-            seconds: Says how long actions take.
+            seconds: How long an action takes.
             most_steps: The run is over when so many steps have begun.
             action_timeout: From when on an action without an answer counts as failed, in seconds;
                 0 for never.
@@ -140,7 +137,7 @@ class Simulation(System):
         answer = self._answer(actuator, action)
         self._due.pop(actuator, None)
         if answer is not None:
-            self._due[actuator] = self.clock + self._seconds(actuator, action)
+            self._due[actuator] = self.clock + self._seconds
             self._answers[actuator] = answer
 
     def answer(self, actuator: str, value: str = SUCCESS) -> str:
@@ -172,9 +169,7 @@ class Simulation(System):
                 self.cancel(self.goals[int(one.value) - 1])
             elif one.kind in self.acting and one.moment.kind == STEP:
                 self._answers[one.kind] = one.value
-                if one.kind not in self._due:
-                    seconds = self._seconds(one.kind, self.acting[one.kind])
-                    self._due[one.kind] = self.clock + seconds
+                self._due.setdefault(one.kind, self.clock + self._seconds)
             elif one.kind in self.acting:
                 self.answer(one.kind, one.value)
             else:

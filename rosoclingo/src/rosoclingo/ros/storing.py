@@ -26,7 +26,6 @@ from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
 _FRESH = "fresh"
 _SOLVER_SECONDS = 30.0  # for a solver that was lost
-_NOBODY = '["", 0, 0]'
 _TERMINAL = {
     "rejected": GoalStatus.REJECTED,
     "succeeded": GoalStatus.SUCCEEDED,
@@ -136,16 +135,12 @@ def restore_goal(server: LowLatencyActionServer, known: KnownGoal) -> actionlib.
         server: The server, which has not begun.
         known: The goal.
     """
-    status = status_of(known)
+    node, seconds, nanoseconds = json.loads(known.address or '["", 0, 0]')
     goal = ROSoClingoActionGoal(
-        goal_id=status.goal_id, goal=ROSoClingoGoal(known.request, list(known.information))
+        goal_id=GoalID(rospy.Time(seconds, nanoseconds), known.id),
+        goal=ROSoClingoGoal(known.request, list(known.information)),
     )
-    goal._connection_header = {"callerid": json.loads(known.address or _NOBODY)[0]}
-    return server.restore(goal, status.status, status.text)
-
-
-def status_of(known: KnownGoal) -> GoalStatus:
-    """Returns the status of a goal for those who have sent it."""
+    goal._connection_header = {"callerid": node}
     if known.word == "canceled":
         status = GoalStatus.PREEMPTED if known.active else GoalStatus.RECALLED
     elif known.word:
@@ -154,5 +149,4 @@ def status_of(known: KnownGoal) -> GoalStatus:
         status = GoalStatus.PREEMPTING if known.active else GoalStatus.RECALLING
     else:
         status = GoalStatus.ACTIVE if known.active else GoalStatus.PENDING
-    _, seconds, nanoseconds = json.loads(known.address or _NOBODY)
-    return GoalStatus(GoalID(rospy.Time(seconds, nanoseconds), known.id), status, known.reason)
+    return server.restore(goal, status, known.reason)

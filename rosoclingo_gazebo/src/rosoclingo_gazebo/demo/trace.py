@@ -18,7 +18,6 @@ class Kind(enum.Enum):
     PICKUP = "pickup"
     DELIVERY = "delivery"
     FAILURE = "failure"
-    KILL = "kill"
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from rosoclingo.bags.read.records import Records
 from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said
 from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about, solvers, text_entries
 from rosoclingo.bags.wire import Connection, Message
-from rosoclingo.loop.journal import NodeResumed, decode
+from rosoclingo.loop.journal import decode
 
 _OWN_TYPES = {kind for kind in LOOP_TYPES.values() if kind.startswith("rosoclingo/")}
 _RUNS = ("journal", "goal", "in", "out")  # topics of which one at least shows that there is a run
@@ -144,14 +144,11 @@ class _Reading:
                 unnumbered += 1
                 continue
             seconds = (said.stamp.sec * 10**9 + said.stamp.nanosec - self._begin) * 1e-9
-            event, known = decode(said), runs[-1].get(said.number)
+            known = runs[-1].get(said.number)
             if known is not None and known.seconds != seconds:
-                if isinstance(event, NodeResumed):  # power has failed, and the last ones are lost
-                    runs[-1] = {n: one for n, one in runs[-1].items() if n < said.number}
-                else:
-                    runs.append({})  # the node was started again
+                runs.append({})  # the node was started again
             runs[-1][said.number] = Entry(
-                event, int(said.step), int(said.horizon), said.number, seconds
+                decode(said), int(said.step), int(said.horizon), said.number, seconds
             )
         if len(runs) > 1:
             self._remarks.append(
