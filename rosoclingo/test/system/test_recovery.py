@@ -17,17 +17,21 @@ __all__ = ["terminals"]
 # A stock client, which also counts what it is told of its goals.
 CLIENT = """
 import sys
+import threading
 
 import rospy
 from actionlib import SimpleActionClient
 from actionlib_msgs.msg import GoalStatus
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoActionResult, ROSoClingoGoal
 
-heard = []
+heard = set()
+both_are_heard = threading.Event()
 
 def on_result(message):
-    heard.append(message.status.goal_id.id)
+    heard.add(message.status.goal_id.id)
     print("result", GoalStatus.to_string(message.status.status), flush=True)
+    if len(heard) == 2:
+        both_are_heard.set()
 
 rospy.init_node("client")
 rospy.Subscriber("rosoclingo/result", ROSoClingoActionResult, on_result)
@@ -38,8 +42,8 @@ client.wait_for_result()
 print("end", GoalStatus.to_string(client.get_state()), flush=True)
 # Another goal, which is reached already: what was sent of the first one comes before its result.
 client.send_goal(ROSoClingoGoal(sys.argv[1], []))
-while len(set(heard)) < 2:
-    rospy.sleep(0.01)
+if not both_are_heard.wait(60.0):
+    sys.exit("the second goal has no result")
 """
 
 # A robot that takes so many seconds for an action.

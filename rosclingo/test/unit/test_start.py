@@ -1,0 +1,34 @@
+"""Programs look for garbage again when they have started, whatever happens."""
+
+from __future__ import annotations
+
+import gc
+import signal
+from typing import Iterator
+
+import pytest
+
+from rosclingo.start import starting
+
+
+@pytest.fixture(autouse=True)
+def _as_before() -> Iterator[None]:
+    handler = signal.getsignal(signal.SIGINT)
+    yield
+    signal.signal(signal.SIGINT, handler)
+    gc.unfreeze()
+    gc.enable()
+
+
+def test_imports_are_not_looked_through() -> None:
+    with starting():
+        assert not gc.isenabled()
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_DFL
+    assert gc.isenabled()
+    assert gc.get_freeze_count() > 0
+
+
+def test_a_module_that_is_missing() -> None:
+    with pytest.raises(ImportError), starting():
+        import no_such_module  # type: ignore[import-not-found]  # noqa: F401, PLC0415
+    assert gc.isenabled()
