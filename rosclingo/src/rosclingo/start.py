@@ -10,8 +10,8 @@ from typing import Iterator
 def starting() -> Iterator[None]:
     """Imports what a program needs: Ctrl-C ends the process at once, until the program handles it.
 
-    And nobody looks for garbage among the modules, neither while they come nor later: they are there
-    to stay, and that takes a tenth of the processor time of a node's start.
+    And nobody looks for garbage among the modules, neither while they come nor later: they are
+    there to stay, and that takes a tenth of the processor time of a node's start.
     """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     gc.disable()

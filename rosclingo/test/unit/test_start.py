@@ -30,5 +30,5 @@ def test_imports_are_not_looked_through() -> None:
 
 def test_a_module_that_is_missing() -> None:
     with pytest.raises(ImportError), starting():
-        import no_such_module  # type: ignore[import-not-found]  # noqa: F401, PLC0415
+        import no_such_module  # noqa: F401, PLC0415
     assert gc.isenabled()
