@@ -30,6 +30,8 @@ def deliver(terminals: Terminals, folder: Path, recorder: str = "") -> None:
     client, typist = pipe(terminals, folder, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
     if recorder:
         wait_for(lambda: bool(terminals.publishers("/rosoclingo/goal")))
+        # It knows of the solvers when the loop has told of itself.
+        wait_for(lambda: recorder in terminals.subscribers("/planner/control_log"))
         terminals.wait_until_hears(recorder)
     typist.type("1 3\n")
     client.wait_for("succeeded")

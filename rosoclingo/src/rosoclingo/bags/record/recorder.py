@@ -32,7 +32,8 @@ _EVENT_SUM = MD5SUMS[LOOP_TYPES["journal"]]
 class Recorder:
     """Subscribes to a system's topics, whether or not it runs already, and writes what comes.
 
-    rospy's threads only fill a queue; :meth:`write` is called by one thread.
+    rospy's threads only fill a queue, and subscribe to the solvers' topics as soon as their names
+    are known; :meth:`write` is called by one thread.
     """
 
     def __init__(self, name: str, writer: BagWriter) -> None:
@@ -48,6 +49,7 @@ class Recorder:
         self._journal = Journal()
         self._queue: SimpleQueue[Message] = SimpleQueue()
         self._subscribed: Set[str] = set()
+        self._lock = threading.Lock()  # guards the names of what is subscribed to
         self._subscribe(loop_topics(name))
 
     def write(self) -> None:
@@ -61,8 +63,6 @@ class Recorder:
         while not self._queue.empty():  # nobody else takes from it
             message = self._queue.get_nowait()
             connection = message.connection
-            if connection.topic == self._about:
-                self._subscribe(solver_topics(_text(message.data)))
             is_event = connection.topic == self._events and connection.md5sum == _EVENT_SUM
             (events if is_event else others).append(message)
         merged = self._journal.sort(events) + others
@@ -71,17 +71,20 @@ class Recorder:
         self._writer.flush()
 
     def _subscribe(self, topics: Dict[str, str]) -> None:
-        for topic in topics:
-            if topic not in self._subscribed:
-                self._subscribed.add(topic)
-                rospy.Subscriber(
-                    topic, rospy.AnyMsg, self._on_message, tcp_nodelay=True, buff_size=_BUFFER_SIZE
-                )
+        with self._lock:
+            new = [topic for topic in topics if topic not in self._subscribed]
+            self._subscribed.update(new)
+        for topic in new:
+            rospy.Subscriber(
+                topic, rospy.AnyMsg, self._on_message, tcp_nodelay=True, buff_size=_BUFFER_SIZE
+            )
 
     def _on_message(self, message: Any) -> None:
         # rospy has no other access to what a connection says and to the bytes.
         connection = _connection(message._connection_header)
         self._queue.put(Message(connection, time.time_ns(), message._buff))
+        if connection.topic == self._about:
+            self._subscribe(solver_topics(_text(message._buff)))
 
 
 def _connection(header: Dict[str, str]) -> Connection:
