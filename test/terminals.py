@@ -139,10 +139,6 @@ class Terminals:
         """Returns the nodes that publish a topic."""
         return set(dict(self._state()[0]).get(topic, []))
 
-    def subscribers(self, topic: str) -> Set[str]:
-        """Returns the nodes that subscribe to a topic."""
-        return set(dict(self._state()[1]).get(topic, []))
-
     def receivers(self, node: str, topic: str) -> Set[str]:
         """Returns the nodes that have a connection on which a node sends them a topic."""
         if node not in self.names():
