@@ -89,14 +89,18 @@ class RosSystem:
         self.start(name, ["rosrun", package, executable, *arguments, f"__name:={name}"])
         return self.node_pid(name)
 
-    def start(self, name: str, command: Sequence[str]) -> None:
-        """Starts a process that is ended with this system.
+    def start(self, name: str, command: Sequence[str]) -> subprocess.Popen[bytes]:
+        """Starts a process that is ended with this system, and returns it.
 
         Args:
             name: What to call it in messages.
             command: Program and arguments.
         """
-        self._master.start(name, command)
+        return self._master.start(name, command).process
+
+    def output(self, name: str) -> str:
+        """Returns the last lines that a process has printed."""
+        return self._master.processes[name].last_lines
 
     def end(self, name: str) -> None:
         """Ends a process that :meth:`start` or :meth:`rosrun` started, and waits for it."""

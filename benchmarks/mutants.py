@@ -44,7 +44,7 @@ SHARE = 0.9  # to be found
 _SECONDS = 300.0  # for one mutant
 
 EQUIVALENT: Dict[str, str] = {
-    "64:1 #external event(s,c) : passed = c, s = info. dropped": (
+    "69:1 #external event(s,c) : passed = c, s = info. dropped": (
         "no rule asks whether a step has gone by: past and plan are told apart by what is committed"
     ),
 }

@@ -3,7 +3,9 @@
 
 Over ROS, on a grid of 10 x 10 offices with three requests, by three nodes and by one: from the
 message, goal or cancel request that is sent until the next action is heard, or the changed plan.
-In process, the paper's three scenarios in the office: the planner's own time after each answer.
+In process, the paper's three scenarios in the office: the planner's own time after each answer. And
+three robots in the office with six open requests, planned in seconds: each step somebody is through
+of whom that was not expected.
 
 Run by scripts/bench. Exit status 1 says that a limit is missed.
 """
@@ -11,6 +13,7 @@ Run by scripts/bench. Exit status 1 says that a limit is missed.
 from __future__ import annotations
 
 import contextlib
+import random
 import re
 import sys
 import time
@@ -19,19 +22,20 @@ from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple
 
 from actionlib import ClientGoalHandle
 
-from harness import Report, RosSystem, Row, Samples, measure
+from harness import HarnessError, Report, RosSystem, Row, Samples, measure
 from mailbot import ENCODING, FOLDER, MODES, Grid, Nodes, Run, deliveries
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumption, Command, Improvement, Outcome, Reply
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ShutdownError
+from rosoclingo.loop.atoms import Plan, event
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.solver import Forwarding
+from rosoclingo.loop.solver import Forwarding, Planner
 from rosoclingo.single.algorithm1 import Algorithm1
 
 GRID = Grid(10, 4)  # a slot for the new request, too
@@ -43,6 +47,8 @@ ANSWER, FAILURE, BLOCKED, NEW, CANCEL = (
 )  # fmt: skip
 LIMITS = {ANSWER: 20.0, FAILURE: 100.0, BLOCKED: 100.0, NEW: 150.0, CANCEL: 150.0}  # ms
 OFFICE_MEDIAN, OFFICE_WORST = 5.0, 60.0  # ms
+FLEET_MEDIAN, FLEET_WORST = 200.0, 1000.0  # ms
+FLEET_REQUESTS, FLEET_STEPS = 6, 30
 
 _GO = re.compile(r"do\(\w+,go\((c\(\d+\))\),\d+\)")
 _NODE = re.compile(r"c\(\d+\)")
@@ -314,9 +320,56 @@ def measure_office(report: Report) -> None:
     report.add(Row("office, with the loop", Samples("ms", tuple(whole)), None))
 
 
-def run(system: RosSystem, _: Path, report: Report) -> None:
+def plan_again(seed: int, folder: Path) -> List[float]:
+    """Returns the milliseconds of each new plan for three robots with six open requests."""
+    dice = random.Random(f"fleet {seed}")
+    robots = folder / "robots.lp"
+    robots.write_text("start(second,open2). start(third,open3).")
+    office = (FOLDER / "instances" / f"{name}.lp" for name in ("graph_wg", "lengths"))
+    files = (*map(str, office), str(robots), str(ENCODING))
+    planner = Planner(Engine(Options(files, ("-c", f"slots={FLEET_REQUESTS}"))))
+    planner.begin()
+    slots = [str(slot) for slot in range(1, FLEET_REQUESTS + 1)]
+    events = [event(slot, _draw(dice), 0) for slot in slots]
+    times: List[float] = []
+    for step in range(1, FLEET_STEPS + 2):
+        begin = time.perf_counter()
+        unknown = planner.tell(events)
+        symbols = planner.search(step - 1, sys.maxsize, lambda: False).symbols
+        times.append((time.perf_counter() - begin) * 1e3)
+        if unknown:
+            raise HarnessError(f"the encoding does not know {unknown}")
+        actions = {action.actuator: action.name for action in Plan(symbols).actions(step)}
+        planner.tell([event("commit", f"do({r},{name})", step) for r, name in actions.items()])
+        through = dice.choice(sorted(actions))
+        events = [event(robot, "busy", step) for robot in actions if robot != through]
+        events.append(event(through, "success", step))
+        if actions[through].startswith("deliver("):  # its slot is free; so there are six again
+            planner.tell(events)
+            planner.search(step, sys.maxsize, lambda: False)
+            slot = actions[through][len("deliver(") : -1]
+            events = [event(slot, _draw(dice), step)]
+    return times[1:]
+
+
+def _draw(dice: random.Random) -> str:
+    """Returns a request in the office."""
+    return "bring(o{},o{})".format(*dice.sample(range(1, 15), 2))
+
+
+def measure_fleet(folder: Path, report: Report) -> None:
+    """Adds the rows of three robots in the office."""
+    times = [one for seed in range(DRAWS) for one in plan_again(seed, folder)]
+    samples = Samples("ms", tuple(times))
+    name = "three robots, six requests in the office"
+    report.add(Row(name, samples, None, "median", samples.median, "ms", FLEET_MEDIAN))
+    report.add(Row(name, samples, None, "max", max(times), "ms", FLEET_WORST))
+
+
+def run(system: RosSystem, folder: Path, report: Report) -> None:
     """Measures everything."""
     measure_office(report)
+    measure_fleet(folder, report)
     for together in (False, True):
         measure_grid(system, report, together=together)
 

@@ -21,7 +21,7 @@ FLOORS = {
         "ros", "desk", "scaffold", "check",
     ],
     "rosoclingo_interfaces": [
-        "errors", "prompt", "topics", "journal", "announcements",
+        "errors", "store_file", "prompt", "topics", "journal", "announcements",
         "ledger", "execution", "interface", "executor", "clock", "insistent", "node",
         "fulfill", "pickup_deliver", "un_block", "navigation",
     ],

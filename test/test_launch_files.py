@@ -45,6 +45,8 @@ ANOTHER = {
     "mode": "dynamic.incremental.reset",
     "navigation": "fulfill",
     "rosoclingo": "another",
+    "robot": "robot7",
+    "fleet": "robot7@c1",
 }
 WITH = {"go_delay": ["navigation:=fulfill"], "go_fail": ["navigation:=fulfill"]}
 
@@ -58,6 +60,7 @@ STARTED = {
     "rosoclingo.launch": ["encoding:=line.lp", f"mode:=./{MODE.name}"],
     "single.launch": ["encoding:=line.lp"],
     "mailbot_robot.launch": ["rviz:=true"],
+    "mailbot_fleet.launch": ["rviz:=true"],
 }
 PARTS = {"nodes.launch"}  # are started as a part of others
 

@@ -49,6 +49,10 @@ NOT_TYPED = {
     "rosbag compress --bz2": "names a command without a bag",
     "rostest rosoclingo_gazebo driving.rostest": "catkin registers it in CMakeLists.txt",
     "rosrun rosoclingo_gazebo demo.py": "takes half a minute; test_demo.py types it",
+    "rostopic pub -1 /rosoclingo/in rosoclingo/ROSoClingoIn mailbot2": "see mailbot.examples",
+    "rostopic pub -1 /rosoclingo/in rosoclingo/ROSoClingoIn info": "likewise",
+    "rosrun rosoclingo_gazebo fleet_demo.py": "takes a minute; test_demo.py types it",
+    "python benchmarks/kills.py": "takes an hour; test_kills.py of rosoclingo types parts of it",
     "python benchmarks/simulator_bench.py": "measures for minutes; scripts/bench types it",
     "test/bags/record": "makes the regression bags anew",
     ".venv/bin/": "checks and tests",
@@ -511,6 +515,11 @@ def test_plants(page: Page) -> None:
     page.block("prolog")  # which test_library.py plans with
 
 
+@of("rosoclingo_aspprograms/README.md", "Seconds")
+def test_seconds(page: Page) -> None:
+    assert "goal 1, bring(o9,o14), succeeds in step 9" in page.run("plan.py")
+
+
 @of("rosoclingo_aspprograms/README.md", "Requests, actions, messages")
 def test_goal_information(page: Page) -> None:
     page.terminals.start("roslaunch", "rosoclingo_examples", "mailbot_office.launch")
@@ -597,8 +606,36 @@ def test_real_navigation(page: Page) -> None:
         assert ("packages are missing" in missing.output) != has_stack
 
 
+@of("rosoclingo_gazebo/README.md", "A fleet")
+def test_a_fleet(page: Page) -> None:
+    page.type("mailbot_fleet.launch")
+    for robot in ("mailbot", "mailbot2", "mailbot3"):
+        page.sees(f"/move_base_interface_{robot}")
+        page.sees(f"/{robot}/move_base/goal")
+    page.sees("/rosoclingo/goal")
+
+
+@of("rosoclingo_gazebo/README.md", "Systems of their own")
+def test_systems_of_their_own(page: Page) -> None:
+    offices = {}
+    for robot in ("robot1", "robot2"):
+        offices[robot] = page.type(f"frame_prefix:={robot}")
+        page.sees(f"/{robot}/simulator")
+    for robot in offices:
+        page.type(f"ROS_NAMESPACE={robot}", lines=REQUEST).wait_for("step 2 of")
+    for office in offices.values():
+        assert "mailbot: go(c6): success" in office.output
+
+
 @of("rosoclingo_simulator/README.md", "Several robots")
 def test_several_robots(page: Page) -> None:
+    page.type("fleet:=")
+    for robot in ("robot1", "robot2"):
+        page.sees(f"/{robot}/move_base/goal")
+
+
+@of("rosoclingo_simulator/README.md", "Several systems")
+def test_several_systems(page: Page) -> None:
     for robot in ("robot1", "robot2"):
         page.type(f"frame_prefix:={robot}")
         page.sees(f"/{robot}/simulator")
@@ -754,6 +791,9 @@ def test_mailbot_interfaces(page: Page) -> None:
         page.sees(node)
         page.sees("/pickup_deliver")
         page.interrupt()
+    page.type("fleet_interfaces.launch")
+    for robot in ("mailbot", "mailbot2"):
+        page.sees(f"/move_base_interface_{robot}")
 
 
 def changed(file: Path, difference: str) -> str:

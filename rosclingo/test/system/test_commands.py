@@ -7,14 +7,42 @@ from __future__ import annotations
 
 import ast
 import os
+import signal
+import socket
 import subprocess
 from pathlib import Path
 from typing import List
+from xmlrpc.client import ServerProxy
 
 import pytest
 from terminals import TIMEOUT, Terminal, Terminals, package, terminals, wait_for
 
 __all__ = ["terminals"]
+
+# A client that has sent a request, and sends another one when its node was started again.
+CLIENT = """
+import time
+
+from rosclingo.errors import ServiceError
+from rosclingo.ros.client import Client
+from rosclingo.ros.init import init_node
+from rosclingo.wire.commands import GetPrograms
+
+init_node("client")
+client = Client()
+client.wait()
+client.control(GetPrograms())
+print("is there", flush=True)
+try:
+    while True:
+        client.check()
+        time.sleep(0.01)
+except ServiceError as err:
+    print(err, flush=True)
+client.wait()
+client.control(GetPrograms())
+print("is there again", flush=True)
+"""
 
 MANUAL = {
     "do(arm,pickup(4),1)", "do(arm,putdown(b),2)", "do(arm,pickup(3),3)", "do(arm,putdown(4),4)",
@@ -299,3 +327,27 @@ def test_wrong_parameters(terminals: Terminals) -> None:
 def test_help() -> None:
     output = subprocess.check_output(["rosrun", "rosclingo", "run.py", "--help"], text=True)
     assert output.startswith("usage: run.py [-f FILE]")
+
+
+def test_a_call_for_another_process(terminals: Terminals) -> None:
+    """One that never ends keeps nobody from connecting."""
+    node = terminals.start("rosrun", "rosclingo", "run.py", "-f", f"{example()}/instance.lp")
+    node.wait_for("/rosclingo is ready")
+    there = ServerProxy(terminals.master.lookupNode("/test", "/rosclingo")[2])
+    _, host, port = there.requestTopic("/test", "/rosclingo/about", [["TCPROS"]])[2]
+    with socket.create_connection((host, port)) as caller:
+        caller.sendall(b"POST / HTTP/1.1\r\n")
+        terminals.listen("/rosclingo", "/rosclingo/about").wait_for("rosclingo run.py")
+
+
+def test_a_node_that_is_started_again(terminals: Terminals) -> None:
+    """The first request to it succeeds."""
+    node = ("rosrun", "rosclingo", "run.py", "-f", f"{example()}/instance.lp")
+    first = terminals.start(*node)
+    client = terminals.start("python", "-c", CLIENT)
+    client.wait_for("is there")
+    os.killpg(first.process.pid, signal.SIGKILL)
+    client.wait_for("went away")
+    terminals.start(*node)
+    client.wait_for("is there again")
+    assert client.wait() == 0

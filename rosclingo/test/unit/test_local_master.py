@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import sys
 import time
 from pathlib import Path
@@ -96,6 +97,19 @@ def test_the_master_is_there_at_once_and_no_longer_than_it_is_needed(tmp_path: P
         assert ServerProxy(master.uri).getUri("/test") == [1, "", f"{master.uri}/"]
     with pytest.raises(ConnectionRefusedError):
         ServerProxy(master.uri).getUri("/test")
+
+
+def test_a_master_that_cannot_listen_frees_its_port(tmp_path: Path) -> None:
+    master = LocalMaster(tmp_path)
+    port = int(master.uri.rpartition(":")[2])
+    with socket.socket() as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        other.bind(("", port))
+        other.listen()
+        with pytest.raises(OSError, match="in use"), master:
+            pass
+    with socket.socket() as new:
+        new.bind(("", port))
 
 
 @pytest.mark.parametrize("package", ["rosgraph", "no_such"])

@@ -9,7 +9,7 @@ import pytest
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosclingo.solver.worker import Job, Stop, Worker
+from rosclingo.solver.worker import RESTARTED, Caller, Job, Stop, Worker
 from rosclingo.wire.commands import (
     Add,
     AssignExternal,
@@ -51,9 +51,13 @@ class RecordingJob(Job):
     """A solve call that writes down what its client would learn."""
 
     def __init__(
-        self, assumptions: Sequence[Assumption], history: Optional[List[str]] = None, name: str = ""
+        self,
+        assumptions: Sequence[Assumption],
+        history: Optional[List[str]] = None,
+        name: str = "",
+        caller: Caller = Caller(),  # noqa: B008 (it cannot be changed)
     ) -> None:
-        super().__init__(assumptions)
+        super().__init__(assumptions, caller)
         self.calls: List[str] = []
         self.outcome: Optional[Outcome] = None
         self.message: Optional[str] = None
@@ -398,5 +402,44 @@ def test_two_callbacks_that_fail(
     monkeypatch.setattr(job, "failed", fail)
     worker.solve(job)
     assert within(3, lambda: worker.control([GetExternals()])).success
+    worker.close()
+    assert worker.join(TIMEOUT)
+
+
+# --- who has restarted the solver --------------------------------------------------------------
+
+
+def test_a_restart_by_somebody_else() -> None:
+    """Who wants only its own restarts is refused all else after another one; nobody else is."""
+    worker = Worker(Engine(Options()))
+    loop, other = Caller("/loop", only_own_restarts=True), Caller("/other")
+
+    def assert_refused(reason: str) -> None:
+        failure = worker.control([GetExternals()], loop).failure
+        assert failure is not None
+        assert (failure.command, failure.index) == (RESTARTED, -1)
+        job = RecordingJob(SHORT, caller=loop)
+        worker.solve(job)
+        assert job.has_ended.wait(TIMEOUT)
+        assert job.calls == ["failed"]
+        assert job.message == failure.message
+        assert failure.message.startswith(reason)
+
+    assert_refused("it was started again")
+    assert worker.control(SET_UP, loop).success
+    assert worker.control([AssignExternal("e", Truth.TRUE)], other).failure is not None
+    assert worker.control([GetExternals()], loop).success
+    # A restart that another command has kept from running changes nothing.
+    assert worker.control([AssignExternal("e", Truth.TRUE), Restart()], other).failure is not None
+    assert worker.control([GetExternals()], loop).success
+    assert worker.control([Restart()], other).success
+    assert_refused("/other has restarted it")
+    assert worker.control([GetExternals()], other).success
+    assert worker.control([Restart()]).success
+    assert_refused("somebody has restarted it")
+    assert worker.control(SET_UP, loop).success
+    job = RecordingJob(SHORT, caller=loop)
+    worker.solve(job)
+    assert job.result() == ANSWER
     worker.close()
     assert worker.join(TIMEOUT)

@@ -113,12 +113,18 @@ class ROSCommands:
         """Publishes the actions of a step that are not published yet."""
         state, number = self.state, _step(step)
         passed = state.move_to(number)
-        new = [a for a in state.plan.actions(number) if not state.is_published(a)]
+        unknown = [a for a in state.plan.actions(number) if not state.is_published(a)]
+        new, repeated = state.split(unknown)
         # The robot first: what the planner is told now, it needs only for its next search.
         state.dispatch(new)
         for action in new:
             state.commit(action)
-        commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in new]
+        for action in repeated:
+            state.commit_again(action)
+        for actuator in state.plan.aborts(number):
+            if state.mail.can_be_aborted(actuator):
+                state.publish_abort(actuator)
+        commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in unknown]
         for atom, _ in state.externals.make_true(passed + commits):
             if atom in commits:
                 state.warn_once(

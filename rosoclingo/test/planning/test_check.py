@@ -27,9 +27,12 @@ ASP = ROOT / "rosoclingo_aspprograms"
 MAILBOT = str(ASP / "mailbot" / "mailbot.lp")
 PAPER = str(ASP / "mailbot" / "mailbot_paper.lp")
 STEPS = str(ASP / "test" / "planning" / "mailbot_by_steps.lp")
-GRID, OFFICE, PAIR = (str(ASP / "mailbot" / "instances" / f"graph_{name}.lp")
-                      for name in ("bench", "wg", "pair"))  # fmt: skip
+GRID, OFFICE, PAIR, HALL = (str(ASP / "mailbot" / "instances" / f"graph_{name}.lp")
+                             for name in ("bench", "wg", "pair", "hall"))  # fmt: skip
+FLEET = str(ASP / "mailbot" / "instances" / "fleet_{}.lp")
+LENGTHS = str(ASP / "mailbot" / "instances" / "lengths.lp")
 PLANTS = (str(ASP / "plants" / "plants.lp"), str(ASP / "plants" / "instances" / "garden.lp"))
+WORKSHOP = tuple(str(ASP / "workshop" / name) for name in ("instances/furniture.lp", "workshop.lp"))
 BLOCKS = (f"{EXAMPLES}/instance.lp", f"{EXAMPLES}/itoh.lp")
 TOWER = ROOT / "rosclingo" / "example"
 BENCHES = ROOT / "benchmarks" / "encodings"
@@ -51,18 +54,23 @@ RUNS: Dict[str, Tuple[str, ...]] = {
     "mailbot of the paper": (GRID, PAPER, *SMALL),
     "mailbot by steps": (GRID, STEPS, *SMALL),
     "plants": (*PLANTS, "-c", "x=3", "-c", "y=2"),
+    "workshop": WORKSHOP,
 }
 READ: Dict[str, Tuple[str, ...]] = {
     "tower": (str(TOWER / "instance.lp"), str(TOWER / "itoh.lp")),
     "ricochet": (str(BENCHES / "ricochet.lp"),),
     "robots": (str(BENCHES / "robots.lp"), GRID, MAILBOT, "-c", "robots=5", "-c", "x=4"),
     "mailbot in the office": (OFFICE, MAILBOT),
+    "mailbot with two offices": (str(BENCHES / "two_offices.lp"), MAILBOT),
+    **{f"{robots} mailbots": (FLEET.format(robots), MAILBOT) for robots in (2, 3, 4)},
     "mailbot with a request": (
         GRID, MAILBOT, str(ASP / "mailbot" / "mailbot" / "requests" / "request01.lp"),
     ),
     "mailbot of the paper in the office": (OFFICE, PAPER),
     "mailbot by steps in the office": (OFFICE, STEPS),
     "garden": PLANTS,
+    "office in seconds": (OFFICE, LENGTHS, MAILBOT),
+    "hall": (HALL, MAILBOT),
 }  # fmt: skip
 
 

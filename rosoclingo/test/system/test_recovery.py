@@ -6,11 +6,16 @@ Needs a sourced workspace, in devel or install space.
 from __future__ import annotations
 
 import os
+import re
 import signal
+import subprocess
 from pathlib import Path
 
 import pytest
 from terminals import Terminal, Terminals, package, terminals, wait_for
+
+from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.loop.journal import MessageArrived, NodeResumed
 
 __all__ = ["terminals"]
 
@@ -65,55 +70,118 @@ run(Robot, "robot")
 """
 
 
-def system(terminals: Terminals, store: Path, form: str) -> Terminal:
+def system(terminals: Terminals, store: Path, form: str, *arguments: str) -> Terminal:
     file = package("rosoclingo") / "example" / "line.lp"
     mode = ["mode:=dynamic.incremental.dyn_reset", "steps:=30"] if form == "rosoclingo" else []
-    return terminals.start(
-        "roslaunch", "rosoclingo", f"{form}.launch", f"encoding:={file}", f"store:={store}", *mode
-    )
+    arguments = (f"encoding:={file}", f"store:={store}", *mode, *arguments)
+    return terminals.start("roslaunch", "rosoclingo", f"{form}.launch", *arguments)
 
 
-def test_solvers_are_killed(terminals: Terminals, tmp_path: Path) -> None:
-    launch = system(terminals, tmp_path / "a.store", "rosoclingo")
-    robot = terminals.start("python", "-c", ROBOT, "0.3")
-    client = terminals.start("python", "-c", CLIENT, "visit(4)")
+def test_solvers_are_killed_and_restarted(terminals: Terminals, tmp_path: Path) -> None:
+    """Also by a request of somebody else's, after which they know nothing, and answer."""
+    launch = system(terminals, tmp_path / "my run.store", "rosoclingo")
+    robot = terminals.start("python", "-c", ROBOT, "0.5")
+    client = terminals.start("python", "-c", CLIENT, "visit(6)")
     for cell, solver in ((2, "planner"), (3, "controller")):
         robot.wait_for(f"does {cell}")
         os.kill(terminals.pid(f"/{solver}"), signal.SIGKILL)
+    robot.wait_for("does 4")
+    os.kill(robot.process.pid, signal.SIGSTOP)  # so that it still acts when both are restarted
+    for solver in ("planner", "controller"):
+        terminals.run("rosservice", "call", f"/{solver}/control", "<commands><restart/></commands>")
+    os.kill(robot.process.pid, signal.SIGCONT)
     client.wait_for("end SUCCEEDED")
-    assert "waits for the node to be started again" in launch.output
+    for solver in ("planner", "controller"):
+        noticed = rf"/{solver} .*: /rosservice\S+ has restarted it.*gives it its commands again"
+        assert re.search(noticed, launch.output)
+    assert launch.output.count("gives it its commands again") >= 4
     assert "[rosoclingo-3] process has died" not in launch.output
 
 
-@pytest.mark.parametrize("form", ["rosoclingo", "single"])
-def test_a_client_waits_through_kills(terminals: Terminals, tmp_path: Path, form: str) -> None:
-    launch = system(terminals, tmp_path / "a.store", form)
+def cpp_client(folder: Path) -> str:
+    """Compiles the client in C++, with what the distribution has for that."""
+    file, packages = str(folder / "client"), ("actionlib", "roscpp", "rosoclingo")
+    flags = subprocess.check_output(("pkg-config", "--cflags", "--libs", *packages), text=True)
+    source = str(Path(__file__).with_name("client.cpp"))
+    subprocess.check_call(("g++", source, "-o", file, *flags.split()))
+    return file
+
+
+@pytest.mark.parametrize(("form", "language"), [("rosoclingo", "Python"), ("single", "C++")])
+def test_a_client_waits_through_kills(
+    terminals: Terminals, tmp_path: Path, form: str, language: str
+) -> None:
+    command = ("python", "-c", CLIENT) if language == "Python" else (cpp_client(tmp_path),)
+    launch = system(terminals, tmp_path / "my run.store", form)
     robot = terminals.start("python", "-c", ROBOT, "0.3")
-    client = terminals.start("python", "-c", CLIENT, "visit(5)")
-    for cell in (2, 4):
+    client = terminals.start(*command, "visit(5)")
+    for cell in (2, 3, 4):
         robot.wait_for(f"does {cell}")
-        node = terminals.pid("/rosoclingo")
-        os.kill(node, signal.SIGKILL)
-        wait_for(lambda killed=node: terminals.names() and _pid(terminals) not in (killed, 0))
+        kill(terminals, "rosoclingo")
     client.wait_for("end SUCCEEDED")
     assert client.wait() == 0
-    assert client.output.count("result") == 2  # one for each goal
+    if language == "Python":
+        assert client.output.count("result") == 2  # one for each goal
     assert [line for line in robot.output.splitlines() if line.startswith("does")] == [
         f"does {cell}" for cell in (2, 3, 4, 5)
     ]
     assert "Traceback" not in launch.output
+    assert (tmp_path / "my run.store").exists()
 
 
-def _pid(terminals: Terminals) -> int:
+def kill(terminals: Terminals, node: str) -> None:
+    """Kills a node, and waits until there is another one in its place."""
+    killed = terminals.pid(f"/{node}")
+    os.kill(killed, signal.SIGKILL)
+    wait_for(lambda: terminals.names() and _pid(terminals, node) not in (killed, 0))
+
+
+def _pid(terminals: Terminals, node: str) -> int:
     try:
-        return terminals.pid("/rosoclingo")
+        return terminals.pid(f"/{node}")
     except OSError:
         return 0
 
 
+def test_a_run_with_kills_is_recorded_shown_and_replayed(
+    terminals: Terminals, tmp_path: Path
+) -> None:
+    bag, page = tmp_path / "run.bag", tmp_path / "run.html"
+    launch = system(terminals, tmp_path / "a.store", "rosoclingo", f"record:={bag}")
+    launch.wait_for("recording /rosoclingo in")
+    robot = terminals.start("python", "-c", ROBOT, "0.3")
+    client = terminals.start("python", "-c", CLIENT, "visit(6)")
+    killed = ["rosoclingo", "planner", "rosoclingo", "controller"]
+    for cell, node in enumerate(killed, 2):
+        robot.wait_for(f"does {cell}")
+        kill(terminals, node)
+    assert client.wait() == 0, client.output
+    launch.interrupt()
+    launch.wait()
+
+    recording = read_recording(bag)
+    events = [entry.event for entry in recording.entries]
+    assert [event.node for event in events if isinstance(event, NodeResumed)] == killed
+    assert recording.remarks == ()
+    answers = [event for event in events if isinstance(event, MessageArrived)]
+    assert len(answers) == 5
+    shown = terminals.run("rosrun", "rosoclingo", "report.py", str(bag), "-o", str(page))
+    assert shown.wait() == 0, shown.output
+    assert '["restarts","4"' in page.read_text(encoding="utf-8")
+    for options, said in (
+        ((), ""),
+        (("--kill",), "killed and started again, as in the recording: 4"),
+    ):
+        replay = terminals.run("rosrun", "rosoclingo", "replay.py", str(bag), *options)
+        assert replay.wait() == 0, replay.output
+        assert "no difference at level exact: 2 goals, 5 steps" in replay.output
+        assert said in replay.output
+        assert "Traceback" not in replay.output
+
+
 def test_another_master(terminals: Terminals, tmp_path: Path) -> None:
     """All nodes notice, are started again, and go on."""
-    launch = system(terminals, tmp_path / "a.store", "rosoclingo")
+    launch = system(terminals, tmp_path / "my run.store", "rosoclingo")
     robot = terminals.start("python", "-c", ROBOT, "60")
     terminals.start("python", "-c", CLIENT, "visit(3)")
     robot.wait_for("does 2")
@@ -125,3 +193,31 @@ def test_another_master(terminals: Terminals, tmp_path: Path) -> None:
     terminals.start("python", "-c", ROBOT, "0.1")
     echo.wait_for("succeeded")
     assert "Traceback" not in launch.output
+
+
+def test_what_cannot_begin_is_not_started_again_and_again(
+    terminals: Terminals, tmp_path: Path
+) -> None:
+    task, store = tmp_path / "task.lp", tmp_path / "my run.store"
+    task.write_text("a(X).")
+    words = ("roslaunch", "rosoclingo", "rosoclingo.launch", f"encoding:={task}",
+             f"store:={store}", "mode:=dynamic.incremental.dyn_reset")  # fmt: skip
+    launch = terminals.start(*words)
+    launch.wait_for("this node is started again in 30 s")
+    (process,) = re.findall(r"at once by: kill (\d+)", launch.output)
+    task.write_text((package("rosoclingo") / "example" / "line.lp").read_text())
+    os.kill(int(process), signal.SIGTERM)
+    launch.wait_for("/planner is ready with")
+    robot = terminals.start("python", "-c", ROBOT, "0")
+    terminals.start("python", "-c", CLIENT, "visit(2)").wait_for("end SUCCEEDED")
+    launch.interrupt()
+    launch.wait()
+    assert launch.output.count("this node is started again") == 1
+    # A store of something else is no reason to start again and again, either.
+    launch = terminals.start(*words, "steps:=30")
+    launch.wait_for("this node is started again in 30 s")
+    assert "is of a run with something else" in launch.output
+    launch.interrupt()
+    assert launch.wait() == 0
+    assert launch.output.count("this node is started again") == 1
+    assert "Traceback" not in launch.output + robot.output

@@ -20,7 +20,14 @@ from terminals import Terminal, Terminals, package, terminals, wait_for
 
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.loop.journal import CommandDone, GoalArrived, LoopWaits, Status, StatusSet
+from rosoclingo.loop.journal import (
+    ActionPublished,
+    CommandDone,
+    GoalArrived,
+    LoopWaits,
+    Status,
+    StatusSet,
+)
 
 __all__ = ["terminals"]
 
@@ -89,6 +96,32 @@ SLOWLY = {
     .replace("answers.publish(", "threading.Timer(0.3, answers.publish, (")
     .replace('"success")', '"success")).start()'),
     "client": IN_ORDER["client"] + "    time.sleep(0.3)\n",
+}
+
+# Time passes when the loop has taken all answers, and waits: ten jobs take 1 s, and one takes 10 s.
+AT_THEIR_PACE = {
+    "robot": """
+import heapq
+from rosoclingo.msg import ROSoClingoEvent
+
+clock, sent, taken, due = 0.0, 0, 0, []
+def hear(event):
+    global clock, sent, taken
+    if event.kind == "action":
+        heapq.heappush(due, (clock + (10.0 if "bake" in event.text else 1.0), event.id))
+    elif event.kind == "message":
+        taken += 1
+    elif event.kind == "waiting" and taken == sent and due:
+        clock = due[0][0]
+        while due and due[0][0] == clock:
+            sent += 1
+            answers.publish(heapq.heappop(due)[1], "success")
+def act(message):
+    pass
+heard_all = rospy.Subscriber("rosoclingo/journal", ROSoClingoEvent, hear, tcp_nodelay=True)
+groups = sys.argv[2:]
+""",
+    "client": IN_ORDER["client"] + "assert sent == 11 and clock <= 10.5, (sent, clock)\n",
 }
 
 # Everything comes at random, while the loop works or not.
@@ -315,6 +348,20 @@ def test_a_mode_that_resets(terminals: Terminals, recorder: Recorder, tmp_path: 
     assert "no difference at level exact: 4 goals" in ended.output
     program = read_recording(bag).programs["/rosoclingo"]
     assert program.parameters == {"abort_unreachable": True, "search_seconds": 0.0}
+
+
+@pytest.mark.parametrize("nodes", ["three", "one"])
+def test_steps_without_a_barrier(terminals: Terminals, recorder: Recorder, nodes: str) -> None:
+    """Nobody waits for the slowest, and each answer is in the replay in the step it was in."""
+    workshop = package("rosoclingo_aspprograms") / "workshop"
+    files = [str(workshop / "instances" / "furniture.lp"), str(workshop / "workshop.lp")]
+    single = [part for file in files for part in ("-f", file)] if nodes == "one" else ()
+    bag = recorder.record(["make(box)"], files, single=single, driver=AT_THEIR_PACE)
+    actions = [e.event for e in read_recording(bag).entries if isinstance(e.event, ActionPublished)]
+    assert [action.action for action in actions].count("work(1,bake)") == 1
+    ended = replay(terminals, bag)
+    assert ended.wait() == 0, ended.output
+    assert "no difference at level exact: 1 goal" in ended.output
 
 
 @pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])

@@ -12,6 +12,7 @@ from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.inbox import Answer
+from rosoclingo.loop.journal import Event, Status, StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.tokens import Told
 from rosoclingo.store.store import Store
@@ -31,6 +32,10 @@ class Client(GoalClient):
     def __init__(self) -> None:
         self.words: List[str] = []
         self.known = False  # to the node, which has acknowledged it
+        self.note: Callable[[Event], None] = lambda _: None
+
+    def noted(self, goal: Goal, word: str, reason: str) -> None:
+        self.note(StatusSet(goal.id, Status(word), goal.slot or "", reason))
 
     def accepted(self) -> None:
         self.words.append("accepted")
@@ -50,6 +55,7 @@ class World:
 
     Attributes:
         effects: What was done, in order.
+        latched: What who comes late hears of actions; None if there is nothing.
     """
 
     def __init__(self, requests: Sequence[str], cancel: Mapping[str, str] = {}) -> None:
@@ -60,6 +66,7 @@ class World:
             cancel: By their ids, what is cancelled; as soon as it has a status, if one is given.
         """
         self.effects: List[Tuple[str, str]] = []
+        self.latched: Optional[str] = None
         self.clients: Dict[str, Client] = {str(n): Client() for n in range(1, len(requests) + 1)}
         self._requests = dict(zip(self.clients, requests))
         self._to_ask = list(self.clients)
@@ -105,12 +112,16 @@ class Life(StoredInbox, System):
         super().__init__(store, make)
 
     def wait(self, timeout: float) -> bool:
-        self.looked()
+        self.waits()
         if not self._items:
             self._world.turn(self)
         if not self._items:
             self.close()
         return True
+
+    def publish(self, actuator: str, action: str) -> None:
+        super().publish(actuator, action)
+        self._world.latched = action
 
     def show_told(self, run: str, told: Sequence[Told]) -> None:
         self._world.hear(run, told)
@@ -119,6 +130,8 @@ class Life(StoredInbox, System):
         """Lives until there is nothing to do."""
         loop = self.loop
         assert isinstance(loop, StoredLoop)
+        for client in self._world.clients.values():
+            client.note = loop.state.note  # as the node does
         self.known = loop.resume(lambda known: self._world.clients[known.id])
         for key in self.known:  # as the first list of statuses says
             client = self._world.clients[key]
@@ -144,7 +157,7 @@ class Runs:
         self._count = 0
         self.wait: Optional[Callable[[], None]] = None
         self.started_with = {"the options of planner": "none"}
-        options = Options((f"{EXAMPLES}/{encoding}",))
+        options = Options((str(Path(EXAMPLES) / encoding),))
         self.parts: Parts = make_parts(mode, options, ("-c", f"steps={steps}"))
         self._engine = self.parts.planner  # which a test may wrap
 
@@ -193,6 +206,7 @@ class Runs:
         while True:
             limit = left.pop(0) if left else 0
             points.clear()
+            world.latched = None
             store = None
             self._engine.run([wire.Restart()])  # what it was is lost, too
             try:

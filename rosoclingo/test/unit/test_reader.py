@@ -26,7 +26,7 @@ from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS
 from rosoclingo.bags.wire import Message, rosbags_type
-from rosoclingo.loop.journal import CancelArrived, CommandDone, PlanFound, encode
+from rosoclingo.loop.journal import CancelArrived, CommandDone, NodeResumed, PlanFound, encode
 
 NUMBERS = [str(number) for number in range(1, 21)]
 
@@ -103,6 +103,17 @@ def test_node_started_again(tmp_path: Path) -> None:
     recording = read_recording(maker.write(tmp_path / "a.bag"))
     assert texts(recording) == ["again 1", "again 2", "again 3"]
     assert "2 times" in recording.remarks[0]
+
+
+def test_a_node_that_goes_on_and_has_forgotten_what_came_last(tmp_path: Path) -> None:
+    maker = run()
+    last = len(NUMBERS)
+    maker.event(last, "resumed", 50.0, id="rosoclingo")
+    maker.event(last + 1, "command", 51.0, text="again")
+    recording = read_recording(maker.write(tmp_path / "a.bag"))
+    assert texts(recording) == [*NUMBERS[:-1], "", "again"]
+    assert isinstance(recording.entries[last - 1].event, NodeResumed)
+    assert not recording.remarks
 
 
 # Damaged bags.

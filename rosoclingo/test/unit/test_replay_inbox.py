@@ -23,6 +23,7 @@ from rosoclingo.bags.replay.schedule import Schedule
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Cancel, Inbox, Message
 from rosoclingo.loop.journal import (
+    LOOP,
     ActionPublished,
     CancelArrived,
     CommandDone,
@@ -45,6 +46,10 @@ LAST = "close(8)"  # a message without effect, which is sent when all is through
 LINE = str(PACKAGE / "example" / "line.lp")
 DEMAND = str(PACKAGE / "example" / "line_demand.lp")
 PAPER = str(PACKAGE / "example" / "line_paper.lp")
+WORKSHOP = tuple(
+    str(PACKAGE.parent / "rosoclingo_aspprograms" / "workshop" / file)
+    for file in ("instances/furniture.lp", "workshop.lp")
+)  # whose requests take many actions each
 
 
 class NotedGoal(RecordedGoal):
@@ -143,7 +148,7 @@ def slow(system: System, seed: int) -> System:
     return system
 
 
-def record(system: System, seed: int) -> List[Entry]:
+def record(system: System, seed: int, requests: Sequence[str] = REQUESTS) -> List[Entry]:
     """Runs a system to which everything comes at random."""
     chance = random.Random(seed)
     timers: List[threading.Timer] = []
@@ -161,9 +166,9 @@ def record(system: System, seed: int) -> List[Entry]:
 
     run = Session(system, answer)
     run.start()
-    for number in range(GOALS):
+    for number in range(GOALS if requests == REQUESTS else GOALS // 5):
         name = f"g{number}"
-        run.goal(name, chance.choice(REQUESTS))
+        run.goal(name, chance.choice(requests))
         if chance.random() < 0.2:
             run.cancel(name)
         elif chance.random() < 0.3:
@@ -213,8 +218,9 @@ def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("mode", "seed"),
-    [("recording", 0), ("dyn_reset", 1), ("reset", 2), ("single", 3), ("paper", 4), ("demand", 5)],
-)
+    [("recording", 0), ("dyn_reset", 1), ("reset", 2), ("single", 3), ("paper", 4), ("demand", 5),
+     ("busy", 8)],
+)  # fmt: skip
 def test_a_replay_is_the_same(
     system: Callable[..., System], single: Callable[..., System], mode: str, seed: int
 ) -> None:
@@ -224,14 +230,21 @@ def test_a_replay_is_the_same(
         if mode == "demand":
             dyn_reset = "dynamic.incremental.dyn_reset"
             return system(dyn_reset, "-c", "steps=80", encoding=(DEMAND,), inbox=inbox)
+        if mode == "busy":
+            recording = "dynamic.incremental.recording"
+            return system(recording, "-c", "steps=40", encoding=WORKSHOP, inbox=inbox)
         return system(f"dynamic.incremental.{mode}", "-c", "steps=80", inbox=inbox)
 
-    recorded = record(slow(make(Inbox()), seed), seed)
-    again = replay(slow(make(ReplayInbox(input_schedule(Run(recorded)))), seed), recorded, seed)
+    first = make(Inbox())
+    requests = {"requests": ["make(chair)"]} if mode == "busy" else {}
+    recorded = record(slow(first, seed), seed, **requests)
+    second = make(ReplayInbox(input_schedule(Run(recorded))))
+    again = replay(slow(second, seed), recorded, seed)
     comparison = compare(Run(recorded), Run(again))
     assert not comparison.differences, text_report.describe(comparison)
     old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
     assert new[: len(old)] == old
+    assert second.loop.state.externals.true == first.loop.state.externals.true
 
 
 A, B = Message("robot", "a"), Message("robot", "b")
@@ -268,6 +281,43 @@ def test_it_waits_for_what_came_before_a_decision() -> None:
     thread.join(TIMEOUT)
     assert gate.take() == [A, B]
     assert waits.count == 1
+
+
+def test_it_waits_until_nodes_are_killed() -> None:
+    kills = [Due(n, Phase.BEFORE, Kind.KILL, name) for n, name in enumerate(["planner", LOOP])]
+    gate, waits = ReplayInbox([kills[0], due(0, Phase.BEFORE, A), kills[1]]), Waits()
+    gate.put(A)
+    for ends, items in ((gate.go_on, [A]), (gate.open, [])):
+        waits.seen.clear()
+        thread = threading.Thread(target=lambda: gate.begin_decision(waits))
+        thread.start()
+        assert waits.seen.wait(TIMEOUT)
+        assert gate.take() == []
+        ends()
+        thread.join(TIMEOUT)
+        assert not thread.is_alive()
+        assert gate.take() == items
+        gate.begin_command(waits)
+    assert waits.count == 2
+
+
+def test_nodes_are_killed_when_all_has_come_that_came_before() -> None:
+    kill = Due(0, Phase.BEFORE, Kind.KILL, LOOP)
+    gate = ReplayInbox([due(0, Phase.BEFORE, A), kill, due(0, Phase.BEFORE, B)])
+    held: List[int] = []
+
+    def waits() -> None:
+        held.append(len(gate._held))
+        gate.go_on()
+        gate.put(B)
+
+    thread = threading.Thread(target=lambda: gate.begin_decision(waits))
+    thread.start()
+    gate.put(A)
+    thread.join(TIMEOUT)
+    assert not thread.is_alive()
+    assert held == [1]
+    assert gate.take() == [A, B]
 
 
 def test_what_a_command_took_is_there_when_it_begins() -> None:

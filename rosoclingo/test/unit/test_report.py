@@ -15,7 +15,7 @@ from journals import Journal, long_journal
 from rosoclingo.bags.model import Program, Recording
 from rosoclingo.bags.report.command import main
 from rosoclingo.bags.report.page import data, render
-from rosoclingo.bags.report.picture import draw
+from rosoclingo.bags.report.picture import COLOURS, draw
 from rosoclingo.bags.report.statistics import compute
 
 HOSTILE = "</script><img src=x onerror=alert(1)><!--<script>&lt;\u2028'\"@SCRIPT@"
@@ -152,6 +152,24 @@ def test_a_page_of_10000_steps_is_below_5_mib() -> None:
     statistics = compute(recording)
     assert len(statistics.steps) == len(statistics.changes) == 10_000
     assert len(render(recording, statistics, Path("run.bag")).encode()) < 5 * 2**20
+
+
+def test_restarts_are_marked(tmp_path: Path) -> None:
+    journal = Journal().action("r", "a").add("resumed", "rosoclingo", seconds=0.5)
+    journal.add("resumed", "planner", HOSTILE, seconds=2.0).message("r", "success")
+    found = Page(page_of(journal.recording())).data
+    loop, planner = rows(found["restarts"])
+    assert (loop["node"], loop["seconds"], loop["duration"], loop["last"]) == (
+        "rosoclingo", 2, 0.5, 1,
+    )  # fmt: skip
+    assert (planner["node"], planner["reason"]) == ("planner", HOSTILE)
+    figures = {name: (value, more) for name, value, more in found["figures"]}
+    assert figures["restarts"] == ("2", "1 rosoclingo, 1 planner")
+    marked, plain = tmp_path / "marked.svg", tmp_path / "plain.svg"
+    draw(journal.compute(), "run", marked)
+    draw(Journal().action("r", "a").compute(), "run", plain)
+    assert COLOURS["restart"] in marked.read_text()
+    assert COLOURS["restart"] not in plain.read_text()
 
 
 @pytest.mark.parametrize("steps", [0, 12, 1_000])

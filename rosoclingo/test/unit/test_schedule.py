@@ -24,8 +24,14 @@ from rosoclingo.loop.journal import (
 class Replay:
     """A schedule with a clock, and what it has had sent."""
 
-    def __init__(self, recorded: Run, rate: Optional[float] = None, has_gate: bool = False) -> None:
-        self.schedule = Schedule(recorded, has_gate=has_gate, rate=rate)
+    def __init__(
+        self,
+        recorded: Run,
+        rate: Optional[float] = None,
+        has_gate: bool = False,
+        kills: bool = False,
+    ) -> None:
+        self.schedule = Schedule(recorded, has_gate=has_gate, rate=rate, kills=kills)
         self.now = 100.0
         self.sent: List[str] = []
 
@@ -275,6 +281,18 @@ def test_with_a_gate_nothing_waits_for_the_loop() -> None:
     replay = Replay(run([*ASK, *both, *status("accepted", 1), *drive(2), *END]), has_gate=True)
     assert replay.send() == ["g visit(3)", "h visit(1)", "info a"]
     assert replay.schedule.in_step
+
+
+def test_what_a_node_took_that_went_on_is_sent_to_that() -> None:
+    resumed: List[Made] = [("resumed", "planner", "", 0), ("resumed", "rosoclingo", "", 0)]
+    recorded = run([*ASK, *resumed, ("message", "info", "a", 0), *END])
+    assert Replay(recorded, has_gate=True).send() == ["g visit(3)", "info a"]
+    replay = Replay(recorded, has_gate=True, kills=True)
+    assert replay.send() == ["g visit(3)"]
+    replay.schedule.go_on(replay.now, restarts=False)
+    assert replay.send() == []
+    replay.schedule.go_on(replay.now, restarts=True)
+    assert replay.send() == ["info a"]
 
 
 def test_a_command_that_differs_ends_the_step() -> None:

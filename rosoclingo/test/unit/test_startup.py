@@ -181,6 +181,15 @@ def test_what_the_loop_decides_by(tmp_path: Path) -> None:
     assert commands(of, tmp_path, system="a b")["the system"] == ["roslaunch", "a", "b"]
 
 
+def test_a_store_of_the_replay(tmp_path: Path) -> None:
+    store = tmp_path / "run.store"
+    for changes in ({}, {"single": "-f a.lp"}):
+        loop = starts(recording(), tmp_path, store=store, **changes)[0]
+        assert f"_store:={store}" in loop.command
+    with pytest.raises(ReplayError, match="--kill needs nodes that replay"):
+        starts(recording(), tmp_path, store=store, system="a b")
+
+
 @pytest.mark.parametrize(
     "wrong",
     [{"abort_unreachable": "true"}, {"abort_unreachable": 1}, {"search_seconds": True},

@@ -234,3 +234,24 @@ def test_a_long_journal_is_computed_as_one_would_count() -> None:
     assert {goal.outcome for goal in run.goals} == {"succeeded"}
     assert {goal.steps for goal in run.goals} == {9}
     assert run.plans == len(run.changes) == 200
+
+
+# Restarts.
+
+
+def test_nodes_that_go_on() -> None:
+    journal = (
+        Journal().action("r", "go(1)").add("waiting").add("resumed", "rosoclingo", seconds=0.5)
+    )
+    journal.move(1).add("resumed", "planner", "it is gone", seconds=2.0).message("r", "success")
+    run = journal.compute()
+    first, second = run.restarts
+    assert (first.node, first.seconds, first.last, first.duration) == ("rosoclingo", 3, 2, 0.5)
+    assert (second.node, second.reason, second.step) == ("planner", "it is gone", 1)
+    (action,) = run.actions
+    assert (action.began, action.ended, action.answer) == (1, 5, "success")
+
+
+def test_a_journal_may_begin_with_a_restart() -> None:
+    (restart,) = Journal().add("resumed", "rosoclingo").compute().restarts
+    assert restart.last == restart.seconds

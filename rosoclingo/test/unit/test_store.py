@@ -136,6 +136,13 @@ def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
         Store(tmp_path / "none" / "a.store")
 
 
+@pytest.mark.parametrize("folder", ["/proc", "/proc/self", "/dev/null"])
+def test_a_folder_in_which_nobody_may_write(folder: str) -> None:
+    """Not even root, who runs tests here and there."""
+    with pytest.raises(StoreError, match=r"is its folder there, and may this user write to it"):
+        Store(Path(folder) / "a.store")
+
+
 def test_two_nodes_with_one_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rosoclingo.store.database._WAIT_SECONDS", 0.1)
     store = Store(tmp_path / "a.store")
@@ -310,3 +317,23 @@ def test_writes_and_size(tmp_path: Path) -> None:
     goals = 2 * 20  # each is written when it comes
     assert writes[1] - writes[0] <= 2 * (steps[1] - steps[0]) + goals
     assert rows[1] == rows[0]
+
+
+@pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])
+def test_a_static_plan_is_there_again(tmp_path: Path, mode: str) -> None:
+    """Whenever the process dies, who comes late hears the same plan."""
+    file = tmp_path / "go.lp"
+    file.write_text(
+        "#program transition(t). { do(robot,go(1..2),t) } = 1. #show do/3. "
+        "#program query(t). #external query(t). :- query(t), t < 3."
+    )
+    runs = Runs(tmp_path, mode, str(file), steps=3)
+    calm = World([])
+    points = runs.run(calm)
+    assert calm.latched is not None
+    assert calm.latched.startswith("[do(robot,go(")
+    for crash in range(1, len(points) + 1):
+        world = World([])
+        runs.run(world, [crash])
+        assert world.latched is not None
+        assert world.latched.count("do(") == 3

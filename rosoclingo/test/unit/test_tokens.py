@@ -249,6 +249,8 @@ def test_an_encoding_that_knows_unknown(tmp_path: Path) -> None:
     made = robot(lambda robot: robot.reply("unknown"), str(file))
     assert visit(made, 3) == ["accepted", "aborted"]
     assert made.warnings == made.dropped == []
+    ends = [e.event for e in made.journal if isinstance(e.event, journal.StatusSet)]
+    assert ends[-1].reason.endswith(": whether robot has done go(2) is unknown")
 
 
 def test_unknown_without_failure(tmp_path: Path) -> None:

@@ -56,3 +56,19 @@ def test_one_that_is_alike(vocabulary: Vocabulary, request_text: str) -> None:
 @pytest.mark.parametrize("vocabulary", [full(), told()], ids=["full", "told"])
 def test_nobody_knows(vocabulary: Vocabulary, request_text: str) -> None:
     assert "did you mean" not in vocabulary.explain("1", request_text)
+
+
+def test_any_in_an_example_stands_for_every_term() -> None:
+    examples = ["bring(o1,o2,by(any))", "bring(o1,o2,urgent)"]
+    vocabulary = ToldVocabulary(Demand(tells=True, examples=examples), ["1"])
+
+    def is_asked(request: str) -> bool:
+        """Whether the examples do not exclude it."""
+        return not vocabulary.is_sure([("1", request)], 0)
+
+    assert is_asked("bring(o1,o2,by(30))")
+    assert is_asked("bring(o1,o2,urgent)")
+    assert not is_asked("bring(o1,o2,soon)")
+    assert not is_asked("bring(o1,o2,by(30,40))")
+    assert not is_asked("bring(o3,o2,by(30))")
+    assert "o3 is unknown as the first argument" in vocabulary.explain("1", "bring(o3,o2,by(30))")

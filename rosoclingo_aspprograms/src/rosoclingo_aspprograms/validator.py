@@ -5,16 +5,17 @@ Nothing of this uses a solver, or the encoding: it is what the encoding is check
 
 from __future__ import annotations
 
+import heapq
 import re
-from collections import deque
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Deque, Dict, FrozenSet, Hashable, Iterable, List, Optional, Set, Tuple
+from typing import Dict, FrozenSet, Hashable, Iterable, List, Optional, Set, Tuple
 
 from rosclingo.wire.term_text import split_term
 
 Edge = FrozenSet[str]
-_FACT = re.compile(r"(connection|office|start)\(([^()]*)\)\.")
+_FACT = re.compile(r"(connection|office|start|length|duration)\(([^()]*)\)\.")
+_WHEN = re.compile(r"urgent|by\([1-9]\d*\)")
 _ENDS = ("rejected", "succeeded", "canceled", "aborted")
 
 
@@ -32,11 +33,20 @@ class Map:
         offices: The offices.
         edges: Pairs of waypoints next to each other.
         starts: For each robot, the waypoint where it stands in the beginning.
+        lengths: The seconds that it takes along an edge; what is missing takes 1.
+        durations: The seconds that ``pickup`` and ``deliver`` take; what is missing takes 1.
     """
 
     offices: Set[str] = field(default_factory=set)
     edges: Set[Edge] = field(default_factory=set)
     starts: Dict[str, str] = field(default_factory=dict)
+    lengths: Dict[Edge, int] = field(default_factory=dict)
+    durations: Dict[str, int] = field(default_factory=dict)
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether it says how long anything takes, so that robots do not wait for each other."""
+        return bool(self.lengths or self.durations)
 
     @classmethod
     def grid(cls, x: int, y: int) -> Map:
@@ -62,26 +72,52 @@ class Map:
                 made.offices.add(terms[0])
             elif name == "connection":
                 made.edges.add(frozenset(terms))
+            elif name == "length":
+                made.lengths[frozenset(terms[:2])] = int(terms[2])
+            elif name == "duration":
+                made.durations[terms[0]] = int(terms[1])
             else:
                 made.starts[terms[0]] = terms[1]
         return made
 
+    def facts(self) -> str:
+        """Returns the instance that :meth:`read` reads."""
+        facts = [f"office({office})." for office in sorted(self.offices)]
+        facts += ["connection({},{}).".format(*sorted(edge)) for edge in self.edges]
+        facts += [f"start({robot},{place})." for robot, place in self.starts.items()]
+        facts += ["length({},{},{}).".format(*sorted(e), n) for e, n in self.lengths.items()]
+        facts += [f"duration({action},{n})." for action, n in self.durations.items()]
+        return "\n".join(sorted(facts))
+
+    def seconds(self, place: str, action: str) -> int:
+        """Returns how long an action takes: with one for all, the steps.
+
+        Args:
+            place: Where the robot is.
+            action: The action, such as ``go(o1)``.
+        """
+        target = arguments(action, "go")
+        if target:
+            return self.lengths.get(frozenset((place, target[0])), 1)
+        return self.durations.get(action.partition("(")[0], 1)
+
     def distances(self, source: str, blocked: Iterable[Edge] = ()) -> Dict[str, int]:
-        """Returns the steps from a waypoint to each that can be reached."""
-        free = self.edges.difference(blocked)
-        neighbours: Dict[str, List[str]] = {}
-        for edge in free:
+        """Returns how long it takes from a waypoint to each that can be reached."""
+        neighbours: Dict[str, List[Tuple[str, int]]] = {}
+        for edge in self.edges.difference(blocked):
             first, second = edge
-            neighbours.setdefault(first, []).append(second)
-            neighbours.setdefault(second, []).append(first)
-        found = {source: 0}
-        queue: Deque[str] = deque([source])
-        while queue:
-            here = queue.popleft()
-            for there in neighbours.get(here, ()):
-                if there not in found:
-                    found[there] = found[here] + 1
-                    queue.append(there)
+            length = self.lengths.get(edge, 1)
+            neighbours.setdefault(first, []).append((second, length))
+            neighbours.setdefault(second, []).append((first, length))
+        found: Dict[str, int] = {}
+        heap = [(0, source)]
+        while heap:
+            distance, here = heapq.heappop(heap)
+            if here in found:
+                continue
+            found[here] = distance
+            for there, length in neighbours.get(here, ()):
+                heapq.heappush(heap, (distance + length, there))
         return found
 
 
@@ -96,6 +132,7 @@ class Parcel:
         slot: The planner's id.
         status: The last status; empty before the first.
         place: The office where the package is; empty while a robot carries it.
+        missing: Whether nobody knows where the package is, so that ``place`` is empty, too.
         canceled: Whether the client has asked to cancel the goal.
         binding: Whether whoever plans has to know that by now.
     """
@@ -106,6 +143,7 @@ class Parcel:
     slot: str = ""
     status: str = ""
     place: str = ""
+    missing: bool = False
     canceled: bool = False
     binding: bool = False
 
@@ -129,6 +167,7 @@ class Validator:
         blocked: The edges that are blocked as far as whoever plans knows.
         positions: Where each robot is.
         loads: The goal whose package a robot carries.
+        lost: The robots of which nobody knows where they are, or what they have.
         goals: All goals, by what the caller names them with.
         delivered: How many packages have arrived at their destination.
     """
@@ -140,6 +179,7 @@ class Validator:
         self.blocked: Set[Edge] = set()
         self.positions = dict(graph.starts)
         self.loads: Dict[str, Parcel] = {}
+        self.lost: Set[str] = set()
         self.goals: Dict[Hashable, Parcel] = {}
         self.delivered = 0
         self._pending: Dict[str, Tuple[str, str]] = {}  # robots that act: action and its argument
@@ -152,10 +192,20 @@ class Validator:
         """A client sends a goal."""
         parcel = Parcel(text)
         terms = arguments(text, "bring")
-        if len(terms) == 2 and self.graph.offices.issuperset(terms) and terms[0] != terms[1]:
-            parcel.origin, parcel.destination = terms
+        ends, when = terms[:2], terms[2:]
+        if (
+            len(ends) == 2
+            and self.graph.offices.issuperset(ends)
+            and ends[0] != ends[1]
+            and (not when or (self.graph.is_timed and _WHEN.fullmatch(",".join(when))))
+        ):
+            parcel.origin, parcel.destination = ends
             parcel.place = parcel.origin
         self.goals[goal] = parcel
+
+    def place(self, goal: Hashable, slot: str) -> None:
+        """A goal has a slot: robots that do not wait may serve it before it is accepted."""
+        self.goals[goal].slot = slot
 
     def cancel(self, goal: Hashable) -> None:
         """A client asks to cancel a goal."""
@@ -165,7 +215,11 @@ class Validator:
         """A message to rosoclingo: an announcement, or a robot's answer."""
         if identifier == "info":
             blocked, freed = arguments(value, "blocked"), arguments(value, "unblocked")
-            if blocked:
+            found = arguments(value, "at")
+            if found and found[0] in self.lost:
+                self.lost.discard(found[0])
+                self.positions[found[0]] = found[1]
+            elif blocked:
                 self._announced.add(frozenset(blocked))
             elif freed:
                 self._freed.add(frozenset(freed))
@@ -187,6 +241,8 @@ class Validator:
             self._wrong(f"{robot} is to do {action}, while it does {self._pending[robot]}")
         if not self._open():
             self._wrong(f"{robot} is to do {action}, and there is no request")
+        if robot in self.lost:
+            self._wrong(f"{robot} is to do {action}, and nobody knows where it is")
         for name, check in (("go", self._go), ("pickup", self._pickup), ("deliver", self._deliver)):
             terms = arguments(action, name)
             if len(terms) == 1:
@@ -226,8 +282,8 @@ class Validator:
                 self._wrong(f"{about}, and nobody asked for that")
             if parcel.place != parcel.origin:
                 self._wrong(f"{about}, and its package is {self._whereabouts(parcel)}")
-        else:
-            self._wrong(f"{about}")
+        elif not parcel.missing:
+            self._wrong(f"{about}, and its package is {self._whereabouts(parcel)}")
 
     def settle(self) -> None:
         """Whoever plans knows by now all that was said, because no action is on its way."""
@@ -273,6 +329,9 @@ class Validator:
             return
         if robot in self.loads:
             self._wrong(f"{about}: it carries the package of {self.loads[robot].text}")
+        others = [one for one, act in self._pending.items() if act == ("pickup", slot)]
+        if others != [robot]:
+            self._wrong(f"{about}: {' and '.join(others)} do that already")
         if parcel.place != parcel.origin:
             self._wrong(f"{about}: its package is {self._whereabouts(parcel)}")
         elif parcel.place != self.positions[robot]:
@@ -294,6 +353,13 @@ class Validator:
 
     def _answer(self, robot: str, value: str) -> None:
         name, term = self._pending.pop(robot)
+        if value == "unknown":
+            self.lost.add(robot)
+            parcel = self._in_slot(term)
+            if name != "go" and parcel is not None:
+                parcel.place, parcel.missing = "", True
+                self.loads.pop(robot, None)
+            return
         if name == "go":
             if value == "success":
                 self.positions[robot] = term

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import heapq
 import random
-from collections import deque
 from pathlib import Path
 from typing import Dict, List, Sequence, Set, Tuple
 
@@ -18,7 +18,7 @@ from rosoclingo.loop.solver import Planner
 LIBRARY = Path(__file__).resolve().parents[2] / "lib"
 ENCODING = f"""
 #include "{LIBRARY / "distances.lp"}".
-#program base. {{ways}}
+#program base. {{ways}} {{lengths}}
 #program event(s,c). #external event(s,c).
 #program query(t). #external query(t).
 #program present(k,t).
@@ -29,22 +29,24 @@ travels(A,B,k) :- need(A,B,k), distance(A,B,N,k).
 #show distance(A,B,N) : need(A,B,k), distance(A,B,N,k), not newer(k).
 #external ground(follow(k)).
 #program follow(k).
-#show route(A,B,W,N) : route(A,B,W,N,k), not newer(k).
+#show route(A,B,M,W,N) : route(A,B,M,W,N,k), not newer(k).
 """
 
 Pair = Tuple[int, int]
 
 
-def distance(ways: Set[Pair], begin: int, end: int) -> int:
-    """Returns how many steps it takes; -1 says that there is no way."""
-    steps, rest = {begin: 0}, deque([begin])
+def distance(ways: Set[Pair], lengths: Dict[Pair, int], begin: int, end: int) -> int:
+    """Returns how long it takes; -1 says that there is no way."""
+    found: Dict[int, int] = {}
+    rest = [(0, begin)]
     while rest:
-        place = rest.popleft()
-        for origin, destination in ways:
-            if origin == place and destination not in steps:
-                steps[destination] = steps[place] + 1
-                rest.append(destination)
-    return steps.get(end, -1)
+        taken, place = heapq.heappop(rest)
+        if place not in found:
+            found[place] = taken
+            for way in ways:
+                if way[0] == place:
+                    heapq.heappush(rest, (taken + lengths.get(way, 1), way[1]))
+    return found.get(end, -1)
 
 
 def numbers(symbols: Sequence[str], name: str) -> List[List[int]]:
@@ -56,9 +58,10 @@ def told(name: str, pairs: Sequence[Pair], step: int) -> List[str]:
     return [f"event({name},pair({a},{b}),{step})" for a, b in pairs]
 
 
+@pytest.mark.parametrize("longest", [1, 4, 40])
 @pytest.mark.parametrize("one_way", [False, True])
 @pytest.mark.parametrize("seed", range(20))
-def test_ways_are_the_shortest_ones(seed: int, one_way: bool, tmp_path: Path) -> None:
+def test_ways_are_the_shortest_ones(seed: int, one_way: bool, longest: int, tmp_path: Path) -> None:
     """Places have dead ends next to them, and nothing leads to some; ways close and open again."""
     dice = random.Random(f"{seed} {one_way}")
     places = range(dice.randint(2, 9))
@@ -67,9 +70,14 @@ def test_ways_are_the_shortest_ones(seed: int, one_way: bool, tmp_path: Path) ->
     ways = pairs | {(b, a) for a, b in pairs}
     if one_way:
         ways -= set(dice.sample(sorted(ways), len(ways) // 6))
+    lengths: Dict[Pair, int] = {}
+    for a, b in sorted(pairs if longest > 1 else ()):
+        lengths[a, b] = lengths[b, a] = dice.randint(1, longest)
     known = sorted({place for way in ways for place in way})
     file = tmp_path / "encoding.lp"
-    file.write_text(ENCODING.format(ways=" ".join(f"way({a},{b})." for a, b in sorted(ways))))
+    facts = " ".join(f"way({a},{b})." for a, b in sorted(ways))
+    said = " ".join(f"length({a},{b},{lengths[a, b]})." for a, b in pairs & lengths.keys())
+    file.write_text(ENCODING.format(ways=facts, lengths=said))
     planner = Planner(Engine(Options((str(file),))))
     planner.begin()
     for step in range(6):
@@ -85,21 +93,26 @@ def test_ways_are_the_shortest_ones(seed: int, one_way: bool, tmp_path: Path) ->
         assert not planner.tell(list(dict.fromkeys(atoms)))
         outcome = planner.search(step, step, lambda: False)
         assert outcome.result is Result.SAT
-        check(ways - closed, needs, outcome.symbols)
+        check(ways - closed, lengths, needs, outcome.symbols)
 
 
-def check(free: Set[Pair], needs: Sequence[Pair], symbols: Sequence[str]) -> None:
+def check(
+    free: Set[Pair], lengths: Dict[Pair, int], needs: Sequence[Pair], symbols: Sequence[str]
+) -> None:
     found = {(a, b): n for a, b, n in numbers(symbols, "distance")}
-    routes: Dict[Pair, Dict[int, int]] = {}
-    for a, b, place, left in numbers(symbols, "route"):
-        assert left not in routes.setdefault((a, b), {})
-        routes[a, b][left] = place
+    routes: Dict[Pair, Dict[int, Pair]] = {}
+    for a, b, before, place, left in numbers(symbols, "route"):
+        assert before not in routes.setdefault((a, b), {})
+        routes[a, b][before] = place, left
     for begin, end in needs:
-        steps = distance(free, begin, end)
-        assert found.get((begin, end), -1) == steps, (begin, end)
-        if steps < 0:
-            continue
-        route = [routes[begin, end][left] for left in range(steps, -1, -1)]
-        assert len(routes[begin, end]) == len(route)
-        assert (route[0], route[-1]) == (begin, end)
-        assert set(zip(route, route[1:])) <= free, (begin, end, route)
+        taken = distance(free, lengths, begin, end)
+        assert found.get((begin, end), -1) == taken, (begin, end)
+        here, left, ways = begin, taken, 0
+        while left > 0:
+            there, rest = routes[begin, end][left]
+            assert (here, there) in free, (begin, end, here)
+            assert left - rest == lengths.get((here, there), 1)
+            here, left, ways = there, rest, ways + 1
+        if taken >= 0:
+            assert here == end
+            assert len(routes.get((begin, end), ())) == ways

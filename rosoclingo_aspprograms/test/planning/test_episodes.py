@@ -37,6 +37,7 @@ class RandomEpisode(Episode):
         self.slots = self.random.choice([1, 1, 2, 2, 3])
         self.left = self.random.randint(1, 2 if mode == FIXED else 3)  # requests to come
         self.failures = self.random.choice([0.0, 0.1, 0.15])
+        self.doubts = self.random.choice([0.0, 0.0, 0.5])  # of these, what is unknown
         self.trouble = self.random.choice([0.0, 0.05, 0.15])  # cancels and announcements
         self.requests: List[Request] = []
         self.really: Set[Edge] = set()  # what somebody has put into the way
@@ -55,6 +56,8 @@ class RandomEpisode(Episode):
         if not self._items and self.mode != FIXED and self._unfinished():
             for edge in sorted(self._known(), key=sorted):
                 self._say("unblocked", edge)
+            for robot in sorted(self.validator.lost):
+                self._find(robot)
         return bool(self._items)
 
     def found_plan(self) -> None:
@@ -76,10 +79,12 @@ class RandomEpisode(Episode):
             parcel = self.validator.goals[goal] if isinstance(goal, Request) else None
             if parcel is None or parcel.ended or parcel in (load, dropped) or parcel.canceled:
                 continue
-            if parcel.place == parcel.destination:
+            if parcel.place == parcel.destination or parcel.missing:
                 continue
             jobs.append((parcel.origin, parcel.destination))
         best = shortest(self.graph, here, target, jobs, self._known())
+        if self.validator.lost:
+            best = 0
         assert len(actions) == best, (self.mode, here, target, jobs, actions)
         self.plans += 1
 
@@ -120,12 +125,18 @@ class RandomEpisode(Episode):
         first, second = self.random.sample(sorted(edge), 2)
         self.announce(f"{word}({first},{second})")
 
+    def _find(self, robot: str) -> None:
+        waypoints = sorted(set().union(*self.graph.edges))
+        self.announce(f"at({robot},{self.random.choice(waypoints)})")
+
     def _outcome(self, action: str) -> str:
         if (
             self.random.random() >= self.failures
             or max(self.loop.state.externals.grounded, default=0) > self.long
         ):
             return "success"
+        if self.mode != FIXED and self.random.random() < self.doubts:
+            return "unknown"
         if action.startswith("go("):
             edge = frozenset((self.validator.positions["mailbot"], action[3:-1]))
             if self._cuts(edge):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Callable, List, Tuple
 
 import pytest
 
 from rosoclingo_aspprograms.validator import Map, Validator, arguments
 
+INSTANCES = Path(__file__).resolve().parents[2] / "mailbot" / "instances"
+OFFICE = INSTANCES / "graph_wg.lp"
 Step = Tuple[str, ...]
 
 # A whole episode: two goals, one cancelled after its pickup.
@@ -136,6 +139,21 @@ def test_a_blocked_way_is_found_only_when_it_can_be_known() -> None:
     assert not any(text.endswith("blocked") for text in both)
 
 
+LOST: List[Step] = [*GOOD[:5], ("answer", "unknown"), ("status", "a", "aborted", "1")]
+FOUND: List[Step] = [*LOST, *GOOD[8:9], ("info", "at(mailbot,1)"), *GOOD[9:11]]
+
+
+def test_nobody_knows_whether_an_action_was_done() -> None:
+    assert _violations(LOST) == []
+    assert _violations([*FOUND, ("answer", "success")]) == [
+        "the goal bring(3,4) in slot 2 has not ended"
+    ]
+    again = ("action", "pickup(1)")
+    for steps in ([*LOST[:-1], again], [*LOST, *GOOD[8:9], *GOOD[9:11]]):
+        assert any(text.endswith("nobody knows where it is") for text in _violations(steps))
+    assert any("on a robot" in text for text in _violations([*LOST[:-1], *GOOD[18:19]]))
+
+
 def test_an_unknown_robot() -> None:
     validator = Validator(Map.grid(2, 2))
     validator.action("postman", "go(1)")
@@ -158,3 +176,38 @@ def test_what_was_freed_and_is_blocked_again() -> None:
     assert validator.believed() == {frozenset(("c(1)", "c(2)"))}
     validator.action("mailbot", "go(c(2))")
     assert "blocked" in validator.violations[-1]
+
+
+def test_two_robots_may_not_pick_up_the_same_package() -> None:
+    graph = Map.read(OFFICE)
+    graph.starts = {"one": "o1", "other": "o1"}
+    validator = Validator(graph)
+    validator.request("goal", "bring(o1,o2)")
+    validator.status("goal", "accepted", "1")
+    validator.action("one", "pickup(1)")
+    assert validator.violations == []
+    validator.action("other", "pickup(1)")
+    assert validator.violations == ["other is to do pickup(1): one and other do that already"]
+
+
+def test_what_a_request_may_say_of_its_time() -> None:
+    graph = Map.read(OFFICE)
+    for timed in (False, True):
+        graph.durations = {"pickup": 5} if timed else {}
+        validator = Validator(graph)
+        for text in ("bring(o1,o2,by(30))", "bring(o1,o2,urgent)"):
+            validator.request(text, text)
+            validator.status(text, "rejected")
+        validator.request("wrong", "bring(o1,o2,by(0))")
+        validator.status("wrong", "rejected")
+        assert len(validator.violations) == (2 if timed else 0)
+
+
+def test_lengths_are_read_and_written(tmp_path: Path) -> None:
+    graph = Map.read(INSTANCES / "graph_hall.lp")
+    assert graph.distances("a") == {"a": 0, "hall": 5, "b": 13, "c": 8, "d": 17}
+    assert graph.seconds("a", "go(hall)") == 5
+    assert graph.seconds("a", "deliver(1)") == 4
+    written = tmp_path / "hall.lp"
+    written.write_text(graph.facts())
+    assert Map.read(written) == graph

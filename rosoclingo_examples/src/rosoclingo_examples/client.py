@@ -10,17 +10,22 @@ import rospy
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
-from rosclingo.ros.low_latency import LowLatencyActionClient
+from rosclingo.ros.low_latency import GoalHandle, LowLatencyActionClient
 from rosclingo.ros.reminder import Reminder
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoGoal
 from rosoclingo_examples.orders import Bring, Order, Orders
 
 _POLL_SECONDS = 0.05  # how often is looked whether the server is there
 _SECONDS_GONE = 0.5  # after so long without a connection the server has gone
+_SECONDS_AGAIN = 1.0  # how often what the server has not confirmed is sent again
 
 
 class Client:
-    """Sends requests to rosoclingo. Make it after the node is initialised; one thread uses it."""
+    """Sends requests to rosoclingo. Make it after the node is initialised; one thread uses it.
+
+    What the server has not confirmed, such as what was sent while it was started again, is sent
+    again, with the same id. A server does not do it twice.
+    """
 
     def __init__(self, orders: Orders, say: Callable[[str], None]) -> None:
         """Opens the connections without waiting for the server.
@@ -33,9 +38,10 @@ class Client:
         self._orders = orders
         self._say = say
         self._action = LowLatencyActionClient(self.name, ROSoClingoAction)
-        self._sent: List[ClientGoalHandle] = []  # actionlib forgets a goal that nobody holds
+        self._sent: List[GoalHandle] = []  # actionlib forgets a goal that nobody holds
         self._lock = threading.Lock()  # guards the one below; no other is taken under it
         self._arrived: Dict[int, ClientGoalHandle] = {}
+        threading.Thread(target=self._send_again, name="send again", daemon=True).start()
 
     def there(self) -> bool:
         """Whether the server is ready for requests."""
@@ -66,22 +72,42 @@ class Client:
         return there
 
     def watch(self, gone: Callable[[str], None]) -> None:
-        """Calls a function, in a thread of its own, once the server that was there has gone."""
+        """Calls a function, in a thread of its own, each time that the server has gone."""
 
         def run() -> None:
-            seen = time.monotonic()
+            seen, is_there = time.monotonic(), True
             topics = (self._action.status_sub, self._action.result_sub)
-            while time.monotonic() - seen < _SECONDS_GONE:
+            while True:
                 if all(topic.get_num_connections() for topic in topics):
-                    seen = time.monotonic()
+                    seen, is_there = time.monotonic(), True
+                elif is_there and time.monotonic() - seen > _SECONDS_GONE:
+                    is_there = False
+                    gone(f"the server {self.name} has gone")
                 time.sleep(_POLL_SECONDS)
-            gone(f"the server {self.name} has gone")
 
         threading.Thread(target=run, name="watch", daemon=True).start()
 
+    def _send_again(self) -> None:
+        while not rospy.is_shutdown():
+            time.sleep(_SECONDS_AGAIN)
+            if self.there():
+                for handle in list(self._sent):
+                    handle.send_again()
+
+    def go_on(self) -> None:
+        """Sends the requests that another process has left; those that have arrived go on."""
+        for order in self._orders.open:
+            self._send(order)
+
     def send(self, bring: Bring) -> None:
-        """Sends a request."""
-        order = self._orders.add(bring)
+        """Sends a request.
+
+        Raises:
+            StoreError: It cannot be kept, and is not sent.
+        """
+        self._send(self._orders.add(bring))
+
+    def _send(self, order: Order) -> None:
         self._say(str(order))
 
         def on_transition(handle: ClientGoalHandle) -> None:
@@ -91,14 +117,15 @@ class Client:
             if self._orders.heard(order, message.status):
                 self._say(str(order))
 
-        goal = ROSoClingoGoal(bring.request, bring.information)
-        self._sent.append(self._action.send_goal(goal, on_transition, on_feedback))
+        goal = ROSoClingoGoal(order.bring.request, order.bring.information)
+        self._sent.append(self._action.send_goal(goal, on_transition, on_feedback, order.id))
 
     def cancel(self, number: int) -> None:
         """Cancels a request, as soon as the server has it.
 
         Raises:
             LineError: There is none of this number that could be cancelled.
+            StoreError: That cannot be kept, and nothing is sent.
         """
         order = self._orders.cancel(number)
         self._say(f"[{number}] {order.bring}: cancel requested")

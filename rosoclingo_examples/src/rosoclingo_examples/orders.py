@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import threading
-from dataclasses import dataclass
-from typing import Dict, List, Optional, Tuple, Union
+import uuid
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Dict, List, Optional, Tuple, Union
 
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
-from rosoclingo_interfaces.errors import LineError
+from rosoclingo_interfaces.errors import LineError, StoreError
+from rosoclingo_interfaces.store_file import replace, reserve
+
+_FORMAT = 1
 
 
 @dataclass(frozen=True)
@@ -65,6 +72,7 @@ class Order:
         state: What was last heard of it.
         end: How it ended, such as ``succeeded``; None as long as it has not.
         cancel_requested: Whether the user wants it to be cancelled.
+        id: What its goal is known by, also when another process sends it again.
     """
 
     number: int
@@ -72,6 +80,7 @@ class Order:
     state: str = "sent"
     end: Optional[str] = None
     cancel_requested: bool = False
+    id: str = field(default_factory=lambda: str(uuid.uuid4()))
 
     def __str__(self) -> str:
         return f"[{self.number}] {self.bring}: {self.state}"
@@ -83,17 +92,44 @@ class Order:
 
 
 class Orders:
-    """All requests of a session. Thread-safe."""
+    """All requests of a session. Thread-safe.
 
-    def __init__(self) -> None:
-        self._lock = threading.Lock()  # guards all below; held for moments only
+    With a file, those that have not ended are in it, whatever happens to the process: another one
+    goes on with them.
+    """
+
+    def __init__(self, file: Optional[Path] = None) -> None:
+        """Begins with the requests in the file, if there are any.
+
+        Args:
+            file: Where they are kept; None for nowhere.
+
+        Raises:
+            StoreError: The file cannot be read or written, or another process has it.
+        """
+        self._file = file
+        self._lock = threading.Lock()  # guards all below; held while the file is written
         self._orders: Dict[int, Order] = {}
+        if file is not None:
+            self._guard = reserve(file)  # as long as this process lives
+            if file.exists():
+                self._orders = {order.number: order for order in _read(file)}
+            self._write()
 
     def add(self, bring: Bring) -> Order:
-        """Adds a request, with the next number from 1 on."""
+        """Adds a request, with the next number from 1 on.
+
+        Raises:
+            StoreError: It cannot be kept, and is not to be sent.
+        """
         with self._lock:
-            order = Order(len(self._orders) + 1, bring)
+            order = Order(max(self._orders, default=0) + 1, bring)
             self._orders[order.number] = order
+            try:
+                self._write()
+            except StoreError:
+                del self._orders[order.number]
+                raise
             return order
 
     def cancel(self, number: int) -> Order:
@@ -101,6 +137,7 @@ class Orders:
 
         Raises:
             LineError: There is none of this number that could be cancelled.
+            StoreError: That cannot be kept.
         """
         with self._lock:
             order = self._orders.get(number)
@@ -110,6 +147,7 @@ class Orders:
             if order.end is not None:
                 raise LineError(f"request {number} has ended already: {order.end}")
             order.cancel_requested = True
+            self._write()
             return order
 
     def heard(self, order: Order, state: str) -> bool:
@@ -135,13 +173,37 @@ class Orders:
                 return False
             order.end = end
             order.state = end if order.as_asked or not reason else f"{end}: {reason}"
+            with contextlib.suppress(StoreError):  # it would be asked for again, and end likewise
+                self._write()
             return True
 
     @property
-    def open(self) -> int:
-        """How many have not ended."""
+    def open(self) -> List[Order]:
+        """Those that have not ended."""
         with self._lock:
-            return sum(order.end is None for order in self._orders.values())
+            return self._open()
+
+    def _open(self) -> List[Order]:
+        return [order for order in self._orders.values() if order.end is None]
+
+    def _write(self) -> None:
+        if self._file is None:
+            return
+        said = [
+            {
+                "number": order.number,
+                "id": order.id,
+                "request": order.bring.request,
+                "information": order.bring.information,
+                "cancel": order.cancel_requested,
+            }
+            for order in self._open()
+        ]
+        text = json.dumps({"format": _FORMAT, "open": said}, indent=1) + "\n"
+        try:
+            replace(self._file, text.encode())
+        except OSError as err:
+            raise StoreError(f"{self._file} (~store) cannot be written: {err}; make room") from err
 
     @property
     def all_as_asked(self) -> bool:
@@ -164,3 +226,32 @@ class Orders:
             if end in ends:
                 parts.append(f"{ends.count(end)} {end}")
         return ", ".join(parts)
+
+
+def _read(file: Path) -> List[Order]:
+    """Reads the requests that another process has left.
+
+    Raises:
+        StoreError: The file cannot be read, or holds something else.
+    """
+    try:
+        said = json.loads(file.read_bytes())
+        if said["format"] != _FORMAT:
+            raise ValueError(f"its format is {said['format']!r}, and this version knows {_FORMAT}")
+        return [_order(order) for order in said["open"]]
+    except (OSError, ValueError, KeyError, TypeError) as err:
+        raise StoreError(
+            f"{file} (~store) holds no requests: {err!r}; name another file, or remove it to "
+            "forget them"
+        ) from err
+
+
+def _order(said: Any) -> Order:
+    bring = Bring(str(said["request"]), tuple(map(str, said["information"])))
+    return Order(
+        int(said["number"]),
+        bring,
+        "sent again",
+        cancel_requested=bool(said["cancel"]),
+        id=str(said["id"]),
+    )

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import tempfile
 import threading
 import unittest
+from pathlib import Path
 from typing import Any, Callable, Dict, List
 
 import rospy
 import rostest
-from actionlib import ServerGoalHandle
+from actionlib import CommState, ServerGoalHandle
+from actionlib_msgs.msg import GoalStatus
 
-from rosclingo.ros.low_latency import LowLatencyActionServer
-from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoResult
+from rosclingo.ros.low_latency import LowLatencyActionClient, LowLatencyActionServer
+from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoGoal, ROSoClingoResult
 from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Bring, Orders
 from rosoclingo_interfaces.errors import LineError
@@ -26,9 +30,15 @@ class TestClient(unittest.TestCase):
     @classmethod
     def setUpClass(cls) -> None:
         cls.goals: Dict[str, ServerGoalHandle] = {}
+        cls.arrived: List[str] = []
         cls.canceled: List[str] = []
         cls.server = LowLatencyActionServer(
-            "rosoclingo", ROSoClingoAction, cls._on_goal, cls._on_cancel, ROSoClingoResult()
+            "rosoclingo",
+            ROSoClingoAction,
+            cls._on_goal,
+            cls._on_cancel,
+            ROSoClingoResult(),
+            results_kept=10,
         )
         cls.server.start()
         cls.said: List[str] = []
@@ -40,6 +50,7 @@ class TestClient(unittest.TestCase):
     @classmethod
     def _on_goal(cls, handle: ServerGoalHandle) -> None:
         cls.goals[handle.get_goal().request] = handle
+        cls.arrived.append(handle.get_goal().request)
 
     @classmethod
     def _on_cancel(cls, handle: ServerGoalHandle) -> None:
@@ -112,6 +123,49 @@ class TestClient(unittest.TestCase):
             self.assertEqual(self.said[-1], f"[{number}] {request}: canceled")
             with self.assertRaises(LineError):
                 self.client.cancel(number)
+
+    def test_another_process_goes_on(self) -> None:
+        """The server does what is sent again only once, however long ago it was through with it."""
+        with tempfile.TemporaryDirectory() as folder:
+            orders = Orders(Path(folder) / "a.json")
+            requests = ["bring(6,1)", "bring(6,2)", "bring(6,3)"]
+            ids = [orders.add(Bring(request)).id for request in requests[:2]]
+            action = LowLatencyActionClient("rosoclingo", ROSoClingoAction)
+            self.wait_for(lambda: action.wait_for_server(rospy.Duration.from_sec(0.01)))
+            sent = [
+                action.send_goal(ROSoClingoGoal(request, []), identifier=identifier)
+                for request, identifier in zip(requests, ids)
+            ]
+            self.wait_for(lambda: set(requests[:2]) <= set(self.goals))
+            self.goals[requests[0]].set_accepted()
+            self.goals[requests[0]].set_succeeded(ROSoClingoResult("succeeded"), "")
+            self.goals[requests[1]].set_accepted()
+            self.wait_for(lambda: sent[0].get_comm_state() == CommState.DONE)
+            self.wait_for(lambda: ids[0] not in map(_id, action.last_status_msg.status_list))
+            orders.add(Bring(requests[2]))  # the process has died before it has sent this
+            os.close(orders._guard)
+
+            orders = Orders(Path(folder) / "a.json")
+            said: List[str] = []
+            client = Client(orders, said.append)
+            self.wait_for(client.there)
+            client.go_on()
+            self.wait_for(lambda: "[1] bring(6,1): succeeded" in said)
+            self.wait_for(lambda: requests[2] in self.goals)
+            client.cancel(2)
+            self.wait_for(lambda: requests[1] in self.canceled)
+            self.goals[requests[1]].set_canceled(ROSoClingoResult("canceled"), "")
+            self.goals[requests[2]].set_rejected(ROSoClingoResult("rejected"), "why not")
+            self.wait_for(lambda: not orders.open)
+            for number, request in enumerate(requests, 1):
+                self.assertIn(f"[{number}] {request}: sent again", said)
+            self.assertIn("[2] bring(6,2): canceled", said)
+            self.assertIn("[3] bring(6,3): rejected: why not", said)
+            self.assertEqual([r for r in self.arrived if r in requests], requests)
+
+
+def _id(status: GoalStatus) -> str:
+    return str(status.goal_id.id)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,8 @@ Needs a sourced workspace, in devel or install space.
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 from typing import Sequence
 
@@ -167,6 +169,32 @@ def test_the_server_that_goes_away(terminals: Terminals, tmp_path: Path, how: st
     assert "the server /rosoclingo has gone" in client.output
     assert "Traceback" not in client.output
     typist.close()
+
+
+def test_a_client_and_its_server_are_killed(terminals: Terminals, tmp_path: Path) -> None:
+    """Started again, the client goes on with its request, and waits for the server."""
+    terminals.start(
+        "roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch", "delay:=0.3",
+        f"store:={tmp_path / 'a.store'}",
+    )  # fmt: skip
+    mailbot = ("rosrun", "rosoclingo_examples", "mailbot_manual.py", f"_store:={tmp_path / 'mine'}")
+    client, typist = pipe(terminals, tmp_path, *mailbot)
+    typist.type("1 3\n")
+    client.wait_for("[1] bring(1,3): step 2 of ")
+    os.killpg(client.process.pid, signal.SIGKILL)
+    client.wait()
+    os.kill(terminals.pid("/rosoclingo"), signal.SIGKILL)
+    client, typist = pipe(terminals, tmp_path, *mailbot)
+    client.wait_for("[1] bring(1,3): succeeded")
+    typist.type("3 2\n")
+    client.wait_for("[2] bring(3,2): step ")
+    os.kill(terminals.pid("/rosoclingo"), signal.SIGKILL)
+    client.wait_for("the server /rosoclingo has gone; waiting for it")
+    typist.type("2 4\n")
+    typist.close()
+    assert client.wait() == 0, client.output
+    assert "[1] bring(1,3): sent again" in client.output
+    assert client.output.splitlines()[-1] == "3 deliveries"
 
 
 def test_at_a_keyboard(terminals: Terminals, tmp_path: Path) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import os
+from pathlib import Path
 from typing import List
 
 import pytest
@@ -10,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosoclingo_examples.orders import Bring, Order, Orders, parse_line
-from rosoclingo_interfaces.errors import LineError
+from rosoclingo_interfaces.errors import LineError, StoreError
 
 
 @pytest.mark.parametrize(
@@ -81,7 +83,7 @@ def test_summary(ends: List[str], summary: str) -> None:
 def test_numbers_and_lines() -> None:
     made = orders("succeeded", "")
     assert made.lines() == ["[1] bring(1,3): succeeded", "[2] bring(1,3): sent"]
-    assert made.open == 1
+    assert [order.number for order in made.open] == [2]
 
 
 def test_wrong_numbers() -> None:
@@ -120,3 +122,54 @@ def test_what_comes_after_the_end() -> None:
     assert not made.heard(order, "step 1 of 3")
     assert not made.ended(order, "lost", "")
     assert str(order) == "[1] bring(1,2): succeeded"
+
+
+def in_another_process(file: Path, made: Orders) -> Orders:
+    """Returns the requests with which another process begins when the one with these is dead."""
+    with pytest.raises(StoreError, match=r"is used by another node that runs"):
+        Orders(file)
+    os.close(made._guard)
+    return Orders(file)
+
+
+def test_what_another_process_goes_on_with(tmp_path: Path) -> None:
+    file = tmp_path / "my requests.json"
+    made = Orders(file)
+    first, second = made.add(Bring("bring(1,2)", ("Größe", "2"))), made.add(Bring("bring(1,3)"))
+    third = made.add(Bring("bring(1,4)"))
+    made.cancel(2)
+    made.ended(third, "rejected", "")
+    other = in_another_process(file, made)
+    assert [(order.id, order.bring) for order in other.open] == [
+        (first.id, first.bring), (second.id, second.bring),
+    ]  # fmt: skip
+    assert [order.cancel_requested for order in other.open] == [False, True]
+    assert other.lines()[0] == "[1] bring(1,2) Größe 2: sent again"
+    assert len({first.id, second.id, third.id, other.add(Bring("bring(1,4)")).id}) == 4
+    for order in other.open:
+        other.ended(order, "canceled", "")
+    assert in_another_process(file, other).lines() == []
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", '{"format": 2, "open": []}', '{"format": 1, "open": [{"id": "a"}]}']
+)
+def test_a_file_that_holds_no_requests(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "a.json"
+    file.write_text(text)
+    with pytest.raises(StoreError, match=r"a\.json \(~store\) holds no requests: .* remove it"):
+        Orders(file)
+    assert file.read_text() == text
+
+
+def test_what_cannot_be_kept_is_not_asked_for(tmp_path: Path) -> None:
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    made = Orders(folder / "a.json")
+    order = made.add(Bring("bring(1,2)"))
+    folder.rename(tmp_path / "elsewhere")
+    with pytest.raises(StoreError, match=r"cannot be written: .*; make room"):
+        made.add(Bring("bring(1,3)"))
+    with pytest.raises(StoreError):
+        Orders(folder / "a.json")
+    assert made.open == [order]

@@ -10,8 +10,18 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from rosoclingo.loop.journal import (
+    ActionPublished,
+    Event,
+    GoalArrived,
+    MessageArrived,
+    Record,
+    Status,
+    StatusSet,
+)
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.orders import Bring
+from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.story import BOOK, LETTER, Story
 from rosoclingo_gazebo.demo.trace import Kind, Trace
@@ -30,58 +40,74 @@ C6 = (15.0, -17.0)
 class Told:
     """A story that is told what happens, action by action."""
 
-    def __init__(self) -> None:
+    def __init__(self, undisturbed: bool = True) -> None:
         self.asked: List[Bring] = []
-        self.story = Story(Map.read(OFFICE), C6, self.asked.append)
+        self.story = Story(Map.read(OFFICE), C6, self.asked.append, undisturbed=undisturbed)
         self.story.moves(0.0, (7.0, -8.0))
         self.story.begins((27.5, -17.0))
-        self.story.hears("[1] bring(o7,o11) book: accepted")
+        self.come("g1", BOOK, "1")
 
-    def act(self, number: int, action: str, early: bool = False) -> None:
-        answer = "failure" if number == 2 else "success"
-        if early:  # the answer is heard before the action
-            self.story.answers(answer)
-            self.story.acts(action)
-        else:
-            self.story.acts(action)
-            self.story.answers(answer)
+    def come(self, goal: str, bring: Bring, slot: str) -> None:
+        self.note(GoalArrived(goal, bring.request, bring.information))
+        self.note(StatusSet(goal, Status.ACCEPTED, slot))
+
+    def note(self, event: Event) -> None:
+        self.story.notes(Record(event, horizon=17))
+
+    def act(self, number: int, action: str, answer: str = "") -> None:
+        self.note(ActionPublished("mailbot", action))
+        self.note(MessageArrived("info", "unblocked(c1,o1)"))
+        answer = answer or ("failure" if number == 2 else "success")
+        self.note(MessageArrived("mailbot", answer))
         if number == 0:
             self.story.moves(20.0, (14.0, -16.0))
-            self.story.hears("[2] bring(o2,o3) letter: accepted")
-        if action == "deliver(2)":
-            self.story.hears("[2] bring(o2,o3) letter: succeeded")
-        if action == "deliver(1)":
-            self.story.hears("[1] bring(o7,o11) book: succeeded")
+            self.come("g2", LETTER, "2")
+        if answer == "success" and action.startswith("deliver("):
+            self.note(StatusSet(f"g{action[-2]}", Status.SUCCEEDED, action[-2]))
 
 
-@pytest.mark.parametrize("early", [False, True])
-def test_the_story(early: bool, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_story(capsys: pytest.CaptureFixture[str]) -> None:
     told = Told()
     for number, action in enumerate(ROUTE):
-        told.act(number, action, early and number % 3 == 1)
+        assert not told.story.has_ended
+        told.act(number, action)
+    assert told.story.has_ended
     assert told.story.wrong() == []
     assert told.asked == [BOOK, LETTER]
     kinds = [event.kind for event in told.story.trace.events]
     assert kinds.count(Kind.PICKUP) == kinds.count(Kind.DELIVERY) == 2
     assert kinds.count(Kind.FAILURE) == 1
-    assert "go(c4)      failure" in capsys.readouterr().out
-
-
-def test_success_is_heard_before_the_last_answer() -> None:
-    told = Told()
-    for number, action in enumerate(ROUTE[:-1]):
-        told.act(number, action)
-    told.story.acts(ROUTE[-1])
+    told.story.hears("[1] bring(o7,o11) book: plan 9 steps")
     told.story.hears("[1] bring(o7,o11) book: succeeded")
-    told.story.answers("success")
+    lines = capsys.readouterr().out.splitlines()
+    assert "  step 3 of 17   go(c4)      failure    0.0 s  at (14.0, -16.0)" in lines
+    assert lines[-2:] == [
+        "  step 22 of 22  deliver(1)  success    0.0 s  at (14.0, -16.0)",
+        "[1] bring(o7,o11) book: succeeded",
+    ]
+
+
+def test_a_story_in_which_nodes_are_killed(capsys: pytest.CaptureFixture[str]) -> None:
+    """An action may fail, and be done again; what counts is that the packages arrive."""
+    told = Told(undisturbed=False)
+    for number, action in enumerate(ROUTE):
+        if action == "pickup(1)":
+            told.act(number, action, "failure")
+        told.act(number, action)
+    assert told.story.wrong() == ["no node was killed"]
+    told.story.kills("planner")
+    assert capsys.readouterr().out.splitlines()[-1] == "  killed: planner"
     assert told.story.wrong() == []
+    assert told.story.killed == 1
+    assert told.story.trace.events[-1].kind is Kind.KILL
 
 
 def test_success_without_a_delivery_is_wrong() -> None:
-    told = Told()
+    told = Told(undisturbed=False)
+    told.story.kills("planner")
     for number, action in enumerate(ROUTE[:-1]):
         told.act(number, action)
-    told.story.hears("[1] bring(o7,o11) book: succeeded")
+    told.note(StatusSet("g1", Status.SUCCEEDED, "1"))
     assert any("its package is on a robot" in text for text in told.story.wrong())
 
 
@@ -95,6 +121,84 @@ def test_what_is_wrong() -> None:
         assert text in wrong
 
 
+def test_the_same_seed_asks_for_the_same() -> None:
+    offices = ["o1", "o2", "o3"]
+    orders = random_orders(offices, 20, seed=3)
+    assert orders == random_orders(offices, 20, seed=3) != random_orders(offices, 20, seed=4)
+    assert [seconds for seconds, _ in orders] == sorted(seconds for seconds, _ in orders)
+    assert orders[0][0] == 0.0
+    assert len({bring.information for _, bring in orders}) == 20
+    same = {f"bring({office},{office})" for office in offices}
+    assert not same & {bring.request for _, bring in orders}
+
+
+class Delivery:
+    """A story of two robots, of which the first has one package to deliver."""
+
+    def __init__(self) -> None:
+        graph = Map.read(OFFICE)
+        graph.starts = {"mailbot": "c1", "mailbot2": "c5"}
+        self.story = FleetStory(graph, {"o1": (16.0, -4.0), "o3": (16.0, -11.0)})
+        for robot in graph.starts:
+            self.story.moves(robot, 10.0, (0.0, 0.0), 0.0)
+        self.story.begins()
+        self.story.learns(GoalArrived("goal", "bring(o1,o3)", ("letter",)))
+        self.story.learns(StatusSet("goal", Status.ACCEPTED, "1"))
+        self.seconds = 10.0
+
+    def act(self, action: str, answer: str = "success") -> None:
+        self.story.learns(ActionPublished("mailbot", action))
+        for speed in (0.5, 0.0, 0.0, 0.0, 0.4):  # a second each; it waits for three
+            self.seconds += 1
+            self.story.moves("mailbot", self.seconds, (self.seconds - 10, 0.0), speed)
+        self.story.learns(MessageArrived("mailbot", answer))
+
+
+def test_a_fleet(capsys: pytest.CaptureFixture[str]) -> None:
+    told = Delivery()
+    for action in ("go(o1)", "pickup(1)", "go(c1)", "go(o3)", "deliver(1)"):
+        told.act(action)
+    told.story.learns(StatusSet("goal", Status.SUCCEEDED, "1"))
+    assert told.story.wrong() == []
+    said = capsys.readouterr().out
+    assert "0 s            asked to bring letter from o1 to o3" in said
+    assert "10 s  mailbot   picks up letter at o1" in said
+    assert "25 s  mailbot   delivers letter at o3" in said
+    assert told.story.lines()[1].split() == ["mailbot", "1", "25", "3", "9"]
+    assert told.story.lines()[2].split() == ["mailbot2", "0", "0", "0", "0"]
+    assert told.story.summary() == (
+        "1 package delivered by 2 robots in 25 s of simulated time, on 25 m, with 3 waits"
+    )
+    events = told.story.members["mailbot"].trace.events
+    assert [(event.kind, event.place) for event in events] == [
+        (Kind.PICKUP, (16.0, -4.0)),
+        (Kind.DELIVERY, (16.0, -11.0)),
+    ]
+
+
+def test_what_is_wrong_with_a_fleet(capsys: pytest.CaptureFixture[str]) -> None:
+    told = Delivery()
+    told.act("go(o1)", "failure")
+    told.act("go(o13)")
+    told.story.touches("mailbot2")
+    wrong = "\n".join(told.story.wrong())
+    for text in ("not connected", "has not ended", "mailbot2 has touched something"):
+        assert text in wrong
+    assert "mailbot   go(o1) fails" in capsys.readouterr().out
+
+
+def test_the_picture_of_several(tmp_path: Path) -> None:
+    traces = {name: Trace() for name in ("one", "other")}
+    for number, trace in enumerate(traces.values()):
+        for step in range(50):
+            trace.move(float(step), (1.0 + step / 20, 1.0 + number))
+    file = tmp_path / "a.svg"
+    floor = OccupancyMap(np.zeros((60, 100), np.int8), 0.05, 0.0, 0.0)
+    draw(floor, {}, traces, "two drives", [file])
+    text = file.read_text(encoding="utf-8")
+    assert all(f"<!-- {name} -->" in text for name in traces)
+
+
 def test_the_picture(tmp_path: Path) -> None:
     cells = np.zeros((60, 100), np.int8)
     cells[[0, -1]] = 100
@@ -103,11 +207,17 @@ def test_the_picture(tmp_path: Path) -> None:
         trace.move(float(step), (1.0 + step / 20, 2.0))
         if step == 30:
             trace.happen(Kind.FAILURE, "go(b) fails")
+        if step in (40, 41, 42):
+            trace.happen(Kind.KILL, "planner")
     files = [tmp_path / "a.png", tmp_path / "a.svg"]
-    draw(OccupancyMap(cells, 0.05, 0.0, 0.0), {"a": (1.0, 2.0)}, trace, "a drive", files)
+    draw(
+        OccupancyMap(cells, 0.05, 0.0, 0.0), {"a": (1.0, 2.0)}, {"a robot": trace}, "a drive", files
+    )
     picture = np.asarray(Image.open(files[0]).convert("RGB")).reshape(-1, 3)
     assert len(np.unique(picture, axis=0)) > 50
     text = files[1].read_text(encoding="utf-8")
     assert ET.fromstring(text).tag.endswith("svg")
     assert "a drive" in text
     assert "30 s: go(b) fails" in text
+    assert text.count("s: planner") == 3
+    assert "a node is killed" in text

@@ -11,7 +11,7 @@ import rospy
 from rosclingo.ros import parameters
 from rosoclingo.desk.answers import ANSWERS, Answers
 from rosoclingo.loop.words import SUCCESS
-from rosoclingo_interfaces.interface import ActionInterface, Answer
+from rosoclingo_interfaces.interface import AGAIN, ActionInterface, Answer
 from rosoclingo_interfaces.node import run
 
 
@@ -40,6 +40,10 @@ class Fulfill(ActionInterface):
     def knows(self, action: clingo.Symbol) -> bool:
         """Whether the action is one to answer; the others are another node's."""
         return self._actions.search(str(action)) is not None
+
+    def outcome_after_crash(self, action: clingo.Symbol) -> str:
+        """Nothing is done, so that it may be done again."""
+        return AGAIN
 
     def perform(self, action: clingo.Symbol) -> Answer:
         """Waits for the delay and answers; or waits for ever."""

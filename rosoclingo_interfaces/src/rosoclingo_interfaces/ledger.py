@@ -11,15 +11,14 @@ Entry(token=Token(run='a', number=1), action='pickup(3)', answer='success')
 
 from __future__ import annotations
 
-import fcntl
 import json
-import os
 import threading
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Dict, Optional
 
 from rosoclingo_interfaces.errors import StoreError
+from rosoclingo_interfaces.store_file import replace, reserve
 
 _FORMAT = 1
 
@@ -80,7 +79,7 @@ class Ledger:
         self._entries: Dict[str, Entry] = {}
         self.is_old = file is not None and file.exists()
         if file is not None:
-            self._guard = _reserve(file)  # as long as this process lives
+            self._guard = reserve(file)  # as long as this process lives
             if self.is_old:
                 self._entries = _read(file)
             self._write(self._entries)
@@ -128,57 +127,12 @@ class Ledger:
         }
         text = json.dumps({"format": _FORMAT, "last": said}, indent=1) + "\n"
         try:
-            _replace(self._file, text.encode())
+            replace(self._file, text.encode())
         except OSError as err:
             raise StoreError(
                 f"{self._file} (~store) cannot be written: {err}; make room, or let this node "
                 "write there"
             ) from err
-
-
-def _replace(file: Path, data: bytes) -> None:
-    """Puts another file in the place of a file; there is one of them, whole, at any time.
-
-    Raises:
-        OSError: It cannot be written; the old file may be there still.
-    """
-    new = f"{file}.new"
-    descriptor = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
-    try:
-        while data:
-            data = data[os.write(descriptor, data) :]
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-    os.replace(new, file)
-    folder = os.open(file.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
-
-
-def _reserve(file: Path) -> int:
-    """Keeps other processes from using a file, until this process ends or closes what is returned.
-
-    Raises:
-        StoreError: Another one uses it, or there can be no file.
-    """
-    try:
-        descriptor = os.open(f"{file}.lock", os.O_WRONLY | os.O_CREAT, 0o644)
-    except OSError as err:
-        raise StoreError(
-            f"{file} (~store) cannot be made: {err}; name a file in a folder where this node may "
-            "write"
-        ) from err
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as err:
-        os.close(descriptor)
-        raise StoreError(
-            f"{file} (~store) is used by another node that runs: end that one, or give each its own"
-        ) from err
-    return descriptor
 
 
 def _read(file: Path) -> Dict[str, Entry]:

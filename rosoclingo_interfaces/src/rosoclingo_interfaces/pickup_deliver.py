@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NoReturn, Union
+from typing import Mapping, NoReturn, Union
 
 from rosclingo.ros import parameters
-from rosoclingo_interfaces.interface import ActionInterface
+from rosoclingo_interfaces.interface import AGAIN, ActionInterface
 from rosoclingo_interfaces.node import run
 
 
@@ -13,6 +13,7 @@ class PickupDeliver(ActionInterface):
     """Succeeds after a delay, whatever the package; leaves other actions to other nodes."""
 
     leaves_unknown = True
+    after_crash: Mapping[str, str] = {"pickup": AGAIN, "deliver": AGAIN}  # to wait does no harm
 
     def __init__(self) -> None:
         self._delay = parameters.number("delay", 0.0)

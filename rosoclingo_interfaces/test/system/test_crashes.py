@@ -128,6 +128,23 @@ def test_a_crash_in_an_action(system: System) -> None:
     )
 
 
+@pytest.mark.parametrize("program", ["pickup_deliver.py", "fulfill.py"])
+def test_a_robot_without_a_hand(
+    system: System, terminals: Terminals, tmp_path: Path, program: str
+) -> None:
+    """It may wait twice, so that all is known."""
+    store = tmp_path / "hand.json"
+    robot = ("rosrun", "rosoclingo_interfaces", program, f"_store:={store}")
+    first = terminals.start(*robot, "_delay:=60")
+    system.ask("pickup(1)")
+    wait_for(lambda: store.exists() and "pickup(1)" in store.read_text())
+    os.killpg(first.process.pid, signal.SIGKILL)
+    first.wait()
+    second = terminals.start(*robot, "_delay:=0")
+    system.ends("succeeded")
+    assert "is unknown: it is done again" in second.output
+
+
 def test_a_store_that_is_none(system: System, tmp_path: Path) -> None:
     (tmp_path / "robot.json").write_text("not JSON")
     robot = system.robot()

@@ -14,6 +14,7 @@ from typing import Any, Callable, Iterator, List, NoReturn, Set, Tuple
 import pytest
 
 from rosoclingo_interfaces import ledger as ledger_module
+from rosoclingo_interfaces import store_file
 from rosoclingo_interfaces.errors import ActionError, StoreError
 from rosoclingo_interfaces.executor import Executor
 from rosoclingo_interfaces.insistent import Insistent
@@ -312,18 +313,18 @@ def test_a_full_disk(
 ) -> None:
     """An action of which nobody could know later is not begun."""
     sent = start("robot.json")
-    write = ledger_module._replace
+    write = ledger_module.replace
 
     def full(file: Path, data: bytes) -> NoReturn:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(ledger_module, "_replace", full)
+    monkeypatch.setattr(ledger_module, "replace", full)
     assert sent.ask(1, "pickup(1)") == "failure"
     assert robot.done.empty()
     assert (
         "(~store) cannot be written: [Errno 28] No space left on device; make room" in caplog.text
     )
-    monkeypatch.setattr(ledger_module, "_replace", write)
+    monkeypatch.setattr(ledger_module, "replace", write)
     assert sent.ask(2, "pickup(1)") == "success"
 
 
@@ -374,7 +375,7 @@ def run(folder: Path, after_crash: str, names: Set[str], number: int, after: boo
         return os.WIFSIGNALED(status)
     try:
         crash = Crash(names, number, after)
-        ledger_module.os = crash  # type: ignore[assignment]
+        store_file.os = crash  # type: ignore[assignment]
         ended = threading.Event()
 
         class Hand(ActionInterface):

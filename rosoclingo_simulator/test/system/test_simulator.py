@@ -126,6 +126,10 @@ def test_what_is_wrong_is_named(terminals: Terminals) -> None:  # noqa: F811 - t
         ("navigation", "maybe", "/navigation: expected true or false: maybe"),
         ("clock", 3, "/clock: expected true or false: 3"),
         ("frame_prefix", "a b", "/frame_prefix: expected a name without blanks"),
+        ("fleet", "robot1", "/fleet: expected different names, of letters, digits and underscores"),
+        ("fleet", "a@c1 a@c2", "such as robot1@open1 robot2@c5: a@c2"),
+        ("fleet", "a@c1 b@c7", "there is no waypoint c7"),
+        ("fleet", "a@c1 b@c1", "a and b cannot be at the same place: set ~fleet"),
         ("x", -3, "the robot cannot stand at (-3, -8)"),
         ("initial_pose", "here", "parameter /simulator/initial_pose: expected a text such as"),
     )

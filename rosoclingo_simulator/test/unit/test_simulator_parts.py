@@ -116,7 +116,7 @@ def test_commands_that_cannot_be_done(obstacles: Obstacles, command: str, messag
 
 def test_no_box_onto_the_robot(obstacles: Obstacles, physics: Boxes) -> None:
     physics.reset(Pose(2.8, 0.5, 0))
-    with pytest.raises(ObstacleError, match=r"the robot is where a box .* would stand"):
+    with pytest.raises(ObstacleError, match=r"a robot is where a box .* would stand"):
         obstacles.obey("block hall room")
     assert not physics.boxes
     physics.reset(Pose(0, 0.5, 0))

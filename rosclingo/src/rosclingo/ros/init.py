@@ -4,22 +4,30 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import os
 import signal
+import socket
 import sys
 import threading
+import time
 from types import FrameType
-from typing import Callable, NoReturn, Optional
+from typing import Any, Callable, NoReturn, Optional
 
 import rosgraph
+import rosgraph.network
 import rosgraph.xmlrpc
 import rospy
+from rospy.impl import tcpros_base
 from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.registration import RegManager, get_registration_listeners
 
 from rosclingo.errors import RosclingoError
-from rosclingo.ros.master_watch import watch_master
+from rosclingo.ros.master_watch import exit_status, watch_master
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_CALL = b"POST"  # how a call of XML-RPC begins; as a header, it would be more than a GiB long
+_RESPAWN_VARIABLE = "ROSCLINGO_RESPAWN"  # true where roslaunch starts a node again that has ended
+_SECONDS_TO_RETRY = 30.0  # after which a node that cannot do its work is started again
 _LOOKS_SECONDS = 0.5  # how often it is looked whether the node is shut down, if nobody says so
 # Whether the log messages of all nodes go without the list of the node's topics.
 _ROSOUT_PARAMETER = "/rosout_disable_topics_generation"
@@ -42,7 +50,8 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
 
     A node that the master does not know any more ends, see :func:`.master_watch.watch_master`.
 
-    It also ends the node's server, see :func:`end_server_when_closed`, and lets the master forget
+    It also ends the node's server, see :func:`end_server_when_closed`, closes connections that are
+    meant for another process, see :func:`_refuse_calls`, and lets the master forget
     the node when that ends, and log without a call of the master. rospy subscribes to a parameter
     at each message, and never unsubscribes: when a node of the same name starts later, the master
     shuts down whatever node has got the old one's port meanwhile.
@@ -63,6 +72,7 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
         signal.signal(number, signal.SIG_DFL)
     gc.freeze()
     end_server_when_closed()
+    _refuse_calls()
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
     for number in _SIGNALS:
         signal.signal(number, _shut_down)
@@ -83,6 +93,23 @@ def end_server_when_closed() -> None:
     third of the processor time of a node that starts and ends at once.
     """
     rosgraph.xmlrpc.ThreadingXMLRPCServer = _XmlRpcServer
+
+
+def _refuse_calls() -> None:
+    """Has a call of XML-RPC refused that comes where connections for messages begin.
+
+    When a node was killed and is started again, the master calls the old process, so that it ends.
+    The port may be another one's by then, that of this node even. rospy makes one connection after
+    the other: it would wait for the header of this one, and nobody could connect any more.
+    """
+    read_header = tcpros_base.read_ros_handshake_header
+
+    def read(connection: socket.socket, *arguments: Any) -> Any:
+        if connection.recv(len(_CALL), socket.MSG_PEEK) == _CALL:
+            raise rosgraph.network.ROSHandshakeException("it is a call of another process")
+        return read_header(connection, *arguments)
+
+    tcpros_base.read_ros_handshake_header = read
 
 
 def spin() -> None:
@@ -111,7 +138,30 @@ def give_up(reason: object, status: int = 2) -> NoReturn:
     """Says why the node ends, and ends the process with an exit status."""
     rospy.logfatal("%s", reason)
     rospy.signal_shutdown(str(reason))
-    sys.exit(status)
+    end_wrong(status)
+
+
+def end_wrong(status: int = 2) -> NoReturn:
+    """Ends a process that cannot do its work, but later if roslaunch is to start it again.
+
+    roslaunch does so at once, whatever the exit status. Launch files with ``respawn`` say it by the
+    environment variable ``ROSCLINGO_RESPAWN``. A signal ends the process at once. Called by the
+    main thread.
+
+    Args:
+        status: The exit status.
+    """
+    if os.environ.get(_RESPAWN_VARIABLE, "").lower() == "true":
+        for number in _SIGNALS:
+            signal.signal(number, signal.SIG_DFL)
+        print(
+            f"this node is started again in {_SECONDS_TO_RETRY:g} s, and at once by: "
+            f"kill {os.getpid()}",
+            file=sys.stderr,
+            flush=True,
+        )
+        time.sleep(_SECONDS_TO_RETRY)
+    sys.exit(exit_status(status))
 
 
 def run_node(make: Callable[[], object]) -> NoReturn:

@@ -160,7 +160,11 @@ class LocalMaster:
         Raises:
             OSError: Somebody else has taken the port.
         """
-        self._master = Master(self._port)
+        try:
+            self._master = Master(self._port)
+        except OSError:
+            self.close()  # nobody calls __exit__
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -221,6 +225,13 @@ class LocalMaster:
     def end(self, name: str) -> None:
         """Ends a process."""
         end([self.processes.pop(name)])
+
+    def kill(self, name: str) -> None:
+        """Kills a process, which learns nothing of it, and waits until it is gone."""
+        process = self.processes.pop(name).process
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
     def close(self) -> None:
         """Ends all processes, then the master."""

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import threading
 import time
+import weakref
 from collections import OrderedDict, deque
 from typing import Any, Callable, Deque, Dict, Optional, Tuple
 
@@ -71,6 +72,8 @@ class LowLatencyActionServer(actionlib.ActionServer):
         goal_cb: Callable[..., object],
         cancel_cb: Callable[..., object],
         recalled: Any,
+        *,
+        results_kept: int = 0,
     ) -> None:
         """Prepares a server that :meth:`start` makes public.
 
@@ -81,12 +84,16 @@ class LowLatencyActionServer(actionlib.ActionServer):
             cancel_cb: Called with the handle of a goal to cancel, under actionlib's lock.
             recalled: Result of a goal that actionlib recalls by itself, because its cancel request
                 has come first: goal and cancel request take different connections.
+            results_kept: A goal that comes again, with the id of one of so many that have ended
+                last, is not done again: its result is published again.
         """
         super().__init__(name, spec, goal_cb, cancel_cb, auto_start=False)
         self._recalled = recalled
         self._ended: Deque[Tuple[float, GoalStatus]] = deque()  # the last to end on the right
         self._ended_ids: OrderedDict[str, None] = OrderedDict()  # likewise
         self._kept_results, self._kept_feedback = _Kept(), _Kept()
+        self._results: OrderedDict[str, Any] = OrderedDict()  # by the goals' ids, likewise
+        self._results_kept = results_kept
         self._is_canceling = False
 
     def initialize(self) -> None:
@@ -136,9 +143,26 @@ class LowLatencyActionServer(actionlib.ActionServer):
                 self.status_list[:] = [
                     goal for goal in self.status_list if goal.status is not oldest
                 ]
-            message = self.ActionResult(status=status, result=result)
+            message = self.remember_result(status, result)
             self._keep(self._kept_results, self.result_pub, message)
             super().publish_result(status, result)
+
+    def remember_result(self, status: GoalStatus, result: Any) -> Any:
+        """Takes note of how a goal has ended, be it one of a server of this name that is no more.
+
+        Args:
+            status: The goal's status.
+            result: Its result.
+
+        Returns:
+            The message with both.
+        """
+        message = self.ActionResult(status=status, result=result)
+        with self.lock:
+            self._results[status.goal_id.id] = message
+            while len(self._results) > self._results_kept:
+                self._results.popitem(last=False)
+        return message
 
     def publish_feedback(self, status: GoalStatus, feedback: Any) -> None:
         """Publishes feedback for a goal; called by actionlib."""
@@ -172,12 +196,18 @@ class LowLatencyActionServer(actionlib.ActionServer):
                     kept.append((when, client, message))
 
     def internal_goal_callback(self, goal: Any) -> None:
-        """Takes a goal; one whose cancel request has come first is known by that only."""
+        """Takes a goal; one that is known, by an earlier message of this id, is not done again."""
         with self.lock:
+            identifier = goal.goal_id.id
             for known in self.status_list:
-                if known.status.goal_id.id == goal.goal_id.id and known.goal is None:
-                    known.goal = goal  # whose result is its sender's
-            super().internal_goal_callback(goal)
+                if known.status.goal_id.id == identifier:
+                    known.goal = goal  # whose result is its sender's, who may be another process
+            if identifier in self._results:
+                message = self._results[identifier]
+                self._keep(self._kept_results, self.result_pub, message)
+                self.result_pub.publish(message)
+            else:
+                super().internal_goal_callback(goal)
 
     def restore(self, goal: Any, status: int, text: str = "") -> actionlib.ServerGoalHandle:
         """Takes over a goal of a server of this name that is no more; before :meth:`start`.
@@ -246,8 +276,17 @@ class LowLatencyActionServer(actionlib.ActionServer):
                     super().publish_status()  # forgets what is old, which takes longer
 
 
-class _GoalHandle(actionlib.ClientGoalHandle):
+class GoalHandle(actionlib.ClientGoalHandle):
     """A goal of a client; whoever cancels it when it has ended changes nothing."""
+
+    def send_again(self) -> None:
+        """Sends what the server has not confirmed, the goal or its cancel request, once more."""
+        machine = self.comm_state_machine
+        with machine.mutex:
+            if machine.state == CommState.WAITING_FOR_GOAL_ACK:
+                machine.send_goal_fn(machine.action_goal)
+            elif machine.state == CommState.WAITING_FOR_CANCEL_ACK:
+                super().cancel()
 
     def cancel(self) -> None:
         """Sends a cancel request, if the goal has not ended."""
@@ -288,14 +327,32 @@ class LowLatencyActionClient(actionlib.ActionClient):
         goal: Any,
         transition_cb: Optional[Callable[..., None]] = None,
         feedback_cb: Optional[Callable[..., None]] = None,
-    ) -> actionlib.ClientGoalHandle:
-        """Sends a goal; the arguments are those of actionlib's method.
+        identifier: str = "",
+    ) -> GoalHandle:
+        """Sends a goal; the arguments are those of actionlib's method, and one more.
+
+        Args:
+            goal: The goal.
+            transition_cb: Called with the handle at each change.
+            feedback_cb: Called with the handle and feedback.
+            identifier: The goal's id, by which another process may have sent it before; empty for
+                one that nobody has used.
 
         Returns:
             The goal, which lives as long as this is kept.
         """
-        handle = super().send_goal(goal, transition_cb, feedback_cb)
-        return _GoalHandle(handle.comm_state_machine)
+        if not identifier:
+            handle = super().send_goal(goal, transition_cb, feedback_cb)
+            return GoalHandle(handle.comm_state_machine)
+        message = self.ActionGoal(goal_id=GoalID(rospy.Time.now(), identifier), goal=goal)
+        message.header.stamp = message.goal_id.stamp
+        machine = actionlib.action_client.CommStateMachine(
+            message, transition_cb, feedback_cb, self.pub_goal.publish, self.pub_cancel.publish
+        )
+        with self.manager.list_mutex:
+            self.manager.statuses.append(weakref.ref(machine))
+        self.pub_goal.publish(message)
+        return GoalHandle(machine)
 
 
 def _stay(_queue_size: int) -> None:

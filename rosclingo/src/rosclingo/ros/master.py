@@ -12,9 +12,10 @@ from rosmaster.master_api import ROSMasterHandler
 _WORKERS = 3  # threads that tell the nodes of changes, as many as roscore has
 _POLL = 0.02  # seconds that it takes to end
 
-# It logs whenever a node that it tells of a change has just ended; roscore keeps that in a file.
-# With this, Python prints it only where somebody has set up logging.
-logging.getLogger("rosmaster").addHandler(logging.NullHandler())
+# They log whenever a node that is told of a change has just ended, or is killed while it asks;
+# roscore keeps that in a file. With this, Python prints it only where somebody has set up logging.
+for _name in ("rosmaster", "xmlrpc"):
+    logging.getLogger(_name).addHandler(logging.NullHandler())
 
 
 class Master:
@@ -29,8 +30,9 @@ class Master:
         Raises:
             OSError: The port is taken.
         """
-        self._handler = ROSMasterHandler(_WORKERS)
+        # First, since the handler begins threads.
         self._server = ThreadingXMLRPCServer(("", port), log_requests=0)
+        self._handler = ROSMasterHandler(_WORKERS)
         self._server.register_multicall_functions()
         self._server.register_instance(self._handler)
         self._handler._ready(f"http://localhost:{port}/")

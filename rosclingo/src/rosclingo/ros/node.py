@@ -8,7 +8,7 @@ import queue
 import sys
 import threading
 import time
-from typing import Dict, NoReturn, Optional, Sequence, Tuple
+from typing import Any, Dict, NoReturn, Optional, Sequence, Tuple
 
 import actionlib
 import rospy
@@ -18,8 +18,9 @@ from std_msgs.msg import String
 from rosclingo.errors import RosclingoError, XmlError, report
 from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
 from rosclingo.ros import parameters
+from rosclingo.ros.client import OWN_RESTARTS_HEADER
 from rosclingo.ros.history_publisher import HistoryPublisher
-from rosclingo.ros.init import init_node, log_clingo, on_shutdown, spin
+from rosclingo.ros.init import end_wrong, init_node, log_clingo, on_shutdown, spin
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher
 from rosclingo.ros.master_watch import exit_status
 from rosclingo.solver.about import about
@@ -27,7 +28,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import USAGE, Options, parse_options
 from rosclingo.solver.programs import Policy
 from rosclingo.solver.terms import parse_term
-from rosclingo.solver.worker import Job, Stop, Worker
+from rosclingo.solver.worker import Caller, Job, Stop, Worker
 from rosclingo.srv import ROSClingoControl, ROSClingoControlRequest
 from rosclingo.wire.commands import Assumption, Failure, Improvement, Outcome, Reply, Result
 from rosclingo.wire.xml_codec import decode_assumptions, decode_commands, encode_reply
@@ -42,7 +43,7 @@ class GoalJob(Job):
     """A solve call that reports to an action goal."""
 
     def __init__(self, goal: actionlib.ServerGoalHandle, assumptions: Sequence[Assumption]) -> None:
-        super().__init__(assumptions)
+        super().__init__(assumptions, _caller(goal.goal))
         self._goal = goal
         self._accepted = False
 
@@ -135,7 +136,7 @@ class Node:
     def _control(self, request: ROSClingoControlRequest) -> str:
         try:
             self._check_size(request.commands)
-            reply = self.worker.control(decode_commands(request.commands))
+            reply = self.worker.control(decode_commands(request.commands), _caller(request))
         except XmlError as err:
             reply = Reply(failure=Failure(err.command or "commands", err.index, str(err)))
         if reply.failure is not None:
@@ -207,7 +208,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
         node = Node(engine, about("rosclingo run.py", arguments, engine.files))
     except RosclingoError as err:
         print(f"rosclingo: {err}", file=sys.stderr)
-        sys.exit(2)
+        end_wrong()
     _log_start(options, engine.policy)
     spin()
     if not node.worker.join(_SECONDS_TO_END):
@@ -216,6 +217,12 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
         sys.stderr.flush()
         os._exit(exit_status(0))
     sys.exit(0)
+
+
+def _caller(message: Any) -> Caller:
+    """Returns who has sent a goal or a request."""
+    header = message._connection_header
+    return Caller(header.get("callerid", ""), OWN_RESTARTS_HEADER in header)
 
 
 def _load_path(default: Policy) -> Tuple[str, ...]:

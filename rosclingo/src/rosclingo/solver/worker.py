@@ -11,13 +11,17 @@ import logging
 import queue
 import threading
 from concurrent.futures import Future
+from dataclasses import dataclass
 from typing import List, Optional, Sequence, Tuple, Union
 
-from rosclingo.errors import report
+from rosclingo.errors import SolverError, report
 from rosclingo.solver.engine import Engine
 from rosclingo.wire import commands as wire
 
 _LOG = logging.getLogger("rosout")
+
+RESTARTED = "restart"
+"""The command of a failure outside of every command: the last restart was not the caller's own."""
 
 
 class Stop(enum.Enum):
@@ -29,6 +33,23 @@ class Stop(enum.Enum):
     SHUTDOWN = "the node is shutting down"
 
 
+@dataclass(frozen=True)
+class Caller:
+    """Who asks for something.
+
+    Attributes:
+        name: Its name.
+        only_own_restarts: Whether it is refused what it asks for, but for a restart, unless the
+            last restart was its own: what it has told the solver is gone then.
+    """
+
+    name: str = ""
+    only_own_restarts: bool = False
+
+
+_ANYBODY = Caller()
+
+
 class Job:
     """A solve call and how its client learns of it; subclasses say the latter.
 
@@ -37,13 +58,15 @@ class Job:
 
     Attributes:
         assumptions: What to assume.
+        caller: Who has asked for it.
         reason: Why the call was asked to end; None as long as it was not.
         begun: Whether it is the job's turn.
         ended: Whether the worker is through with the job.
     """
 
-    def __init__(self, assumptions: Sequence[wire.Assumption]) -> None:
+    def __init__(self, assumptions: Sequence[wire.Assumption], caller: Caller = _ANYBODY) -> None:
         self.assumptions = tuple(assumptions)
+        self.caller = caller
         self.reason: Optional[Stop] = None
         self.begun = False
         self.ended = False
@@ -70,7 +93,7 @@ class Job:
         """The search was not possible."""
 
 
-_Control = Tuple[Sequence[wire.Command], "Future[wire.Reply]"]
+_Control = Tuple[Sequence[wire.Command], Caller, "Future[wire.Reply]"]
 
 
 class Worker:
@@ -87,18 +110,19 @@ class Worker:
         self._open: List[Job] = []
         self._stopped: queue.Queue[Optional[Job]] = queue.Queue()
         self._closing = False
+        self._restarted_by: Optional[str] = None  # who was the last; only the thread uses it
         self._thread = threading.Thread(target=self._run, name="solver", daemon=True)
         self._thread.start()
         threading.Thread(target=self._end_stopped, name="recall", daemon=True).start()
 
-    def control(self, commands: Sequence[wire.Command]) -> wire.Reply:
+    def control(self, commands: Sequence[wire.Command], caller: Caller = _ANYBODY) -> wire.Reply:
         """Ends open solve calls, runs the commands in order and returns when they are through."""
         reply: Future[wire.Reply] = Future()
         with self._lock:
             if self._closing:
                 return _refused()
             self._stop_open(Stop.CONTROL)
-            self._requests.put((commands, reply))
+            self._requests.put((commands, caller, reply))
         return reply.result()
 
     def solve(self, job: Job) -> None:
@@ -173,14 +197,37 @@ class Worker:
                 with self._lock:
                     self._open.remove(request)
             else:
-                commands, reply = request
-                reply.set_result(_refused() if self._closing else self._engine.run(commands))
+                commands, caller, reply = request
+                reply.set_result(self._run_commands(commands, caller))
+
+    def _run_commands(self, commands: Sequence[wire.Command], caller: Caller) -> wire.Reply:
+        if self._closing:
+            return _refused()
+        restarts = [i for i, one in enumerate(commands) if isinstance(one, wire.Restart)]
+        if not restarts:
+            try:
+                self._check_restarts(caller)
+            except SolverError as err:
+                return wire.Reply(failure=wire.Failure(RESTARTED, -1, str(err)))
+        reply = self._engine.run(commands)
+        if restarts and (reply.failure is None or reply.failure.index > restarts[0]):
+            self._restarted_by = caller.name
+        return reply
+
+    def _check_restarts(self, caller: Caller) -> None:
+        if not caller.only_own_restarts or caller.name == self._restarted_by:
+            return
+        who = "it was started again"
+        if self._restarted_by is not None:
+            who = f"{self._restarted_by or 'somebody'} has restarted it"
+        raise SolverError(f"{who}, so that nothing is left of what was said; begin with a restart")
 
     def _run_job(self, job: Job) -> None:
         try:
             if job.stopped():
                 outcome = wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
             else:
+                self._check_restarts(job.caller)
                 job.started()
                 outcome = self._engine.solve(job.assumptions, job.stopped, job.improved)
             job.finished(outcome)

@@ -23,7 +23,7 @@ from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.solver import Planner
 from rosoclingo.loop.vocabulary import ANY_EVENT
-from rosoclingo.loop.words import INFO, SUCCESS
+from rosoclingo.loop.words import BUSY, INFO, SUCCESS
 from rosoclingo.single.dialects import Dialect2, detect
 
 OWN_SOURCES = frozenset({"commit", "save"})
@@ -113,7 +113,8 @@ def _sorted(
         elif source in slots:
             requests.add(content)
         elif source in actuators:
-            answers.setdefault(source, []).append(content)
+            if content != BUSY:  # which rosoclingo says itself
+                answers.setdefault(source, []).append(content)
         elif source not in OWN_SOURCES and (source, content) != (INFO, "passed"):
             messages.append((source, content))
     return Alphabet(

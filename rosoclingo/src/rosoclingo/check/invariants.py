@@ -138,12 +138,15 @@ def ends(run: Run) -> Iterator[str]:
 
 
 def foretold(run: Run) -> Iterator[str]:
-    """If nothing unexpected comes, it takes as long as the plan says, and goals end as it says."""
+    """If nothing unexpected comes, it takes as long as the plan says, and goals end as it says.
+
+    Without a barrier, who answers first makes the steps: how many there are is not looked at.
+    """
     last: Optional[FoundPlan] = None
     for plan in run.plans:
         if last is not None and _goes_on(last, plan):
             before, now = last.elapsed + last.length, plan.elapsed + plan.length
-            if now < before or (plan.ahead and now > before):
+            if last.has_barrier and (now < before or (plan.ahead and now > before)):
                 yield (
                     f"by the plan found in step {last.elapsed}, all is done in step {before}; all "
                     f"has gone as planned, and now it is step {now}"

@@ -24,7 +24,7 @@ from rosoclingo.loop.atoms import Action, event
 from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.journal import Event
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.words import SUCCESS
+from rosoclingo.loop.words import BUSY, SUCCESS
 from rosoclingo.why.situation import Situation
 
 ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
@@ -42,7 +42,9 @@ class FoundPlan:
         elapsed: The current step, counted from the beginning.
         step: The same, counted from the last reset.
         actions: All its actions, those of steps that have gone by too.
-        published: The actions that were published since the last reset.
+        published: The actions that were published since the last reset, and those that repeat
+            what somebody is busy with.
+        has_barrier: Whether each step waits for all who act in it.
         statuses: Slot, word and step of each status from the current step on.
         fluents: What holds after the current step, as far as the encoding shows it.
         slots: The goal in each slot that has one, by its number.
@@ -57,6 +59,7 @@ class FoundPlan:
     step: int
     actions: Tuple[Action, ...]
     published: FrozenSet[Action]
+    has_barrier: bool
     statuses: Tuple[Tuple[str, str, int], ...]
     fluents: FrozenSet[str]
     slots: Mapping[str, str]
@@ -172,12 +175,14 @@ class Watched(Simulation):
         statuses = (
             (slot, word, at) for at in range(step, last + 1) for slot, word in plan.statuses(at)
         )
+        actions = tuple(a for a in plan.actions_from(0) if a.step <= last)
         self.plans.append(
             FoundPlan(
                 elapsed=self.elapsed,
                 step=step,
-                actions=tuple(a for a in plan.actions_from(0) if a.step <= last),
-                published=frozenset(self._done),
+                actions=actions,
+                published=frozenset([*self._done, *filter(state.is_published, actions)]),
+                has_barrier=not any(state.externals.declares(a.actuator, BUSY) for a in actions),
                 statuses=tuple(statuses),
                 fluents=frozenset(plan.fluents(step)),
                 slots=slots,

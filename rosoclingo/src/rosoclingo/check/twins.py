@@ -13,6 +13,7 @@ from rosoclingo.check.invariants import planned_ends
 from rosoclingo.check.run import DOES, MESSAGE, FoundPlan, Run
 from rosoclingo.desk.inputs import CANCEL, GOAL, STEP, Input
 from rosoclingo.loop import journal
+from rosoclingo.loop.words import UNKNOWN
 
 Inputs = Tuple[Input, ...]
 Again = Callable[[Inputs], Run]
@@ -104,7 +105,7 @@ def without_failure(inputs: Inputs, run: Run) -> Optional[Inputs]:
 
 
 def failed(one: Run, other: Run) -> Iterator[str]:
-    """An action that has failed has no effect."""
+    """An action that has failed has no effect; what is unknown may hold no longer."""
     index, failure = next(
         (index, heard) for index, heard in enumerate(one.heard) if heard[0] == MESSAGE
     )
@@ -120,9 +121,10 @@ def failed(one: Run, other: Run) -> Iterator[str]:
         return
     old, new = earlier[-1].fluents, success[-1].fluents
     for effect, is_there in ((new - old, after.fluents), (old - new, old - after.fluents)):
-        if effect and effect <= is_there:
+        is_new = effect == new - old
+        if effect and effect <= is_there and (is_new or failure[2] != UNKNOWN):
             what = ", ".join(sorted(effect))
-            holds = "holds" if effect == new - old else "holds no longer"
+            holds = "holds" if is_new else "holds no longer"
             yield (
                 f"{action[1]} has failed to do {action[2]} in step {moment}, and {what} {holds}, "
                 "as if it had succeeded"

@@ -12,6 +12,7 @@ from rosclingo.solver.options import Options, parse_options
 from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import GOAL, read_input
 from rosoclingo.desk.parts import SINGLE
+from rosoclingo.desk.simulation import Seconds
 
 _MODE = "dynamic.incremental.recording"
 _STEPS = 50  # the longest plan; the modes' own default is too short for trying
@@ -59,6 +60,8 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     add("--fail-probability", type=_number(1.0), default=0.0, metavar="P", help="of the others")
     add("--seed", type=int, default=0, metavar="N", help="of these failures; by default 0")
     add("--seconds", type=_number(), default=1.0, metavar="S", help="how long an action takes")
+    add("--lasts", action="append", nargs=2, default=[], metavar=("REGEX", "S"),
+        help="how long actions take where it is found; the first one counts")  # fmt: skip
     add("--most-steps", type=int, default=1000, metavar="N", help="when the simulation ends")
     add("--commands", action="store_true", help="also tell each command of the mode")
     add("--abort-unreachable", action="store_true",
@@ -72,7 +75,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     add("--picture", type=Path, metavar="FILE", help="draw the plan or the run; .svg, .png, .pdf")
     chosen, rest = parser.parse_known_args(arguments)
     chosen.options = options = parse_planner(rest, "plan.py")
-    alone = ("at", "fail", "no_answer", "fail_probability", "action_timeout", "commands")
+    alone = ("at", "lasts", "fail", "no_answer", "fail_probability", "action_timeout", "commands")
     for option in alone if not chosen.simulate else ():
         if getattr(chosen, option):
             raise OptionsError(f"--{option.replace('_', '-')} is for a run: add --simulate")
@@ -82,6 +85,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         *(read_input(text, when) for when, text in chosen.at),
     ]
     chosen.mode_options = _mode_options(options.clingo)
+    chosen.lasting = _lasting(chosen)
     return chosen
 
 
@@ -96,7 +100,7 @@ def simulated(chosen: argparse.Namespace) -> Dict[str, Any]:
     return {
         "inputs": chosen.inputs,
         "answer": answers.next,
-        "seconds": chosen.seconds,
+        "seconds": chosen.lasting,
         "most_steps": chosen.most_steps,
         "action_timeout": chosen.action_timeout,
         "abort_unreachable": chosen.abort_unreachable,
@@ -123,6 +127,23 @@ def parse_planner(words: Sequence[str], program: str) -> Options:
 def _as_file(word: str) -> Sequence[str]:
     """Lets a file stand without -f before it."""
     return ("-f", word) if word.endswith(".lp") and not word.startswith("-") else (word,)
+
+
+def _lasting(chosen: argparse.Namespace) -> Seconds:
+    """Returns what says how long actions take."""
+    lasts = []
+    for regex, text in chosen.lasts:
+        try:
+            lasts.append((_pattern(regex), _number()(text)))
+        except argparse.ArgumentTypeError as err:
+            raise OptionsError(f"--lasts: {err}") from err
+        except ValueError as err:
+            raise OptionsError(f"--lasts {regex} {text}: {text!r} is no number from 0 on") from err
+
+    def seconds(_: str, action: str) -> float:
+        return next((found for regex, found in lasts if regex.search(action)), chosen.seconds)
+
+    return seconds
 
 
 def _pattern(text: str) -> Pattern[str]:

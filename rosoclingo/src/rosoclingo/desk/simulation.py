@@ -28,6 +28,9 @@ from rosoclingo.why.situation import Situation
 Answer = Callable[[str, str], Optional[str]]
 """Returns the answer to an actuator's action, or None for none at all."""
 
+Seconds = Callable[[str, str], float]
+"""Returns how long an actuator's action takes, in seconds."""
+
 
 class Simulation(System):
     """A system with actuators that answer after a while, and inputs at given moments.
@@ -51,7 +54,7 @@ class Simulation(System):
         inputs: Sequence[Input] = (),
         answer: Optional[Answer] = None,
         *,
-        seconds: float = 1.0,
+        seconds: Seconds = lambda actuator, action: 1.0,
         most_steps: int = 1000,
         action_timeout: float = 0.0,
         **parameters: Any,
@@ -62,7 +65,7 @@ class Simulation(System):
             make: Makes a loop of its inbox and environment, such as :meth:`.parts.Parts.loop`.
             inputs: What comes from outside.
             answer: Says how actions end; by default all succeed.
-            seconds: How long an action takes.
+            seconds: Says how long actions take.
             most_steps: The run is over when so many steps have begun.
             action_timeout: From when on an action without an answer counts as failed, in seconds;
                 0 for never.
@@ -137,7 +140,7 @@ class Simulation(System):
         answer = self._answer(actuator, action)
         self._due.pop(actuator, None)
         if answer is not None:
-            self._due[actuator] = self.clock + self._seconds
+            self._due[actuator] = self.clock + self._seconds(actuator, action)
             self._answers[actuator] = answer
 
     def answer(self, actuator: str, value: str = SUCCESS) -> str:
@@ -169,7 +172,9 @@ class Simulation(System):
                 self.cancel(self.goals[int(one.value) - 1])
             elif one.kind in self.acting and one.moment.kind == STEP:
                 self._answers[one.kind] = one.value
-                self._due.setdefault(one.kind, self.clock + self._seconds)
+                if one.kind not in self._due:
+                    seconds = self._seconds(one.kind, self.acting[one.kind])
+                    self._due[one.kind] = self.clock + seconds
             elif one.kind in self.acting:
                 self.answer(one.kind, one.value)
             else:

@@ -21,6 +21,7 @@ from rosclingo.wire.term_text import is_plain, last_number, split_term
 from rosclingo.wire.xml_codec import check_text
 
 _READ = ("do(", "status(", "abort(")
+_FEEDBACK = "feedback("
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Action:
 
 @dataclass(eq=False)
 class Plan:
-    """What rosoclingo reads of the planner's answer set: do/3, status/3, holds/2 and abort/2.
+    """What rosoclingo reads of an answer set: do/3, status/3, holds/2, abort/2 and feedback/2.
 
     Attributes:
         symbols: The answer set.
@@ -84,6 +85,13 @@ class Plan:
     def statuses(self, step: int) -> Sequence[Tuple[str, str]]:
         """Returns the pairs of slot id and status of a step, ``accepted`` before the others."""
         return sorted(self._statuses.get(step, ()), key=lambda pair: (pair[1] != "accepted", pair))
+
+    def feedback(self) -> List[Tuple[str, str]]:
+        """Returns the pairs of slot id and line of feedback: a term's name and arguments."""
+        atoms = (text for text in self.symbols if text.startswith(_FEEDBACK))
+        pairs = (split_term(text)[1] for text in atoms)
+        terms = ((pair[0], *split_term(pair[1])) for pair in pairs if len(pair) == 2)
+        return sorted((slot, " ".join([name, *rest])) for slot, name, rest in terms if name)
 
     def fluents(self, step: int) -> List[str]:
         """Returns the fluents that are true at a step."""

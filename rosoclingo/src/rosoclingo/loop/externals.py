@@ -98,11 +98,14 @@ class PlannerExternals(ExternalsState):
         return self._vocabulary.explain(source, content)
 
     def declares(self, source: str, content: str) -> bool:
-        """Asks the planner whether its encoding declares an event."""
-        if self._planner.demand.tells:
-            self._planner.declare([(source, content)])
-            return self._planner.demand.declared[source, content]
-        return any(atom.startswith(f"event({source},{content},") for atom in self.read())
+        """Whether the encoding declares an event itself; asks the planner if that is not known."""
+        if self._vocabulary.declares((source, content)) is None:
+            self.ask([(source, content)])
+        return self.is_declared(source, content)
+
+    def is_declared(self, source: str, content: str) -> bool:
+        """Whether the encoding declares an event itself, as far as the planner was asked."""
+        return bool(self._vocabulary.declares((source, content)))
 
     # What is true.
 

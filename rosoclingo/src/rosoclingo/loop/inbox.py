@@ -88,8 +88,14 @@ class Inbox:
 
     def cancel(self, goal: Goal) -> None:
         """Adds a cancel request; the goal is recalled at once if it has no slot."""
-        goal.recall()  # now: the loop may be busy for long
-        self.put(Cancel(goal))
+        item = Cancel(goal)
+        if self.recalls_at_once(item):
+            goal.recall()  # now: the loop may be busy for long
+        self.put(item)
+
+    def recalls_at_once(self, item: Cancel) -> bool:
+        """Whether a cancel request recalls its goal when it comes."""
+        return True
 
     def look(self, function: Callable[[], None]) -> bool:
         """Has the loop's thread call a function, as soon as it looks what has come.

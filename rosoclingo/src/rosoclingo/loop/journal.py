@@ -209,6 +209,28 @@ class Explained(Event):
 
 
 @dataclass(frozen=True)
+class NodeResumed(Event):
+    """A node had died or was ended, and the run goes on with another one in its place.
+
+    All that came before it holds, and nothing of it comes again.
+
+    Attributes:
+        node: What it is: :data:`LOOP`, ``controller`` or ``planner``.
+        reason: With what error a solver was lost; empty for the loop, which knows of none.
+        seconds: In seconds of wall time: how long a solver was missed, or how long the loop took
+            until it was what it had been.
+    """
+
+    node: str
+    reason: str = ""
+    seconds: float = 0.0
+
+
+LOOP = "rosoclingo"
+"""What the node with the planning loop is called in :class:`NodeResumed`, whatever its name."""
+
+
+@dataclass(frozen=True)
 class LoopEnded(Event):
     """The loop has ended; the reason may be a :class:`Reason`."""
 
@@ -273,6 +295,7 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
     ),
     LoopWaits: lambda e: Fields("waiting", text=_FOR_A_REPLAY if e.for_a_replay else ""),
     Explained: lambda e: Fields("why", e.question, e.text, (e.structure,), e.seconds),
+    NodeResumed: lambda e: Fields("resumed", e.node, e.reason, seconds=e.seconds),
     LoopEnded: lambda e: Fields("end", text=str(e.reason)),
     Unknown: lambda e: e.fields,
 }  # fmt: skip
@@ -288,6 +311,7 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
     "status": lambda f: StatusSet(f.id, Status(f.text), *_slot_and_reason(*f.details)),
     "waiting": lambda f: LoopWaits(f.text == _FOR_A_REPLAY),
     "why": lambda f: Explained(f.id, f.text, "".join(f.details[:1]), f.seconds),
+    "resumed": lambda f: NodeResumed(f.id, f.text, f.seconds),
     "end": lambda f: LoopEnded(Reason.of(f.text)),
 }
 

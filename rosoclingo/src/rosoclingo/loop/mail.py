@@ -17,7 +17,7 @@ from rosoclingo.loop.inbox import Cancel, Inbox, Message, Taken
 from rosoclingo.loop.replay_inbox import Key, Kind, key_of
 from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.tokens import Tokens
-from rosoclingo.loop.words import FAILURE, UNKNOWN
+from rosoclingo.loop.words import BUSY, FAILURE, UNKNOWN
 
 _RESERVED_IDS = ("commit", "save")
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
@@ -26,7 +26,7 @@ _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are log
 
 @dataclass(frozen=True)
 class Acting:
-    """That an actuator was told to act in the current step.
+    """That an actuator acts in the current step.
 
     Attributes:
         began: When, in seconds of the environment's clock; in a snapshot, of one that stands at 0
@@ -34,12 +34,16 @@ class Acting:
         reminded: When it was said last that it does not answer, likewise.
         is_overdue: Whether its time is over.
         answer: What it has answered.
+        goes_on: Whether it was busy in the step before.
+        is_busy: Whether it is busy in this step, so that its answer belongs to the next one.
     """
 
     began: float
     reminded: float
     is_overdue: bool = False
     answer: Optional[str] = None
+    goes_on: bool = False
+    is_busy: bool = False
 
     def since(self, time: float) -> Acting:
         """Returns the same with seconds since a time."""
@@ -150,13 +154,30 @@ class Mail(MailState):
 
     @property
     def pending_actions(self) -> bool:
-        """Whether an actuator of the current step has not answered."""
-        return any(one.answer is None for one in self._acting.values())
+        """Whether the step has to wait for an actuator's answer; may ask the planner."""
+        return bool(self._awaited) and not self.is_over
+
+    @property
+    def _awaited(self) -> List[str]:
+        """The actuators that have not answered, but for those who are known to be busy."""
+        return [a for a, one in self._acting.items() if one.answer is None and not one.is_busy]
+
+    @property
+    def is_over(self) -> bool:
+        """Whether somebody who acts is through with the step, and all others can be busy."""
+        is_through = len(self._awaited) < len(self._acting)
+        return is_through and all(self._externals.declares(a, BUSY) for a in self._awaited)
 
     @property
     def new_messages(self) -> bool:
-        """Whether there is something for ``assign_messages`` to do."""
-        return bool(self.messages or self.cancels or self.new_goals or self._held)
+        """Whether there is something for ``assign_messages`` to do; may ask the planner."""
+        has_come = bool(self.messages or self.cancels or self.new_goals or self._held)
+        return has_come or (bool(self._awaited) and self.is_over)
+
+    @property
+    def keeps_answers(self) -> bool:
+        """Whether somebody has answered who is busy: that is told in the next step."""
+        return any(one.is_busy and one.answer is not None for one in self._acting.values())
 
     def tell(self) -> bool:
         """Returns :attr:`new_messages` for the controller, and remembers what it knows of now."""
@@ -179,7 +200,11 @@ class Mail(MailState):
         if not keep:
             self.messages.clear()
             self.cancels.clear()
-        self.begin_step()
+        self._acting = {
+            actuator: replace(one, is_busy=True)
+            for actuator, one in self._acting.items()
+            if keep and one.goes_on and (one.is_busy or one.answer is None)
+        }
 
     def explain(self, slot: str, request: str, step: int) -> str:
         """Returns the reason why a goal is rejected that the planner declares no external for."""
@@ -294,12 +319,14 @@ class Mail(MailState):
             reason = "the id is a goal's slot, and goals are changed by the action only"
         elif self._hold(message, [(source, value)], may_ask):
             return True
+        elif value == BUSY and self._externals.is_declared(source, BUSY):
+            reason = "who is busy, rosoclingo says itself"
         elif not self._externals.knows([(source, value)]):
             if acting and acting.answer is None:
                 self._acting[source] = replace(acting, answer=value)
                 self._tokens.take(source, said)
                 self._warn_of_undeclared_answer(source, said)
-                return True
+                return not acting.is_busy
             reason = "the planner's encoding declares no such event"
         elif acting and acting.answer is not None and acting.answer != value:
             reason = f"it has answered {shorten(acting.answer)} already"
@@ -309,6 +336,8 @@ class Mail(MailState):
             if value != said:
                 self._warn_of_unknown(source)
             self._tokens.take(source, said)
+            if acting and acting.is_busy:
+                return False
             self.messages.append((source, value))
             return True
         dropped.append(f"{journal.naming(source, value)}{reason}")
@@ -335,7 +364,8 @@ class Mail(MailState):
     def _hold(self, item: Taken, pairs: List[Pair], may_ask: bool) -> bool:
         """Keeps an item for later if nobody can say whether the planner knows one of the pairs."""
         externals = self._externals
-        if externals.knows(pairs) or externals.is_sure(pairs):
+        may_be_own = isinstance(item, Message) and pairs[0][1] == BUSY
+        if (externals.knows(pairs) and not may_be_own) or externals.is_sure(pairs):
             return False
         if may_ask:
             externals.ask(pairs)
@@ -347,16 +377,52 @@ class Mail(MailState):
     # What the commands do.
 
     def begin_step(self) -> None:
-        """Nobody acts yet in the step that begins."""
-        self._acting.clear()
+        """Nobody acts yet in the step that begins, but those who go on, with their answers."""
+        self._keep_busy(is_busy=False)
+        for actuator, one in self._acting.items():
+            if one.answer is not None and self._externals.knows([(actuator, one.answer)]):
+                self.messages.append((actuator, one.answer))
+
+    def reset(self) -> None:
+        """Nobody acts in the first step, and those who go on do so in the next one."""
+        self._keep_busy(is_busy=True)
+
+    def _keep_busy(self, *, is_busy: bool) -> None:
+        self._acting = {
+            actuator: replace(one, goes_on=True, is_busy=is_busy)
+            for actuator, one in self._acting.items()
+            if one.is_busy
+        }
+
+    def end_step(self, step: int) -> List[str]:
+        """Notes that who has not answered, and can be busy, is so from now on.
+
+        Returns:
+            The events that say so.
+        """
+        busy = [a for a in self._awaited if self._externals.declares(a, BUSY)]
+        for actuator in busy:
+            self._acting[actuator] = replace(self._acting[actuator], is_busy=True)
+        return [event(actuator, BUSY, step) for actuator in busy]
+
+    def goes_on(self, actuator: str) -> bool:
+        """Whether an actuator was busy in the step before, so that it is told nothing new."""
+        one = self._acting.get(actuator)
+        return one is not None and one.goes_on
 
     def acts(self, actuator: str) -> None:
         """Notes that an actuator was told to act: what it answered was to another action."""
         now = self._environment.now()
         self._acting[actuator] = Acting(now, now)
 
+    def can_be_aborted(self, actuator: str) -> bool:
+        """Whether an actuator that can be busy has not answered; may ask the planner."""
+        one = self._acting.get(actuator)
+        acts = one is not None and one.answer is None
+        return acts and self._externals.declares(actuator, BUSY)
+
     def is_acting(self, actuator: str) -> bool:
-        """Whether an actuator was told to act in the current step."""
+        """Whether an actuator acts in the current step, or has answered in it."""
         return actuator in self._acting
 
     def silent(self) -> List[Tuple[str, float]]:

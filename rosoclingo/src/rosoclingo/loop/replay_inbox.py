@@ -13,7 +13,6 @@ from collections import Counter, deque
 from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosclingo.errors import ParameterError
-from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Answer, Cancel, Inbox, Item, Message, Taken
 
 
@@ -32,6 +31,7 @@ class Kind(str, enum.Enum):
     CANCEL = "cancel"
     MESSAGE = "message"
     RECALL = "recall"  # of a goal without a slot, by a cancel request that is taken later
+    KILL = "kill"  # no input: a node is to be killed, and the loop waits for that
 
 
 Key = Tuple[Kind, str, str]
@@ -45,7 +45,7 @@ class Due(NamedTuple):
         decision: How many decisions were carried out before.
         phase: When, seen from the next decision.
         kind: What it was.
-        id: That of the goal or message.
+        id: That of the goal or message; what is to be killed, as :class:`.NodeResumed` has it.
         text: The message's value; else empty.
     """
 
@@ -104,7 +104,8 @@ class ReplayInbox(Inbox):
         """
         super().__init__()
         self._dues: Deque[Due] = deque(dues)
-        self._expected = Counter(due.key for due in dues if due.kind is not Kind.RECALL)
+        self._expected = Counter(due.key for due in dues if due.kind in _INPUTS)
+        self._kills = sum(due.kind is Kind.KILL for due in dues)
         self._held: Dict[Key, Deque[Taken]] = {}  # has come, and is not taken yet
         self._moment = -1, Phase.WAIT
         self._missing: Counter[Key] = Counter()  # is due, and has not come
@@ -126,28 +127,33 @@ class ReplayInbox(Inbox):
                 return
         super().put(item)
 
-    def cancel(self, goal: Goal) -> None:
-        """Adds a cancel request, which may recall the goal when that is due; returns at once."""
+    def recalls_at_once(self, item: Cancel) -> bool:
+        """Whether a cancel request recalls a goal now; else that is due later."""
         with self._changed:
-            is_due_later = not self._is_open and self._expected[key_of(Cancel(goal))] > 0
-        if is_due_later:
-            self.put(Cancel(goal))
-        else:
-            super().cancel(goal)
+            return self._is_open or self._expected[key_of(item)] <= 0
+
+    def go_on(self) -> None:
+        """Ends the wait for a node that is to be killed: it is."""
+        with self._changed:
+            kill = self._next_kill()
+            if kill is not None:
+                self._dues.remove(kill)
+                self._kills -= 1
+                self._changed.notify_all()
 
     def open(self) -> None:
         """Lets everything through from now on: the replay goes another way."""
         with self._changed:
             self._is_open = True
-            dues = (due for due in self._dues if due.kind is not Kind.RECALL)
+            dues = (due for due in self._dues if due.kind in _INPUTS)
             rest = [self._held[due.key].popleft() for due in dues if self._has(due)]
             self._dues.clear()
+            self._kills = 0
             self._missing.clear()
         for item in rest:
             if isinstance(item, Cancel):
-                super().cancel(item.goal)
-            else:
-                super().put(item)
+                item.goal.recall()
+            super().put(item)
         with self._changed:
             self._changed.notify_all()
 
@@ -168,12 +174,28 @@ class ReplayInbox(Inbox):
 
     def _wait_until(self, moment: Tuple[int, Phase], waits: Callable[[], None]) -> None:
         self._moment = moment
-        with self._changed:
-            self._missing = self._find_missing()
-        if self._missing:
-            waits()
+        while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._closed or not self._missing)
+                self._missing = self._find_missing()
+                is_kill_due, kills = self._next_kill() is not None, self._kills
+            if self._missing:
+                if not is_kill_due:
+                    waits()
+                with self._changed:
+                    self._changed.wait_for(lambda: self._closed or not self._missing)
+            if not is_kill_due:
+                return
+            waits()  # all has come that is to come before
+            with self._changed:
+                self._changed.wait_for(
+                    lambda before=kills: self._closed or self._kills < before  # type: ignore[misc]
+                )
+                if self._closed:
+                    return
+
+    def _next_kill(self) -> Optional[Due]:
+        due = itertools.takewhile(lambda due: due.moment <= self._moment, self._dues)
+        return next((one for one in due if one.kind is Kind.KILL), None)
 
     def take(self) -> List[Item]:
         """Returns what is due; does not wait."""
@@ -211,12 +233,19 @@ class ReplayInbox(Inbox):
         return bool(self._held.get(due.key))
 
     def _find_missing(self) -> Counter[Key]:
-        """Returns what is due and has not come."""
-        due = list(itertools.takewhile(lambda due: due.moment <= self._moment, self._dues))
+        """Returns what is due, before the next kill, and has not come."""
+        due = list(
+            itertools.takewhile(
+                lambda due: due.moment <= self._moment and due.kind is not Kind.KILL, self._dues
+            )
+        )
         needed = Counter(one.key for one in due if one.kind is not Kind.RECALL)
         # The cancel request that recalls a goal comes once, and is taken later.
         needed |= Counter({one.key: 1 for one in due if one.kind is Kind.RECALL})
         return needed - Counter({key: len(self._held.get(key, ())) for key in needed})
+
+
+_INPUTS = (Kind.GOAL, Kind.CANCEL, Kind.MESSAGE)
 
 
 def key_of(item: Taken) -> Key:

@@ -17,11 +17,14 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import functools
 import json
 from collections import deque
-from typing import Any, Tuple, Type, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, Optional, Tuple, Type, TypeVar, Union, get_args, get_origin, get_type_hints
 
 T = TypeVar("T")
+
+_ATOMS = frozenset((str, int, float, bool, type(None)))
 
 
 def encode(snapshot: Any) -> str:
@@ -42,8 +45,12 @@ def take_over(part: Any, saved: Any) -> None:
 
 def plain(value: Any) -> Any:
     """Returns what JSON can write: a dictionary is a list of its items, and a set is sorted."""
-    if dataclasses.is_dataclass(value):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    kind: Any = type(value)
+    if kind in _ATOMS:
+        return value
+    names = _names(kind)
+    if names is not None:
+        return {name: plain(getattr(value, name)) for name in names}
     if isinstance(value, dict):
         return [[plain(key), plain(of)] for key, of in value.items()]
     if isinstance(value, set):
@@ -51,6 +58,14 @@ def plain(value: Any) -> Any:
     if isinstance(value, (deque, list, tuple)):
         return list(map(plain, value))
     return value.value if isinstance(value, enum.Enum) else value
+
+
+@functools.lru_cache(maxsize=None)
+def _names(kind: Any) -> Optional[Tuple[str, ...]]:
+    """Returns the names of a dataclass's fields; None for another type."""
+    if not dataclasses.is_dataclass(kind):
+        return None
+    return tuple(field.name for field in dataclasses.fields(kind))
 
 
 def decode(kind: Type[T], text: str) -> T:

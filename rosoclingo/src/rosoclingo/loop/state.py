@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
+from rosclingo.errors import shorten
 from rosclingo.wire.commands import Result
 from rosclingo.wire.term_text import last_number
+from rosoclingo.errors import PlannerError
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action, Plan, event
 from rosoclingo.loop.environment import Environment
@@ -18,7 +20,7 @@ from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.solver import Planner, PlannerState
 from rosoclingo.loop.tokens import Tokens, TokensState
 from rosoclingo.loop.waiting import Waiting
-from rosoclingo.loop.words import ABORT
+from rosoclingo.loop.words import ABORT, BUSY, UNKNOWN
 
 
 @dataclass
@@ -52,7 +54,6 @@ class Progress:
     tries: int = 0
     _again: Optional[List[str]] = None  # what the planner is to begin with next
     _published: Set[Action] = field(default_factory=set)  # since the last reset
-    _declares_passed: Optional[bool] = None  # of event(info,passed,t), once that is known
     _warned: Set[str] = field(default_factory=set)  # the kinds of what is said once
 
 
@@ -183,7 +184,6 @@ class State(Progress):
         self.planned, self.failures = -1, 0
         self.visible.clear()
         self._published.clear()
-        self._declares_passed = None
         self._free_slots()
         if again:
             self.externals.make_true(again)
@@ -246,6 +246,8 @@ class State(Progress):
                     self.goals.end(goal, "rejected", self.mail.explain(slot, goal.request, step))
                     self.goals.remove(goal)
         self.goals.tell_positions()
+        if self.mail.is_over:
+            self.externals.make_true(self.mail.end_step(step))
 
     def _assign_pending_messages(self, step: int) -> None:
         messages = self.mail.take_messages(step)
@@ -317,13 +319,13 @@ class State(Progress):
         """
         if step == self.step:
             return []
+        busy = self.mail.end_step(self.step)
         self.mail.begin_step()
         self._free_slots()
         gone = range(self.step, step)
         self.step = step
-        if self._declares_passed is None:
-            self._declares_passed = self.externals.declares("info", "passed")
-        return [event("info", "passed", past) for past in gone if self._declares_passed]
+        tells = self.externals.declares("info", "passed")
+        return [*busy, *(event("info", "passed", past) for past in gone if tells)]
 
     def _free_slots(self) -> None:
         self.waiting.reminded = False
@@ -344,17 +346,39 @@ class State(Progress):
             self.tokens.changed = False
             self.environment.show_told(self.tokens.run, self.tokens.told)
 
+    def split(self, actions: Sequence[Action]) -> Tuple[List[Action], List[Action]]:
+        """Returns which actions are new, and which repeat what busy actuators do.
+
+        Raises:
+            PlannerError: A busy actuator has another one.
+        """
+        repeated = [action for action in actions if self.mail.goes_on(action.actuator)]
+        for action in repeated:
+            doing = self.tokens.last[action.actuator].action
+            if action.name != doing:
+                raise PlannerError(
+                    f"the plan has {shorten(str(action))}, and {shorten(action.actuator)} is still "
+                    f"busy with {shorten(doing)}: an encoding that declares "
+                    f"#external {shorten(event(action.actuator, BUSY, self.step))} has to repeat "
+                    "that, after a reset too; see docs/protocol.md, Steps without a barrier"
+                )
+        return [action for action in actions if action not in repeated], repeated
+
     def commit(self, action: Action) -> None:
         """Sends an action, which its actuator is to answer, and remembers it as published."""
-        self._published.add(action)
+        self.commit_again(action)
         self.mail.acts(action.actuator)
         self.environment.publish(action.actuator, action.name)
         self.note(journal.ActionPublished(action.actuator, action.name))
 
+    def commit_again(self, action: Action) -> None:
+        """Remembers an action as published that its actuator has been told before."""
+        self._published.add(action)
+
     def publish_abort(self, actuator: str) -> None:
         """Tells an actuator to end what it does, once in a step; nobody answers that."""
         abort = Action(actuator, ABORT, self.step)
-        if abort not in self._published:
+        if abort not in self._published and not self.tokens.is_aborted(actuator):
             self._published.add(abort)
             self.tokens.abort(actuator)
             self.show_told()
@@ -378,6 +402,10 @@ class State(Progress):
         self.waiting.end_planning()
         self.note(journal.PlanFound(tuple(map(str, self.ahead())), is_best))
         self.goals.tell(f"plan {self.horizon} step{'' if self.horizon == 1 else 's'}")
+        for slot, line in plan.feedback():
+            goal = self.goals.occupant(slot)
+            if goal is not None:
+                goal.tell(line)
 
     def ahead(self) -> List[Action]:
         """Returns the actions of the plan from the current step up to the horizon.
@@ -401,14 +429,24 @@ class State(Progress):
                 f"{', '.join(sorted(STATUSES))} are allowed"
             )
         else:
-            self.goals.end(goal, word, f"the planner's status in step {self.step}")
+            reason = f"the planner's status in step {self.step}"
+            doubts = "" if word != "aborted" else self._doubts()
+            self.goals.end(goal, word, f"{reason}: {doubts}" if doubts else reason)
+
+    def _doubts(self) -> str:
+        """Returns which actions of the current step may have been done or not."""
+        return " and ".join(
+            f"whether {told.actuator} has done {told.action} is unknown"
+            for told in self.tokens.told
+            if told.answer == UNKNOWN and told.step == self.step
+        )
 
     def reset(self, step: int) -> None:
         """Makes the fluents of a step the initial ones, and forgets what happened."""
         if not self.externals.reset(self._fluents(step)) and "reset" not in self._warned:
             self._warn_of_forgetting(step)
         self._published.clear()
-        self.mail.begin_step()
+        self.mail.reset()
         self._free_slots()
         self.goals.some_ended = False
         self.step = 0
@@ -418,6 +456,8 @@ class State(Progress):
         if not self.externals.can_be_saved():
             lacks = "its encoding declares no #external event(save,F,0)"
         elif not self._fluents(step):
+            if self.plan.last_shown(step) >= 0 or not self.plan.actions_from(0):
+                return  # it may be that nothing holds
             lacks = f"its answer set shows no holds(F,{step})"
         else:
             lacks = "its encoding declares #external event(save,F,0) for other fluents than hold"

@@ -123,6 +123,11 @@ class Tokens(TokensState):
             self.last[actuator] = replace(told, aborted=True)
             self.changed = True
 
+    def is_aborted(self, actuator: str) -> bool:
+        """Whether an actuator that has not answered was told to stop what it does."""
+        told = self.last.get(actuator)
+        return told is not None and told.answer is None and told.aborted
+
     def take(self, actuator: str, value: str) -> None:
         """Takes note that what an actuator has said was taken, which is its answer if it owes one.
 

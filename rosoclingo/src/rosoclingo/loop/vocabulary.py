@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass, field
-from typing import ClassVar, Collection, Dict, Iterable, List, Sequence, Set, Tuple
+from typing import ClassVar, Collection, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire.term_text import number, split_term
@@ -62,6 +62,11 @@ class Vocabulary:
             ANY_EVENT in self._pairs and not self._of(f"{source},")
         )
 
+    def declares(self, pair: Pair) -> Optional[bool]:
+        """Whether the encoding declares just this event; None if no step after step 0 was seen."""
+        is_there = ",".join(pair) in self._pairs
+        return is_there if is_there or self._grounded > 1 else None
+
     def explain(self, source: str, content: str) -> str:
         """Says why there is no such event, by comparing it with those that there are."""
         return explain(content, [pair[len(source) + 1 :] for pair in self._of(f"{source},")])
@@ -74,7 +79,7 @@ class ToldVocabulary:
     """The events that an encoding knows which is told them, as far as it was asked.
 
     Its examples spare it questions: a request is unknown which has an argument that no example of
-    its form has at this place.
+    its form has at this place. The constant ``any`` in an example stands for every term.
     """
 
     def __init__(self, demand: Demand, slots: Iterable[str]) -> None:
@@ -103,8 +108,12 @@ class ToldVocabulary:
         name, arguments = split_term(content)
         places = self._arguments.get((name, len(arguments)))
         return places is None or any(
-            argument not in known for known, argument in zip(places, arguments)
+            not _is_one_of(argument, known) for known, argument in zip(places, arguments)
         )
+
+    def declares(self, pair: Pair) -> Optional[bool]:
+        """Whether the encoding knows just this event; None if it was not asked."""
+        return self._demand.declared.get(pair)
 
     def learn(self, externals: object, grounded: int) -> None:
         """Learns nothing: the encoding is asked about each pair."""
@@ -115,6 +124,22 @@ class ToldVocabulary:
             return explain(content, sorted(self._demand.examples), are_examples=True)
         declared = self._demand.declared.items()
         return no_request_like(content, [c for (s, c), known in declared if known and s == source])
+
+
+def _is_one_of(term: str, known: Collection[str]) -> bool:
+    return term in known or any(_fits(term, example) for example in known if "any" in example)
+
+
+def _fits(term: str, example: str) -> bool:
+    """Whether a term is an example, with any term in the place of ``any``."""
+    if example in (term, "any"):
+        return True
+    (name, arguments), (same, others) = split_term(term), split_term(example)
+    return (
+        bool(arguments)
+        and (name, len(arguments)) == (same, len(others))
+        and all(map(_fits, arguments, others))
+    )
 
 
 def explain(request: str, known: Sequence[str], *, are_examples: bool = False) -> str:
@@ -140,7 +165,7 @@ def _reason(request: str, known: Sequence[str]) -> str:
     if not alike:
         return no_request_like(request, known)
     for place, argument in enumerate(arguments):
-        if all(others[place] != argument for _, others in alike):
+        if not _is_one_of(argument, [others[place] for _, others in alike]):
             ordinal = _ORDINALS[place] if place < len(_ORDINALS) else f"{place + 1}th"
             return (
                 f"{shorten(argument)} is unknown as the {ordinal} argument of {name}; a request "
@@ -179,7 +204,7 @@ def _meant(request: str, known: Sequence[str], are_examples: bool) -> str:
 def _closest(word: str, known: Collection[str]) -> str:
     """Returns the known word that is most like another one; of numbers, the next one."""
     value = number(word)
-    if word in known:
+    if _is_one_of(word, known):
         return word
     if value is None:
         return next(iter(difflib.get_close_matches(word, sorted(known)[:_MOST_ALIKE], 1)), "")

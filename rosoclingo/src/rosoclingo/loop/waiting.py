@@ -106,21 +106,20 @@ class Waiting:
                 self._mail.inbox.put(Message(actuator, FAILURE))
 
     def _step_is_awaited(self, step: int) -> bool:
-        """Whether goals wait for a slot that is free as soon as the next step begins.
+        """Whether the next step has something to begin with: a slot for a goal, or an answer.
 
         The mode is told once in each step, as of a goal that has just come. If it waits again
-        nevertheless, nobody moves the step on, and these goals end here.
+        nevertheless, nobody moves the step on, and goals without a slot end here.
         """
         goals = self._goals
-        if self._mail.pending_actions or not (
-            goals.waiting and goals.has_free_slot(next_step=True)
-        ):
+        has_slot = goals.waiting and goals.has_free_slot(next_step=True)
+        if self._mail.pending_actions or not (has_slot or self._mail.keeps_answers):
             return False
         if not self.reminded:
             self.reminded = True
             self._mail.note_goals()
             return True
-        if goals.all_ended():
+        if has_slot and goals.all_ended():
             goals.end_waiting(
                 "aborted",
                 f"the mode waits in step {step}, and all slots belong to goals that ended in "

@@ -8,6 +8,9 @@ SUCCESS, FAILURE = "success", "failure"
 UNKNOWN = "unknown"
 """The answer of an interface that cannot know whether its action was done."""
 
+BUSY = "busy"
+"""What the loop says of an actuator that goes on with its action in the next step."""
+
 INFO = "info"
 """The id of what nobody has to answer for: an observation, or what the loop itself says."""
 
@@ -15,4 +18,4 @@ SOLVER = "solver"
 """The id of a message that holds a whole plan, for no actuator."""
 
 ABORT = "abort"
-"""In the dialect of ROSoClingo 1.0, the action that ends what an actuator does."""
+"""The action that ends what an actuator does, for a plan with ``abort(R,T)``."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-import tempfile
 import threading
 import time
 from functools import partial
-from pathlib import Path
 from typing import Dict, Optional, Tuple
 
 import clingo
@@ -20,6 +18,7 @@ from rosoclingo.bags.replay.unpack import unpack
 from rosoclingo.errors import QuestionError, StoreError
 from rosoclingo.single.algorithm1 import last_step
 from rosoclingo.single.dialects import Dialect2
+from rosoclingo.why.folder import Folder
 from rosoclingo.why.task import Encoding
 
 _SECONDS = 10.0  # until a latched message is there, if its node still is
@@ -45,7 +44,7 @@ class Encodings:
         self._planner = planner
         self._controller = controller
         self._dialect = dialect
-        self._folder: Optional[tempfile.TemporaryDirectory[str]] = None
+        self._folder: Optional[Folder] = None
         self._abouts: Dict[str, str] = {}
         self._known: Optional[Tuple[Dict[str, str], Encoding]] = None
         self._lock = threading.Lock()  # guards the others
@@ -101,13 +100,13 @@ class Encodings:
         """Removes the files."""
         with self._lock:
             if self._folder is not None:
-                self._folder.cleanup()
+                self._folder.remove()
                 self._folder = None
 
     def _unpack(self) -> Encoding:
         if self._folder is not None:
-            self._folder.cleanup()
-        self._folder = tempfile.TemporaryDirectory(prefix="rosoclingo_why_")
+            self._folder.remove()
+        self._folder = Folder()
         options, directory = self._options(self._planner)
         if self._controller:
             limit = _limit(self._options(self._controller)[0])
@@ -124,7 +123,7 @@ class Encodings:
             program = Program(node, about["program"], tuple(about["arguments"]), files)
         except (ValueError, KeyError, TypeError, AttributeError) as err:
             raise QuestionError(f"{node}/about is not what a solver says: {err!r}") from err
-        words, directory = unpack(program, Path(self._folder.name) / node.strip("/"))
+        words, directory = unpack(program, self._folder.path / node.strip("/"))
         return parse_options(words), str(directory)
 
 

@@ -18,7 +18,7 @@ from rosclingo.errors import ParameterError, RosclingoError, TermError
 from rosclingo.ros import parameters
 from rosclingo.ros.client import Client
 from rosclingo.ros.history_publisher import HistoryPublisher
-from rosclingo.ros.init import give_up, init_node, on_shutdown
+from rosclingo.ros.init import end_wrong, give_up, init_node, on_shutdown
 from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
 from rosclingo.ros.master_watch import exit_status
 from rosclingo.solver.about import about
@@ -48,10 +48,10 @@ from rosoclingo.msg import (
 )
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.questions import Questions
-from rosoclingo.ros.storing import Storing, address_of, open_store, restore_goal
+from rosoclingo.ros.storing import Storing, address_of, open_store, restore_goal, status_of
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.store.store import KnownGoal, Store
-from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
+from rosoclingo.store.stored_loop import StoredInbox, StoredLoop, StoredReplayInbox
 from rosoclingo.why.serving import LOWEST
 
 _USAGE = """\
@@ -63,6 +63,7 @@ usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
 _SOLVERS = ("controller", "planner")
 _JOURNAL_LENGTH = 2_000  # events that late subscribers get
+_RESULTS_KEPT = 1_000  # of goals, which may come again
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
 _SECONDS_TO_SEND = 0.3  # how long the results of aborted goals have until rospy ends connections
 _WHY_SECONDS = 5.0  # how long an answer may take that is asked for by ~why
@@ -261,6 +262,7 @@ class Node:
             self._on_goal,
             self._on_cancel,
             ROSoClingoResult("canceled"),
+            results_kept=_RESULTS_KEPT,
         )
         self._resume()
         self._in = subscriber("~in", ROSoClingoIn, self._on_message)
@@ -279,6 +281,8 @@ class Node:
             return ActionClient(restore_goal(self._server, goal), self._loop.state.note)
 
         self._goals = self._loop.resume(client)
+        for goal in self._loop.ended():
+            self._server.remember_result(status_of(goal), ROSoClingoResult(goal.word))
         ended = [(goal, restore_goal(self._server, goal)) for goal in self._loop.unsure()]
         self._server.start()
         for goal, handle in ended:
@@ -296,6 +300,11 @@ class Node:
                 self._thread.join(_POLL_SECONDS)
             else:
                 time.sleep(_POLL_SECONDS)  # a shutdown is under way, in a thread of its own
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether it is not sure that the loop can go on with the run in its store."""
+        return isinstance(self._loop, StoredLoop) and self._loop.is_refused
 
     def is_alive(self) -> bool:
         """Whether the loop still runs."""
@@ -401,7 +410,9 @@ def main(commands: Callable[..., Any]) -> NoReturn:
 def _make(commands: Callable[..., Any]) -> Node:
     store = open_store()
     inbox = open_inbox(store)  # closed before the clients are, so that the loop knows why
-    controller, planner = (Client(parameters.text(name, name)) for name in _SOLVERS)
+    controller, planner = (
+        Client(parameters.text(name, name), only_own_restarts=True) for name in _SOLVERS
+    )
 
     def ready() -> None:
         controller.wait()
@@ -446,11 +457,11 @@ def open_inbox(store: Optional[Store] = None) -> Inbox:
     recorded = rospy.get_param("~replay", None)
     if recorded is None:
         inbox = Inbox() if store is None else StoredInbox(store)
-    elif store is not None:
-        raise ParameterError("parameter ~store: a replay has no store; leave it out")
     else:
-        inbox = held = ReplayInbox(decode(recorded))
+        dues = decode(recorded)
+        inbox = held = ReplayInbox(dues) if store is None else StoredReplayInbox(store, dues)
         subscriber("~open_gate", Empty, lambda _: held.open())
+        subscriber("~go_on", Empty, lambda _: held.go_on())
     on_shutdown(inbox.close)
     return inbox
 
@@ -475,6 +486,8 @@ def run(make: Callable[[], Node]) -> NoReturn:
         rospy.logfatal("%s", node.failure)
         rospy.signal_shutdown(node.failure)
         status = 1
+        if node.is_refused:
+            end_wrong(status)
     if node.is_alive():
         # A solver in this process cannot be interrupted while it grounds.
         sys.stdout.flush()

@@ -10,7 +10,7 @@ from typing import Any, NoReturn, Type
 import rospy
 
 from rosclingo.errors import RosclingoError
-from rosclingo.ros.init import init_node, log_clingo
+from rosclingo.ros.init import end_wrong, init_node, log_clingo
 from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
@@ -60,7 +60,7 @@ def main(commands: Type[Any]) -> NoReturn:
         engine = Engine(options, log=log_clingo)
     except RosclingoError as err:
         print(f"rosoclingo: {err}", file=sys.stderr)
-        sys.exit(2)
+        end_wrong()
     init_node("rosoclingo")
     rospy.loginfo(
         "%s plans with %s, in the dialect %s; clingo options: %s",

@@ -26,6 +26,7 @@ from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
 _FRESH = "fresh"
 _SOLVER_SECONDS = 30.0  # for a solver that was lost
+_NOBODY = '["", 0, 0]'
 _TERMINAL = {
     "rejected": GoalStatus.REJECTED,
     "succeeded": GoalStatus.SUCCEEDED,
@@ -135,12 +136,16 @@ def restore_goal(server: LowLatencyActionServer, known: KnownGoal) -> actionlib.
         server: The server, which has not begun.
         known: The goal.
     """
-    node, seconds, nanoseconds = json.loads(known.address or '["", 0, 0]')
+    status = status_of(known)
     goal = ROSoClingoActionGoal(
-        goal_id=GoalID(rospy.Time(seconds, nanoseconds), known.id),
-        goal=ROSoClingoGoal(known.request, list(known.information)),
+        goal_id=status.goal_id, goal=ROSoClingoGoal(known.request, list(known.information))
     )
-    goal._connection_header = {"callerid": node}
+    goal._connection_header = {"callerid": json.loads(known.address or _NOBODY)[0]}
+    return server.restore(goal, status.status, status.text)
+
+
+def status_of(known: KnownGoal) -> GoalStatus:
+    """Returns the status of a goal for those who have sent it."""
     if known.word == "canceled":
         status = GoalStatus.PREEMPTED if known.active else GoalStatus.RECALLED
     elif known.word:
@@ -149,4 +154,5 @@ def restore_goal(server: LowLatencyActionServer, known: KnownGoal) -> actionlib.
         status = GoalStatus.PREEMPTING if known.active else GoalStatus.RECALLING
     else:
         status = GoalStatus.ACTIVE if known.active else GoalStatus.PENDING
-    return server.restore(goal, status, known.reason)
+    _, seconds, nanoseconds = json.loads(known.address or _NOBODY)
+    return GoalStatus(GoalID(rospy.Time(seconds, nanoseconds), known.id), status, known.reason)

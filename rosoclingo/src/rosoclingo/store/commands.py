@@ -11,7 +11,7 @@ Reply(answers=(), failure=None)
 
 from __future__ import annotations
 
-from typing import Callable, Iterable, Iterator, List, Optional, Sequence, TypeVar
+from typing import Callable, Iterable, Iterator, List, Optional, Protocol, Sequence, TypeVar
 
 from rosclingo.errors import ServiceError
 from rosclingo.wire import commands as wire
@@ -30,8 +30,15 @@ _MOST = 500  # commands in a request
 _MOST_CHARACTERS = 2**20  # likewise; one command may have more
 
 
-Back = Callable[[ServiceError], None]
-"""Returns as soon as a solver is there again, or raises the error with which it was lost."""
+class Back(Protocol):
+    """Has a solver that was lost be there again."""
+
+    def wait(self, err: ServiceError) -> None:
+        """Returns as soon as it is there again, or raises the error with which it was lost."""
+
+    def done(self) -> None:
+        """The call with which it was lost has ended, with the solver that is there now."""
+
 
 _T = TypeVar("_T")
 
@@ -55,12 +62,16 @@ def again(
         try:
             if begins or tries:
                 restore()
-            return call()
+            result = call()
         except ServiceError as err:
             tries += 1
             if back is None or tries > _MOST_TRIES:
                 raise
-            back(err)
+            back.wait(err)
+            continue
+        if back is not None and tries:
+            back.done()
+        return result
 
 
 class RecordedSolver(Forwarding):

@@ -5,14 +5,14 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.journal import NumberedRecord, Record
+from rosoclingo.loop.journal import NumberedRecord, Reason, Record, StatusSet
 from rosoclingo.loop.tokens import Told
 from rosoclingo.store.store import Changes, Store
 
@@ -22,14 +22,14 @@ class _Held:
     """What has not left yet.
 
     Attributes:
-        records: For the journal.
+        records: For the journal, with their times; numbers follow when they are written.
         actions: Actuators and actions, in order.
         words: How goals end, by their ids, with the reason.
         accepted: The ids of goals that are accepted.
         releases: What lets all but the journal's records out, in order, each with what it is.
     """
 
-    records: List[Record] = field(default_factory=list)
+    records: List[NumberedRecord] = field(default_factory=list)
     actions: List[Tuple[str, str]] = field(default_factory=list)
     words: Dict[str, Tuple[str, str]] = field(default_factory=dict)
     accepted: List[str] = field(default_factory=list)
@@ -40,10 +40,10 @@ class _Held:
 
 
 class Outbox(Environment):
-    """An environment that lets nothing out before it is written.
+    """An environment that lets no action, status, result or event out before it is written.
 
-    What the loop's thread says, leaves at the end of its command, or when it waits; what others
-    say, at once. Thread-safe.
+    What the loop's thread says, leaves when it is written what the loop knows; what others say, at
+    once. Thread-safe.
     """
 
     def __init__(self, environment: Environment, store: Store) -> None:
@@ -56,7 +56,7 @@ class Outbox(Environment):
         self._environment = environment
         self._store = store
         self._owner: Optional[int] = None  # the loop's thread
-        self._held = _Held()
+        self._held = _Held()  # of the loop's thread; others add to its records
         # Guards the journal's number, and that its records leave in their order. Held while it is
         # written; whoever has it takes no lock of actionlib's or of a goal.
         self._lock = threading.Lock()
@@ -100,7 +100,8 @@ class Outbox(Environment):
 
     def note(self, record: Record) -> None:
         """Adds an event to the journal."""
-        self._take(_Held(records=[record]))
+        timed = NumberedRecord(record.event, record.step, record.horizon, time=time.time())
+        self._take(_Held(records=[timed]))
 
     def info(self, text: str) -> None:
         """Logs what is worth to know."""
@@ -131,7 +132,7 @@ class Outbox(Environment):
     def _take(self, said: _Held) -> None:
         if threading.get_ident() != self._owner:
             with contextlib.suppress(StoreError):  # the loop's thread ends because of it
-                self._let_out(said)
+                self._let_out_of_another(said)
             return
         held = self._held
         held.records += said.records
@@ -140,21 +141,39 @@ class Outbox(Environment):
         held.accepted += said.accepted
         held.releases += said.releases
 
-    def flush(self) -> None:
-        """Lets out what is held in the middle of a command, but for actions and what follows.
+    def _let_out_of_another(self, said: _Held) -> None:
+        """Lets out what another thread says."""
+        with self._lock:
+            if self._held.records and any(map(_is_recall, said.records)):
+                # Who reads the journal goes by what the loop has done before.
+                self._held.records += said.records
+                return
+            keys = self._write(said, Changes())
+        self._release(said, keys)
 
-        Only the snapshot at the command's end tells that actions were published.
+    @property
+    def is_urgent(self) -> bool:
+        """Whether something is held for which somebody waits: an action, a status or a result."""
+        return bool(self._held.actions or self._held.words or self._held.accepted)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is held."""
+        return not self._held
+
+    def flush(self) -> None:
+        """Lets out what rests on nothing that is to be written, such as feedback.
 
         Raises:
-            StoreError: It cannot be written, or what came before could not.
+            StoreError: What came before could not be written.
         """
         if threading.get_ident() != self._owner:
             return
         if self._store.failure is not None:
             raise self._store.failure
-        if self._held and not self._held.actions:
-            held, self._held = self._held, _Held()
-            self._let_out(held)
+        if self._held.releases and not self.is_urgent:
+            releases, self._held.releases = self._held.releases, []
+            self._release(_Held(releases=releases), ())
 
     def save(self, changes: Changes, *, ended: Optional[str] = None) -> None:
         """Writes what the loop knows now, and lets out what is held.
@@ -166,30 +185,30 @@ class Outbox(Environment):
         Raises:
             StoreError: It cannot be written; nothing leaves.
         """
-        held, self._held = self._held, _Held()
-        self._let_out(held, changes, ended)
+        with self._lock:
+            held, self._held = self._held, _Held()
+            keys = self._write(held, changes, ended)
+        self._release(held, keys)
 
-    def _let_out(
-        self, held: _Held, changes: Optional[Changes] = None, ended: Optional[str] = None
-    ) -> None:
-        changes = changes or Changes()
+    def _write(self, held: _Held, changes: Changes, ended: Optional[str] = None) -> List[str]:
+        """Writes, and lets the journal's records out; returns the keys of the actions."""
         changes.actions, changes.words = held.actions, held.words
         changes.accepted = held.accepted
-        with self._lock:
-            changes.records = [self._numbered(record) for record in held.records]
-            keys = self._store.write(changes, ended=ended)
-            for record in changes.records:
-                self._environment.note(record)
+        first = self._number + 1
+        changes.records = [replace(one, number=n) for n, one in enumerate(held.records, first)]
+        self._number += len(held.records)
+        keys = self._store.write(changes, ended=ended)
+        for record in changes.records:
+            self._environment.note(record)
+        return keys
+
+    def _release(self, held: _Held, keys: Sequence[str]) -> None:
         for what, release in held.releases:
             self._store.point(f"before {what}")
             release()
             self._store.point(f"after {what}")
         if keys:
             self._store.note_sent(keys)
-
-    def _numbered(self, record: Record) -> NumberedRecord:
-        self._number += 1
-        return NumberedRecord(record.event, record.step, record.horizon, self._number, time.time())
 
     def send_again(self) -> None:
         """Publishes the actions of which it is not known that they were."""
@@ -198,6 +217,10 @@ class Outbox(Environment):
             self._environment.publish(actuator, action)
             self._store.point("after publication")
         self._store.note_all_sent()
+
+
+def _is_recall(record: Record) -> bool:
+    return isinstance(record.event, StatusSet) and record.event.reason is Reason.RECALLED
 
 
 class StoredClient(GoalClient):

@@ -26,7 +26,7 @@ _INPUT, _JOURNAL, _OUT = "input", "journal", "out"
 _ENDED = "ended"
 _STARTED_WITH = "started with"
 _MOST_EVENTS = 2_000  # of the journal; as many as the node's topic has for late subscribers
-_KEPT_SECONDS = 60.0  # how long it is known of a goal how it has ended
+_MOST_ENDED = 1_000  # goals of which it is known how they have ended; as many as the node knows
 
 
 @dataclasses.dataclass(frozen=True)
@@ -313,7 +313,7 @@ class Store:
 
     def _forget_goals(self, rows: Rows) -> None:
         """Removes the goals that ended long ago: the snapshot knows of them, or nobody."""
-        while self._gone and self._goals[self._gone[0]].time <= self._now() - _KEPT_SECONDS:
+        while len(self._gone) > _MOST_ENDED:
             identifier = self._gone.popleft()
             del self._goals[identifier]
             rows.delete(_GOAL, identifier)

@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, Dict, List, Mapping, Optional
+import time
+from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
+
+import clingo
 
 from rosclingo.errors import ServiceError
-from rosoclingo.loop.controller import Decider
+from rosclingo.wire.commands import Result
+from rosoclingo.loop.controller import Decider, Info
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
 from rosoclingo.loop.inbox import Cancel, Inbox, Item
+from rosoclingo.loop.journal import (
+    LOOP,
+    CommandDone,
+    Event,
+    NodeResumed,
+    Reason,
+    Status,
+    StatusSet,
+)
 from rosoclingo.loop.loop import Loop, LoopSnapshot
+from rosoclingo.loop.replay_inbox import ReplayInbox
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.state import State
 from rosoclingo.store.commands import RecordedSolver
@@ -18,6 +32,7 @@ from rosoclingo.store.lasting_controller import LastingController
 from rosoclingo.store.outbox import Outbox, StoredClient
 from rosoclingo.store.store import Changes, KnownGoal, Store
 
+_LATEST_SECONDS = 0.2  # so much work may be lost, besides the decision that is carried out
 _DRAINED_SECONDS = 2.0  # so long after it was published, a result has left the process for sure
 
 
@@ -29,6 +44,7 @@ class StoredInbox(Inbox):
 
     Attributes:
         looked: Called by who looks what has come.
+        waits: Called by who is about to wait for something to come.
         way: Returns what is told in the place of a goal's client.
     """
 
@@ -45,6 +61,7 @@ class StoredInbox(Inbox):
         self._numbers: Dict[int, int] = {}  # of the things that wait, by their ids in Python
         self._taken: List[int] = []
         self.looked: Callable[[], None] = lambda: None
+        self.waits: Callable[[], None] = lambda: None
         self.way: Callable[[Goal], Callable[[GoalClient], GoalClient]] = lambda _: lambda c: c
         super().__init__(*arguments, **parameters)
 
@@ -78,8 +95,21 @@ class StoredInbox(Inbox):
         with self._order:
             item = Cancel(goal)
             number = None if self._end is not None else self._store.add(item)
-            goal.recall()
+            if self.recalls_at_once(item):
+                goal.recall()
             self.put_known(item, number)
+
+    def begin_decision(self, waits: Callable[[], None]) -> None:
+        """Called before the controller decides; a replay's inbox may wait."""
+        super().begin_decision(lambda: self._wait(waits))
+
+    def begin_command(self, waits: Callable[[], None]) -> None:
+        """Called before a command is carried out; a replay's inbox may wait."""
+        super().begin_command(lambda: self._wait(waits))
+
+    def _wait(self, waits: Callable[[], None]) -> None:
+        waits()
+        self.waits()
 
     def take(self) -> List[Item]:
         """Returns all items in order of arrival and removes them; does not wait."""
@@ -91,7 +121,7 @@ class StoredInbox(Inbox):
 
     def wait(self, timeout: float) -> bool:
         """Waits until there is something."""
-        self.looked()
+        self.waits()
         return super().wait(timeout)
 
     def forget(self, number: int) -> None:
@@ -104,10 +134,40 @@ class StoredInbox(Inbox):
         return taken
 
 
-class StoredLoop(Loop):
-    """A loop that is written to a store after each command, and goes on from there.
+class StoredReplayInbox(StoredInbox, ReplayInbox):
+    """The inbox of a replay whose nodes are killed as the recorded ones were."""
 
-    Call :meth:`resume` before anything comes in. With a store, a shutdown ends no goals.
+
+class _Back:
+    """Waits for a solver that was lost, and has the journal tell that it is there again."""
+
+    def __init__(self, solver: str, loop: StoredLoop) -> None:
+        self._solver = solver
+        self._loop = loop
+        self._reason = ""  # why it was lost first
+        self._since = self._until = 0.0  # when it was missed
+
+    def wait(self, err: ServiceError) -> None:
+        """Waits; see :class:`.commands.Back`."""
+        if not self._reason:
+            self._reason, self._since = str(err), time.monotonic()
+        self._loop.wait_for_solver(err)
+        self._until = time.monotonic()
+
+    def done(self) -> None:
+        """Takes note that the solver is what it was."""
+        seconds = self._until - self._since
+        self._loop.state.note(NodeResumed(self._solver, self._reason, seconds))
+        self._reason = ""
+
+
+class StoredLoop(Loop):
+    """A loop that is written to a store, and goes on from there.
+
+    It is written before an action, a status or a result leaves, before the loop waits, and after
+    a decision if it was written last so many seconds ago. What has been decided since then is
+    decided again after a crash. Call :meth:`resume` before anything comes in. With a store, a
+    shutdown ends no goals.
     """
 
     def __init__(
@@ -143,24 +203,37 @@ class StoredLoop(Loop):
         self._inbox = inbox
         self._outbox = Outbox(environment, store)
         self._wait_for_solvers = wait_for_solvers
-        back = None if wait_for_solvers is None else self._back
-        self._planner = RecordedSolver(planner, back)
+        self._begun = time.monotonic()
+        if wait_for_solvers is None:
+            self._planner = RecordedSolver(planner)
+        else:
+            self._planner = RecordedSolver(planner, _Back("planner", self))
+            controller = LastingController(controller, _Back("controller", self))
         self._planner.written = lambda: store.commands
-        if back is not None:
-            controller = LastingController(controller, back)
         self._saved: Optional[LoopSnapshot] = None
-        self._is_refused = store.snapshot is not None  # until it is sure that it can go on
+        self.is_refused = store.snapshot is not None  # until it is sure that it can go on
         inbox.looked = self._outbox.flush
+        inbox.waits = self._wait
+        self._saved_at = 0.0
+        self._recalled: List[Event] = []  # what the journal does not tell yet
+        # What the controller knew before the decision that is carried out, and the result of a
+        # search that it was told; None as soon as its command may have changed something else.
+        self._before: Optional[Tuple[str, Optional[Result]]] = None
         inbox.way = self._way
         super().__init__(
             controller, self._planner, commands, inbox, self._outbox, **parameters
         )  # fmt: skip
 
-    def _back(self, err: ServiceError) -> None:
-        """Waits for solvers of which one was lost; see :data:`.commands.Back`."""
+    def wait_for_solver(self, err: ServiceError) -> None:
+        """Returns when the solvers are there, one of which was lost.
+
+        Raises:
+            ServiceError: They do not come.
+            StoreError: They are others.
+        """
         if self._inbox.closed or self._wait_for_solvers is None:
             raise err
-        self._outbox.warn(f"{err}; waits for the node to be started again")
+        self._outbox.warn(f"{err}; waits until that node is there, and gives it its commands again")
         self._wait_for_solvers()
         self._store.check(self._started_with())
 
@@ -191,18 +264,24 @@ class StoredLoop(Loop):
         for goal in goals.values():
             end = known.get(goal.id)
             if end is not None and end.word and goal.stage is not Stage.ENDED:
-                goal.stage = Stage.ENDED
-                goal.recalled = end.word == "canceled" and goal.slot is None
+                self._recall(goal)
                 self.state.goals.some_ended = True
 
         def find(identifier: str) -> Optional[Goal]:
             """Returns a goal, be it in the snapshot, or one that it does not know of."""
             new = known.get(identifier)
-            if identifier not in goals and new is not None and not new.word:
+            if identifier in goals or new is None:
+                return goals.get(identifier)
+            if not new.word:
                 goal = Goal(new.request, new.information, new.id, client(new))
                 goal.reroute(self._way(goal))
-                goals[identifier] = goal
-            return goals.get(identifier)
+            elif new.reason == Reason.RECALLED:
+                goal = Goal(new.request, new.information, new.id)
+                self._recall(goal)
+            else:
+                return None
+            goals[identifier] = goal
+            return goal
 
         for number, item in self._store.inputs(find):
             if item is None:
@@ -211,10 +290,23 @@ class StoredLoop(Loop):
                 self._inbox.put_known(item, number)
         return {key: goal for key, goal in goals.items() if goal.stage is not Stage.ENDED}
 
+    def _recall(self, goal: Goal) -> None:
+        """Takes note that another thread had recalled a goal, which the loop had not taken note of.
+
+        The journal tells it, unless that has been told.
+        """
+        goal.stage, goal.recalled = Stage.ENDED, True
+        told = (record.event for record in self._store.records)
+        if not any(isinstance(one, StatusSet) and one.goal == goal.id for one in told):
+            self._recalled.append(StatusSet(goal.id, Status.CANCELED, "", Reason.RECALLED))
+
     def unsure(self) -> List[KnownGoal]:
         """Returns the goals that ended so late that their clients may not know it."""
-        ended = (goal for goal in self._store.goals.values() if goal.word)
-        return [goal for goal in ended if goal.time >= self._store.last - _DRAINED_SECONDS]
+        return [one for one in self.ended() if one.time >= self._store.last - _DRAINED_SECONDS]
+
+    def ended(self) -> List[KnownGoal]:
+        """Returns the goals of which it is known how they have ended."""
+        return [goal for goal in self._store.goals.values() if goal.word]
 
     def prepare(self) -> None:
         """Prepares the controller, and the planner if the run goes on.
@@ -234,34 +326,69 @@ class StoredLoop(Loop):
         self._controller.restore(self._saved.controller)
         self._planner.restore()
         self._saved = None
-        self._is_refused = False
+        self.is_refused = False
         state = self.state
+        state.note(NodeResumed(LOOP, seconds=time.monotonic() - self._begun))
+        for event in self._recalled:
+            state.note(event)
         self._outbox.show_plan(state.step, state.horizon, state.ahead())
-        self._outbox.flush()
-        self._outbox.send_again()
+        self._save()
+        if self._has_published():
+            self._commands.publish()  # for those who come late: the topic is another process's
+            self._save()
+        else:
+            self._outbox.send_again()
+
+    def _has_published(self) -> bool:
+        """Whether the mode was through with the command ``publish``."""
+        events = (record.event for record in self._store.records)
+        return any(isinstance(event, CommandDone) and event.publishes for event in events)
 
     def step(self) -> None:
-        """Makes one decision, carries it out, and writes what that has changed.
+        """Makes one decision, carries it out, and writes what that has changed if it is time.
 
         Raises:
             StoreError: It cannot be written; nothing has left the node then.
         """
+        self._before = self._controller.snapshot(), self.state.result
         super().step()
-        self._save()
+        now = self._outbox.now()
+        if self._outbox.is_urgent or now - self._saved_at >= _LATEST_SECONDS:
+            self._save()
+
+    def _call(self, command: clingo.Symbol, info: Info) -> None:
+        if not CommandDone(str(command)).waits:
+            self._before = None
+        super()._call(command, info)
+
+    def _wait(self) -> None:
+        """Writes what is known while the loop waits, as if the decision to wait were to come."""
+        if self._before is None or self._store.failure is not None or self._outbox.is_empty:
+            self._outbox.flush()
+            return
+        state = self.state
+        controller, told = self._before
+        result, state.result = state.result, told
+        self._write(LoopSnapshot(controller, state.snapshot()))
+        state.result = result
 
     def _save(self, ended: Optional[str] = None) -> None:
+        self._write(self.parts(), ended)
+
+    def _write(self, snapshot: LoopSnapshot, ended: Optional[str] = None) -> None:
         changes = Changes(
             taken=self._inbox.written(),
-            snapshot=self.parts(),
+            snapshot=snapshot,
             commands=self._planner.take(),
             shortens=not self._planner.events_are_facts,
         )
         self._outbox.save(changes, ended=ended)
+        self._saved_at = self._outbox.now()
 
     def end(self, reason: str) -> None:
         """Ends the run: open goals are aborted; or interrupts it, if it can go on later."""
         inbox = self._inbox
-        if inbox.closed or self._is_refused or self._store.failure is not None:
+        if inbox.closed or self.is_refused or self._store.failure is not None:
             inbox.end(reason)
             return
         super().end(reason)

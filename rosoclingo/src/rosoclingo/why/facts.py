@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Dict, FrozenSet, Iterable, List, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
+from rosoclingo.loop.words import BUSY
 from rosoclingo.why.situation import Situation
 
 
@@ -128,6 +129,7 @@ class _Sorter:
         history: List[Fact] = []
         fixed = set()
         answers: Dict[Tuple[str, int], Tuple[str, str]] = {}
+        busy: Dict[Tuple[str, int], str] = {}
         goals: Dict[str, List[str]] = {}
         for atom, source, content, step in self._told:
             if source == "commit":
@@ -143,6 +145,8 @@ class _Sorter:
                 fact = Fact(kind, step, source, content, (atom,))
                 is_open = source in self._open and step >= self._last.get(source, 0)
                 (free if is_open else history).append(fact)
+            elif (source, step) in self._acting and content == BUSY:
+                busy[source, step] = atom
             elif (source, step) in self._acting:
                 answers[source, step] = (content, atom)
             else:
@@ -152,9 +156,9 @@ class _Sorter:
         for (actuator, step), commit in self._acting.items():
             answer, atom = answers.get((actuator, step), ("", ""))
             action = split_term(commit)[1][1]
-            events = {f"event(commit,{commit},{step})"} | ({atom} if atom else set())
+            events = {f"event(commit,{commit},{step})", atom, busy.get((actuator, step), "")}
             kind = Kind.ACTION if answer in ("", "success") else Kind.FAILURE
-            fact = Fact(kind, step, actuator, action, tuple(sorted(events)), answer)
+            fact = Fact(kind, step, actuator, action, tuple(sorted(events - {""})), answer)
             (history if kind is Kind.ACTION else free).append(fact)
         free.sort(key=lambda fact: (_ORDER.index(fact.kind), fact.step, str(fact)))
         history.sort(key=lambda fact: (fact.step, str(fact)))

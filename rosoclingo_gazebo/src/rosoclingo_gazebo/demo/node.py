@@ -7,10 +7,9 @@ has driven as the paper has it.
 from __future__ import annotations
 
 import sys
-import threading
 import time
 from pathlib import Path
-from typing import Callable, List, NoReturn
+from typing import List, NoReturn
 
 import rospkg
 import rospy
@@ -18,31 +17,38 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
 from rosclingo.errors import RosclingoError
+from rosclingo.ros import parameters
 from rosclingo.ros.init import init_node
 from rosclingo.ros.low_latency import subscriber
-from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
+from rosoclingo.loop.journal import Record, decode
+from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Orders
+from rosoclingo_gazebo.demo.killer import Killer
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.story import ROBOT, Story
+from rosoclingo_gazebo.demo.waiting import wait_for
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_simulator.simulator.occupancy import read_map
 from rosoclingo_simulator.srv import Obstacle
 
 _USAGE = f"""\
-usage: demo.py [_output:=FOLDER] [ROS remappings]
+usage: demo.py [_output:=FOLDER] [_kill:=SEED] [ROS remappings]
 
 {__doc__}
-The pictures office.png and office.svg are written to FOLDER, by default the working directory."""
-_SECONDS = 170.0  # of wall time, for the whole story
-_POLL_SECONDS = 0.05  # how often the main thread looks at what it waits for
+The pictures office.png and office.svg are written to FOLDER, by default the working directory. With
+SEED, a number from 1, nodes are killed every few seconds, at random; the system needs a store then,
+and the exit status is 0 if the deliveries are made."""
+_KILLED = ("rosoclingo", "controller", "planner", "move_base_interface", "pickup_deliver")
+_SECONDS = 300.0  # of wall time, for the whole story
 
 
 class Demo:
     """Connects a story with ROS. Make it after the node is initialised."""
 
     def __init__(self) -> None:
+        self._seed = parameters.integer("kill", 0, least=0)
         packages = rospkg.RosPack()
         simulator = Path(packages.get_path("rosoclingo_simulator"))
         interfaces = Path(packages.get_path("rosoclingo_interfaces"))
@@ -53,17 +59,17 @@ class Demo:
         self._orders = Orders()
         self._client = Client(self._orders, self._on_line)
         graph = Map.read(programs / "mailbot" / "instances" / "graph_wg.lp")
-        self.story = Story(graph, self._places["c6"], self._client.send)
+        self.story = Story(graph, self._places["c6"], self._client.send, undisturbed=not self._seed)
+        self._noted = 0  # in the journal, which tells again what it has told
         self._topics = [
             subscriber("/ground_truth", Odometry, self._on_ground_truth),
             subscriber("/simulator/touches", Bool, self._on_touches),
-            subscriber("rosoclingo/in", ROSoClingoIn, self._on_in),
-            subscriber("rosoclingo/out", ROSoClingoOut, self._on_out),
+            subscriber("rosoclingo/journal", ROSoClingoEvent, self._on_journal),
         ]
 
     def run(self) -> List[str]:
         """Runs to the end of the story, and returns what went wrong."""
-        if not _wait_for(self._ready):
+        if not wait_for(self._ready, _SECONDS):
             return [f"after {_SECONDS:g} s, the simulator or rosoclingo is not there"]
         try:
             done = rospy.ServiceProxy("/simulator/obstacle", Obstacle)("block c5 c4")
@@ -72,7 +78,11 @@ class Demo:
         print(f"nobody knows: {done.message}", flush=True)
         (x5, y5), (x4, y4) = self._places["c5"], self._places["c4"]
         self.story.begins(((x5 + x4) / 2, (y5 + y4) / 2))
-        ended = _wait_for(lambda: not self._orders.open)
+        killer = Killer(_KILLED, self._seed, self.story.kills) if self._seed else None
+        ended = wait_for(lambda: not self._orders.open, _SECONDS)
+        if killer is not None:
+            killer.end()
+        ended = ended and wait_for(lambda: self.story.has_ended, _SECONDS)
         wrong = [] if ended else [f"the requests did not end within {_SECONDS:g} s"]
         if not self._orders.all_as_asked:
             wrong.append("a request did not end as it should")
@@ -89,9 +99,9 @@ class Demo:
         trace = self.story.trace
         title = (
             f"{self._orders.summary()} on {trace.metres:.0f} m in {trace.seconds:.0f} s: "
-            "the way from c5 to c4 is blocked"
+            f"the way from c5 to c4 is blocked{self._killed()}"
         )
-        draw(self._floor, self._places, trace, title, files)
+        draw(self._floor, self._places, {ROBOT: trace}, title, files)
         return files
 
     def summary(self) -> str:
@@ -99,11 +109,14 @@ class Demo:
         trace = self.story.trace
         return (
             f"{self._orders.summary()}; {trace.metres:.0f} m in {trace.seconds:.0f} s of "
-            "simulated time"
+            f"simulated time{self._killed()}"
         )
 
+    def _killed(self) -> str:
+        return f", {self.story.killed} nodes killed" if self.story.killed else ""
+
     def _ready(self) -> bool:
-        connected = all(topic.get_num_connections() for topic in self._topics[:2])
+        connected = all(topic.get_num_connections() for topic in self._topics)
         return bool(connected and self.story.trace.path and self._client.there())
 
     def _on_line(self, line: str) -> None:
@@ -117,13 +130,10 @@ class Demo:
         if message.data:
             self.story.touches()
 
-    def _on_in(self, message: ROSoClingoIn) -> None:
-        if message.id == ROBOT:
-            self.story.answers(message.value)
-
-    def _on_out(self, message: ROSoClingoOut) -> None:
-        if message.id == ROBOT:
-            self.story.acts(message.action)
+    def _on_journal(self, message: ROSoClingoEvent) -> None:
+        if message.number > self._noted:
+            self._noted = message.number
+            self.story.notes(Record(decode(message), message.step, message.horizon))
 
 
 def main() -> NoReturn:
@@ -144,13 +154,3 @@ def main() -> NoReturn:
         print(f"wrong: {line}", file=sys.stderr)
     rospy.signal_shutdown("the story has ended")
     sys.exit(1 if wrong else 0)
-
-
-def _wait_for(condition: Callable[[], bool]) -> bool:
-    end = time.monotonic() + _SECONDS
-    pause = threading.Event()
-    while not condition():
-        if rospy.is_shutdown() or time.monotonic() > end:
-            return False
-        pause.wait(_POLL_SECONDS)
-    return True

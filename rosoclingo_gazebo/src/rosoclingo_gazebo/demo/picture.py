@@ -1,4 +1,4 @@
-"""Draws a drive on the map. Needs no ROS."""
+"""Draws drives on the map. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from rosoclingo_gazebo.demo.trace import Kind, Point, Trace
+from rosoclingo_gazebo.demo.trace import Event, Kind, Point, Trace
 from rosoclingo_simulator.simulator.occupancy import FREE, OccupancyMap
 
 _INCHES = (12.0, 7.6)
 _DOTS_PER_INCH = 110
 _EVERY = 5  # of the path's points, one in so many is enough
 _SHIFT_METRES = 0.12  # of the path to its right, so that both directions of a way are seen
-_MARKS = {
+_MARKS = {  # the first is below the others
+    Kind.KILL: ("v", "tab:orange", "a node is killed"),
     Kind.OBSTACLE: ("s", "black", "obstacle"),
     Kind.REQUEST: ("o", "tab:purple", "a request comes"),
     Kind.PICKUP: ("^", "tab:blue", "pickup"),
@@ -29,16 +30,16 @@ _MARKS = {
 def draw(
     floor: OccupancyMap,
     waypoints: Mapping[str, Point],
-    trace: Trace,
+    traces: Mapping[str, Trace],
     title: str,
     files: Sequence[Path],
 ) -> None:
-    """Draws a drive.
+    """Draws drives: one by its time, several in the colours of the robots.
 
     Args:
         floor: The map.
         waypoints: The waypoints, in metres.
-        trace: The drive.
+        traces: The drives, by the robots' names.
         title: What stands above.
         files: Where to write it; the ending says as what, such as ``.png`` or ``.svg``.
 
@@ -60,25 +61,30 @@ def draw(
         axes.annotate(
             name, (x, y), (0, -11), textcoords="offset points", ha="center", color="0.45", size=8
         )
-    path = _shifted(trace.path[::_EVERY])
-    lines = LineCollection(
-        list(np.stack((path[:-1], path[1:]), axis=1)), cmap="viridis", linewidths=1.8
-    )
-    lines.set_array(np.array(trace.times[::_EVERY][1:]) - trace.times[0])
-    axes.add_collection(lines)
-    figure.colorbar(lines, ax=axes, label="simulated time, s", shrink=0.7)
+    for number, (name, trace) in enumerate(traces.items()):
+        path = _shifted(trace.path[::_EVERY], number)
+        if len(traces) > 1:
+            axes.plot(*path.T, linewidth=1.4, alpha=0.8, label=name)
+            continue
+        lines = LineCollection(
+            list(np.stack((path[:-1], path[1:]), axis=1)), cmap="viridis", linewidths=1.8
+        )
+        lines.set_array(np.array(trace.times[::_EVERY][1:]) - trace.times[0])
+        axes.add_collection(lines)
+        figure.colorbar(lines, ax=axes, label="simulated time, s", shrink=0.7)
+    events = [event for trace in traces.values() for event in trace.events]
     for kind, (mark, colour, label) in _MARKS.items():
-        places = [event.place for event in trace.events if event.kind is kind]
+        places = [event.place for event in events if event.kind is kind]
         if places:
             xs, ys = zip(*places)
             axes.scatter(
                 xs, ys, 130, colour, marker=mark, zorder=3, edgecolors="white", label=label
             )
-    for event, above in zip(trace.events, _sides(trace)):
+    for event, offset in zip(events, _offsets(events)):
         axes.annotate(
             f"{event.seconds:.0f} s: {event.text}",
             event.place,
-            (0, 11 if above else -24),
+            (0, offset),
             textcoords="offset points",
             ha="center",
             size=8.5,
@@ -86,28 +92,31 @@ def draw(
             bbox={"boxstyle": "round,pad=0.2", "fc": "white", "ec": "none", "alpha": 0.8},
         )
     axes.set(title=title, xlabel="x, m", ylabel="y, m", aspect="equal")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=5, frameon=False)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=6, frameon=False)
     # The same drive gives the same file.
     with mpl.rc_context({"svg.hashsalt": "rosoclingo"}):
         for file in files:
             figure.savefig(file, dpi=_DOTS_PER_INCH)
 
 
-def _shifted(path: Sequence[Point]) -> np.ndarray:
-    """Returns the path moved to its right."""
+def _shifted(path: Sequence[Point], number: int) -> np.ndarray:
+    """Returns the path moved to its right, that of each further robot by more."""
     points = np.array(path)
     steps = np.gradient(points, axis=0)
     lengths = np.hypot(*steps.T)[:, None]
     directions = np.divide(steps, lengths, out=np.zeros_like(steps), where=lengths > 1e-6)
-    return points + _SHIFT_METRES * np.column_stack((directions[:, 1], -directions[:, 0]))
+    return points + (1 + number) * _SHIFT_METRES * np.column_stack(
+        (directions[:, 1], -directions[:, 0])
+    )
 
 
-def _sides(trace: Trace) -> List[bool]:
-    """Returns for each event whether its text stands above it: those close by take turns."""
-    sides: List[bool] = []
+def _offsets(events: Sequence[Event]) -> List[int]:
+    """Returns how far above each event its text stands, in points: those close by make room."""
+    offsets: List[int] = []
     seen: List[Tuple[int, int]] = []
-    for event in trace.events:
+    for event in events:
         around = (round(event.place[0] / 4), round(event.place[1] / 3))
-        sides.append(seen.count(around) % 2 == 0)
+        rows, below = divmod(seen.count(around), 2)
+        offsets.append(-24 - 12 * rows if below else 11 + 12 * rows)
         seen.append(around)
-    return sides
+    return offsets

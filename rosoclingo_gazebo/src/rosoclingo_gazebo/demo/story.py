@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import re
 import threading
-from collections import deque
-from typing import Callable, Deque, List, Set
+from typing import Callable, Dict, List, Set
 
+from rosoclingo.loop.journal import (
+    ActionPublished,
+    GoalArrived,
+    MessageArrived,
+    Record,
+    StatusSet,
+)
 from rosoclingo.loop.words import SUCCESS
 from rosoclingo_aspprograms.validator import Map, Validator
 from rosoclingo_examples.orders import Bring
@@ -18,7 +24,6 @@ LETTER = Bring("bring(o2,o3)", ("letter",))
 
 _ORDERS = (BOOK, LETTER)  # numbered in the order of their coming, and so are the slots
 _NEAR_METRES = 2.0
-_PLAN = re.compile(r"plan (\d+) steps?")
 _ROUTE = (
     "go(c6) go(c5) go(c4) go(c6) go(open1) go(c1) go(c2) go(o2) pickup(2) go(c2) go(c1) go(o3) "
     "deliver(2) go(c1) go(c2) go(c3) go(c4) go(o7) pickup(1) go(c4) go(o11) deliver(1)"
@@ -33,31 +38,33 @@ class Story:
 
     Attributes:
         trace: The drive.
+        killed: How many nodes were killed.
     """
 
-    def __init__(self, graph: Map, c6: Point, ask: Callable[[Bring], None]) -> None:
+    def __init__(
+        self, graph: Map, c6: Point, ask: Callable[[Bring], None], *, undisturbed: bool = True
+    ) -> None:
         """Begins before anything has happened.
 
         Args:
             graph: The map that the robot's actions are checked against.
             c6: Where c6 is, in metres.
             ask: Sends a request; must not wait.
+            undisturbed: Whether the robot is to go the way of the paper. Where nodes are killed,
+                it may be another one that is as short, and an action may fail.
         """
         self.trace = Trace()
+        self.killed = 0
         # Guards all below; ask is called under it.
         self._lock = threading.RLock()
         self._validator = Validator(graph)
-        self._done: Set[str] = set()  # actions that succeeded
-        self._early: List[str] = []  # requests that were said to succeed before their last action
         self._c6 = c6
         self._ask = ask
+        self._undisturbed = undisturbed
         self._asked = 0
+        self._orders: Dict[str, Bring] = {}  # by the goals' ids
         self._actions: List[str] = []
-        # What is heard in another order than it was said in.
-        self._to_begin: Deque[str] = deque()
-        self._to_end: Deque[str] = deque()
         self._running = ""
-        self._horizon = 0
         self._begin = 0.0
         self._shown: Set[str] = set()
         self._failures: List[str] = []
@@ -81,45 +88,55 @@ class Story:
         with self._lock:
             self._touched = True
 
-    def acts(self, action: str) -> None:
-        """The robot is told to do an action."""
+    def kills(self, node: str) -> None:
+        """A node was killed."""
         with self._lock:
-            self._to_begin.append(action)
-            self._go_on()
-
-    def answers(self, answer: str) -> None:
-        """The robot has done an action, or failed to."""
-        with self._lock:
-            self._to_end.append(answer)
-            self._go_on()
+            self.killed += 1
+            self.trace.happen(Kind.KILL, node)
+            print(f"  killed: {node}", flush=True)
 
     def hears(self, line: str) -> None:
-        """Something has become of a request: ``[1] bring(o7,o11) book: accepted``."""
-        number, _, state = line.partition("] ")
-        word = state.rpartition(": ")[2]
-        plan = _PLAN.fullmatch(word)
+        """The client says what has become of a request: ``[1] bring(o7,o11) book: accepted``."""
+        word = line.rpartition(": ")[2]
         with self._lock:
-            if plan:
-                self._horizon = int(plan.group(1))
-            slot = number[1:]
-            if word == "succeeded" and f"deliver({slot})" not in self._done:
-                self._early.append(slot)  # the robot's answer takes another connection
-            elif word in ("accepted", "succeeded", "canceled", "rejected", "aborted"):
-                self._validator.status(_ORDERS[int(slot) - 1], word, slot)
             if not re.match(r"(plan|step|queued) ?", word) and line not in self._shown:
                 self._shown.add(line)
                 print(line, flush=True)
 
+    def notes(self, record: Record) -> None:
+        """The planning loop has noted something in its journal."""
+        event = record.event
+        with self._lock:
+            if isinstance(event, ActionPublished) and event.actuator == ROBOT:
+                self._running = event.action
+                self._begin = self.trace.seconds
+                self._actions.append(event.action)
+                self._validator.action(ROBOT, event.action)
+            elif isinstance(event, MessageArrived) and event.source == ROBOT:
+                self._validator.message(ROBOT, event.value)
+                self._end(event.value, record.horizon)
+            elif isinstance(event, GoalArrived):
+                self._orders[event.goal] = next(o for o in _ORDERS if o.request == event.request)
+            elif isinstance(event, StatusSet):
+                order = self._orders[event.goal]
+                self._validator.status(order, event.status.value, event.slot)
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether all requests have ended."""
+        with self._lock:
+            return all(goal.ended for goal in self._validator.goals.values())
+
     def wrong(self) -> List[str]:
         """Returns what went wrong, when nothing is expected to happen any more."""
         with self._lock:
-            for slot in self._early:
-                self._validator.status(_ORDERS[int(slot) - 1], "succeeded", slot)
-            wrong = self._validator.finish()
-            if self._failures != ["go(c4)"]:
+            wrong = [*self._validator.finish()]
+            if self._undisturbed and self._failures != ["go(c4)"]:
                 wrong.append(f"one go(c4) was to fail, not {', '.join(self._failures) or 'none'}")
-            if self._actions != _ROUTE.split():
+            if self._undisturbed and self._actions != _ROUTE.split():
                 wrong.append(f"the actions were to be {_ROUTE}, not {' '.join(self._actions)}")
+            if not (self._undisturbed or self.killed):
+                wrong.append("no node was killed")
             if self._touched:
                 wrong.append("the robot has touched something")
             return wrong
@@ -130,26 +147,10 @@ class Story:
         self.trace.happen(Kind.REQUEST, f"{bring.information[0]}, please")
         self._ask(bring)
 
-    def _go_on(self) -> None:
-        while self._to_end if self._running else self._to_begin:
-            if self._running:
-                self._end(self._running, self._to_end.popleft())
-                self._running = ""
-            else:
-                self._running = self._to_begin.popleft()
-                self._begin = self.trace.seconds
-                self._actions.append(self._running)
-                self._validator.action(ROBOT, self._running)
-
-    def _end(self, action: str, answer: str) -> None:
-        self._validator.message(ROBOT, answer)
-        if answer == SUCCESS:
-            self._done.add(action)
-        for slot in [slot for slot in self._early if f"deliver({slot})" in self._done]:
-            self._early.remove(slot)
-            self._validator.status(_ORDERS[int(slot) - 1], "succeeded", slot)
+    def _end(self, answer: str, horizon: int) -> None:
+        action = self._running
         x, y = self.trace.path[-1]
-        steps = f"{len(self._actions)} of {max(self._horizon, len(self._actions))}"
+        steps = f"{len(self._actions)} of {max(horizon, len(self._actions))}"
         seconds = self.trace.seconds - self._begin
         print(
             f"  step {steps:9} {action:11} {answer:8} {seconds:5.1f} s  at ({x:.1f}, {y:.1f})",

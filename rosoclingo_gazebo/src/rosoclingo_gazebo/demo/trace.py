@@ -18,6 +18,7 @@ class Kind(enum.Enum):
     PICKUP = "pickup"
     DELIVERY = "delivery"
     FAILURE = "failure"
+    KILL = "kill"
 
 
 @dataclass(frozen=True)

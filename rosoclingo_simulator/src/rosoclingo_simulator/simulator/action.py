@@ -31,20 +31,24 @@ class GoalServer:
     simulation's thread changes a goal's status.
     """
 
-    def __init__(self, simulation: Simulation, move_base: MoveBase, calls: Calls) -> None:
+    def __init__(
+        self, simulation: Simulation, move_base: MoveBase, names: messages.Names, calls: Calls
+    ) -> None:
         """Opens the topics.
 
         Args:
             simulation: What drives.
             move_base: What drives it.
+            names: Those of the robot.
             calls: How to hand over to its thread.
         """
         self._simulation = simulation
         self._move_base = move_base
+        self._about = f"{names.robot}: " if names.robot else ""
         self._current: Optional[ServerGoalHandle] = None
         self._told_scan: Optional[Scan] = None
         self._server = LowLatencyActionServer(
-            "move_base",
+            names.topic("move_base"),
             MoveBaseAction,
             partial(calls.submit, self._begin),
             partial(calls.submit, self._cancel),
@@ -52,8 +56,10 @@ class GoalServer:
         )
         self._server.start()
         # As move_base does: what comes here goes on as a goal of the action.
-        self._goals = publisher("move_base/goal", MoveBaseActionGoal)
-        self._simple = subscriber("move_base_simple/goal", PoseStamped, self._on_simple_goal)
+        self._goals = publisher(names.topic("move_base/goal"), MoveBaseActionGoal)
+        self._simple = subscriber(
+            names.topic("move_base_simple/goal"), PoseStamped, self._on_simple_goal
+        )
 
     def update(self) -> None:
         """Tells clients what has become of their goal; called after each step."""
@@ -70,7 +76,7 @@ class GoalServer:
             End.PREEMPTED: current.set_canceled,
         }
         end[outcome.end](MoveBaseResult(), outcome.text)
-        rospy.loginfo("goal %s: %s", outcome.end.value, outcome.text)
+        rospy.loginfo("%sgoal %s: %s", self._about, outcome.end.value, outcome.text)
 
     def _publish_feedback(self, goal: ServerGoalHandle) -> None:
         scan = self._simulation.scan
@@ -89,7 +95,7 @@ class GoalServer:
         try:
             goal = messages.pose_from(handle.get_goal().target_pose)
         except messages.MessageError as err:
-            rospy.logwarn("goal rejected: %s", err)
+            rospy.logwarn("%sgoal rejected: %s", self._about, err)
             handle.set_rejected(MoveBaseResult(), str(err))
             return
         if self._current is not None:
@@ -98,7 +104,7 @@ class GoalServer:
         handle.set_accepted()
         self._current = handle
         self._move_base.start(goal)
-        rospy.loginfo("goal (%.2f, %.2f)", goal.x, goal.y)
+        rospy.loginfo("%sgoal (%.2f, %.2f)", self._about, goal.x, goal.y)
 
     def _cancel(self, handle: ServerGoalHandle) -> None:
         if handle == self._current:

@@ -13,7 +13,7 @@ from std_msgs.msg import Header
 
 from rosclingo.ros.parameters import integer, number
 from rosoclingo_simulator.simulator.headless import OpenGLError
-from rosoclingo_simulator.simulator.messages import BASE_HEIGHT, Frames
+from rosoclingo_simulator.simulator.messages import BASE_HEIGHT, Names
 from rosoclingo_simulator.simulator.mujoco_physics import MujocoPhysics
 from rosoclingo_simulator.simulator.rendering import Eye, focal_length, mounting
 
@@ -27,12 +27,12 @@ class CameraPublisher:
     All but the constructor and :meth:`transforms` is for one thread, the one that moves the robot.
     """
 
-    def __init__(self, physics: MujocoPhysics, frames: Frames) -> None:
+    def __init__(self, physics: MujocoPhysics, names: Names) -> None:
         """Opens the topics; OpenGL only when the first picture is wanted.
 
         Args:
             physics: Moves the robot that has the camera.
-            frames: The names of the robot's frames.
+            names: Those of the robot.
 
         Raises:
             ParameterError: A parameter has a wrong value.
@@ -42,12 +42,12 @@ class CameraPublisher:
         self._width = integer("camera_width", 160, _MOST_PIXELS, least=1)
         self._height = integer("camera_height", 120, _MOST_PIXELS, least=1)
         self._physics = physics
-        self._base = frames.base
+        self._base = names.base
         self._eye: Optional[Eye] = None
         self._fails = False
         self._due = 0.0
-        self._rgb = _Stream("camera/rgb", frames.camera("rgb"), "rgb8")
-        self._depth = _Stream("camera/depth", frames.camera("depth"), "32FC1")
+        self._rgb = _Stream(names.topic("camera/rgb"), names.camera("rgb"), "rgb8")
+        self._depth = _Stream(names.topic("camera/depth"), names.camera("depth"), "32FC1")
 
     def transforms(self) -> List[TransformStamped]:
         """Returns where the camera is on the robot, for ``/tf_static``."""

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Sequence
+
 import numpy as np
 
 from rosoclingo_simulator.simulator.grid import Grid
 from rosoclingo_simulator.simulator.laser import Scan
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
+from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, Pose
 
 _MARK_METRES = 4.0  # what is farther is not marked, because the beams are too far apart there
 _CLEAR_METRES = 5.0  # how far beams clear what was marked
+_ROBOT_METRES = ROBOT_RADIUS + 0.1  # what is nearer to another robot's centre is that
 _MAP_METRES = 0.15  # what is nearer to something on the map is that
 
 
@@ -33,14 +37,22 @@ class Costmap:
         self.marked = np.zeros(grid.shape, bool)
         self.changes = 0
 
-    def update(self, scan: Scan) -> None:
-        """Takes in what the laser has measured."""
+    def update(self, scan: Scan, robots: Sequence[Pose] = ()) -> None:
+        """Takes in what the laser has measured.
+
+        Args:
+            scan: What it is.
+            robots: Where other robots are; they move, so they are not marked.
+        """
         marked = self.marked
         if marked.any():
             marked = marked.copy()
             marked[self._grid.cells(self._passed(scan))] = False
         near = scan.points[scan.ranges < _MARK_METRES]
         unknown = near[self._world.distances_at(near) > _MAP_METRES]
+        for robot in robots:
+            away = np.hypot(unknown[:, 0] - robot.x, unknown[:, 1] - robot.y)
+            unknown = unknown[away > _ROBOT_METRES]
         if len(unknown):
             marked = marked.copy() if marked is self.marked else marked
             marked[self._grid.cells(unknown)] = True

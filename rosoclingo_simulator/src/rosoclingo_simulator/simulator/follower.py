@@ -18,6 +18,8 @@ Command = Tuple[float, float]
 STOP: Command = (0.0, 0.0)
 
 _AHEAD_METRES = 0.45  # how far ahead the point on the path is that the robot drives to
+_BLOCKED_METRES = 0.02  # less room ahead is none
+_BLOCKED_AHEAD_METRES = 0.15  # the same, if something is in the way to that point
 _SEARCH_POINTS = 20  # how many points of the path ahead may be the nearest one
 _TURN_ANGLE = 0.9  # radians; a robot that looks so far aside turns first
 _TURNED_ANGLE = 0.2  # and until it looks no farther aside than this
@@ -86,8 +88,8 @@ class Follower:
                 return 0.0, _turn(aside)
             self.arrived = abs(velocity[0]) < _STANDING and abs(velocity[1]) < _STANDING
             return STOP
-        target = self._target(pose)
-        aside = normal_angle(math.atan2(target[1] - pose.y, target[0] - pose.x) - pose.theta)
+        target = self._target(pose, _AHEAD_METRES)
+        aside = _aside(pose, target)
         self._turns = abs(aside) > (_TURNED_ANGLE if self._turns else _TURN_ANGLE)
         if self._turns:
             return 0.0, _turn(aside)
@@ -102,18 +104,19 @@ class Follower:
         )
         speed = max(speed, _SLOWEST)
         free = free_ahead(pose, points)
-        if free <= 0:
-            # Turning is safe, and shows what else there is.
+        if free <= _BLOCKED_METRES:
+            # Turning is safe, and shows what else there is. The path cuts no corners.
+            aside = _aside(pose, self._target(pose, _BLOCKED_AHEAD_METRES))
             return 0.0, _turn(aside) if abs(aside) > _TURNED_ANGLE / 2 else 0.0
         speed = min(speed, _until(free))
         return speed, speed * curvature
 
-    def _target(self, pose: Pose) -> np.ndarray:
-        """Returns the point of the path to drive to."""
+    def _target(self, pose: Pose, metres: float) -> np.ndarray:
+        """Returns the point of the path to drive to, so far ahead."""
         ahead = self.path[self._nearest : self._nearest + _SEARCH_POINTS]
         squares = (ahead[:, 0] - pose.x) ** 2 + (ahead[:, 1] - pose.y) ** 2
         self._nearest += int(squares.argmin())
-        wanted = self._lengths[self._nearest] + _AHEAD_METRES
+        wanted = self._lengths[self._nearest] + metres
         index = min(int(np.searchsorted(self._lengths, wanted)), len(self.path) - 1)
         return np.asarray(self.path[index])
 
@@ -127,12 +130,18 @@ def free_ahead(pose: Pose, points: np.ndarray) -> float:
     """
     ahead, left = local(pose, points[:, 0], points[:, 1])
     aside = np.abs(left)
-    in_the_way = (ahead > 0) & (aside < _SIDE_METRES)
+    beside = (aside > physics.ROBOT_RADIUS) & (ahead < _GAP_METRES)
+    in_the_way = (ahead > 0) & (aside < _SIDE_METRES) & ~beside
     if not in_the_way.any():
         return math.inf
     ahead, aside = ahead[in_the_way], aside[in_the_way]
     reach = np.sqrt(np.maximum(0.0, physics.ROBOT_RADIUS**2 - aside**2))
     return float((ahead - reach).min()) - _GAP_METRES
+
+
+def _aside(pose: Pose, target: np.ndarray) -> float:
+    """Returns how far to turn to look at a point, in radians."""
+    return normal_angle(math.atan2(target[1] - pose.y, target[0] - pose.x) - pose.theta)
 
 
 def _turn(aside: float) -> float:

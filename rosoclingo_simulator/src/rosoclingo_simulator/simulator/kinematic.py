@@ -1,15 +1,23 @@
-"""Physics of a disc that rolls over the map and stops at what it touches."""
+"""Physics of discs that roll over the map and stop at what they touch."""
 
 from __future__ import annotations
 
+import copy
 import math
-from typing import Dict, Tuple
+from typing import Dict, List, Tuple
 
 import numpy as np
 
 from rosoclingo_simulator.simulator import physics
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
-from rosoclingo_simulator.simulator.physics import Box, Pose, between, local, normal_angle
+from rosoclingo_simulator.simulator.physics import (
+    Box,
+    Pose,
+    Velocity,
+    between,
+    local,
+    normal_angle,
+)
 
 _LONGEST_MOVE = 0.05  # metres between two looks for contact, far less than the robot's width
 _HALVINGS = 12  # of that, which finds the contact to a few hundredths of a millimetre
@@ -34,16 +42,30 @@ class KinematicPhysics:
             pose: Where the robot is.
         """
         self._world = world
+        # Shared by all robots in the world.
         self._boxes: Dict[str, Box] = {}
+        self._all: List[KinematicPhysics] = [self]
         # How far, in cells, a beam may go on from anywhere in a cell without getting into a wall;
         # 0 inside of one.
         steps = world.distances / world.grid.resolution - math.sqrt(2)
         self._steps = np.where(world.solid, 0.0, np.maximum(steps, _INTO_CELL))
         self.reset(pose)
 
+    def join(self, pose: Pose) -> KinematicPhysics:
+        """Returns the physics of one more robot in the same world; they do not pass each other."""
+        other = copy.copy(self)
+        other.reset(pose)
+        self._all.append(other)
+        return other
+
+    @property
+    def robots(self) -> Tuple[Pose, ...]:
+        """Where all robots of the world are."""
+        return tuple(robot.pose for robot in self._all)
+
     @property
     def touches(self) -> bool:
-        """Whether the robot touches a wall or a box now."""
+        """Whether the robot touches a wall, a box or another robot now."""
         return self._clearance(self.pose) < physics.ROBOT_RADIUS + _TOUCHING
 
     def reset(self, pose: Pose) -> None:
@@ -53,19 +75,12 @@ class KinematicPhysics:
 
     def step(self, linear: float, angular: float, seconds: float) -> None:
         """Lets time pass; see :class:`.physics.Physics`."""
-        speed, turning = self.velocity
-        faster = physics.LINEAR_ACCELERATION * seconds
-        quicker = physics.ANGULAR_ACCELERATION * seconds
-        linear = between(linear, -physics.LINEAR_SPEED, physics.LINEAR_SPEED)
-        angular = between(angular, -physics.ANGULAR_SPEED, physics.ANGULAR_SPEED)
-        speed = between(linear, speed - faster, speed + faster)
-        turning = between(angular, turning - quicker, turning + quicker)
-        self.velocity = (speed, turning)
+        self.velocity = speed, turning = accelerated(self.velocity, (linear, angular), seconds)
         if not (speed or turning):
             return
         moves = max(1, math.ceil(abs(speed) * seconds / _LONGEST_MOVE))
         for _ in range(moves):
-            end = _moved(self.pose, speed, turning, seconds / moves)
+            end = rolled(self.pose, (speed, turning), seconds / moves)
             if self._may_be(end):
                 self.pose = end
             else:
@@ -78,11 +93,11 @@ class KinematicPhysics:
         free, met = 0.0, 1.0
         for _ in range(_HALVINGS):
             part = (free + met) / 2
-            if self._may_be(_moved(self.pose, speed, turning, seconds * part)):
+            if self._may_be(rolled(self.pose, (speed, turning), seconds * part)):
                 free = part
             else:
                 met = part
-        last = _moved(self.pose, speed, turning, seconds * free)
+        last = rolled(self.pose, (speed, turning), seconds * free)
         return Pose(last.x, last.y, end.theta)
 
     def _may_be(self, pose: Pose) -> bool:
@@ -93,7 +108,11 @@ class KinematicPhysics:
     def _clearance(self, pose: Pose) -> float:
         """Returns how far the robot's centre is from what is solid, in metres."""
         distances = [box.distance(pose.x, pose.y) for box in self._boxes.values()]
-        return min([self._world.clearance(pose.x, pose.y), *distances])
+        discs = [pose.distance(other.pose) - physics.ROBOT_RADIUS for other in self._others()]
+        return min([self._world.clearance(pose.x, pose.y), *distances, *discs])
+
+    def _others(self) -> List[KinematicPhysics]:
+        return [robot for robot in self._all if robot is not self]
 
     def put(self, name: str, box: Box) -> None:
         """Puts a box into the world, in place of the one of the same name if there is one."""
@@ -111,6 +130,9 @@ class KinematicPhysics:
             near, far = _through(box, self.pose, directions)
             hit = (near <= far) & (far >= 0)
             ranges = np.where(hit, np.minimum(ranges, np.maximum(near, 0.0)), ranges)
+        for other in self._others():
+            near = _to_disc(other.pose, self.pose, directions)
+            ranges = np.minimum(ranges, near)
         return np.where(ranges <= longest, ranges, np.inf)
 
     def _ranges_of_walls(self, directions: np.ndarray, longest: float) -> np.ndarray:
@@ -145,8 +167,28 @@ class KinematicPhysics:
         return ranges * grid.resolution
 
 
-def _moved(pose: Pose, speed: float, turning: float, seconds: float) -> Pose:
+def accelerated(velocity: Velocity, wanted: Velocity, seconds: float) -> Velocity:
+    """Returns what the wheels do after some time, in m/s and rad/s.
+
+    Args:
+        velocity: What they do now.
+        wanted: What they are told.
+        seconds: How much time passes.
+    """
+    (speed, turning), (linear, angular) = velocity, wanted
+    faster = physics.LINEAR_ACCELERATION * seconds
+    quicker = physics.ANGULAR_ACCELERATION * seconds
+    linear = between(linear, -physics.LINEAR_SPEED, physics.LINEAR_SPEED)
+    angular = between(angular, -physics.ANGULAR_SPEED, physics.ANGULAR_SPEED)
+    return (
+        between(linear, speed - faster, speed + faster),
+        between(angular, turning - quicker, turning + quicker),
+    )
+
+
+def rolled(pose: Pose, velocity: Velocity, seconds: float) -> Pose:
     """Returns where a robot gets to; the way is an arc, of which it takes the chord."""
+    speed, turning = velocity
     turned = turning * seconds
     half = turned / 2
     chord = speed * seconds * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
@@ -155,6 +197,15 @@ def _moved(pose: Pose, speed: float, turning: float, seconds: float) -> Pose:
         pose.y + chord * math.sin(pose.theta + half),
         normal_angle(pose.theta + turned),
     )
+
+
+def _to_disc(disc: Pose, pose: Pose, directions: np.ndarray) -> np.ndarray:
+    """Returns how far it is along lines to a robot at another place; infinity if they miss it."""
+    place = np.array((disc.x - pose.x, disc.y - pose.y))
+    ahead = place @ directions
+    squares = physics.ROBOT_RADIUS**2 - (place @ place - ahead**2)
+    near = ahead - np.sqrt(np.maximum(squares, 0.0))
+    return np.where((squares >= 0) & (ahead > 0), np.maximum(near, 0.0), np.inf)
 
 
 def _through(box: Box, pose: Pose, directions: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""What the simulator does in place of amcl and map_server: it shows the map and its place there."""
+"""What the simulator does in place of map_server and amcl: it shows the map, and places there."""
 
 from __future__ import annotations
 
@@ -19,31 +19,15 @@ from rosoclingo_simulator.simulator.simulation import Simulation
 _MOVED_METRES, _MOVED_RADIANS = 0.2, 0.5  # after which it says where the robot is
 
 
-class Localisation:
-    """Opens the names of amcl and map_server. The simulation's thread calls :meth:`publish`.
+class MapServer:
+    """Opens the names of map_server, and publishes the map."""
 
-    Attributes:
-        transform: Where the frame of the odometry is on the map; it stays there.
-    """
-
-    def __init__(
-        self, simulation: Simulation, world: OccupancyMap, frames: messages.Frames, calls: Calls
-    ) -> None:
-        """Opens topics and services, and publishes the map.
+    def __init__(self, world: OccupancyMap) -> None:
+        """Opens topics and service.
 
         Args:
-            simulation: What the robot is in.
             world: The map.
-            frames: The names of the robot's frames.
-            calls: How to hand over to the simulation's thread.
         """
-        self._simulation = simulation
-        self._calls = calls
-        self.transform: TransformStamped = messages.transform(
-            messages.MAP, frames.odom, simulation.physics.pose
-        )
-        self._told: Optional[Pose] = None
-        self._pose = publisher("amcl_pose", PoseWithCovarianceStamped, latch=True)
         message = messages.map_message(world)
         self._maps = [
             publisher("map", OccupancyGrid, latch=True),
@@ -52,8 +36,32 @@ class Localisation:
         self._maps[0].publish(message)
         self._maps[1].publish(message.info)
         self._service = rospy.Service("static_map", GetMap, lambda _: GetMapResponse(message))
+
+
+class Localisation:
+    """Opens a robot's names of amcl. The simulation's thread calls :meth:`publish`.
+
+    Attributes:
+        transform: Where the frame of the odometry is on the map; it stays there.
+    """
+
+    def __init__(self, simulation: Simulation, names: messages.Names, calls: Calls) -> None:
+        """Opens the topics.
+
+        Args:
+            simulation: What the robot is in.
+            names: Those of the robot.
+            calls: How to hand over to the simulation's thread.
+        """
+        self._simulation = simulation
+        self._calls = calls
+        self.transform: TransformStamped = messages.transform(
+            messages.MAP, names.odom, simulation.physics.pose
+        )
+        self._told: Optional[Pose] = None
+        self._pose = publisher(names.topic("amcl_pose"), PoseWithCovarianceStamped, latch=True)
         self._initial_pose = subscriber(
-            "initialpose", PoseWithCovarianceStamped, self._on_initial_pose
+            names.topic("initialpose"), PoseWithCovarianceStamped, self._on_initial_pose
         )
 
     def publish(self, stamp: rospy.Time) -> None:

@@ -29,23 +29,31 @@ _UNIT_ERROR = 1e-2  # of a quaternion's length
 _VARIANCE = 1e-4  # m² and rad²; the simulator knows where the robot is, but filters divide by it
 
 
-class Frames:
-    """The names of a robot's frames.
+class Names:
+    """The names of a robot's topics and frames.
 
     Attributes:
-        prefix: What they begin with, such as ``robot1/``; may be empty.
+        robot: Its own name; empty for the only one of a node.
+        prefix: What the frames begin with, such as ``robot1/``; may be empty.
         odom: Where the robot was at first, by its wheels.
         footprint: The robot, on the floor.
         base: The robot.
         laser: The laser on the robot.
     """
 
-    def __init__(self, prefix: str) -> None:
+    def __init__(self, robot: str, prefix: str) -> None:
+        self.robot = robot
         self.prefix = prefix
         self.odom = f"{prefix}odom"
         self.footprint = f"{prefix}base_footprint"
         self.base = f"{prefix}base_link"
         self.laser = f"{prefix}base_scan"
+
+    def topic(self, name: str) -> str:
+        """Returns the name of a topic, service or action of the robot."""
+        if not self.robot:
+            return name
+        return f"~{self.robot}/{name[1:]}" if name.startswith("~") else f"{self.robot}/{name}"
 
     def camera(self, kind: str) -> str:
         """Returns the frame of a camera's pictures of a kind, ``rgb`` or ``depth``."""
@@ -147,12 +155,12 @@ def set_transform(message: TransformStamped, pose: Pose) -> None:
     turn.z, turn.w = math.sin(pose.theta / 2), math.cos(pose.theta / 2)
 
 
-def robot_transforms(frames: Frames) -> Tuple[TransformStamped, ...]:
+def robot_transforms(names: Names) -> Tuple[TransformStamped, ...]:
     """Returns where the parts of the robot are."""
     here = Pose(0.0, 0.0, 0.0)
     return (
-        transform(frames.footprint, frames.base, here, BASE_HEIGHT),
-        transform(frames.base, frames.laser, here, LASER_HEIGHT - BASE_HEIGHT),
+        transform(names.footprint, names.base, here, BASE_HEIGHT),
+        transform(names.base, names.laser, here, LASER_HEIGHT - BASE_HEIGHT),
     )
 
 

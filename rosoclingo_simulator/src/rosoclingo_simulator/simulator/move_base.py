@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
-from typing import Optional
+from dataclasses import dataclass, field
+from typing import Optional, Sequence, Tuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -14,9 +14,11 @@ from rosoclingo_simulator.simulator.follower import STOP, Command, Follower, Lim
 from rosoclingo_simulator.simulator.laser import Scan
 from rosoclingo_simulator.simulator.physics import Pose
 from rosoclingo_simulator.simulator.planner import CLEARANCE, Planner
+from rosoclingo_simulator.simulator.right_of_way import Neighbour, RightOfWay, careful
 
 _PLAN_SECONDS = 1.0  # between two plans, unless something is in the way
 _PROGRESS_METRES = 0.2  # moving less is no progress
+_PATIENCE_SECONDS = 60.0  # how long others may have the right of way without a break
 
 
 class End(enum.Enum):
@@ -51,6 +53,7 @@ class MoveBase:
         progress_timeout: After how many seconds without progress to give up.
         goal: Where to drive; None if there is none.
         outcome: How the last goal ended; None while there is one, or before the first.
+        manners: What it does about other robots.
     """
 
     planner: Planner
@@ -59,21 +62,32 @@ class MoveBase:
     progress_timeout: float
     goal: Optional[Pose] = None
     outcome: Optional[Outcome] = None
+    manners: RightOfWay = field(init=False)
     _follower: Optional[Follower] = None
     _reached: Optional[Pose] = None  # the last place that counts as progress, and when
     _reached_at: float = 0.0
     _planned: float = 0.0
-    _changes: int = -1  # of the costmap that the path knows
+    _known: object = None  # what the path knows of the costmap, and of robots that stand
+
+    def __post_init__(self) -> None:
+        self.manners = RightOfWay(self.planner, self.limits)
 
     @property
     def active(self) -> bool:
-        """Whether there is a goal."""
-        return self.goal is not None
+        """Whether it drives: there is a goal, or it makes room for another robot."""
+        return self.goal is not None or self.manners.follower is not None
 
     @property
     def path(self) -> Optional[np.ndarray]:
         """The points that the robot drives along, in metres; a new array for each plan."""
-        return None if self._follower is None else self._follower.path
+        follower = self.manners.follower or self._follower
+        return None if follower is None else follower.path
+
+    @property
+    def ahead(self) -> Optional[np.ndarray]:
+        """The points of the path that are still ahead; None while the robot is to stand."""
+        follower = self.manners.follower or self._follower
+        return None if follower is None or self.manners.waits else follower.rest
 
     def start(self, goal: Pose) -> None:
         """Begins to drive to a goal, in place of the one before."""
@@ -87,7 +101,14 @@ class MoveBase:
         if self.goal is not None:
             self._finish(End.PREEMPTED, text)
 
-    def update(self, pose: Pose, velocity: Command, scan: Scan, time: float) -> Command:
+    def update(
+        self,
+        pose: Pose,
+        velocity: Command,
+        scan: Scan,
+        time: float,
+        neighbours: Sequence[Neighbour] = (),
+    ) -> Command:
         """Returns what to do next; :attr:`outcome` tells if the goal has ended with that.
 
         Args:
@@ -95,28 +116,48 @@ class MoveBase:
             velocity: What its wheels do, in m/s and rad/s.
             scan: What the laser has measured last.
             time: What time it is, in seconds.
+            neighbours: The other robots around.
         """
-        if self.goal is None:
+        standing = _standing(neighbours)
+        if (
+            self.goal is not None
+            and self._must_plan(time, standing)
+            and not self._plan(self.goal, pose, time, standing)
+        ):
             return STOP
-        if self._must_plan(time) and not self._plan(self.goal, pose, time):
+        marked = self.costmap.marked
+        self.manners.update(pose, velocity, self._follower, neighbours, marked=marked, time=time)
+        follower = self.manners.follower or self._follower
+        command = STOP
+        if follower is not None and not self.manners.waits:
+            command = follower.command(pose, velocity, scan.points)
+            if follower.arrived and follower.goal is self.goal:
+                self._finish(End.SUCCEEDED, "Goal reached.")
+                return STOP
+        if self.goal is not None and not self._advances(self.goal, pose, time):
             return STOP
-        assert self._follower is not None
-        command = self._follower.command(pose, velocity, scan.points)
-        if self._follower.arrived:
-            self._finish(End.SUCCEEDED, "Goal reached.")
-            return STOP
-        if self._reached is None or pose.distance(self._reached) > _PROGRESS_METRES:
+        return careful(command, pose, velocity, neighbours)
+
+    def _advances(self, goal: Pose, pose: Pose, time: float) -> bool:
+        """Gives the goal up if the robot has been at the same place for too long."""
+        since = self.manners.since
+        if since is not None:
+            self._reached = None
+            if time - since >= _PATIENCE_SECONDS:
+                text = f"gave way to other robots for {_PATIENCE_SECONDS:g} s"
+                self._finish(End.ABORTED, f"no progress to {_place(goal)}: {text}")
+        elif self._reached is None or pose.distance(self._reached) > _PROGRESS_METRES:
             self._reached, self._reached_at = pose, time
         elif time - self._reached_at >= self.progress_timeout:
-            place = _place(self.goal)
-            self._finish(End.ABORTED, f"no progress to {place} within {self.progress_timeout:g} s")
-            return STOP
-        return command
+            text = f"within {self.progress_timeout:g} s"
+            self._finish(End.ABORTED, f"no progress to {_place(goal)} {text}")
+        return self.active
 
-    def _must_plan(self, time: float) -> bool:
+    def _must_plan(self, time: float, standing: Tuple[Pose, ...]) -> bool:
         if self._follower is None:
             return True
-        if self._changes == self.costmap.changes:
+        strays = self.manners.follower is not None  # where the path does not lead
+        if not strays and self._known == (self.costmap.changes, standing):
             return False
         return time - self._planned >= _PLAN_SECONDS or self._blocked(self._follower.rest)
 
@@ -129,21 +170,28 @@ class MoveBase:
         nearest, _ = marks.query(path, distance_upper_bound=CLEARANCE)
         return bool(np.isfinite(nearest).any())
 
-    def _plan(self, goal: Pose, pose: Pose, time: float) -> bool:
-        path = self.planner.plan(pose, goal, self.costmap.marked)
+    def _plan(self, goal: Pose, pose: Pose, time: float, standing: Tuple[Pose, ...]) -> bool:
+        dear = np.array([(robot.x, robot.y) for robot in standing]) if standing else None
+        path = self.planner.plan(pose, goal, self.costmap.marked, dear=dear)
         if path is None:
             self._finish(End.ABORTED, f"no path to {_place(goal)} from {_place(pose)}")
             return False
         near = self._follower is not None and self._follower.near
         self._follower = Follower(self.limits, path, goal, near)
         self._planned = time
-        self._changes = self.costmap.changes
+        self._known = (self.costmap.changes, standing)
         return True
 
     def _finish(self, end: End, text: str) -> None:
         self.goal = None
         self._follower = None
+        self.manners.end()
         self.outcome = Outcome(end, text)
+
+
+def _standing(neighbours: Sequence[Neighbour]) -> Tuple[Pose, ...]:
+    """Returns where robots stand that will make room if there is no way around them."""
+    return tuple(robot.pose for robot in neighbours if robot.still and not robot.first)
 
 
 def _place(pose: Pose) -> str:

@@ -129,6 +129,11 @@ class MujocoPhysics:
         return Pose(float(x), float(y), theta)
 
     @property
+    def robots(self) -> Tuple[Pose, ...]:
+        """Where the only robot of the world is."""
+        return (self.pose,)
+
+    @property
     def velocity(self) -> Tuple[float, float]:
         """What the wheels really do, in m/s and rad/s."""
         left, right = (float(self.data.qvel[wheel]) * _WHEEL_RADIUS for wheel in self._wheels)

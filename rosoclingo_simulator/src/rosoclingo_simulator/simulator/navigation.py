@@ -21,25 +21,30 @@ class Navigation:
     """Opens the names of move_base. The simulation's thread calls its methods."""
 
     def __init__(
-        self, simulation: Simulation, move_base: MoveBase, ask: Callable[..., Any]
+        self,
+        simulation: Simulation,
+        move_base: MoveBase,
+        names: messages.Names,
+        ask: Callable[..., Any],
     ) -> None:
         """Opens topics and services.
 
         Args:
             simulation: What drives.
             move_base: What drives it.
+            names: Those of the robot.
             ask: Has the simulation's thread call a function, and returns its value.
         """
         self._simulation = simulation
         self._move_base = move_base
         self._ask = ask
-        self._commands = publisher("cmd_vel", Twist)
-        self._plan = publisher("move_base/plan", Path, latch=True)
+        self._commands = publisher(names.topic("cmd_vel"), Twist)
+        self._plan = publisher(names.topic("move_base/plan"), Path, latch=True)
         self._told_path: Optional[np.ndarray] = None
         self._told_active = False
         self._services = [
-            rospy.Service("move_base/make_plan", GetPlan, self._make_plan),
-            rospy.Service("move_base/clear_costmaps", Empty, self._clear_costmaps),
+            rospy.Service(names.topic("move_base/make_plan"), GetPlan, self._make_plan),
+            rospy.Service(names.topic("move_base/clear_costmaps"), Empty, self._clear_costmaps),
         ]
 
     def publish(self, stamp: rospy.Time) -> None:

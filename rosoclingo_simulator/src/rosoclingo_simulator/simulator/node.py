@@ -5,36 +5,44 @@ from __future__ import annotations
 import concurrent.futures
 import sys
 import threading
-from typing import TYPE_CHECKING, Callable, NoReturn, Optional, Tuple, TypeVar, Union
+from typing import (
+    TYPE_CHECKING,
+    Callable,
+    Dict,
+    List,
+    NoReturn,
+    Optional,
+    Sequence,
+    Tuple,
+    TypeVar,
+    Union,
+)
 
 import rospy
-from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
+from tf2_msgs.msg import TFMessage
 
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import give_up, init_node, spin
-from rosclingo.ros.low_latency import subscriber
-from rosoclingo_interfaces.navigation.waypoints import read_waypoints
+from rosclingo.ros.low_latency import publisher, subscriber
+from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
 from rosoclingo_interfaces.topics import publishers
 from rosoclingo_simulator.errors import PhysicsError
 from rosoclingo_simulator.simulator import messages
-from rosoclingo_simulator.simulator.action import GoalServer
 from rosoclingo_simulator.simulator.calls import Calls
 from rosoclingo_simulator.simulator.costmap import Costmap
 from rosoclingo_simulator.simulator.followed_clock import FollowedClock
-from rosoclingo_simulator.simulator.follower import Command
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.localisation import Localisation
+from rosoclingo_simulator.simulator.localisation import MapServer
 from rosoclingo_simulator.simulator.move_base import MoveBase
-from rosoclingo_simulator.simulator.navigation import Navigation
 from rosoclingo_simulator.simulator.obstacles import Obstacles
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap, read_map
 from rosoclingo_simulator.simulator.pacer import Pacer
-from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, Physics
+from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, STEP_SECONDS, Physics, Pose
 from rosoclingo_simulator.simulator.planner import Planner
-from rosoclingo_simulator.simulator.publications import Publications
+from rosoclingo_simulator.simulator.robot import Robot
 from rosoclingo_simulator.simulator.settings import Settings, read_settings
-from rosoclingo_simulator.simulator.simulation import STEP_SECONDS, Simulation
+from rosoclingo_simulator.simulator.simulation import Fleet, Simulation
 from rosoclingo_simulator.srv import Obstacle, ObstacleRequest, ObstacleResponse
 
 if TYPE_CHECKING:
@@ -42,7 +50,7 @@ if TYPE_CHECKING:
 
 _USAGE = """usage: simulator.py [_PARAMETER:=VALUE]... [ROS remappings]
 
-Simulates a robot with a laser, obstacles and, unless told otherwise, localisation and move_base.
+Simulates robots with lasers, obstacles and, unless told otherwise, localisation and move_base.
 Parameters, such as _speed:=10, are described in the package's README."""
 
 _SECONDS_TO_ANSWER = 10.0  # of wall time, for the simulation's thread
@@ -64,28 +72,31 @@ class SimulatorNode:
         """
         world = read_map(settings.map)
         waypoints = read_waypoints(settings.waypoints)
-        frames = messages.Frames(settings.frame_prefix)
-        physics, self._camera = _physics(settings, world, frames)
-        move_base = _move_base(settings, world) if settings.navigation else None
-        self._simulation = Simulation(physics, move_base)
-        self._obstacles = Obstacles(world, waypoints, physics)
+        names = [messages.Names(name, f"{name}/") for name in settings.fleet]
+        names = names or [messages.Names("", settings.frame_prefix)]
+        bodies = _bodies(settings, world, _starts(settings, world, waypoints), names)
+        planner = Planner(world)
+        self._obstacles = Obstacles(world, waypoints, bodies[0][0])
         self._calls = Calls()
         self._stop = threading.Event()
         self._stopped = threading.Event()
-        fixed = list(messages.robot_transforms(frames))
-        if self._camera is not None:
-            fixed += self._camera.transforms()
-        self._localisation: Optional[Localisation] = None
-        if settings.localisation:
-            self._localisation = Localisation(self._simulation, world, frames, self._calls)
-            fixed.append(self._localisation.transform)
-        self._navigation: Optional[Navigation] = None
-        self._goals: Optional[GoalServer] = None
-        if move_base is not None:
-            self._navigation = Navigation(self._simulation, move_base, self._ask)
-            self._goals = GoalServer(self._simulation, move_base, self._calls)
-        self._publications = Publications(self._simulation, frames, fixed, settings.clock)
-        self._subscribers = [subscriber("cmd_vel", Twist, self._on_command)]
+        self._robots = [
+            Robot(
+                Simulation(physics, _move_base(settings, world, planner)),
+                name,
+                camera,
+                localisation=settings.localisation,
+                calls=self._calls,
+                ask=self._ask,
+            )
+            for (physics, camera), name in zip(bodies, names)
+        ]
+        self._fleet = Fleet([robot.simulation for robot in self._robots])
+        self._maps = MapServer(world) if settings.localisation else None
+        self._static = publisher("/tf_static", TFMessage, latch=True)
+        self._static.publish([transform for robot in self._robots for transform in robot.fixed])
+        self._clock = publisher("/clock", Clock) if settings.clock else None
+        self._subscribers: List[rospy.Subscriber] = []
         self._service = rospy.Service("~obstacle", Obstacle, self._obstacle)
         self._pace: Union[Pacer, FollowedClock]
         if settings.clock:
@@ -104,28 +115,25 @@ class SimulatorNode:
             jump = self._pace.wait(STEP_SECONDS)
             self._calls.run()
             if jump is not None:
-                self._simulation.begin += jump
-                self._step()
-        if self._camera is not None:
-            self._camera.close()
+                self._step(jump)
+        for robot in self._robots:
+            robot.close()
         self._stopped.set()
         spin()  # until the master knows that this node is gone
 
-    def _step(self) -> None:
-        """Lets one step of time pass, and tells of it."""
-        simulation = self._simulation
-        simulation.watched = self._publications.scan_is_wanted
-        simulation.step()
-        stamp = rospy.Time.from_sec(simulation.now)
-        if self._localisation is not None:
-            self._localisation.publish(stamp)
-        if self._navigation is not None:
-            self._navigation.publish(stamp)
-        self._publications.publish(stamp)
-        if self._goals is not None:
-            self._goals.update()
-        if self._camera is not None:
-            self._camera.update(simulation.time, stamp)
+    def _step(self, jump: float) -> None:
+        """Lets one step of time pass, and tells of it; the clock comes after what it stamps."""
+        for robot in self._robots:
+            robot.simulation.begin += jump
+            robot.prepare()
+        self._fleet.step()
+        stamp = rospy.Time.from_sec(self._robots[0].simulation.now)
+        for robot in self._robots:
+            robot.publish(stamp)
+        if self._clock is not None:
+            self._clock.publish(stamp)
+        for robot in self._robots:
+            robot.answer(stamp)
 
     def _end(self) -> None:
         """Waits for the last step: rospy closes the topics next."""
@@ -147,20 +155,6 @@ class SimulatorNode:
         rospy.loginfo("%s", message)
         return ObstacleResponse(True, message)
 
-    def _on_command(self, message: Twist) -> None:
-        if message._connection_header["callerid"] == rospy.get_name():
-            return  # what this node has told the wheels itself
-        try:
-            command = messages.command_from(message)
-        except messages.MessageError as err:
-            rospy.logwarn_throttle(5.0, f"command ignored: {err}")
-            return
-        self._calls.submit(self._drive, command)
-
-    def _drive(self, command: Command) -> None:
-        if not self._simulation.drive(command):
-            rospy.logwarn_throttle(5.0, "commands are ignored while the robot drives to a goal")
-
     def _on_slow(self, speed: float) -> None:
         rospy.logwarn("too slow: simulated time goes %.2g times as fast as real time", speed)
 
@@ -170,11 +164,13 @@ def _about(settings: Settings) -> str:
     pace = f"at {settings.speed:g} times real time" if settings.clock else "by /clock"
     navigation = "" if settings.navigation else ", without navigation"
     localisation = "" if settings.localisation else ", without localisation"
-    return f"{settings.map.stem}, {settings.physics}, {pace}{navigation}{localisation}"
+    robots = f", {', '.join(settings.fleet)}" if settings.fleet else ""
+    return f"{settings.map.stem}, {settings.physics}, {pace}{navigation}{localisation}{robots}"
 
 
-def _move_base(settings: Settings, world: OccupancyMap) -> MoveBase:
-    planner = Planner(world)
+def _move_base(settings: Settings, world: OccupancyMap, planner: Planner) -> Optional[MoveBase]:
+    if not settings.navigation:
+        return None
     costmap = Costmap(world, planner.grid)
     return MoveBase(planner, costmap, settings.limits, settings.progress_timeout)
 
@@ -188,18 +184,39 @@ def _warn_of_another_clock() -> None:
         )
 
 
-def _physics(
-    settings: Settings, world: OccupancyMap, frames: messages.Frames
-) -> Tuple[Physics, Optional[CameraPublisher]]:
-    """Starts the kind of physics that is wanted, and its camera if it has one."""
-    pose = settings.pose
-    if world.clearance(pose.x, pose.y) < ROBOT_RADIUS:
-        raise PhysicsError(
-            f"the robot cannot stand at ({pose.x:g}, {pose.y:g}), which is in a wall or outside of "
-            f"the map {settings.map}; set ~initial_pose, or ROBOT_INITIAL_POSE with a launch file"
-        )
+def _starts(settings: Settings, world: OccupancyMap, waypoints: Waypoints) -> List[Pose]:
+    """Returns where the robots are at first, in order."""
+    places = {
+        "the robot": ("~initial_pose, or ROBOT_INITIAL_POSE with a launch file", settings.pose)
+    }
+    if settings.fleet:
+        found = {name: waypoints.find(waypoint) for name, waypoint in settings.fleet.items()}
+        places = {
+            name: ("~fleet", Pose(place.x, place.y, place.theta)) for name, place in found.items()
+        }
+    starts: Dict[str, Pose] = {}
+    for name, (remedy, pose) in places.items():
+        if world.clearance(pose.x, pose.y) < ROBOT_RADIUS:
+            raise PhysicsError(
+                f"{name} cannot stand at ({pose.x:g}, {pose.y:g}), which is in a wall or outside "
+                f"of the map {settings.map}; set {remedy}"
+            )
+        for other, place in starts.items():
+            if pose.distance(place) < 2 * ROBOT_RADIUS:
+                raise PhysicsError(f"{other} and {name} cannot be at the same place: set ~fleet")
+        starts[name] = pose
+    return list(starts.values())
+
+
+def _bodies(
+    settings: Settings, world: OccupancyMap, starts: Sequence[Pose], names: Sequence[messages.Names]
+) -> List[Tuple[Physics, Optional[CameraPublisher]]]:
+    """Starts the kind of physics that is wanted, for each robot, and cameras if it has them."""
     if settings.physics == "kinematic":
-        return KinematicPhysics(world, pose), None
+        first = KinematicPhysics(world, starts[0])
+        return [(first, None), *((first.join(start), None) for start in starts[1:])]
+    if len(starts) > 1:
+        raise PhysicsError("~physics:=mujoco has one robot: for ~fleet, set ~physics:=kinematic")
     try:
         # MuJoCo is optional, so what imports it comes late.
         from rosoclingo_simulator.simulator.camera import CameraPublisher  # noqa: PLC0415 - see above
@@ -208,8 +225,8 @@ def _physics(
         if err.name != "mujoco":
             raise
         raise PhysicsError("~physics:=mujoco needs MuJoCo; install it: pip install mujoco") from err
-    physics = MujocoPhysics(settings.world, pose)
-    return physics, CameraPublisher(physics, frames)
+    physics = MujocoPhysics(settings.world, starts[0])
+    return [(physics, CameraPublisher(physics, names[0]))]
 
 
 def main() -> NoReturn:

@@ -61,10 +61,10 @@ class Obstacles:
         if name in self._names:
             return f"there is a box between {way} already"
         box = self._box(way, first, second)
-        robot = self.physics.pose
-        if box.distance(robot.x, robot.y) < ROBOT_RADIUS + _ROBOT_GAP_METRES:
+        least = ROBOT_RADIUS + _ROBOT_GAP_METRES
+        if any(box.distance(robot.x, robot.y) < least for robot in self.physics.robots):
             raise ObstacleError(
-                f"the robot is where a box between {way} would stand; try again when it has left"
+                f"a robot is where a box between {way} would stand; try again when it has left"
             )
         self.physics.put(name, box)
         self._names.add(name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Protocol, Tuple, Union
+from typing import Any, Protocol, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -13,6 +13,9 @@ ROBOT_RADIUS = 0.18
 
 LASER_HEIGHT = 0.3
 """Of the laser above the floor, in metres."""
+
+STEP_SECONDS = 0.05
+"""How long a step is in simulated time."""
 
 LINEAR_SPEED = 0.5
 """How fast the robot drives at most, in m/s."""
@@ -25,6 +28,10 @@ LINEAR_ACCELERATION = 1.0
 
 ANGULAR_ACCELERATION = 3.0
 """How fast the robot's turning changes at most, in rad/s²."""
+
+
+Velocity = Tuple[float, float]
+"""Speed and speed of turning, in m/s and rad/s."""
 
 
 @dataclass(frozen=True)
@@ -94,12 +101,16 @@ class Physics(Protocol):
         """Where the robot really is, in the map."""
 
     @property
-    def velocity(self) -> Tuple[float, float]:
+    def robots(self) -> Sequence[Pose]:
+        """Where all robots of the world are."""
+
+    @property
+    def velocity(self) -> Velocity:
         """What the wheels really do, in m/s and rad/s."""
 
     @property
     def touches(self) -> bool:
-        """Whether the robot touches a wall or a box now."""
+        """Whether the robot touches a wall, a box or another robot now."""
 
     def put(self, name: str, box: Box) -> None:
         """Puts a box into the world, in place of the one of the same name if there is one."""

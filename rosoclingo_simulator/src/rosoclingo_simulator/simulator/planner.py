@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Optional, Tuple
+from typing import Any, Optional, Tuple
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt, uniform_filter1d
-from skimage.graph import MCP_Geometric
 
 from rosoclingo_simulator.simulator.grid import Grid
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
@@ -19,6 +18,10 @@ CLEARANCE = ROBOT_RADIUS + 0.04
 _CELL_METRES = 0.1
 _WIDE_METRES = 1.0  # a place so far from walls costs no more than any other
 _NARROW_COST = 6.0  # how many metres around a metre next to a wall is worth
+_APART_METRES = 2 * ROBOT_RADIUS + 0.1  # between the centres of robots that pass each other
+_MARGIN_METRES = 0.1  # that a robot which makes room leaves besides
+_DEAR_COST = 5.0  # how many metres around a metre through a robot that stands is worth
+_REFUGE_METRES = 5.0  # how far a robot goes to make room for another, along each axis
 _SMOOTH_CELLS = 7  # of a path that are averaged
 _SMOOTH_TIMES = 2
 _ESCAPE_METRES = 0.5  # how far the robot may be from where a path can begin
@@ -49,6 +52,9 @@ class Planner:
         goal: Pose,
         obstacles: Optional[np.ndarray] = None,
         tolerance: float = 0.0,
+        *,
+        closed: Optional[np.ndarray] = None,
+        dear: Optional[np.ndarray] = None,
     ) -> Optional[np.ndarray]:
         """Returns the cheapest path.
 
@@ -57,22 +63,23 @@ class Planner:
             goal: Where it ends.
             obstacles: Which cells have something in them that is not on the map.
             tolerance: How far from the goal the path may end if it cannot end there, in metres.
+            closed: Points that the path keeps as far from as robots do from each other, in metres.
+            dear: Points where it would rather do so.
 
         Returns:
             Points on the way, an array of x and y in metres, a cell apart; None if there is no
             path.
         """
-        distances = self._distances
-        if obstacles is not None and obstacles.any():
-            around = distance_transform_edt(~obstacles) - 0.5  # it may be anywhere in its cell
-            distances = np.minimum(distances, around * self.grid.resolution)
+        distances = self._free_distances(obstacles, closed)
         free = distances >= CLEARANCE
         begin = self._nearest(free, start, _ESCAPE_METRES)
         end = self._nearest(free, goal, tolerance)
         if begin is None or end is None:
             return None
-        narrow = np.maximum(0.0, 1.0 - distances / _WIDE_METRES)
-        search = MCP_Geometric(np.where(free, 1.0 + _NARROW_COST * narrow**2, np.inf))
+        prices = _prices(distances)
+        if dear is not None:
+            prices[self._around(dear)] += _DEAR_COST
+        search = _search(prices)
         costs, _ = search.find_costs([begin], [end])
         if not math.isfinite(costs[end]):
             return None
@@ -86,6 +93,66 @@ class Planner:
         if end == self._cell(goal):
             path[-1] = goal.x, goal.y
         return path
+
+    def refuge(
+        self, start: Pose, obstacles: np.ndarray, closed: np.ndarray, claimed: np.ndarray
+    ) -> Optional[np.ndarray]:
+        """Returns the cheapest path to a place that is out of the way of other robots.
+
+        Args:
+            start: Where it begins.
+            obstacles: Which cells have something in them that is not on the map.
+            closed: Points that the path keeps as far from as robots do from each other, in metres.
+            claimed: Points of which the path's end does so.
+
+        Returns:
+            As :meth:`plan`; None if there is no such place around.
+        """
+        distances = self._free_distances(obstacles, closed)
+        begin = self._nearest(distances >= CLEARANCE, start, _ESCAPE_METRES)
+        if begin is None:
+            return None
+        reach = int(_REFUGE_METRES / self.grid.resolution)
+        corner = np.maximum(0, np.array(begin) - reach)
+        window = tuple(slice(low, cell + reach + 1) for low, cell in zip(corner, begin))
+        search = _search(_prices(distances[window]))
+        costs, _ = search.find_costs([tuple(begin - corner)])
+        ends = np.full(self.grid.shape, np.inf)
+        ends[window] = costs
+        ends[self._around(claimed, _MARGIN_METRES)] = np.inf
+        end = np.unravel_index(int(ends.argmin()), ends.shape)
+        if not np.isfinite(ends[end]):
+            return None
+        cells = np.array(search.traceback(tuple(end - corner))) + corner
+        cells = np.repeat(cells, 2, axis=0) if len(cells) == 1 else cells
+        return self._smooth(self.grid.points(cells[:, 0], cells[:, 1]), distances)
+
+    def covers(self, points: np.ndarray, pose: Pose) -> bool:
+        """Whether a pose is nearer to one of the points than robots should be to each other."""
+        nearest = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y).min()
+        return bool(nearest < _APART_METRES)
+
+    def _free_distances(
+        self, obstacles: Optional[np.ndarray], closed: Optional[np.ndarray]
+    ) -> np.ndarray:
+        """Returns how far cells are from what is there, in metres; 0 where another robot is."""
+        distances = self._distances
+        if obstacles is not None and obstacles.any():
+            around = distance_transform_edt(~obstacles) - 0.5  # it may be anywhere in its cell
+            distances = np.minimum(distances, around * self.grid.resolution)
+        if closed is not None:
+            distances = distances.copy()
+            distances[self._around(closed)] = 0.0
+        return distances
+
+    def _around(self, points: np.ndarray, margin: float = 0.0) -> Tuple[np.ndarray, np.ndarray]:
+        """Returns the rows and columns of the cells that are too near to points for a robot."""
+        radius = _APART_METRES + margin
+        offsets = np.arange(-radius, radius, self.grid.resolution)
+        along, across = np.meshgrid(offsets, offsets)
+        inside = np.hypot(along, across) < radius
+        disc = np.stack((along[inside], across[inside]), axis=-1)
+        return self.grid.cells(points[:, None] + disc)
 
     def _smooth(self, path: np.ndarray, distances: np.ndarray) -> np.ndarray:
         """Returns a path without the corners of cells, which keeps the same distance."""
@@ -117,6 +184,20 @@ class Planner:
         if away[nearest] > radius:
             return None
         return int(around[nearest, 0]), int(around[nearest, 1])
+
+
+def _search(prices: np.ndarray) -> Any:
+    """Returns what finds the cheapest paths over cells with these prices."""
+    # It takes as long as all other modules of the node, and a robot that only stands needs it not.
+    from skimage.graph import MCP_Geometric  # noqa: PLC0415
+
+    return MCP_Geometric(prices)
+
+
+def _prices(distances: np.ndarray) -> np.ndarray:
+    """Returns what a metre costs in cells so far from what is there; infinity for too near."""
+    narrow = np.maximum(0.0, 1.0 - distances / _WIDE_METRES)
+    return np.where(distances >= CLEARANCE, 1.0 + _NARROW_COST * narrow**2, np.inf)
 
 
 def lengths(path: np.ndarray) -> np.ndarray:

@@ -1,13 +1,11 @@
-"""What the simulator tells the world after each step, as a robot without navigation does."""
+"""What the simulator tells of a robot after each step, as one without navigation does."""
 
 from __future__ import annotations
 
-from typing import Any, Optional, Sequence
+from typing import Any, Optional
 
 import rospy
-from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
-from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
@@ -29,33 +27,26 @@ class Publications:
     def __init__(
         self,
         simulation: Simulation,
-        frames: messages.Frames,
-        fixed: Sequence[TransformStamped],
-        clock: bool,
+        names: messages.Names,
     ) -> None:
-        """Opens the topics, and publishes what does not change.
+        """Opens the topics.
 
         Args:
             simulation: What to tell of.
-            frames: The names of the robot's frames.
-            fixed: Transforms that stay as they are.
-            clock: Whether to publish the time.
+            names: Those of the robot.
         """
         self._simulation = simulation
-        self._frames = frames
+        self._names = names
         self._start = simulation.physics.pose
-        self._clock = publisher("/clock", Clock) if clock else None
         self._tf = publisher("/tf", TFMessage)
-        self._odom = publisher("odom", Odometry)
-        self._truth = publisher("ground_truth", Odometry)
-        self._scan = publisher("scan", LaserScan)
-        self._touches = publisher("~touches", Bool, latch=True)
-        self._static = publisher("/tf_static", TFMessage, latch=True)
-        self._static.publish(fixed)
+        self._odom = publisher(names.topic("odom"), Odometry)
+        self._truth = publisher(names.topic("ground_truth"), Odometry)
+        self._scan = publisher(names.topic("scan"), LaserScan)
+        self._touches = publisher(names.topic("~touches"), Bool, latch=True)
 
-        self._odom_message = messages.odometry(frames.odom, frames.footprint)
-        self._truth_message = messages.odometry(messages.MAP, frames.footprint)
-        self._transform = messages.transform(frames.odom, frames.footprint, self._start)
+        self._odom_message = messages.odometry(names.odom, names.footprint)
+        self._truth_message = messages.odometry(messages.MAP, names.footprint)
+        self._transform = messages.transform(names.odom, names.footprint, self._start)
         self._told_scan: Optional[Scan] = None
         self._told_touches: Optional[bool] = None
 
@@ -65,7 +56,7 @@ class Publications:
         return _listened(self._scan)
 
     def publish(self, stamp: rospy.Time) -> None:
-        """Publishes what is new after a step; the clock comes last."""
+        """Publishes what is new after a step."""
         pose, velocity = self._simulation.physics.pose, self._simulation.physics.velocity
         if _listened(self._tf) or _listened(self._odom):
             # Where the wheels have brought the robot.
@@ -85,8 +76,6 @@ class Publications:
         if touches != self._told_touches:
             self._touches.publish(touches)
             self._told_touches = touches
-        if self._clock is not None:
-            self._clock.publish(stamp)
 
     def _publish_scan(self) -> None:
         scan = self._simulation.scan
@@ -94,7 +83,7 @@ class Publications:
             self._told_scan = scan
             if _listened(self._scan):
                 stamp = rospy.Time.from_sec(self._simulation.begin + scan.time)
-                self._scan.publish(messages.scan_message(scan, self._frames.laser, stamp))
+                self._scan.publish(messages.scan_message(scan, self._names.laser, stamp))
 
 
 def _listened(topic: Any) -> bool:

@@ -23,6 +23,7 @@ DEFAULT_POSE = "-y -8 -x 7 -z 0 -R 0 -P 0 -Y 0"
 LEAST_SPEED = 0.02
 """What ``~speed`` is at least: the clock goes on every 2.5 s of wall time then."""
 
+_NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 _OPTION = re.compile(r"-([xyzRPY])\s+(\S+)")
 
 
@@ -40,7 +41,9 @@ class Settings:
         navigation: Whether it is move_base, too.
         localisation: Whether it is amcl and map_server, too.
         frame_prefix: What the names of the robot's frames begin with.
-        pose: Where the robot is at first.
+        fleet: The names of several robots, each with the waypoint where it is at first; none for
+            one robot without a name.
+        pose: Where that one is at first.
         limits: How to drive.
         progress_timeout: Seconds of simulated time.
     """
@@ -54,6 +57,7 @@ class Settings:
     navigation: bool
     localisation: bool
     frame_prefix: str
+    fleet: Dict[str, str]
     pose: Pose
     limits: Limits
     progress_timeout: float
@@ -65,6 +69,9 @@ def read_settings() -> Settings:
     Raises:
         ParameterError: One is wrong; the message names it.
     """
+    prefix, fleet = _prefix(), _fleet()
+    if prefix and fleet:
+        raise parameters.wrong("frame_prefix", "leave it out: each of ~fleet has its own name's")
     packages = rospkg.RosPack()
     here = Path(packages.get_path("rosoclingo_simulator"))
     interfaces = Path(packages.get_path("rosoclingo_interfaces"))
@@ -80,7 +87,8 @@ def read_settings() -> Settings:
         clock=parameters.flag("clock", True),
         navigation=parameters.flag("navigation", True),
         localisation=parameters.flag("localisation", True),
-        frame_prefix=_prefix(),
+        frame_prefix=prefix,
+        fleet=fleet,
         pose=_pose(),
         limits=Limits(
             speed=parameters.positive("max_speed", LINEAR_SPEED, LINEAR_SPEED),
@@ -134,6 +142,21 @@ def _speed() -> float:
             "still for seconds, and others take it for dead",
         )
     return speed
+
+
+def _fleet() -> Dict[str, str]:
+    """Returns where the robots are at first, by their names."""
+    robots: Dict[str, str] = {}
+    for word in parameters.words("fleet"):
+        name, at, waypoint = word.partition("@")
+        if not (_NAME.fullmatch(name) and at and waypoint) or name in robots:
+            raise parameters.wrong(
+                "fleet",
+                "expected different names, of letters, digits and underscores, with waypoints, "
+                f"such as robot1@open1 robot2@c5: {word}",
+            )
+        robots[name] = waypoint
+    return robots
 
 
 def _prefix() -> str:

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Optional
+from typing import Optional, Sequence
 
 from rosoclingo_simulator.simulator.follower import STOP, Command
 from rosoclingo_simulator.simulator.laser import Scan, look
 from rosoclingo_simulator.simulator.move_base import MoveBase
-from rosoclingo_simulator.simulator.physics import Physics
-
-STEP_SECONDS = 0.05
-"""How long a step is in simulated time."""
+from rosoclingo_simulator.simulator.physics import STEP_SECONDS, Physics
+from rosoclingo_simulator.simulator.right_of_way import AWARE_METRES, Neighbour
 
 SCAN_SECONDS = 0.2
 """From one scan to the next, in simulated time."""
 
 _COMMAND_SECONDS = 0.5  # how long a command counts
+_STILL_SECONDS = 1.0  # without moving, after which a robot stands still
 
 
 @dataclass
@@ -31,6 +30,7 @@ class Simulation:
         scan: What the laser has measured last; None before the first time.
         command: What the wheels are told in this step.
         watched: Whether somebody wants scans also while there is no goal.
+        neighbours: The other robots around.
     """
 
     physics: Physics
@@ -40,8 +40,10 @@ class Simulation:
     scan: Optional[Scan] = None
     command: Command = STOP
     watched: bool = False
+    neighbours: Sequence[Neighbour] = ()
     _told: Command = STOP
     _told_until: float = 0.0
+    _moved: float = 0.0
 
     @property
     def time(self) -> float:
@@ -67,10 +69,13 @@ class Simulation:
 
     def step(self) -> None:
         """Lets one step of time pass."""
-        if self.move_base is not None and self.move_base.active:
+        pose, velocity = self.physics.pose, self.physics.velocity
+        others = self.neighbours
+        if self.move_base is not None and (
+            self.move_base.active or any(robot.path is not None for robot in others)
+        ):
             scan = self._look()
-            pose, velocity = self.physics.pose, self.physics.velocity
-            self.command = self.move_base.update(pose, velocity, scan, self.time)
+            self.command = self.move_base.update(pose, velocity, scan, self.time, others)
             self._told = STOP
         else:
             if self.watched:
@@ -78,11 +83,52 @@ class Simulation:
             self.command = self._told if self.time < self._told_until else STOP
         self.physics.step(*self.command, STEP_SECONDS)
         self.steps += 1
+        if self.physics.velocity[0]:
+            self._moved = self.time
+
+    def seen(self, first: bool) -> Neighbour:
+        """Returns what other robots know of this one.
+
+        Args:
+            first: Whether it has right of way.
+        """
+        path = None if self.move_base is None else self.move_base.ahead
+        still = self.time - self._moved >= _STILL_SECONDS
+        return Neighbour(self.physics.pose, self.physics.velocity, path, first, still)
 
     def _look(self) -> Scan:
         """Returns a scan that is recent enough."""
         if self.scan is None or self.time - self.scan.time > SCAN_SECONDS - STEP_SECONDS / 2:
             self.scan = look(self.physics, self.time)
             if self.move_base is not None:
-                self.move_base.costmap.update(self.scan)
+                self.move_base.costmap.update(self.scan, [robot.pose for robot in self.neighbours])
         return self.scan
+
+
+@dataclass
+class Fleet:
+    """Robots in one world that know of each other. One thread uses it.
+
+    Who has a goal has right of way before who has none, and then who is named first.
+
+    Attributes:
+        robots: They are in the same world.
+    """
+
+    robots: Sequence[Simulation]
+
+    def step(self) -> None:
+        """Lets one step of time pass."""
+        order = sorted(self.robots, key=_waits_for_goals)
+        for place, robot in enumerate(order):
+            here = robot.physics.pose
+            robot.neighbours = [
+                other.seen(rank < place)
+                for rank, other in enumerate(order)
+                if rank != place and here.distance(other.physics.pose) < AWARE_METRES
+            ]
+            robot.step()
+
+
+def _waits_for_goals(robot: Simulation) -> bool:
+    return robot.move_base is None or robot.move_base.goal is None

@@ -14,7 +14,7 @@ from rosoclingo.bags.read.records import Records
 from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said
 from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about, solvers, text_entries
 from rosoclingo.bags.wire import Connection, Message
-from rosoclingo.loop.journal import decode
+from rosoclingo.loop.journal import NodeResumed, decode
 
 _OWN_TYPES = {kind for kind in LOOP_TYPES.values() if kind.startswith("rosoclingo/")}
 _RUNS = ("journal", "goal", "in", "out")  # topics of which one at least shows that there is a run
@@ -144,11 +144,14 @@ class _Reading:
                 unnumbered += 1
                 continue
             seconds = (said.stamp.sec * 10**9 + said.stamp.nanosec - self._begin) * 1e-9
-            known = runs[-1].get(said.number)
+            event, known = decode(said), runs[-1].get(said.number)
             if known is not None and known.seconds != seconds:
-                runs.append({})  # the node was started again
+                if isinstance(event, NodeResumed):  # power has failed, and the last ones are lost
+                    runs[-1] = {n: one for n, one in runs[-1].items() if n < said.number}
+                else:
+                    runs.append({})  # the node was started again
             runs[-1][said.number] = Entry(
-                decode(said), int(said.step), int(said.horizon), said.number, seconds
+                event, int(said.step), int(said.horizon), said.number, seconds
             )
         if len(runs) > 1:
             self._remarks.append(

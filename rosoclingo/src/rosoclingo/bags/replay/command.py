@@ -61,10 +61,11 @@ def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
         processes = starts(
             recording, files, controller=options.controller, planner=options.planner,
             single=options.single, system=options.system,
+            store=folder / "run.store" if options.kill else None,
         )  # fmt: skip
         replayed = play(
             recording.name, run, processes, folder,
-            rate=options.rate, timeout=options.timeout, progress=_say_progress,
+            rate=options.rate, timeout=options.timeout, kills=options.kill, progress=_say_progress,
         )  # fmt: skip
     return _judge(recording, run, replayed, Level(options.level)), replayed.seconds
 
@@ -83,6 +84,8 @@ def _judge(recording: Recording, run: Run, replayed: Replayed, level: Level) -> 
         )
     if replayed.skipped:
         print(f"answers that were not sent, as their actions did not come: {replayed.skipped}")
+    if replayed.killed:
+        print(f"nodes that were killed and started again, as in the recording: {replayed.killed}")
     times = [entry.seconds for entry in recording.entries]
     speed = text_report.speed(replayed.seconds, times[-1] - times[0])
     print(f"{text_report.summary(comparison)}, {speed}")
@@ -117,6 +120,8 @@ def _parser() -> argparse.ArgumentParser:
         help="let #script blocks run that are in the bag's encodings")  # fmt: skip
     add("--system", metavar="LAUNCH",
         help="arguments of roslaunch for what starts everything instead")  # fmt: skip
+    add("--kill", action="store_true",
+        help="kill nodes where those of the recording had died; by default none dies")  # fmt: skip
     rate = "send R times as fast as recorded, 1 for real time (default: as fast as possible)"
     add("--rate", type=_positive, metavar="R", help=rate)
     add("--timeout", type=_positive, default=60.0, metavar="SECONDS",

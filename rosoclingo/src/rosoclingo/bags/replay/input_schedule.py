@@ -14,8 +14,13 @@ from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.replay_inbox import Due, Kind, Phase
 
 
-def input_schedule(run: Run) -> List[Due]:
-    """Returns the inputs that the loop has taken, and when, in its order."""
+def input_schedule(run: Run, *, kills: bool = False) -> List[Due]:
+    """Returns the inputs that the loop has taken, and when, in its order.
+
+    Args:
+        run: The run.
+        kills: Whether nodes that have died are among them.
+    """
     found: List[Due] = []
     moment = (0, Phase.BEFORE)
     decision = step = 0
@@ -29,6 +34,15 @@ def input_schedule(run: Run) -> List[Due]:
             waits = acts = False
         elif begins_a_wait(event):
             waits = True
+        elif isinstance(event, journal.NodeResumed):
+            if event.node == journal.LOOP:
+                # A new process decides again; what the old one took in its wait, it has.
+                found = [_before(due, decision) for due in found]
+                moment = min(moment, (decision, Phase.BEFORE))
+                waits = acts = False
+            if kills:
+                kill = Due(decision, Phase.BEFORE, Kind.KILL, event.node)
+                found.insert(sum(due.moment <= kill.moment for due in found), kill)
         elif isinstance(event, journal.StatusSet) and entry.number in run.recalls:
             if event.goal in undecided:  # the loop has taken the goal, and nothing had come of it
                 place = undecided[event.goal]
@@ -62,6 +76,13 @@ def input_schedule(run: Run) -> List[Due]:
     return found
 
 
+def rest(dues: Sequence[Due], decision: int) -> List[Due]:
+    """Returns what is left for a node that goes on before a decision, which it counts as first."""
+    return [
+        due._replace(decision=due.decision - decision) for due in dues if due.decision >= decision
+    ]
+
+
 def _moment(
     event: journal.Arrival, decision: int, waits: bool, result: Optional[Result]
 ) -> Tuple[int, Phase]:
@@ -81,6 +102,11 @@ def _moment(
         # It has not ended the search, and the loop knew of it at the next decision.
         return decision + 1, Phase.BEFORE
     return decision, Phase.DURING
+
+
+def _before(due: Due, decision: int) -> Due:
+    """Has something that was taken while the loop waited be taken before it decided to wait."""
+    return due._replace(phase=Phase.BEFORE) if due.decision == decision else due
 
 
 def _results(entries: Sequence[Entry]) -> List[Optional[Result]]:

@@ -36,6 +36,7 @@ class Input:
         command: The last command before it.
         gap: Seconds since what it followed: an output, an input or the begin of the wait.
         answers: Whether it answers an action.
+        restarts: How often the node with the loop was started again before it.
     """
 
     event: journal.Arrival
@@ -44,6 +45,7 @@ class Input:
     command: str
     gap: float
     answers: bool
+    restarts: int = 0
 
     @property
     def key(self) -> Key:
@@ -57,7 +59,7 @@ def inputs(run: Run) -> List[Input]:
     Those that do not are cancel requests that came too late.
     """
     found: List[Input] = []
-    count = 0
+    count = restarts = 0
     command = ""
     acting: Set[str] = set()
     ended: Set[str] = set()  # goals
@@ -77,7 +79,7 @@ def inputs(run: Run) -> List[Input]:
             else:
                 point = _guess(gap, is_first=not found)
             answers = isinstance(event, journal.MessageArrived) and event.source in acting
-            found.append(Input(event, point, count, command, gap, answers))
+            found.append(Input(event, point, count, command, gap, answers, restarts))
             if isinstance(event, journal.MessageArrived):
                 acting.discard(event.source)
             last, has_taken = entry.seconds, True
@@ -90,6 +92,9 @@ def inputs(run: Run) -> List[Input]:
             command, waits = event.command, False
         elif begins_a_wait(event):
             waits = True
+        elif isinstance(event, journal.NodeResumed) and event.node == journal.LOOP:
+            waits = False
+            restarts += 1
         if output is not None or begins_a_wait(event):
             last = entry.seconds
     return found

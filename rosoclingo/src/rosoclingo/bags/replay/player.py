@@ -6,8 +6,9 @@ import os
 import queue
 import sys
 import time
+from collections import Counter
 from pathlib import Path
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatusArray
@@ -19,11 +20,12 @@ from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.bags.compare.comparison import Stall
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.replay.input_schedule import input_schedule
+from rosoclingo.bags.replay.input_schedule import input_schedule, rest
 from rosoclingo.bags.replay.schedule import Schedule
-from rosoclingo.bags.replay.startup import Start
+from rosoclingo.bags.replay.startup import SOLVERS, Start
 from rosoclingo.bags.replay.unpack import ReplayError
 from rosoclingo.loop import journal, replay_inbox
+from rosoclingo.loop.replay_inbox import Due, Kind, Phase
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoEvent, ROSoClingoGoal, ROSoClingoIn
 
 _CONNECT_SECONDS = 60.0  # how long the nodes may take to start on a busy machine
@@ -40,6 +42,7 @@ class Replayed(NamedTuple):
         entries: What matters of the journal.
         stalls: Where the replay waited in vain.
         skipped: How many answers were not sent, since their actions did not come.
+        killed: How many nodes were killed, as those of the recording were.
         seconds: How long it took, from the first event on.
         failure: Why it was given up, if it was.
     """
@@ -47,6 +50,7 @@ class Replayed(NamedTuple):
     entries: Tuple[Entry, ...]
     stalls: Tuple[Stall, ...]
     skipped: int
+    killed: int
     seconds: float
     failure: str
 
@@ -65,11 +69,21 @@ class Connection:
             name: Resolved name of the node with the planning loop.
             has_gate: Whether the loop has a gate.
         """
-        self._has_gate = has_gate
-        self._goal = publisher(f"{name}/goal", ROSoClingoActionGoal)
-        self._cancel = publisher(f"{name}/cancel", GoalID)
-        self._in = publisher(f"{name}/in", ROSoClingoIn)
-        self._open = publisher(f"{name}/open_gate", Empty)
+        self._heard_by: Counter[str] = Counter()  # by topics: how often somebody has connected
+        self._lives = 1  # of the node
+
+        def opened(topic: str, kind: Any) -> rospy.Publisher:
+            self._heard_by[topic] = 0
+            return publisher(
+                f"{name}/{topic}", kind, on_subscriber=lambda _: self._heard_by.update([topic])
+            )
+
+        self._goal = opened("goal", ROSoClingoActionGoal)
+        self._cancel = opened("cancel", GoalID)
+        self._in = opened("in", ROSoClingoIn)
+        if has_gate:
+            self._open = opened("open_gate", Empty)
+            self._go_on = opened("go_on", Empty)
         self.arrived: Set[str] = set()
         # None says that a goal has arrived.
         self._received: queue.SimpleQueue[Optional[ROSoClingoEvent]] = queue.SimpleQueue()
@@ -81,10 +95,13 @@ class Connection:
     @property
     def is_complete(self) -> bool:
         """Whether the node is there."""
-        topics = [self._goal, self._cancel, self._in, self._status, self._journal]
-        if self._has_gate:
-            topics.append(self._open)
-        return all(topic.get_num_connections() for topic in topics)
+        topics = [self._status, self._journal]
+        is_heard = all(number >= self._lives for number in self._heard_by.values())
+        return is_heard and all(topic.get_num_connections() for topic in topics)
+
+    def begin_again(self) -> None:
+        """Takes note that the node is another process from now on."""
+        self._lives += 1
 
     def send(self, event: journal.Arrival) -> None:
         """Sends a recorded goal, cancel request or message; does not wait."""
@@ -99,6 +116,10 @@ class Connection:
     def open_gate(self) -> None:
         """Lets the loop take everything as soon as it comes."""
         self._open.publish()
+
+    def go_on(self) -> None:
+        """Says that what was to be killed is."""
+        self._go_on.publish()
 
     def hear(self, timeout: float) -> Iterator[Entry]:
         """Waits for events, and yields those that came, in the journal's order.
@@ -141,6 +162,7 @@ def play(
     *,
     rate: Optional[float],
     timeout: float,
+    kills: bool,
     progress: Callable[[int, int, float], None],
 ) -> Replayed:
     """Starts a system on a ROS master of its own, plays the recording to it, and ends it.
@@ -156,6 +178,7 @@ def play(
         rate: How many times faster than recorded the inputs are sent; None for at once.
         timeout: After so many seconds without any event the replay is given up; twice the longest
             recorded search is waited for in any case.
+        kills: Whether nodes are killed where the recorded ones had died.
         progress: Called now and then with the number of inputs that were sent, and of all, and the
             seconds that the replay has taken.
 
@@ -165,34 +188,102 @@ def play(
     """
     with LocalMaster(folder) as system:
         _initialise(system)
-        if run.has_journal:
-            rospy.set_param(f"{name}/replay", replay_inbox.encode(input_schedule(run)))
         connection = Connection(name, run.has_journal)
-        schedule = Schedule(run, has_gate=run.has_journal, arrived=connection.arrived, rate=rate)
+        schedule = Schedule(
+            run, has_gate=run.has_journal, arrived=connection.arrived, rate=rate, kills=kills
+        )
+        dues = input_schedule(run, kills=kills) if run.has_journal else []
+        nodes = _Nodes(name, system, processes, connection, dues)
+        if run.has_journal:
+            nodes.set_dues()
         _start(system, processes[0])
         _connect(connection, system, name)
         for start in processes[1:]:  # only now, so that nothing is missed
             _start(system, start)
         patience = _patience(run, schedule, rate, timeout)
-        play_on = _Player(connection, schedule, system, patience)
+        play_on = _Player(connection, schedule, system, nodes, patience)
         failure = play_on.run(progress)
         seconds = play_on.seconds
         rospy.signal_shutdown("the replay is over")
     return Replayed(
-        tuple(play_on.entries), tuple(schedule.stalls), schedule.skipped, seconds, failure
+        tuple(play_on.entries),
+        tuple(schedule.stalls),
+        schedule.skipped,
+        nodes.killed,
+        seconds,
+        failure,
     )
+
+
+class _Nodes:
+    """The processes, of which some are to be killed when the loop waits for that.
+
+    Attributes:
+        killed: How many were killed.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        system: LocalMaster,
+        processes: Sequence[Start],
+        connection: Connection,
+        dues: Sequence[Due],
+    ) -> None:
+        self.killed = 0
+        self._name = name
+        self._system = system
+        self._starts = dict(zip((journal.LOOP, *SOLVERS), processes))
+        self._connection = connection
+        self._dues = [due for due in dues if due.kind is not Kind.KILL or due.id in self._starts]
+
+    def set_dues(self) -> None:
+        """Has the loop's node know what it is to take when."""
+        rospy.set_param(f"{self._name}/replay", replay_inbox.encode(self._dues))
+
+    def due(self, decision: int) -> Optional[str]:
+        """Returns what is to be killed before a decision, counted since the loop began."""
+        kill = next((due for due in self._dues if due.kind is Kind.KILL), None)
+        return kill.id if kill is not None and kill.decision == decision else None
+
+    def kill(self, decision: int, node: str) -> None:
+        """Kills what :meth:`due` has returned, and starts another one in its place.
+
+        Raises:
+            ReplayError: Another loop does not start.
+        """
+        self._dues.remove(Due(decision, Phase.BEFORE, Kind.KILL, node))
+        start = self._starts[node]
+        self._system.kill(start.name)
+        self.killed += 1
+        if node == journal.LOOP:
+            self._dues = rest(self._dues, decision)
+            self.set_dues()
+            self._connection.begin_again()
+        _start(self._system, start)
+        if node == journal.LOOP:
+            _connect(self._connection, self._system, self._name)
+        else:
+            self._connection.go_on()
 
 
 class _Player:
     """Sends what is due until nothing is left or nothing comes any more."""
 
     def __init__(
-        self, connection: Connection, schedule: Schedule, system: LocalMaster, patience: float
+        self,
+        connection: Connection,
+        schedule: Schedule,
+        system: LocalMaster,
+        nodes: _Nodes,
+        patience: float,
     ) -> None:
         self.entries: List[Entry] = []
         self._connection = connection
         self._schedule = schedule
         self._system = system
+        self._nodes = nodes
+        self._decisions = 0  # of the process with the loop
         self._patience = patience
         self._last: Optional[Entry] = None  # that was heard
         self._plan: Optional[Entry] = None  # the last one
@@ -246,7 +337,21 @@ class _Player:
             self._schedule.see(entry, time.monotonic())
             self._last = entry
             self._keep(entry)
+            self._count(entry.event)
         return self._last is not before
+
+    def _count(self, event: journal.Event) -> None:
+        """Counts decisions, and kills nodes before the one that waits for it."""
+        if isinstance(event, journal.CommandDone):
+            self._decisions += 1
+        elif isinstance(event, journal.LoopWaits) and event.for_a_replay and self._schedule.in_step:
+            node = self._nodes.due(self._decisions)
+            if node is None:
+                return
+            self._nodes.kill(self._decisions, node)
+            if node == journal.LOOP:
+                self._decisions = 0
+            self._schedule.go_on(time.monotonic(), restarts=node == journal.LOOP)
 
     def _keep(self, entry: Entry) -> None:
         """Keeps what is compared; of the plans, only that which is published: they are long."""

@@ -43,6 +43,7 @@ class Schedule:
         has_gate: bool = True,
         arrived: AbstractSet[str] = frozenset(),
         rate: Optional[float] = None,
+        kills: bool = False,
     ) -> None:
         """Begins before the first input.
 
@@ -52,6 +53,7 @@ class Schedule:
             arrived: The ids of goals that the node has; grows.
             rate: How many times faster than recorded the inputs follow what they followed; None for
                 at once.
+            kills: Whether nodes are killed as recorded, see :meth:`go_on`.
         """
         self.planned = inputs(run)
         self.stalls: List[Stall] = []
@@ -65,6 +67,8 @@ class Schedule:
         self._expected = [output for output in run.outputs if output is not None]
         self._is_open = run.is_open
         self._rate = rate
+        self._kills = kills
+        self._restarts = 0  # of the node with the loop
         self._outputs = Outputs()
         # What is expected before the next input, less what came.
         self._awaited: Counter[journal.Event] = Counter()
@@ -143,6 +147,17 @@ class Schedule:
             self._missing -= 1
         self._awaited[key] -= 1
 
+    def go_on(self, now: float, *, restarts: bool) -> None:
+        """Takes note that a node was killed, for which the loop has waited.
+
+        Args:
+            now: The time, in seconds of the clock of :meth:`see`.
+            restarts: Whether it was the node with the loop; another one is there.
+        """
+        self._seen_at = now
+        self._restarts += restarts
+        self._is_held = self._rests = self._settled = False
+
     # What is to be sent.
 
     def due(self, now: float) -> Optional[Input]:
@@ -211,6 +226,8 @@ class Schedule:
         return self._settled
 
     def _may_go(self, planned: Input, now: float) -> bool:
+        if self._kills and self.in_step and planned.restarts > self._restarts:
+            return False  # it would be lost with the node that is to be killed
         gap = 0.0 if self._rate is None else planned.gap / self._rate
         if now < max(self._begin, self._sent_at) + gap:
             return False

@@ -16,7 +16,7 @@ from rosoclingo.bags.topics import NODE
 _SOLVER = "rosclingo run.py"
 _LOOP = "rosoclingo run.py"
 _SINGLE = "rosoclingo run-1.0.py"
-_SOLVERS = ("controller", "planner")
+SOLVERS = ("controller", "planner")
 _KINDS: Mapping[str, Tuple[type, ...]] = {  # of the parameters by which a loop decides
     "abort_unreachable": (bool,),
     "search_seconds": (int, float),
@@ -75,6 +75,7 @@ def starts(
     planner: Optional[str] = None,
     single: Optional[str] = None,
     system: Optional[str] = None,
+    store: Optional[Path] = None,
 ) -> List[Start]:
     """Returns the processes of the system, that with the planning loop first.
 
@@ -85,19 +86,23 @@ def starts(
         planner: Another command line of the planner.
         single: The command line of a one-node system.
         system: Arguments of roslaunch, which starts everything.
+        store: Where the run is stored, so that nodes can be killed; None for nowhere.
 
     Raises:
         ReplayError: The bag does not say enough, or what is to be different does not fit to it.
     """
     is_changed = controller is not None or planner is not None
     if system is not None:
+        if store is not None:
+            raise ReplayError("--kill needs nodes that replay.py has started; leave out --system")
         if is_changed or single is not None:
             raise ReplayError("--system starts everything; leave out the other command lines")
         return [Start("the system", ("roslaunch", *_split(system)))]
+    settings = [*_parameters(recording), *([] if store is None else [f"_store:={store}"])]
     if single is not None:
         if is_changed:
             raise ReplayError("--single is one node; leave out --controller and --planner")
-        return [_node(recording.name, _SINGLE, [*_parameters(recording), *_split(single)])]
+        return [_node(recording.name, _SINGLE, [*settings, *_split(single)])]
     loop = recording.programs.get(recording.name)
     given = {"controller": controller, "planner": planner}
     if loop is None and None in given.values():
@@ -105,13 +110,13 @@ def starts(
     if loop is not None and loop.program == _SINGLE:
         if is_changed:
             raise ReplayError("the bag is of a system of one node: use --single for its arguments")
-        return [_recorded(loop, folder, _parameters(recording))]
+        return [_recorded(loop, folder, settings)]
     if loop is not None and loop.program != _LOOP:
         raise ReplayError(f"the bag has an unknown program, {loop.program!r}; {_REMEDY}")
     names = _solver_names(recording, loop)
-    remappings = [f"_{role}:={names[role]}" for role in _SOLVERS]
-    made = [_node(recording.name, _LOOP, [*remappings, *_parameters(recording)])]
-    for role in _SOLVERS:
+    remappings = [f"_{role}:={names[role]}" for role in SOLVERS]
+    made = [_node(recording.name, _LOOP, [*remappings, *settings])]
+    for role in SOLVERS:
         line = given[role]
         program = recording.programs.get(names[role])
         if line is not None:
@@ -128,7 +133,7 @@ def starts(
 
 def _solver_names(recording: Recording, loop: Optional[Program]) -> Dict[str, str]:
     namespace = recording.name.rpartition("/")[0]
-    names = {role: f"{namespace}/{role}" for role in _SOLVERS}
+    names = {role: f"{namespace}/{role}" for role in SOLVERS}
     if loop is not None:
         names.update({role: name for role, name in loop.solvers.items() if role in names})
     return names

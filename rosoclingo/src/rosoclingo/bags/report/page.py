@@ -56,8 +56,9 @@ def data(recording: Recording, statistics: Statistics, file: Path) -> Dict[str, 
     """
     tables = {
         name: _table(getattr(statistics, name))
-        for name in ("goals", "actions", "messages", "searches", "steps", "changes", "answers")
-    }
+        for name in ("goals", "actions", "messages", "searches", "steps", "changes", "answers",
+                     "restarts")
+    }  # fmt: skip
     return {
         "title": file.name,
         "subtitle": f"a run of {recording.name}",
@@ -77,6 +78,7 @@ def figures(recording: Recording, statistics: Statistics) -> List[Tuple[str, str
     answers = Counter(action.answer for action in run.actions)
     dropped = sum(bool(message.dropped) for message in run.messages)
     interrupted = sum(step.interrupted for step in run.steps)
+    restarts = Counter(one.node for one in run.restarts)
     outcomes = Counter(goal.outcome for goal in run.goals)
     kind = "with a journal" if recording.has_journal else "without a journal: made from the topics"
     return [
@@ -100,6 +102,7 @@ def figures(recording: Recording, statistics: Statistics) -> List[Tuple[str, str
             f"{interrupted} interrupted",
         ),
         ("messages", str(run.received), f"{dropped} dropped"),
+        *([("restarts", str(len(run.restarts)), _counts(restarts))] if restarts else []),
         ("bag", _size(recording.size), f"{len(recording.entries)} events, {kind}"),
     ]
 

@@ -21,7 +21,7 @@ COLOURS = {
     "succeeded": "#2a9d63", "open": "#2f6feb", "canceled": "#8b95a5", "recalled": "#b3bac6",
     "rejected": "#c77d0a", "aborted": "#d23f3f", "success": "#4c8fd6", "failure": "#d23f3f",
     "": "#a4adba", "message": "#7a4fc4", "dropped": "#d23f3f", "change": "#2f6feb",
-    "sat": "#2a9d63", "unsat": "#93a1b5", "unknown": "#e08a1e",
+    "restart": "#b5177b", "sat": "#2a9d63", "unsat": "#93a1b5", "unknown": "#e08a1e",
 }  # fmt: skip
 _OTHER = "#d39a1e"  # of answers that are neither success nor failure
 _SEARCHING, _COMMANDS = "#2f6feb", "#b3bac6"
@@ -60,6 +60,8 @@ def _draw_time_line(axes: Any, run: Statistics) -> None:
     draw_rows(axes, _rows(run, goals), run.began, run.ended, "s")
     for goal, number in goals if is_labelled else ():
         label(axes, goal.request, goal.came, number)
+    for restart in run.restarts:
+        axes.axvline(restart.seconds, color=COLOURS["restart"], linewidth=1.2)
     outcomes = sorted({goal.outcome for goal in run.goals})
     handles = [Patch(color=COLOURS.get(word, _OTHER), label=word) for word in outcomes]
     handles += [
@@ -67,6 +69,8 @@ def _draw_time_line(axes: Any, run: Statistics) -> None:
         Patch(color=COLOURS["failure"], label="failed or dropped"),
         Patch(color=COLOURS["message"], label="message"),
     ]
+    if run.restarts:
+        handles.append(Patch(color=COLOURS["restart"], label="a node goes on after it had died"))
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.1),
                 ncol=len(handles), frameon=False)  # fmt: skip
 
@@ -154,7 +158,11 @@ def _rows(run: Statistics, goals: Sequence[Tuple[GoalRun, int]]) -> List[Row]:
         for search in run.searches
     ]  # fmt: skip
     rows += [("messages", marks, THICK), ("plan changes", changes, THICK)]
-    return [*rows, ("searches", searches, _THIN)]
+    rows.append(("searches", searches, _THIN))
+    restarts = [
+        (restart.seconds, restart.seconds + least, COLOURS["restart"]) for restart in run.restarts
+    ]
+    return [*rows, ("restarts", restarts, THICK)] if restarts else rows
 
 
 def _placed(goals: Sequence[GoalRun], end: float, least: float) -> List[Tuple[GoalRun, int]]:

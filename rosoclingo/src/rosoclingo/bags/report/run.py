@@ -192,6 +192,27 @@ class AnswerRun:
 
 
 @dataclass(frozen=True)
+class Restart:
+    """A node that had died or was ended, and in whose place another one goes on.
+
+    Attributes:
+        seconds: When that goes on.
+        step: In which step.
+        node: What it is: ``rosoclingo``, ``controller`` or ``planner``.
+        reason: With what error it was lost; empty if that is not known.
+        duration: How long a solver was missed, or how long rosoclingo took to go on, in seconds.
+        last: When the last event before was.
+    """
+
+    seconds: float
+    step: int
+    node: str
+    reason: str
+    duration: float
+    last: float
+
+
+@dataclass(frozen=True)
 class Statistics:
     """What happened in a run.
 
@@ -208,6 +229,7 @@ class Statistics:
         plans: How many plans were found.
         changes: Those of them that changed what was planned before.
         answers: The questions that were answered, in order.
+        restarts: The nodes in whose place others have gone on, in order.
     """
 
     began: float
@@ -222,3 +244,4 @@ class Statistics:
     plans: int
     changes: Tuple[Change, ...]
     answers: Tuple[AnswerRun, ...]
+    restarts: Tuple[Restart, ...]

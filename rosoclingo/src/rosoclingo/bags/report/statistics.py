@@ -18,6 +18,7 @@ from rosoclingo.bags.report.run import (
     Change,
     GoalRun,
     MessageRun,
+    Restart,
     Search,
     Statistics,
     StepRun,
@@ -48,6 +49,7 @@ def compute(recording: Recording) -> Statistics:
         plans=len(reading.plans),
         changes=explained(reading.changes, reading.plans, reading.causes()),
         answers=tuple(reading.answers),
+        restarts=tuple(reading.restarts),
     )
 
 
@@ -75,8 +77,10 @@ class _Reading:
         self.steps: List[StepRun] = []
         self.plans: List[int] = []  # their positions
         self.answers: List[AnswerRun] = []
+        self.restarts: List[Restart] = []
         self.changes: Dict[int, Change] = {}  # without causes, by the numbers of the plans
         self._position = 0
+        self._last = 0.0  # when the event before was
         self._plan: Planned = {}
         self._arrivals: Dict[str, int] = {}  # positions of goals
         self._cancels: Dict[str, int] = {}  # positions of cancel requests, by goal
@@ -96,6 +100,7 @@ class _Reading:
             journal.PlanFound: self._on_plan,
             journal.ActionPublished: self._on_action,
             journal.Explained: self._on_answer,
+            journal.NodeResumed: self._on_resumed,
             journal.LoopEnded: self._on_end,
         }
 
@@ -110,6 +115,7 @@ class _Reading:
         handler = self._handlers.get(type(entry.event))
         if handler is not None:
             handler(entry, entry.event)
+        self._last = entry.seconds
 
     def causes(self) -> List[Tuple[int, Cause]]:
         """Returns what may have changed a plan, with its position; once all is read."""
@@ -245,6 +251,12 @@ class _Reading:
     def _on_answer(self, entry: Entry, event: journal.Explained) -> None:
         self.answers.append(
             AnswerRun(entry.seconds, entry.step, event.question, event.text, event.seconds)
+        )
+
+    def _on_resumed(self, entry: Entry, event: journal.NodeResumed) -> None:
+        last = self._last if self._position else entry.seconds
+        self.restarts.append(
+            Restart(entry.seconds, entry.step, event.node, event.reason, event.seconds, last)
         )
 
     def _on_end(self, _: Entry, event: journal.LoopEnded) -> None:

@@ -36,7 +36,8 @@ const goals = unpack(DATA.goals),
 const searches = unpack(DATA.searches),
   steps = unpack(DATA.steps),
   changes = unpack(DATA.changes),
-  answers = unpack(DATA.answers);
+  answers = unpack(DATA.answers),
+  restarts = unpack(DATA.restarts);
 const END = Math.max(DATA.ended, DATA.began + LEAST);
 const CAUSES = {
   start: "the first plan",
@@ -120,6 +121,10 @@ const tellChange = (change) =>
   `step ${change.step}, at ${clock(change.seconds)}`;
 const tellAnswer = (answer) =>
   `why ${answer.question}: ${answer.text}\nstep ${answer.step}, at ${clock(answer.seconds)}`;
+const tellRestart = (restart) =>
+  `${restart.node} goes on after it had died or was ended${restart.reason && `: ${restart.reason}`}\n` +
+  `step ${restart.step}, at ${clock(restart.seconds)}, after ${lasted(restart.duration)}; ` +
+  `the last event before was at ${clock(restart.last)}`;
 const tellSearch = (search) =>
   `search: ${search.result === "unknown" ? "interrupted" : search.result} after ${lasted(search.duration)}\n` +
   `step ${search.step}, horizon ${search.horizon}, ended at ${clock(search.ended)}`;

@@ -104,6 +104,22 @@ tabulate(
   ],
   (answer) => reveal(answer.seconds, answer.seconds, tellAnswer(answer)),
 );
+if (restarts.length) {
+  tabulate(
+    "restarts",
+    "Restarts",
+    restarts,
+    [
+      ["at", (restart) => clock(restart.seconds), "number"],
+      ["step", (restart) => restart.step, "number"],
+      ["node", (restart) => restart.node, "term"],
+      ["lost with", (restart) => restart.reason],
+      ["last event before", (restart) => clock(restart.last), "number"],
+      ["took", (restart) => lasted(restart.duration), "number"],
+    ],
+    (restart) => reveal(restart.last, restart.seconds, tellRestart(restart)),
+  );
+}
 tabulate(
   "dropped",
   "Messages dropped",

@@ -57,6 +57,9 @@ lanes.push({
     tell: () => tellSearch(s),
   })),
 });
+if (restarts.length) {
+  lanes.push({ name: "restarts", items: restarts.map((r) => mark(r.seconds, "restart", () => tellRestart(r))) });
+}
 let top = AXIS;
 for (const lane of lanes) {
   if (lane.name && lane !== lanes[0]) top += GAP;
@@ -72,6 +75,7 @@ const LEGEND = [
   ["plan changed by", "goal", "cancel", "failure", "message"],
   ["search", "sat", "unsat", "unknown"],
 ];
+if (restarts.length) LEGEND.push(["node that goes on", "restart"]);
 const WORDS = { answer: "other answer", none: "no answer", message: "no answer to an action", unknown: "interrupted" };
 for (const [kind, ...names] of LEGEND) {
   const group = element("span", `${kind}: `, byId("legend"));
@@ -103,6 +107,10 @@ function drawTimeline() {
   pen.strokeStyle = colour("line");
   for (let t = Math.ceil(from / unit) * unit; t <= to; t += unit) {
     pen.strokeRect(Math.round(x(t)) + 0.5, AXIS - 4, 0, height);
+  }
+  pen.strokeStyle = colour("restart");
+  for (const { seconds } of restarts) {
+    if (seconds >= from && seconds <= to) pen.strokeRect(Math.round(x(seconds)) + 0.5, AXIS - 4, 0, height);
   }
   for (const lane of lanes) {
     const y = lane.top - scrolled;

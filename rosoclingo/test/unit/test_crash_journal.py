@@ -1,0 +1,90 @@
+"""What the journal tells of a run with crashes: all of it, and once."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from random import Random
+from typing import Any, Callable, List
+
+import pytest
+from conftest import System
+from crashes import Runs, World, outcome
+from journals import Journal
+from test_replay_inbox import commands, replay
+
+from rosoclingo.bags.compare import text_report
+from rosoclingo.bags.compare.comparison import compare
+from rosoclingo.bags.model import Entry
+from rosoclingo.bags.read.run import Run
+from rosoclingo.bags.replay.input_schedule import input_schedule, rest
+from rosoclingo.bags.replay.inputs import input_key
+from rosoclingo.loop.journal import ARRIVALS, LOOP, NodeResumed
+from rosoclingo.loop.replay_inbox import Phase, ReplayInbox
+from rosoclingo.store.store import Store
+
+REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)", "visit(3)"]
+CANCELS = {"3": "accepted", "4": ""}
+KILLS = 25
+
+
+def journal_of(file: Path) -> List[Entry]:
+    store = Store(file)
+    found = [Entry(one.event, one.step, one.horizon, one.number, one.time) for one in store.records]
+    store.close()
+    return found
+
+
+def inputs(entries: List[Entry]) -> Counter[Any]:
+    events = (entry.event for entry in entries)
+    return Counter(input_key(event) for event in events if isinstance(event, ARRIVALS))
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("mode", ["recording", "dyn_reset"])
+def test_a_replay_without_the_crashes(
+    system: Callable[..., System], tmp_path: Path, mode: str, seed: int
+) -> None:
+    """The journal of a run with crashes is one that a run without them can have."""
+    mode = f"dynamic.incremental.{mode}"
+    runs, chance = Runs(tmp_path, mode), Random(seed)
+    calm, calm_file = World(REQUESTS, CANCELS), runs.file()
+    runs.run(calm, file=calm_file)
+    world, file = World(REQUESTS, CANCELS), runs.file()
+    runs.run(world, [chance.randrange(1, 30) for _ in range(KILLS)], file)
+    assert outcome(world) == outcome(calm)
+
+    recorded = journal_of(file)
+    crashes = [entry.event for entry in recorded if isinstance(entry.event, NodeResumed)]
+    assert len(crashes) > KILLS // 3
+    assert [entry.number for entry in recorded] == list(range(1, len(recorded) + 1))
+    assert inputs(recorded) == inputs(journal_of(calm_file))
+
+    inbox = ReplayInbox(input_schedule(Run(recorded)))
+    again = replay(system(mode, "-c", "steps=30", inbox=inbox), recorded, seed)
+    comparison = compare(Run(recorded), Run(again))
+    assert not comparison.differences, text_report.describe(comparison)
+    old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
+    assert new[: len(old)] == old
+
+
+def test_what_came_while_a_loop_waited_that_died_comes_before_the_next_decision() -> None:
+    journal = Journal().command("idle").add("waiting").message("info", "b(").add("resumed", LOOP)
+    journal.message("info", "open(5)").command("assign_messages(1)").add("waiting")
+    journal.add("resumed", "planner", "gone").message("info", "open(6)").command("idle")
+    run = Run(journal.entries)
+    dues = input_schedule(run)
+    assert [(due.decision, due.phase, due.text) for due in dues] == [
+        (1, Phase.BEFORE, "b("),
+        (1, Phase.BEFORE, "open(5)"),
+        (2, Phase.WAIT, "open(6)"),
+    ]
+    kills = input_schedule(run, kills=True)
+    assert [(due.decision, due.phase, due.id) for due in kills] == [
+        (1, Phase.BEFORE, "info"),
+        (1, Phase.BEFORE, LOOP),
+        (1, Phase.BEFORE, "info"),
+        (2, Phase.BEFORE, "planner"),
+        (2, Phase.WAIT, "info"),
+    ]
+    assert [(due.decision, due.id) for due in rest(kills, 2)] == [(0, "planner"), (0, "info")]

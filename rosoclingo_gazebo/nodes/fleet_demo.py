@@ -1,0 +1,7 @@
+#!/usr/bin/env python
+from rosclingo.start import starting
+
+with starting():
+    from rosoclingo_gazebo.demo.fleet_node import main
+
+main()

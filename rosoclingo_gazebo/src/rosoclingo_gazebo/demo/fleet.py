@@ -1,0 +1,224 @@
+"""What happens while a fleet delivers packages, line by line, and whether it is right."""
+
+from __future__ import annotations
+
+import random
+import threading
+from dataclasses import dataclass, field
+from typing import Dict, List, Mapping, Sequence, Tuple
+
+from rosoclingo.loop.journal import (
+    ActionPublished,
+    Event,
+    GoalArrived,
+    MessageArrived,
+    Status,
+    StatusSet,
+)
+from rosoclingo.loop.words import SUCCESS
+from rosoclingo_aspprograms.validator import Map, Validator, arguments
+from rosoclingo_examples.orders import Bring
+from rosoclingo_gazebo.demo.trace import Kind, Point, Trace
+
+_PAUSE_SECONDS = 12.0  # of simulated time, between two requests on average
+_WAIT_SECONDS = 1.0  # a robot that stands so long on its way waits
+
+
+def random_orders(offices: Sequence[str], count: int, seed: int) -> List[Tuple[float, Bring]]:
+    """Returns packages to bring from office to office.
+
+    Args:
+        offices: The offices.
+        count: How many packages.
+        seed: The same one gives the same packages.
+
+    Returns:
+        For each, when it is asked for, in seconds of simulated time from the first one on.
+    """
+    dice = random.Random(seed)  # noqa: S311 (no secret)
+    seconds, orders = 0.0, []
+    for number in range(1, count + 1):
+        origin, destination = dice.sample(sorted(offices), 2)
+        orders.append((seconds, Bring(f"bring({origin},{destination})", (f"package{number}",))))
+        seconds += dice.expovariate(1 / _PAUSE_SECONDS)
+    return orders
+
+
+@dataclass
+class Member:
+    """A robot of the fleet.
+
+    Attributes:
+        trace: Where it drives.
+        deliveries: How many packages it has delivered.
+        action: What it does; empty if nothing.
+        waits: How often it has stood on its way for a second or more.
+        waited: How long in all, in seconds of simulated time.
+    """
+
+    trace: Trace = field(default_factory=Trace)
+    deliveries: int = 0
+    action: str = ""
+    waits: int = 0
+    waited: float = 0.0
+    _stands: float = 0.0  # for so long by now, in seconds
+
+    def move(self, seconds: float, place: Point, speed: float) -> None:
+        """It is at a place, and drives or turns so fast; see :meth:`FleetStory.moves`."""
+        before = self.trace.times[-1] if self.trace.times else seconds
+        self.trace.move(seconds, place)
+        if speed or not self.action.startswith("go("):
+            self._stands = 0.0
+            return
+        passed = seconds - before
+        if self._stands < _WAIT_SECONDS <= self._stands + passed:
+            self.waits += 1
+            self.waited += self._stands
+        self._stands += passed
+        if self._stands >= _WAIT_SECONDS:
+            self.waited += passed
+
+
+class FleetStory:
+    """Is told what is seen, and says what happens. Thread-safe.
+
+    Attributes:
+        members: The robots by name.
+    """
+
+    def __init__(self, graph: Map, places: Mapping[str, Point]) -> None:
+        """Begins before anything has happened.
+
+        Args:
+            graph: The map, with the robots, that actions are checked against.
+            places: Where the waypoints are, in metres.
+        """
+        self._lock = threading.Lock()  # guards all below
+        self.members = {robot: Member() for robot in graph.starts}
+        self._places = places
+        self._validator = Validator(graph)
+        self._packages: Dict[str, str] = {}  # by goal
+        self._slots: Dict[str, str] = {}  # the goals of the slots
+        self._begin = 0.0
+        self._end = 0.0
+        self._touched: List[str] = []
+
+    @property
+    def there(self) -> bool:
+        """Whether all robots have said where they are."""
+        with self._lock:
+            return all(member.trace.path for member in self.members.values())
+
+    @property
+    def seconds(self) -> float:
+        """How much simulated time has passed since :meth:`begins`."""
+        with self._lock:
+            return self._now() - self._begin
+
+    def begins(self) -> None:
+        """The first request is sent now."""
+        with self._lock:
+            self._begin = self._now()
+
+    def moves(self, robot: str, seconds: float, place: Point, speed: float) -> None:
+        """A robot is somewhere.
+
+        Args:
+            robot: Its name.
+            seconds: When that is, in seconds of simulated time.
+            place: Where it is, in metres.
+            speed: How fast it drives or turns; 0 if it stands.
+        """
+        with self._lock:
+            self.members[robot].move(seconds, place, speed)
+
+    def touches(self, robot: str) -> None:
+        """A robot touches something."""
+        with self._lock:
+            self._touched.append(robot)
+
+    def learns(self, event: Event) -> None:
+        """The planning loop's journal has one more event."""
+        with self._lock:
+            if isinstance(event, GoalArrived):
+                self._validator.request(event.goal, event.request)
+                self._packages[event.goal] = " ".join(event.information) or event.request
+                origin, destination = arguments(event.request, "bring")
+                self._say("", f"asked to bring {self._packages[event.goal]}", origin, destination)
+            elif isinstance(event, ActionPublished):
+                self._validator.action(event.actuator, event.action)
+                self.members[event.actuator].action = event.action
+            elif isinstance(event, MessageArrived):
+                self._validator.message(event.source, event.value)
+                if event.source in self.members:
+                    self._ends(event.source, event.value)
+            elif isinstance(event, StatusSet):
+                self._validator.status(event.goal, event.status.value, event.slot or None)
+                self._slots[event.slot] = event.goal
+                if event.status is Status.SUCCEEDED:
+                    self._end = self._now()
+
+    def wrong(self) -> List[str]:
+        """Returns what went wrong, when nothing is expected to happen any more."""
+        with self._lock:
+            wrong = self._validator.finish()
+            return wrong + [f"{robot} has touched something" for robot in self._touched]
+
+    def lines(self) -> List[str]:
+        """Returns what each robot, and all together, have done."""
+        with self._lock:
+            lines = ["robot      packages  metres  waits  seconds waited"]
+            for name, member in self.members.items():
+                lines.append(
+                    f"{name:10} {member.deliveries:8} {member.trace.metres:7.0f} "
+                    f"{member.waits:6} {member.waited:15.0f}"
+                )
+            return [*lines, self._summary()]
+
+    def summary(self) -> str:
+        """Returns what all have done together."""
+        with self._lock:
+            return self._summary()
+
+    def _summary(self) -> str:
+        members = self.members.values()
+        delivered = sum(member.deliveries for member in members)
+        return (
+            f"{_count(delivered, 'package')} delivered by {_count(len(members), 'robot')} in "
+            f"{self._end - self._begin:.0f} s of simulated time, on "
+            f"{sum(member.trace.metres for member in members):.0f} m, with "
+            f"{_count(sum(member.waits for member in members), 'wait')}"
+        )
+
+    def _ends(self, robot: str, answer: str) -> None:
+        member = self.members[robot]
+        action, member.action = member.action, ""
+        trace = member.trace
+        if answer != SUCCESS:
+            trace.happen(Kind.FAILURE, f"{robot}: {action} fails")
+            self._say(robot, f"{action} fails")
+        for kind, name in ((Kind.PICKUP, "pickup"), (Kind.DELIVERY, "deliver")):
+            for slot in arguments(action, name) if answer == SUCCESS else ():
+                package = self._packages[self._slots[slot]]
+                member.deliveries += kind is Kind.DELIVERY
+                office = self._validator.positions[robot]
+                trace.happen(kind, package, self._places[office])
+                word = "picks up" if kind is Kind.PICKUP else "delivers"
+                self._say(robot, f"{word} {package}", office)
+
+    def _say(self, robot: str, what: str, *places: str) -> None:
+        where = f"from {' to '.join(places)}" if len(places) > 1 else "".join(places)
+        at = "at " if len(places) == 1 else ""
+        print(
+            f"{self._now() - self._begin:6.0f} s  {robot:9} {what} {at}{where}".rstrip(), flush=True
+        )
+
+    def _now(self) -> float:
+        return max(
+            (member.trace.times[-1] for member in self.members.values() if member.trace.times),
+            default=0.0,
+        )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

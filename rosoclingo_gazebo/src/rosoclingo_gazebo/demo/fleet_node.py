@@ -1,0 +1,148 @@
+"""Has a fleet deliver packages that are asked for at random, and draws it.
+
+It needs a running mailbot_fleet.launch. The exit status is 0 if all packages were delivered, and
+nothing was wrong.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from functools import partial
+from pathlib import Path
+from typing import List, NoReturn
+
+import rospkg
+import rospy
+from nav_msgs.msg import Odometry
+from std_msgs.msg import Bool
+
+from rosclingo.errors import RosclingoError
+from rosclingo.ros import parameters
+from rosclingo.ros.init import init_node
+from rosclingo.ros.low_latency import subscriber
+from rosoclingo.drawing.graph import read_graph
+from rosoclingo.loop.journal import decode
+from rosoclingo.msg import ROSoClingoEvent
+from rosoclingo_aspprograms.validator import Map
+from rosoclingo_examples.client import Client
+from rosoclingo_examples.orders import Orders
+from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
+from rosoclingo_gazebo.demo.picture import draw
+from rosoclingo_gazebo.demo.waiting import wait_for
+from rosoclingo_simulator.simulator.occupancy import read_map
+
+_USAGE = f"""\
+usage: fleet_demo.py [_robots:=3] [_packages:=10] [_seed:=1] [_output:=FOLDER] [ROS remappings]
+
+{__doc__}
+The pictures fleet.png and fleet.svg are written to FOLDER, by default the working directory."""
+_SECONDS_TO_COME = 60.0  # of wall time, for the nodes
+_SECONDS = 300.0  # likewise, for the packages
+_MOST_ROBOTS = 4
+
+
+class FleetDemo:
+    """Connects a fleet's story with ROS. Make it after the node is initialised."""
+
+    def __init__(self) -> None:
+        """Opens the topics.
+
+        Raises:
+            RosclingoError: A parameter or a file is wrong.
+        """
+        robots = parameters.integer("robots", 3, _MOST_ROBOTS, least=1)
+        packages = rospkg.RosPack()
+        instances = Path(packages.get_path("rosoclingo_aspprograms")) / "mailbot" / "instances"
+        office = instances / "graph_wg.lp"
+        graph = read_graph([str(office if robots == 1 else instances / f"fleet_{robots}.lp")])
+        self._floor = read_map(
+            Path(packages.get_path("rosoclingo_simulator")) / "maps" / "office.yaml"
+        )
+        self._places = graph.places
+        rooms = Map.read(office)
+        rooms.starts = dict(graph.starts)
+        self.story = FleetStory(rooms, graph.places)
+        self._due = random_orders(
+            sorted(rooms.offices),
+            parameters.integer("packages", 10, least=1),
+            parameters.integer("seed", 1),
+        )
+        self._orders = Orders()
+        self._client = Client(self._orders, lambda _: None)
+        self._topics = [
+            *(
+                subscriber(f"{robot}/ground_truth", Odometry, partial(self._on_ground_truth, robot))
+                for robot in graph.starts
+            ),
+            *(
+                subscriber(f"simulator/{robot}/touches", Bool, partial(self._on_touches, robot))
+                for robot in graph.starts
+            ),
+            subscriber("rosoclingo/journal", ROSoClingoEvent, self._on_event),
+        ]
+
+    def run(self) -> List[str]:
+        """Runs until all packages are delivered, and returns what went wrong."""
+        if not wait_for(self._ready, _SECONDS_TO_COME):
+            return [f"after {_SECONDS_TO_COME:g} s, the simulator or rosoclingo is not there"]
+        self.story.begins()
+        ended = wait_for(self._delivered, _SECONDS)
+        wrong = [] if ended else [f"the requests did not end within {_SECONDS:g} s"]
+        if not self._orders.all_as_asked:
+            wrong.append("a request did not end as it should")
+        return wrong + self.story.wrong()
+
+    def draw(self, folder: Path) -> List[Path]:
+        """Writes the pictures to a folder and returns their names.
+
+        Raises:
+            OSError: They cannot be written.
+        """
+        folder.mkdir(parents=True, exist_ok=True)
+        files = [folder / "fleet.png", folder / "fleet.svg"]
+        traces = {name: member.trace for name, member in self.story.members.items()}
+        draw(self._floor, self._places, traces, self.story.summary(), files)
+        return files
+
+    def _ready(self) -> bool:
+        connected = all(topic.get_num_connections() for topic in self._topics)
+        return bool(connected and self.story.there and self._client.there())
+
+    def _delivered(self) -> bool:
+        """Asks for what is due; whether all is done."""
+        while self._due and self._due[0][0] <= self.story.seconds:
+            self._client.send(self._due.pop(0)[1])
+        return not (self._due or self._orders.open)
+
+    def _on_ground_truth(self, robot: str, message: Odometry) -> None:
+        place, twist = message.pose.pose.position, message.twist.twist
+        speed = max(abs(twist.linear.x), abs(twist.angular.z))
+        self.story.moves(robot, message.header.stamp.to_sec(), (place.x, place.y), speed)
+
+    def _on_touches(self, robot: str, message: Bool) -> None:
+        if message.data:
+            self.story.touches(robot)
+
+    def _on_event(self, message: ROSoClingoEvent) -> None:
+        self.story.learns(decode(message))
+
+
+def main() -> NoReturn:
+    """Has packages delivered, and ends the process, with exit status 1 if something was wrong."""
+    init_node("fleet_demo", usage=_USAGE)
+    begin = time.monotonic()
+    try:
+        demo = FleetDemo()
+        wrong = demo.run()
+        print("", *demo.story.lines(), sep="\n", flush=True)
+        print(f"{time.monotonic() - begin:.0f} s of wall time", flush=True)
+        if demo.story.there:
+            for file in demo.draw(Path(str(rospy.get_param("~output", "."))).absolute()):
+                print(f"  {file}", flush=True)
+    except (OSError, RosclingoError) as err:
+        wrong = [str(err)]
+    for line in wrong:
+        print(f"wrong: {line}", file=sys.stderr)
+    rospy.signal_shutdown("the packages are delivered")
+    sys.exit(1 if wrong else 0)
