@@ -98,14 +98,22 @@ class Execution:
         Returns:
             Whether the event is set.
         """
-        end = None if seconds is None else self.seconds + seconds
-        while end is not None:
+        if seconds is None:
+            return event.wait()
+        return self.wait_until(event, self.seconds + seconds)
+
+    def wait_until(self, event: threading.Event, end: float) -> bool:
+        """Waits for an event until the action's time, :attr:`seconds`, is some.
+
+        Returns:
+            Whether the event is set.
+        """
+        while True:
             rest = end - self.seconds
             if rest <= 0:
                 return event.is_set()
             if event.wait(min(rest, _SLICE_SECONDS)):
                 return True
-        return event.wait()
 
     def sleep(self, seconds: Optional[float] = None) -> None:
         """Waits some time of the node's clock, or for ever.

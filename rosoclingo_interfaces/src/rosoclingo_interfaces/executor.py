@@ -254,7 +254,8 @@ class Executor:
                 execution.ended.set()
 
         def watch() -> None:
-            if not execution.wait(execution.ended, self._timeout) and execution.close():
+            # Since the message, and not since this thread runs: a clock may have jumped meanwhile.
+            if not execution.wait_until(execution.ended, self._timeout) and execution.close():
                 _log.error(
                     "%s: no answer within %g s (~timeout): failure", execution, self._timeout
                 )

@@ -304,6 +304,13 @@ def test_a_clock_of_its_own(make: Make, robot: Robot) -> None:
     assert sent.next() == ("robot", "failure")
 
 
+def test_a_clock_that_jumps_as_an_action_begins(make: Make, robot: Robot) -> None:
+    """The time limit counts from the message, whenever the thread that looks at it begins."""
+    times = iter([100.0])
+    sent = make(robot, 60.0, lambda: next(times, 161.0))
+    assert sent.ask("wait") == "failure"
+
+
 def test_close(robot: Robot) -> None:
     executor = Executor(robot)
     sent = Sent(executor)
