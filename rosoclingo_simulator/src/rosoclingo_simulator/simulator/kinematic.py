@@ -18,12 +18,11 @@ from rosoclingo_simulator.simulator.physics import (
     local,
     normal_angle,
 )
+from rosoclingo_simulator.simulator.walls import PARALLEL, Walls
 
 _LONGEST_MOVE = 0.05  # metres between two looks for contact, far less than the robot's width
 _HALVINGS = 12  # of that, which finds the contact to a few hundredths of a millimetre
 _TOUCHING = 0.001  # metres; nearer is touching
-_PARALLEL = 1e-12  # to an axis, a beam's part along the other
-_INTO_CELL = 1e-6  # cells; a beam that is so far beyond an edge is in the next cell
 
 
 class KinematicPhysics:
@@ -45,10 +44,7 @@ class KinematicPhysics:
         # Shared by all robots in the world.
         self._boxes: Dict[str, Box] = {}
         self._all: List[KinematicPhysics] = [self]
-        # How far, in cells, a beam may go on from anywhere in a cell without getting into a wall;
-        # 0 inside of one.
-        steps = world.distances / world.grid.resolution - math.sqrt(2)
-        self._steps = np.where(world.solid, 0.0, np.maximum(steps, _INTO_CELL))
+        self._walls = Walls(world.solid, world.framed)
         self.reset(pose)
 
     def join(self, pose: Pose) -> KinematicPhysics:
@@ -124,8 +120,10 @@ class KinematicPhysics:
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
         """Returns what a laser measures; see :class:`.physics.Physics`."""
+        if self._world.clearance(self.pose.x, self.pose.y) == 0:
+            return np.zeros(len(angles))
         directions = np.stack((np.cos(angles + self.pose.theta), np.sin(angles + self.pose.theta)))
-        ranges = self._ranges_of_walls(directions, longest)
+        ranges = self._walls.ranges(self.pose.x, self.pose.y, directions, longest)
         for box in self._boxes.values():
             near, far = _through(box, self.pose, directions)
             hit = (near <= far) & (far >= 0)
@@ -134,37 +132,6 @@ class KinematicPhysics:
             near = _to_disc(other.pose, self.pose, directions)
             ranges = np.minimum(ranges, near)
         return np.where(ranges <= longest, ranges, np.inf)
-
-    def _ranges_of_walls(self, directions: np.ndarray, longest: float) -> np.ndarray:
-        """Follows the beams, each as far as nothing can be in its way, until it is in a wall.
-
-        No beam gets out of the map, because a frame of solid cells is around it.
-        """
-        grid = self._world.framed
-        steps = self._steps.ravel()
-        # All in cells, and as few operations as possible: each beam takes dozens of steps.
-        x, y = (self.pose.x - grid.x) / grid.resolution, (self.pose.y - grid.y) / grid.resolution
-        longest = longest / grid.resolution
-        ranges = np.full(directions.shape[1], np.inf)
-        rest = np.arange(directions.shape[1])  # the beams that go on
-        dx, dy = np.where(np.abs(directions) < _PARALLEL, _PARALLEL, directions)
-        gone = np.zeros(directions.shape[1])
-        # For each beam: what a cell takes, and whether its far edge is the right and the upper one.
-        beams = np.stack((dx, dy, 1 / dx, 1 / dy, dx > 0, dy > 0))
-        while len(rest):
-            dx, dy, per_column, per_row, right, up = beams
-            px, py = x + gone * dx, y + gone * dy
-            columns, rows = px.astype(np.intp), py.astype(np.intp)
-            step = steps[rows * grid.columns + columns]
-            # Next to a wall, a beam goes on cell by cell, so that it cuts no corner.
-            into_next = np.minimum((columns + right - px) * per_column, (rows + up - py) * per_row)
-            on = (step > 0) & (gone < longest)
-            if not on.all():
-                ranges[rest[~on]] = gone[~on]
-                rest, gone, beams = rest[on], gone[on], beams[:, on]
-                step, into_next = step[on], into_next[on]
-            gone = gone + np.maximum(step, into_next + _INTO_CELL)
-        return ranges * grid.resolution
 
 
 def accelerated(velocity: Velocity, wanted: Velocity, seconds: float) -> Velocity:
@@ -214,6 +181,6 @@ def _through(box: Box, pose: Pose, directions: np.ndarray) -> Tuple[np.ndarray, 
     start = np.array(local(box, pose.x, pose.y))[:, None]
     half = np.array([[box.length / 2], [box.width / 2]])
     slopes = np.stack(local(Pose(0.0, 0.0, box.theta), *directions))
-    slopes = np.where(np.abs(slopes) < _PARALLEL, _PARALLEL, slopes)
+    slopes = np.where(np.abs(slopes) < PARALLEL, PARALLEL, slopes)
     first, second = (-half - start) / slopes, (half - start) / slopes
     return np.maximum(*np.minimum(first, second)), np.minimum(*np.maximum(first, second))
