@@ -9,13 +9,16 @@ from pathlib import Path
 
 from readmes import check_output
 from screen import screen
-from terminals import Terminals, terminals, wait_for
+from terminals import Terminal, Terminals, terminals, wait_for
 
 __all__ = ["screen", "terminals"]
 
 OFFICE = (
     "roslaunch", "rosoclingo_gazebo", "mailbot_robot.launch", "simulator:=embedded", "speed:=10"
 )  # fmt: skip
+
+RVIZ_BROKE = "[rviz-3] process has died"
+"""Once in some dozens of starts, malloc finds that rviz has broken its heap before it listens."""
 
 
 def test_the_demo(terminals: Terminals, tmp_path: Path) -> None:
@@ -61,10 +64,21 @@ def test_a_fleet(terminals: Terminals, tmp_path: Path) -> None:
     assert {file.name for file in (tmp_path / "a").iterdir()} == {"fleet.png", "fleet.svg"}
 
 
+def start_with_rviz(terminals: Terminals) -> Terminal:
+    """Starts the office with rviz, and waits until that listens, or is broken."""
+    office = terminals.start(*OFFICE, "rviz:=true")
+    markers = ("/graph_markers", "/graph_markers/markers")
+    wait_for(lambda: RVIZ_BROKE in office.output or "/rviz" in terminals.receivers(*markers))
+    return office
+
+
 def test_rviz_shows_the_office(terminals: Terminals, screen: str, tmp_path: Path) -> None:
     terminals.environment["DISPLAY"] = screen
-    office = terminals.start(*OFFICE, "rviz:=true")
-    wait_for(lambda: "/rviz" in terminals.receivers("/graph_markers", "/graph_markers/markers"))
+    office = start_with_rviz(terminals)
+    if RVIZ_BROKE in office.output:
+        office.interrupt()
+        office.wait()
+        office = start_with_rviz(terminals)
     picture = str(tmp_path / "rviz.png")
 
     def is_drawn() -> bool:
