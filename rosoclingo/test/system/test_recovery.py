@@ -180,11 +180,19 @@ def test_a_run_with_kills_is_recorded_shown_and_replayed(
 
 
 def test_another_master(terminals: Terminals, tmp_path: Path) -> None:
-    """All nodes notice, are started again, and go on."""
+    """All nodes notice, are started again with the parameters that they had, and go on."""
     launch = system(terminals, tmp_path / "my run.store", "rosoclingo")
+    # An interface of another robot, which has its store by a parameter.
+    store = tmp_path / "hand.store"
+    interface = terminals.start(
+        "roslaunch", "rosoclingo_interfaces", "mailbot_interfaces.launch", "navigation:=none",
+        f"store:={store}",
+    )  # fmt: skip
     robot = terminals.start("python", "-c", ROBOT, "60")
     terminals.start("python", "-c", CLIENT, "visit(3)")
     robot.wait_for("does 2")
+    said = f"parameter /pickup_deliver/store is {store}.pickup_deliver"
+    wait_for(lambda: said in interface.output)
     terminals.restart_master()
     assert robot.wait() == 3
     assert "does not know /robot any more" in robot.output
@@ -192,7 +200,8 @@ def test_another_master(terminals: Terminals, tmp_path: Path) -> None:
     echo = terminals.listen("/rosoclingo", "/rosoclingo/result")
     terminals.start("python", "-c", ROBOT, "0.1")
     echo.wait_for("succeeded")
-    assert "Traceback" not in launch.output
+    wait_for(lambda: interface.output.count(said) == 2)
+    assert "Traceback" not in launch.output + interface.output
 
 
 def test_what_cannot_begin_is_not_started_again_and_again(

@@ -22,11 +22,10 @@ from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.registration import RegManager, get_registration_listeners
 
 from rosclingo.errors import RosclingoError
-from rosclingo.ros.master_watch import exit_status, watch_master
+from rosclingo.ros.master_watch import exit_status, is_respawned, watch_master
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _CALL = b"POST"  # how a call of XML-RPC begins; as a header, it would be more than a GiB long
-_RESPAWN_VARIABLE = "ROSCLINGO_RESPAWN"  # true where roslaunch starts a node again that has ended
 _SECONDS_TO_RETRY = 30.0  # after which a node that cannot do its work is started again
 _LOOKS_SECONDS = 0.5  # how often it is looked whether the node is shut down, if nobody says so
 # Whether the log messages of all nodes go without the list of the node's topics.
@@ -151,7 +150,7 @@ def end_wrong(status: int = 2) -> NoReturn:
     Args:
         status: The exit status.
     """
-    if os.environ.get(_RESPAWN_VARIABLE, "").lower() == "true":
+    if is_respawned():
         for number in _SIGNALS:
             signal.signal(number, signal.SIG_DFL)
         print(

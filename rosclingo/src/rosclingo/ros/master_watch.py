@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import http.client
 import os
 import sys
 import threading
 import xmlrpc.client
+from typing import Any, Dict
 
 import rosgraph
 import rosgraph.masterapi
@@ -16,6 +18,17 @@ import rospy
 STATUS = 3
 """The exit status of a node that has ended because its master does not know it."""
 
+RESPAWN_VARIABLE = "ROSCLINGO_RESPAWN"
+"""The environment variable that is ``true`` where roslaunch starts a node again that has ended."""
+
+_CLOCK = "/use_sim_time"
+# From a master that there is not, or that is just ending.
+_NO_ANSWER = (
+    OSError,
+    rosgraph.MasterException,
+    xmlrpc.client.Error,
+    http.client.HTTPException,
+)
 _SECONDS = 3.0  # between two questions
 _unknown = threading.Event()  # set when the master does not know this node
 _DOUBTS = 2  # answers in a row, so that no node ends because of one that was just beginning
@@ -27,10 +40,19 @@ def watch_master() -> None:
     A master that was started again knows nobody, and nobody finds the node. So the node shuts down,
     with a message, and its exit status is :data:`STATUS` then. With ``respawn`` roslaunch starts it
     again. As long as the master does not answer at all, nothing happens.
+
+    roslaunch gives the nodes that it starts again no parameters. So a node that is to be started
+    again gives the other master those that it has begun with, but for what is set there already.
     """
     # Called after what is registered later, and after the main thread's end.
     atexit.register(_end_process)
-    threading.Thread(target=_watch, name="master", daemon=True).start()
+    kept = _parameters() if is_respawned() else {}
+    threading.Thread(target=_watch, args=(kept,), name="master", daemon=True).start()
+
+
+def is_respawned() -> bool:
+    """Whether roslaunch starts the node again when it has ended, as launch files say it."""
+    return os.environ.get(RESPAWN_VARIABLE, "").lower() == "true"
 
 
 def exit_status(status: int) -> int:
@@ -38,7 +60,22 @@ def exit_status(status: int) -> int:
     return STATUS if _unknown.is_set() else status
 
 
-def _watch() -> None:
+def _parameters() -> Dict[str, Any]:
+    """Returns the node's parameters and which clock it has, by their names."""
+    names = (rospy.get_name(), _CLOCK)
+    return {name: rospy.get_param(name) for name in names if rospy.has_param(name)}
+
+
+def _hand_over(master: rosgraph.Master, kept: Dict[str, Any]) -> None:
+    """Gives a master parameters, but for those that it has."""
+    for name, value in kept.items():
+        if not master.hasParam(name):
+            master.setParam(name, value)
+        elif isinstance(value, dict):
+            _hand_over(master, {f"{name}/{key}": below for key, below in value.items()})
+
+
+def _watch(kept: Dict[str, Any]) -> None:
     ended = threading.Event()
     rospy.on_shutdown(ended.set)
     doubts = 0
@@ -46,6 +83,8 @@ def _watch() -> None:
         doubts = 0 if is_known() else doubts + 1
         if doubts == _DOUBTS:
             _unknown.set()
+            with contextlib.suppress(*_NO_ANSWER):
+                _hand_over(rosgraph.Master(rospy.get_name()), kept)
             reason = (
                 f"the ROS master at {rosgraph.get_master_uri()} does not know {rospy.get_name()} "
                 "any more, because it was started again; this node ends, so that it can be started "
@@ -68,6 +107,6 @@ def is_known() -> bool:
         rosgraph.Master(rospy.get_name()).lookupNode(rospy.get_name())
     except rosgraph.masterapi.MasterError:
         return False
-    except (OSError, rosgraph.MasterException, xmlrpc.client.Error, http.client.HTTPException):
-        return True  # there is none, or it is just ending
+    except _NO_ANSWER:
+        return True
     return True
