@@ -39,6 +39,7 @@ def on_result(message):
         both_are_heard.set()
 
 rospy.init_node("client")
+rospy.on_shutdown(both_are_heard.set)
 rospy.Subscriber("rosoclingo/result", ROSoClingoActionResult, on_result)
 client = SimpleActionClient("rosoclingo", ROSoClingoAction)
 client.wait_for_server()
@@ -47,7 +48,7 @@ client.wait_for_result()
 print("end", GoalStatus.to_string(client.get_state()), flush=True)
 # Another goal, which is reached already: what was sent of the first one comes before its result.
 client.send_goal(ROSoClingoGoal(sys.argv[1], []))
-if not both_are_heard.wait(60.0):
+if not both_are_heard.wait(60.0) or rospy.is_shutdown():
     sys.exit("the second goal has no result")
 """
 
