@@ -7,15 +7,16 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Callable, List, Sequence, Type
+from typing import Any, Callable, List, Sequence, Tuple, Type
 
 from rosclingo.errors import OptionsError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosoclingo.commands import ROSCommands
-from rosoclingo.loop.controller import Controller, Decider
+from rosoclingo.loop.controller import Controller, Decider, Decisions
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.loop import Loop
@@ -81,8 +82,15 @@ def make_parts(
             dialect(Engine(options, log=log)),
             commands_for(dialect, commands, says_status(options)),
         )
-    controller = Options((find_mode(mode),), tuple(mode_options))
-    return Parts(lambda: Controller(Engine(controller)), Engine(options, log=log), commands)
+    controller = Engine(Options((find_mode(mode),), tuple(mode_options)))
+    known = _decisions(tuple(controller.files.items()), tuple(mode_options))
+    return Parts(lambda: Controller(controller, known=known), Engine(options, log=log), commands)
+
+
+@functools.lru_cache(maxsize=100)
+def _decisions(files: Tuple[Tuple[str, str], ...], options: Tuple[str, ...]) -> Decisions:
+    """Returns what is known of a mode in this process, by its files with their contents."""
+    return Decisions()
 
 
 def find_mode(mode: str) -> str:

@@ -5,8 +5,19 @@ from __future__ import annotations
 import json
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import Callable, Dict, List, NamedTuple, Optional, Protocol, Sequence, Set, Tuple
+from dataclasses import dataclass, field
+from typing import (
+    Callable,
+    Dict,
+    FrozenSet,
+    List,
+    NamedTuple,
+    Optional,
+    Protocol,
+    Sequence,
+    Set,
+    Tuple,
+)
 
 import clingo
 
@@ -25,6 +36,8 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import ControllerError
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.solver import Solver
+
+_MOST_DECISIONS = 10_000  # that are remembered
 
 
 @dataclass(frozen=True)
@@ -104,6 +117,29 @@ class _Decision:
     true: Set[str]
 
 
+@dataclass
+class Decisions:
+    """What a mode has decided, and from what, for controllers in one process that have that mode.
+
+    A mode's answer depends on nothing but the events that are true. One thread makes the calls.
+
+    Attributes:
+        declared: The events that the mode declares; None before it is grounded.
+        made: Each decision, by the events from which it was made.
+        save_events: The external that each fluent is saved in; nothing if there is none.
+    """
+
+    declared: Optional[Set[str]] = None
+    made: Dict[FrozenSet[str], _Decision] = field(default_factory=dict)
+    save_events: Dict[str, str] = field(default_factory=dict)
+
+    def remember(self, decision: _Decision) -> None:
+        """Takes note of a decision; not too many are kept."""
+        if len(self.made) >= _MOST_DECISIONS:
+            self.made.clear()
+        self.made[frozenset(decision.true)] = decision
+
+
 class _Ahead(NamedTuple):
     """A decision that is made in the background.
 
@@ -121,19 +157,25 @@ class _Ahead(NamedTuple):
 class Controller:
     """Asks a mode what to do, and remembers what the mode wants to be reminded of."""
 
-    def __init__(self, solver: Solver, *, is_remote: bool = False) -> None:
+    def __init__(
+        self, solver: Solver, *, is_remote: bool = False, known: Optional[Decisions] = None
+    ) -> None:
         """Asks nothing yet.
 
         Args:
             solver: Solver with the mode.
             is_remote: Whether the solver works in another process, so that it is worth asking it
                 in the background; one in this process would only hold up who works meanwhile.
+            known: What it need not be asked again; a solver in another process, of which others
+                may ask things, is asked each time.
         """
         self._solver = solver
+        self._known = known
+        self._begun = False  # whether the solver has the mode, and knows what is true
         self._declared: Set[str] = set()
         self._true: Set[str] = set()
         self._saved: Tuple[str, ...] = ()
-        self._save_events: Dict[str, str] = {}
+        self._save_events: Dict[str, str] = {} if known is None else known.save_events
         self._background = ThreadPoolExecutor(1, "look ahead") if is_remote else None
         self._ahead: Optional[_Ahead] = None
         self._decided_from: Set[str] = set()  # the last time
@@ -145,6 +187,14 @@ class Controller:
             ControllerError: That fails.
         """
         self._take_ahead(None)
+        self._saved = ()
+        self._begun = False
+        if self._known is None or self._known.declared is None:
+            self._begin()
+        else:
+            self._declared = self._known.declared
+
+    def _begin(self) -> None:
         reply = self._solver.run([Restart(), Ground((Part("base"),)), GetExternals()])
         if reply.failure is not None:
             raise ControllerError(f"the controller's mode cannot be used: {reply.failure.message}")
@@ -154,7 +204,9 @@ class Controller:
         # A mode may declare that it is true from the start; it is rosoclingo's to say so.
         self._true = {atom for atom, value in answer.values if value is not Truth.FALSE}
         self._true &= self._declared
-        self._saved = ()
+        self._begun = True
+        if self._known is not None:
+            self._known.declared = self._declared
 
     def snapshot(self) -> str:
         """Returns the events that the mode wants to be reminded of, as JSON."""
@@ -213,6 +265,11 @@ class Controller:
         Only the externals that change are set, so that this takes no longer with more steps.
         """
         true = self._declared.intersection(info.events()).union(self._saved)
+        known = None if self._known is None else self._known.made.get(frozenset(true))
+        if known is not None:
+            return known
+        if not self._begun:
+            self._begin()
         changes = [AssignExternal(atom, Truth.FALSE) for atom in sorted(self._true - true)]
         changes += [AssignExternal(atom, Truth.TRUE) for atom in sorted(true - self._true)]
         if changes:
@@ -237,7 +294,10 @@ class Controller:
                 + self._forgotten()
             )
         saved = tuple(event for event in map(self._save_event, fluents) if event)
-        return _Decision(parse_term(commands[0]), saved, true)
+        decision = _Decision(parse_term(commands[0]), saved, true)
+        if self._known is not None:
+            self._known.remember(decision)
+        return decision
 
     def _forgotten(self) -> str:
         """Names the fluents that the mode has held and could not be reminded of, for an error."""
