@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
+from functools import partial
 from itertools import permutations, product
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List, Sequence, Tuple
@@ -196,6 +197,23 @@ def test_what_is_urgent_comes_first_and_then_what_is_due(
 
 
 HALL = Map.read(Path(OFFICE).with_name("graph_hall.lp"))
+
+
+def test_what_has_happened_is_known_without_a_search() -> None:
+    """A search may be interrupted before it begins: what it was told is facts nevertheless."""
+    engine = Engine(Options((str(Path(OFFICE).with_name("graph_hall.lp")), MAILBOT)))
+    planner = Planner(engine)
+    planner.begin()
+    planner.tell(["event(1,bring(c,d),0)"])
+    assert planner.search(0, 10_000, lambda: False).result is Result.SAT
+    for step, answer in enumerate(["busy", "success"], 1):
+        planner.tell([f"event(commit,do(left,go(hall)),{step})", f"event(left,{answer},{step})"])
+        calls = iter([False, True])
+        assert planner.search(step, 10_000, partial(next, calls)).interrupted
+    atoms = engine._control.symbolic_atoms
+    found = [*atoms.by_signature("surprise", 1), *atoms.by_signature("plan_of", 2)]
+    assert len(found) >= 4
+    assert [str(atom.symbol) for atom in found if atom.literal and not atom.is_fact] == []
 
 
 def test_a_letter_that_is_due_goes_first(tmp_path: Path) -> None:
