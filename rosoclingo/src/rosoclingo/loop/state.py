@@ -442,6 +442,8 @@ class State(Progress):
         outcome = self.planner.improve(self.step, self._is_called)
         if outcome is not None:
             self.found(Plan(outcome.symbols))
+            if any(not self.is_published(action) for action in self.plan.actions(self.step)):
+                self.waiting.stop()  # they begin at once
         self.show_plan()
         return True
 

@@ -59,6 +59,7 @@ class Waiting:
         self._improve = improve
         self._check = check
         self._action_timeout = action_timeout
+        self._stops = False
         self._look_at = 0.0  # when it is time to look again
         self._planning_since: Optional[float] = None
 
@@ -76,6 +77,8 @@ class Waiting:
         while mail.inbox.is_search_due(improves=True) and self._improve():
             pass  # a replay has what came then already
         mail.take(may_ask=True)
+        if self._is_told_to_stop():
+            return
         if not (mail.pending_actions or mail.has_news):
             line = f"waiting in step {step}: the plan has no action for now"
             told = self._goals.tell(line)
@@ -89,10 +92,22 @@ class Waiting:
                 noted = True
                 self._note(LoopWaits())
             if self._improve():
+                if self._is_told_to_stop():
+                    return
                 continue
             mail.inbox.wait(max(0.0, self._look_at - self._environment.now()))
             self._look()
             mail.take(may_ask=True)
+
+    def stop(self) -> None:
+        """Ends the wait, since there is something to do in the step: the mode hears of news."""
+        self._stops = True
+
+    def _is_told_to_stop(self) -> bool:
+        stops, self._stops = self._stops, False
+        if stops:
+            self._mail.note_goals()
+        return stops
 
     def _look(self) -> None:
         """Looks now and then, whatever comes, whether the solvers and the actuators are there."""
