@@ -44,6 +44,7 @@ _SLOTS = f"#defined rslot/1. #external {_SLOT}(ID) : rslot(ID)."
 _BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
 _MOST_ROUNDS = 10_000  # answer sets in a row that ask for something
 _AS_BEFORE = "as_before"  # as_before(K): the plan of search K is the one before
+_SAME_SECONDS = 0.05  # that it may take at least to count what is left of a plan
 _MANY = 20  # so many assignments after one that failed, it is quicker to ask for all externals
 
 
@@ -126,6 +127,7 @@ class Planner(PlannerState):
         super().__init__()
         self._solver = solver
         self.patience = patience
+        self._compares = False  # whether the search begins with what is left of the plan before
         self.recorded = Inbox()
         self.note: Callable[[SearchEnded], None] = lambda _: None
         # A dialect's translation may be in between.
@@ -267,7 +269,10 @@ class Planner(PlannerState):
         if stopped() and not self.recorded.is_search_due(improves=False):
             return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
         if self._kept is None:
-            self.run(*self.demand.prepare(step))
+            prefers = self.patience > 0 and self.demand.prefers and self.demand.searches > 0
+            commands = self.demand.prepare(step, prefers=prefers)
+            self._compares = prefers and bool(commands)
+            self.run(*commands)
             outcome = self._solve_and_ground(stopped)
             needed = needed_horizon(outcome.symbols) if self.demand else None
             if needed is None or outcome.result is not wire.Result.SAT:
@@ -311,8 +316,7 @@ class Planner(PlannerState):
     def _look_for_better(self, stopped: Callable[[], bool]) -> SearchEnded:
         """Finds out what the plan costs now, and looks for one that costs less."""
         found: List[wire.Improvement] = []
-        same = wire.Assumption(f"{_AS_BEFORE}({self.demand.searches})", True)
-        outcome = self._solver.solve((same,), None, found.append)
+        outcome = self._solver.solve((self._same(),), None, found.append)
         cost = self._cost(outcome, found)
         if outcome.result is not wire.Result.SAT or not cost:
             return SearchEnded(Ended.NOTHING)
@@ -325,6 +329,10 @@ class Planner(PlannerState):
             return SearchEnded(Ended.AS_BEFORE, symbols, Quality(before, bound))
         symbols = outcome.symbols or found[-1].symbols
         return SearchEnded(Ended.BETTER, symbols, Quality(better, bound))
+
+    def _same(self) -> wire.Assumption:
+        """Returns the assumption that the plan is the one before, as far as it is left."""
+        return wire.Assumption(f"{_AS_BEFORE}({self.demand.searches})", True)
 
     def _solve_and_ground(self, stopped: Callable[[], bool], rounds: int = 0) -> wire.Outcome:
         """Searches until an answer set asks for nothing new.
@@ -387,19 +395,32 @@ class Planner(PlannerState):
             found: List[wire.Improvement] = []
             limit = self.patience if not self.recorded.knows_searches else 0.0
             end = time.monotonic() + limit
+            before: Tuple[Tuple[int, ...], Tuple[str, ...]] = (), ()  # what is left costs, and is
             is_stopped = False
 
             def has_to_end() -> bool:
                 nonlocal is_stopped
                 is_stopped = is_stopped or stopped()
-                return is_stopped or (bool(limit and found) and time.monotonic() > end)
+                has_plan = bool(limit and (found or before[0]))
+                return is_stopped or (has_plan and time.monotonic() > end)
 
+            if limit and self._compares and not number:
+                allowed, end = end, max(end, time.monotonic() + _SAME_SECONDS)
+                outcome = self._solver.solve((self._same(),), has_to_end, found.append)
+                end = allowed
+                if found:
+                    symbols = outcome.symbols or found[-1].symbols
+                    before = self._cost(outcome, found), symbols
+                    found.clear()
             outcome = self._solver.solve((), has_to_end, found.append)
-            if not (limit and outcome.interrupted and found and not is_stopped):
+            is_cut = limit and outcome.interrupted and not is_stopped
+            if not (is_cut and (found or before[0])):
                 cost = self._cost(outcome, found)
                 return outcome, Quality(cost, cost) if cost else None
-            symbols = outcome.symbols or found[-1].symbols
             cost = self._cost(outcome, found)
+            symbols = outcome.symbols or (found[-1].symbols if found else ())
+            if before[0] and not (cost and cost < before[0]):
+                cost, symbols = before
             if self.demand.improves and not self.demand.asks(symbols):
                 # The plan stands, or is what an answer set before has decided: there is no other.
                 return wire.Outcome(wire.Result.SAT, symbols=symbols), Quality(cost, cost)
