@@ -202,7 +202,7 @@ class Nodes:
         Args:
             system: The ROS system.
             grid: What is planned.
-            parameters: Of rosoclingo, such as ``_search_seconds:=1``.
+            parameters: Of rosoclingo, such as ``_patience:=1``.
             together: Whether one node does all.
             steps: The last step that may be planned for, which the mode's time depends on.
         """

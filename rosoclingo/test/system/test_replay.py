@@ -23,8 +23,10 @@ from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.loop.journal import (
     ActionPublished,
     CommandDone,
+    Ended,
     GoalArrived,
     LoopWaits,
+    SearchEnded,
     Status,
     StatusSet,
 )
@@ -347,7 +349,7 @@ def test_a_mode_that_resets(terminals: Terminals, recorder: Recorder, tmp_path: 
     assert ended.wait() == 0, ended.output
     assert "no difference at level exact: 4 goals" in ended.output
     program = read_recording(bag).programs["/rosoclingo"]
-    assert program.parameters == {"abort_unreachable": True, "search_seconds": 0.0}
+    assert program.parameters == {"abort_unreachable": True, "patience": 0.0}
 
 
 @pytest.mark.parametrize("nodes", ["three", "one"])
@@ -362,6 +364,38 @@ def test_steps_without_a_barrier(terminals: Terminals, recorder: Recorder, nodes
     ended = replay(terminals, bag)
     assert ended.wait() == 0, ended.output
     assert "no difference at level exact: 1 goal" in ended.output
+
+
+# Each action takes a while, in which a better plan is looked for.
+DRIVING = {
+    "robot": """
+def act(message):
+    threading.Timer(0.05, answers.publish, (message.id, "success")).start()
+groups = sys.argv[2:]
+""",
+    "client": IN_ORDER["client"],
+}
+
+
+@pytest.mark.parametrize("nodes", ["three", "one"])
+def test_a_better_plan(terminals: Terminals, recorder: Recorder, nodes: str) -> None:
+    """What was found in time, and what was found later, is in the replay what it was."""
+    mailbot = package("rosoclingo_aspprograms") / "mailbot"
+    files = [str(mailbot / "instances" / "graph_hall.lp"), str(mailbot / "mailbot.lp")]
+    patience, slots = "_patience:=0.001", ["-c", "slots=8"]
+    single = [patience, *(part for file in files for part in ("-f", file)), *slots]
+    bag = recorder.record(
+        ["bring(a,b) bring(b,c) bring(d,a) bring(c,d) bring(b,a) bring(d,b) bring(c,a) bring(a,d)"],
+        files, steps=99,
+        single=single if nodes == "one" else (), driver=DRIVING, planner=slots,
+        parameters=[patience],
+    )  # fmt: skip
+    recorded = [entry.event for entry in read_recording(bag).entries]
+    ways = {event.how for event in recorded if isinstance(event, SearchEnded)}
+    assert ways & {Ended.BETTER, Ended.AS_BEFORE}
+    ended = replay(terminals, bag)
+    assert ended.wait() == 0, ended.output
+    assert "no difference at level exact: 8 goals" in ended.output
 
 
 @pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])

@@ -323,7 +323,7 @@ def test_a_search_that_has_found_a_plan_ends_after_a_while(
     file = tmp_path / "hard.lp"
     file.write_text(HARD)
     run = system("dynamic.incremental.recording", encoding=(str(file),))
-    run.loop.state.planner.search_seconds = 0.2
+    run.loop.state.planner.patience = 0.2
     events: List[Event] = []
     run.world.note = lambda record: events.append(record.event)  # type: ignore[method-assign]
     run.start()

@@ -11,6 +11,7 @@ from rosoclingo.loop.journal import (
     ActionPublished,
     CancelArrived,
     CommandDone,
+    Ended,
     Event,
     Explained,
     Fields,
@@ -22,6 +23,7 @@ from rosoclingo.loop.journal import (
     NodeResumed,
     PlanFound,
     Reason,
+    SearchEnded,
     Status,
     StatusSet,
     Unknown,
@@ -29,6 +31,7 @@ from rosoclingo.loop.journal import (
     encode,
     naming,
 )
+from rosoclingo.loop.quality import Quality
 
 EVENTS = [
     (GoalArrived("g", "visit(1)", ("a", "b"), 0.5),
@@ -41,6 +44,12 @@ EVENTS = [
     (CommandDone("idle", None, 0.5), Fields("command", "", "idle", (), 0.5)),
     (PlanFound(("do(r,a,1)",)), Fields("plan", "", "", ("do(r,a,1)",), 0.0)),
     (PlanFound((), is_best=False), Fields("plan", "", "the best so far", (), 0.0)),
+    (PlanFound((), False, Quality((1, -2), (1, -3))),
+     Fields("plan", "1 -2/1 -3", "the best so far", (), 0.0)),
+    (PlanFound((), False, Quality((7,))), Fields("plan", "7/", "the best so far", (), 0.0)),
+    (SearchEnded(Ended.CUT, ("do(r,a,1)", "b"), Quality((2,), (2,)), 1),
+     Fields("search", "2/2", "the best so far", ("1", "do(r,a,1)", "b"), 0.0)),
+    (SearchEnded(Ended.NOTHING), Fields("search", "", "nothing", ("0",), 0.0)),
     (ActionPublished("r", "go(1)"), Fields("action", "r", "go(1)", (), 0.0)),
     (StatusSet("g", Status.ACCEPTED, "1"), Fields("status", "g", "accepted", ("1",), 0.0)),
     (StatusSet("g", Status.SUCCEEDED, "1", "as planned"),

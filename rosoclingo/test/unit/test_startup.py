@@ -159,7 +159,7 @@ def test_another_system(tmp_path: Path) -> None:
                                    "-f", "a.lp"]}  # fmt: skip
 
 
-PARAMETERS = ["_abort_unreachable:=true", "_search_seconds:=2.5"]
+PARAMETERS = ["_abort_unreachable:=true", "_patience:=2.5"]
 
 
 def deciding(of: Recording, **parameters: Any) -> Recording:
@@ -170,9 +170,11 @@ def deciding(of: Recording, **parameters: Any) -> Recording:
 
 def test_what_the_loop_decides_by(tmp_path: Path) -> None:
     """It is as in the recording, whichever solvers there are, and nothing else is taken from it."""
-    values = {"abort_unreachable": True, "search_seconds": 2.5, "explain": True}
+    values = {"abort_unreachable": True, "patience": 2.5, "explain": True}
     of = deciding(recording(), **values)
     assert commands(of, tmp_path)["rosoclingo"][-2:] == PARAMETERS
+    older = deciding(recording(), abort_unreachable=True, search_seconds=2.5)
+    assert commands(older, tmp_path)["rosoclingo"][-2:] == PARAMETERS
     assert commands(of, tmp_path, planner="-f p")["rosoclingo"][-2:] == PARAMETERS
     assert commands(of, tmp_path, single="-f a.lp")["rosoclingo"][4:] == [*PARAMETERS, "-f", "a.lp"]
     single = Program("/rosoclingo", "rosoclingo run-1.0.py", ("-f", "task.lp"), FILES)
@@ -192,8 +194,8 @@ def test_a_store_of_the_replay(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"abort_unreachable": "true"}, {"abort_unreachable": 1}, {"search_seconds": True},
-     {"search_seconds": "1 __name:=x"}],
+    [{"abort_unreachable": "true"}, {"abort_unreachable": 1}, {"patience": True},
+     {"patience": "1 __name:=x"}, {"search_seconds": "1"}],
 )  # fmt: skip
 def test_a_wrong_parameter_in_a_bag(tmp_path: Path, wrong: Dict[str, Any]) -> None:
     (name,) = wrong

@@ -48,7 +48,7 @@ class Plants(Planner):
         assert self.tell([f"event({text},{step})" for text in events]) == []
         outcome = self.search(step, 10_000, lambda: False)
         assert outcome.result is Result.SAT
-        assert outcome.interrupted <= bool(self.search_seconds)
+        assert outcome.interrupted <= bool(self.patience)
         assert self.messages == []
         self.statuses = Plan(outcome.symbols).statuses(step)
         self.symbols = outcome.symbols

@@ -66,7 +66,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     add("--commands", action="store_true", help="also tell each command of the mode")
     add("--abort-unreachable", action="store_true",
         help="a goal without a plan ends alone, and not all with the loop")  # fmt: skip
-    add("--search-seconds", type=_number(), default=0.0, metavar="S",
+    add("--patience", type=_number(), default=0.0, metavar="S",
         help="when an optimising search ends that has found a plan")  # fmt: skip
     add("--why-seconds", type=_number(), default=_WHY_SECONDS, metavar="S",
         help=f"how long to look why there is no plan; by default {_WHY_SECONDS:g}, and 0 for "
@@ -104,7 +104,7 @@ def simulated(chosen: argparse.Namespace) -> Dict[str, Any]:
         "most_steps": chosen.most_steps,
         "action_timeout": chosen.action_timeout,
         "abort_unreachable": chosen.abort_unreachable,
-        "search_seconds": chosen.search_seconds,
+        "patience": chosen.patience,
     }
 
 

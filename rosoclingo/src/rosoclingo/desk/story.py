@@ -36,6 +36,7 @@ class Story:
         self._elapsed = 0  # steps, which a reset does not number anew
         self._headed = 0  # the last step that was told
         self._searches = 0  # since the last plan
+        self._is_better = False  # the plan that is found next
         self._plan: Planned = {}
         self._acting: Set[str] = set()
         self._requests: Dict[str, str] = {}
@@ -45,6 +46,7 @@ class Story:
             journal.MessageArrived: self._on_message,
             journal.MessageDropped: lambda _, e: [f"dropped a message: {e.reason}"],
             journal.CommandDone: self._on_command,
+            journal.SearchEnded: self._on_search,
             journal.PlanFound: self._on_plan,
             journal.ActionPublished: self._on_action,
             journal.StatusSet: self._on_status,
@@ -100,8 +102,15 @@ class Story:
             lines.append(f"reset: step {event.resets_to} is step 0 for the planner now")
         return lines
 
+    def _on_search(self, _: Entry, event: journal.SearchEnded) -> List[str]:
+        self._is_better = event.how is journal.Ended.BETTER
+        if event.how is journal.Ended.AS_BEFORE and event.quality and event.quality.is_best:
+            return ["there is no better plan"]
+        return []
+
     def _on_plan(self, entry: Entry, event: journal.PlanFound) -> List[str]:
         searches, self._searches = self._searches + 1, 0
+        what, self._is_better = "a better plan" if self._is_better else "another plan", False
         before = {step: actions for step, actions in self._plan.items() if step >= entry.step}
         is_first, self._plan = not self._plan, planned(event.actions)
         changed = change(entry, before, self._plan)
@@ -113,7 +122,7 @@ class Story:
             return [f"plan: {found}"]
         later = self._elapsed - entry.step
         new, old = (", ".join(actions) or "nothing" for actions in (changed.after, changed.before))
-        return [f"another plan: {found}; in step {later + changed.first} {new} instead of {old}"]
+        return [f"{what}: {found}; in step {later + changed.first} {new} instead of {old}"]
 
     def _on_action(self, _: Entry, event: journal.ActionPublished) -> List[str]:
         self._acting.add(event.actuator)

@@ -1,8 +1,9 @@
 """Grounding on demand: what an encoding that opts in is told by grounding, and what it asks for.
 
 An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`` for told events,
-``search(k,t)`` for what is grounded before a search. Then it may ask for parts: by externals
-``ground(P)``, and by terms ``ground(P)`` in its answer sets.
+``search(k,t)`` for what is grounded before a search, and with it ``improve(k,t)`` if the search is
+for a better plan, or ``prefer(k,t)`` if it is to begin with what is left of the plan before. Then
+it may ask for parts: by externals ``ground(P)``, and by terms ``ground(P)`` in its answer sets.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ Pair = Tuple[str, str]
 """Source and content of an event."""
 
 _EVENT, _TOLD, _SEARCH = ("event", 2), ("event", 3), ("search", 2)
-_RESERVED = ("event", "search", "state", "transition", "query")
+_IMPROVE, _PREFER = ("improve", 2), ("prefer", 2)
+_RESERVED = ("event", "search", "improve", "prefer", "state", "transition", "query")
 _ASKS = "ground("
 _HORIZON = "horizon("
 _MOST_UNKNOWN = 10_000  # pairs that the encoding does not know, and of which that is remembered
@@ -34,11 +36,15 @@ class Demand:
         tells: Whether the encoding is told its events by grounding.
         declared: Whether it knows a pair, for each that it was asked about.
         examples: Requests that it has declared as examples.
+        improves: Whether a better plan can be looked for while the one that was found is executed.
+        prefers: Whether a search can begin with what is left of the plan before.
     """
 
     tells: bool = False
     declared: Dict[Pair, bool] = field(default_factory=dict)
     examples: List[str] = field(default_factory=list)
+    improves: bool = False
+    prefers: bool = False
     _searches: bool = False  # whether it has the part for that
     _unknown: Deque[Pair] = field(default_factory=deque)  # in the order in which they were asked
     _pending: List[Part] = field(default_factory=list)  # told, and not grounded yet
@@ -71,6 +77,8 @@ class Demand:
                 "encoding that is told its events by grounding has both"
             )
         self.tells, self._searches = has_told, _SEARCH in parts
+        self.improves = self._searches and _IMPROVE in parts
+        self.prefers = self.improves and _PREFER in parts
         self._pending.clear()
         self._steps.clear()
         self._queries.clear()
@@ -147,17 +155,34 @@ class Demand:
 
     # What it asks for.
 
-    def prepare(self, step: int) -> List[Command]:
-        """Returns the command that is to be run before a search, if there is any.
+    def prepare(self, step: int, *, prefers: bool = False) -> List[Command]:
+        """Returns the commands that are to be run before a search: one, or none.
+
+        Args:
+            step: The current step.
+            prefers: Whether it is to begin with what is left of the plan before.
+        """
+        if not (self._searches and self._has_news):
+            return []
+        return [self._begin_search(step, "search", *(["prefer"] if prefers else []))]
+
+    def prepare_improving(self, step: int) -> Command:
+        """Returns the command that is to be run before a search for a better plan.
 
         Args:
             step: The current step.
         """
-        if not (self._searches and self._has_news):
-            return []
+        return self._begin_search(step, "search", "improve")
+
+    def _begin_search(self, step: int, *names: str) -> Command:
         self._count += 1
         self._has_news = False
-        return [self.ground([Part("search", (str(self._count), str(step)))])]
+        arguments = (str(self._count), str(step))
+        return self.ground([Part(name, arguments) for name in names])
+
+    def asks(self, symbols: Sequence[str]) -> bool:
+        """Whether an answer set asks for something that is not grounded yet."""
+        return any(text.startswith(_ASKS) and text not in self._grounded for text in symbols)
 
     def asked_for(self, symbols: Sequence[str]) -> List[Part]:
         """Returns the parts that an answer set asks for and that are not grounded yet.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
-from typing import Sequence
+from typing import Optional, Sequence
 
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.journal import Record
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.tokens import Told
 
 
@@ -33,6 +34,9 @@ class Environment:
 
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Shows what is planned, from the current step on."""
+
+    def show_quality(self, quality: Optional[Quality]) -> None:
+        """Shows how good that is; None if its encoding minimises nothing, or it is not known."""
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
         """Is told by the loop's thread that the plan has no action for these goals now.

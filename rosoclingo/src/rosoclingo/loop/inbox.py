@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Callable, List, Optional, Union
 
 from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.journal import Ended, SearchEnded
 
 
 @dataclass(frozen=True)
@@ -150,6 +151,34 @@ class Inbox:
         Args:
             waits: To be called if it does.
         """
+
+    @property
+    def knows_searches(self) -> bool:
+        """Whether it knows how searches end that depend on time, as that of a replay does."""
+        return False
+
+    def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
+        """Returns how the next of these searches ends, and removes it.
+
+        Args:
+            ways: In which of these ways.
+            number: How many answer sets have asked for something before, in the same search.
+
+        Returns:
+            None if the next one ends otherwise, or if there is none before the next decision.
+        """
+        return None
+
+    def is_search_due(self, *, improves: bool) -> bool:
+        """Whether there is one before the next decision; removes nothing.
+
+        Args:
+            improves: Whether the next one is to be for a better plan, or for a plan.
+        """
+        return False
+
+    def begin_improving(self) -> None:
+        """Called by the loop's thread when it has nothing to do, and looks for a better plan."""
 
     def take(self) -> List[Item]:
         """Returns all items in order of arrival and removes them; does not wait."""

@@ -18,6 +18,7 @@ from typing import Any, Callable, Mapping, NamedTuple, Optional, Tuple, Union
 from rosclingo.errors import shorten
 from rosclingo.wire.commands import Result
 from rosclingo.wire.term_text import last_number
+from rosoclingo.loop.quality import Quality
 
 
 class Status(enum.Enum):
@@ -148,11 +149,43 @@ class PlanFound(Event):
 
     Attributes:
         actions: Its actions from the current step on, as ``do(Actuator,Action,Step)``.
-        is_best: Whether the search was through, and did not end because of ``~search_seconds``.
+        is_best: Whether the search was through, and did not end because of ``~patience``.
+        quality: What it costs; None if its encoding minimises nothing, or if that is not known.
     """
 
     actions: Tuple[str, ...]
     is_best: bool = True
+    quality: Optional[Quality] = None
+
+
+class Ended(str, enum.Enum):
+    """How a search has ended whose outcome depends on how quick the machine is.
+
+    Its value is the word on the wire.
+    """
+
+    CUT = "the best so far"  # by ~patience
+    CALLED = "interrupted"  # by an input, when the planner had been told of the search already
+    BETTER = "better"  # it has looked for a better plan, and found one
+    AS_BEFORE = "as before"  # likewise, and found none in its time, or that there is none
+    NOTHING = "nothing"  # likewise, and could not find out what the plan costs now
+
+
+@dataclass(frozen=True)
+class SearchEnded(Event):
+    """A search has ended whose outcome depends on time, so that a replay needs to know it.
+
+    Attributes:
+        how: How it has ended.
+        symbols: The answer set that was taken; that of the plan as it was, if none is better.
+        quality: What that costs.
+        round: How many answer sets have asked for something before, in the same search.
+    """
+
+    how: Ended
+    symbols: Tuple[str, ...] = ()
+    quality: Optional[Quality] = None
+    round: int = 0
 
 
 @dataclass(frozen=True)
@@ -276,7 +309,7 @@ class NumberedRecord(Record):
     time: float = 0.0
 
 
-_BEST_SO_FAR = "the best so far"
+_BEST_SO_FAR = Ended.CUT.value
 _FOR_A_REPLAY = "for the replay"
 
 _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
@@ -287,7 +320,12 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
     CommandDone: lambda e: Fields(
         "command", e.result.value if e.result else "", e.command, seconds=e.seconds
     ),
-    PlanFound: lambda e: Fields("plan", "", "" if e.is_best else _BEST_SO_FAR, e.actions),
+    PlanFound: lambda e: Fields(
+        "plan", _text(e.quality), "" if e.is_best else _BEST_SO_FAR, e.actions
+    ),
+    SearchEnded: lambda e: Fields(
+        "search", _text(e.quality), e.how.value, (str(e.round), *e.symbols)
+    ),
     ActionPublished: lambda e: Fields("action", e.actuator, e.action),
     StatusSet: lambda e: Fields(
         "status", e.goal, e.status.value,
@@ -306,7 +344,10 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
     "message": lambda f: MessageArrived(f.id, f.text, f.seconds),
     "dropped": lambda f: MessageDropped(f.text),
     "command": lambda f: CommandDone(f.text, Result(f.id) if f.id else None, f.seconds),
-    "plan": lambda f: PlanFound(f.details, f.text != _BEST_SO_FAR),
+    "plan": lambda f: PlanFound(f.details, f.text != _BEST_SO_FAR, _quality(f.id)),
+    "search": lambda f: SearchEnded(
+        Ended(f.text), f.details[1:], _quality(f.id), int("".join(f.details[:1]))
+    ),
     "action": lambda f: ActionPublished(f.id, f.text),
     "status": lambda f: StatusSet(f.id, Status(f.text), *_slot_and_reason(*f.details)),
     "waiting": lambda f: LoopWaits(f.text == _FOR_A_REPLAY),
@@ -335,6 +376,14 @@ def decode(message: Any) -> Event:
         return _DECODERS[fields.kind](fields)
     except (KeyError, ValueError):
         return Unknown(fields)
+
+
+def _text(quality: Optional[Quality]) -> str:
+    return "" if quality is None else str(quality)
+
+
+def _quality(text: str) -> Optional[Quality]:
+    return Quality.read(text) if text else None
 
 
 def _slot_and_reason(slot: str = "", reason: str = "", *_: str) -> Tuple[str, str]:

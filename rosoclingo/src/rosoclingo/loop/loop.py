@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Dict, Tuple
+from typing import Any, Callable, Dict
 
 import clingo
 
@@ -56,7 +56,7 @@ class Loop:
         *,
         action_timeout: float = 0.0,
         abort_unreachable: bool = False,
-        search_seconds: float = 0.0,
+        patience: float = 0.0,
     ) -> None:
         """Prepares a loop that asks nobody yet.
 
@@ -69,12 +69,12 @@ class Loop:
             action_timeout: From when on an action without an answer counts as failed, in seconds
                 since it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
-            search_seconds: When an optimising search ends that has found a plan, in seconds since
+            patience: When an optimising search ends that has found a plan, in seconds since
                 it began; 0 for when it is through.
         """
         self._parts = (controller, planner)
         self.state = State(
-            Planner(planner, search_seconds),
+            Planner(planner, patience),
             inbox,
             environment,
             self._check,
@@ -85,7 +85,6 @@ class Loop:
         self._controller = controller
         self._commands = commands(self.state)
         self._environment = environment
-        self._shown: Tuple[object, ...] = ()
 
     def run(self) -> None:
         """Runs until the mode is through, and then keeps refusing goals until shut down.
@@ -180,10 +179,7 @@ class Loop:
         begin = time.perf_counter()
         self._call(command, info)
         state.note_command(str(command), time.perf_counter() - begin)
-        shown = (state.plan, state.shows_plan, state.step, state.horizon)
-        if shown != self._shown:
-            self._shown = shown
-            self._environment.show_plan(state.step, state.horizon, state.ahead())
+        state.show_plan()
 
     def _guess(self, command: clingo.Symbol, info: Info) -> Info:
         """Returns what the controller probably learns after a command."""

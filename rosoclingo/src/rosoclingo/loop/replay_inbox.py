@@ -14,6 +14,9 @@ from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, 
 
 from rosclingo.errors import ParameterError
 from rosoclingo.loop.inbox import Answer, Cancel, Inbox, Item, Message, Taken
+from rosoclingo.loop.journal import Ended, Fields, SearchEnded
+from rosoclingo.loop.journal import decode as decode_event
+from rosoclingo.loop.journal import encode as encode_event
 
 
 class Phase(enum.IntEnum):
@@ -32,6 +35,7 @@ class Kind(str, enum.Enum):
     MESSAGE = "message"
     RECALL = "recall"  # of a goal without a slot, by a cancel request that is taken later
     KILL = "kill"  # no input: a node is to be killed, and the loop waits for that
+    SEARCH = "search"  # no input: how a search ends that depends on time
 
 
 Key = Tuple[Kind, str, str]
@@ -45,8 +49,9 @@ class Due(NamedTuple):
         decision: How many decisions were carried out before.
         phase: When, seen from the next decision.
         kind: What it was.
-        id: That of the goal or message; what is to be killed, as :class:`.NodeResumed` has it.
-        text: The message's value; else empty.
+        id: That of the goal or message; what is to be killed, as :class:`.NodeResumed` has it; of a
+            search, nothing.
+        text: The message's value; how a search ends, see :func:`search_text`; else empty.
     """
 
     decision: int
@@ -66,6 +71,31 @@ class Due(NamedTuple):
         return Kind.CANCEL if self.kind is Kind.RECALL else self.kind, self.id, self.text
 
 
+def search_text(ended: Optional[SearchEnded] = None) -> str:
+    """Returns what a :class:`Due` says of a search.
+
+    Args:
+        ended: How it ends; None says that all searches which depend on time are known.
+    """
+    if ended is None:
+        return ""
+    fields = encode_event(ended)
+    return json.dumps([fields.id, fields.text, fields.details])
+
+
+def read_search(text: str) -> SearchEnded:
+    """Reads what :func:`search_text` has written of a search.
+
+    Raises:
+        ValueError: It is something else.
+    """
+    quality, how, details = json.loads(text)
+    event = decode_event(Fields("search", str(quality), str(how), tuple(map(str, details))))
+    if not isinstance(event, SearchEnded):
+        raise ValueError(f"{text} is no search")
+    return event
+
+
 def encode(dues: Sequence[Due]) -> str:
     """Returns what :func:`decode` reads."""
     return json.dumps(dues, separators=(",", ":"))
@@ -80,10 +110,14 @@ def decode(text: object) -> List[Due]:
     try:
         if not isinstance(text, str):
             raise TypeError("no text")
-        return [
+        dues = [
             Due(int(decision), Phase(phase), Kind(kind), str(name), str(value))
             for decision, phase, kind, name, value in json.loads(text)
         ]
+        for due in dues:
+            if due.kind is Kind.SEARCH and due.text:
+                read_search(due.text)
+        return dues
     except (TypeError, ValueError) as err:
         raise ParameterError(
             f"parameter ~replay: not what replay.py writes ({err}); only replay.py sets it"
@@ -103,7 +137,9 @@ class ReplayInbox(Inbox):
             dues: What will come, in the order in which the loop is to take it.
         """
         super().__init__()
-        self._dues: Deque[Due] = deque(dues)
+        self._searches = deque(due for due in dues if due.kind is Kind.SEARCH and due.text)
+        self._knows_searches = any(due.kind is Kind.SEARCH for due in dues)
+        self._dues: Deque[Due] = deque(due for due in dues if due.kind is not Kind.SEARCH)
         self._expected = Counter(due.key for due in dues if due.kind in _INPUTS)
         self._kills = sum(due.kind is Kind.KILL for due in dues)
         self._held: Dict[Key, Deque[Taken]] = {}  # has come, and is not taken yet
@@ -148,6 +184,8 @@ class ReplayInbox(Inbox):
             dues = (due for due in self._dues if due.kind in _INPUTS)
             rest = [self._held[due.key].popleft() for due in dues if self._has(due)]
             self._dues.clear()
+            self._knows_searches = False
+            self._searches.clear()
             self._kills = 0
             self._missing.clear()
         for item in rest:
@@ -171,6 +209,34 @@ class ReplayInbox(Inbox):
         decision, _ = self._moment
         self._wait_until((decision, Phase.DURING), waits)
         self._moment = decision, Phase.WAIT
+
+    @property
+    def knows_searches(self) -> bool:
+        """Whether it knows how searches end that depend on time; not after :meth:`open`."""
+        return self._knows_searches
+
+    def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
+        """Returns how the next of these searches ends, and removes it."""
+        with self._changed:
+            ended = self._next_search()
+            if ended is None or ended.how not in ways or ended.round != number:
+                return None
+            self._searches.popleft()
+            return ended
+
+    def is_search_due(self, *, improves: bool) -> bool:
+        """Whether there is one before the next decision; removes nothing."""
+        with self._changed:
+            ended = self._next_search()
+            return ended is not None and improves == (ended.how not in (Ended.CUT, Ended.CALLED))
+
+    def _next_search(self) -> Optional[SearchEnded]:
+        decision, _ = self._moment
+        while self._searches and self._searches[0].decision < decision:
+            self._searches.popleft()
+        if not self._searches or self._searches[0].decision > decision:
+            return None
+        return read_search(self._searches[0].text)
 
     def _wait_until(self, moment: Tuple[int, Phase], waits: Callable[[], None]) -> None:
         self._moment = moment

@@ -16,6 +16,9 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import query
 from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.quality import Quality
 
 HAS = "rosoclingo_has"
 """A term that is shown with an answer set in which there is an atom, be that shown or not."""
@@ -40,6 +43,8 @@ _SLOTS = f"#defined rslot/1. #external {_SLOT}(ID) : rslot(ID)."
 
 _BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
 _MOST_ROUNDS = 10_000  # answer sets in a row that ask for something
+_AS_BEFORE = "as_before"  # as_before(K): the plan of search K is the one before
+_SAME_SECONDS = 0.05  # that it may take at least to count what is left of a plan
 _MANY = 20  # so many assignments after one that failed, it is quicker to ask for all externals
 
 
@@ -99,9 +104,12 @@ class PlannerState:
 
     Attributes:
         demand: What its encoding is told by grounding, and asks for.
+        quality: How good the plan is; None if its encoding minimises nothing, or if that is not
+            known.
     """
 
     demand: Demand = dataclasses.field(default_factory=Demand)
+    quality: Optional[Quality] = None
     _kept: Optional[KeptPlan] = None
 
 
@@ -109,14 +117,19 @@ class Planner(PlannerState):
     """The planner's solver, with what the commands need of it.
 
     Attributes:
-        search_seconds: After how many seconds an optimising search ends that has found a plan; 0
+        patience: After how many seconds an optimising search ends that has found a plan; 0
             for when it is through.
+        recorded: Knows in a replay how searches end that depend on time.
+        note: Called with how such a search has ended.
     """
 
-    def __init__(self, solver: Solver, search_seconds: float = 0.0) -> None:
+    def __init__(self, solver: Solver, patience: float = 0.0) -> None:
         super().__init__()
         self._solver = solver
-        self.search_seconds = search_seconds
+        self.patience = patience
+        self._compares = False  # whether the search begins with what is left of the plan before
+        self.recorded = Inbox()
+        self.note: Callable[[SearchEnded], None] = lambda _: None
         # A dialect's translation may be in between.
         self._is_translated = bool(getattr(solver, "events_are_facts", False))
 
@@ -145,7 +158,7 @@ class Planner(PlannerState):
             PlannerError: A command failed, or the encoding lacks a part.
         """
         self.demand.begin(())
-        self._kept = None
+        self._kept = self.quality = None
         is_first = slots is None
         self.run(wire.Restart(), *([wire.Add(_SLOT, (), _SLOTS)] if is_first else ()), *EMPTY_PARTS)
         self.demand.begin(() if self._is_translated else self._programs())
@@ -253,10 +266,13 @@ class Planner(PlannerState):
         Raises:
             PlannerError: The encoding asks for what there is not.
         """
-        if stopped():
+        if stopped() and not self.recorded.is_search_due(improves=False):
             return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
         if self._kept is None:
-            self.run(*self.demand.prepare(step))
+            prefers = self.patience > 0 and self.demand.prefers and self.demand.searches > 0
+            commands = self.demand.prepare(step, prefers=prefers)
+            self._compares = prefers and bool(commands)
+            self.run(*commands)
             outcome = self._solve_and_ground(stopped)
             needed = needed_horizon(outcome.symbols) if self.demand else None
             if needed is None or outcome.result is not wire.Result.SAT:
@@ -266,41 +282,170 @@ class Planner(PlannerState):
             return wire.Outcome(wire.Result.UNSAT)
         return self._kept.outcome
 
-    def _solve_and_ground(self, stopped: Callable[[], bool]) -> wire.Outcome:
-        """Searches until an answer set asks for nothing new."""
-        for _ in range(_MOST_ROUNDS):
-            if stopped():  # while it was grounded
-                return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
-            outcome = self._solve(stopped)
-            if not (self.demand and outcome.result is wire.Result.SAT):
+    def improve(self, step: int, stopped: Callable[[], bool]) -> Optional[wire.Outcome]:
+        """Looks for a better plan than the one that stands, until told to stop or through.
+
+        That is for an encoding that has opted in, see ``Demand.improves``. What was published stays
+        in the plan. If it is not told of a better one, the plan stands as it was.
+
+        Args:
+            step: The current step.
+            stopped: Whether the search has to end; what it has found is taken then.
+
+        Returns:
+            The better plan; None if none was found.
+
+        Raises:
+            PlannerError: The encoding asks for what there is not.
+        """
+        self.run(self.demand.prepare_improving(step))
+        ways = (Ended.BETTER, Ended.AS_BEFORE, Ended.NOTHING)
+        ended = self.recorded.search_due(*ways) or self._look_for_better(stopped)
+        self.note(ended)
+        if ended.how is Ended.NOTHING:
+            self.quality = None
+            return None
+        parts = self.demand.asked_for(ended.symbols)
+        if parts:
+            self.run(self.demand.ground(parts))
+        outcome = self._solve_and_ground(lambda: False, rounds=1)
+        self.quality, self._kept = ended.quality, None
+        is_better = ended.how is Ended.BETTER and outcome.result is wire.Result.SAT
+        return outcome if is_better else None
+
+    def _look_for_better(self, stopped: Callable[[], bool]) -> SearchEnded:
+        """Finds out what the plan costs now, and looks for one that costs less."""
+        found: List[wire.Improvement] = []
+        outcome = self._solver.solve((self._same(),), None, found.append)
+        cost = self._cost(outcome, found)
+        if outcome.result is not wire.Result.SAT or not cost:
+            return SearchEnded(Ended.NOTHING)
+        before, symbols = cost, outcome.symbols
+        found.clear()
+        outcome = self._solver.solve((), stopped, found.append)
+        better = self._cost(outcome, found)
+        bound = better if outcome.result is wire.Result.SAT else self._bound()
+        if not better or better >= before:
+            return SearchEnded(Ended.AS_BEFORE, symbols, Quality(before, bound))
+        symbols = outcome.symbols or found[-1].symbols
+        return SearchEnded(Ended.BETTER, symbols, Quality(better, bound))
+
+    def _same(self) -> wire.Assumption:
+        """Returns the assumption that the plan is the one before, as far as it is left."""
+        return wire.Assumption(f"{_AS_BEFORE}({self.demand.searches})", True)
+
+    def _solve_and_ground(self, stopped: Callable[[], bool], rounds: int = 0) -> wire.Outcome:
+        """Searches until an answer set asks for nothing new.
+
+        Args:
+            stopped: Whether it has to end.
+            rounds: How many answer sets have asked for something already.
+
+        Returns:
+            How the last search ended; interrupted also if one before it was cut off.
+        """
+        bound: Optional[Tuple[int, ...]] = None  # if one was cut off
+        for number in range(rounds, _MOST_ROUNDS):
+            called = self.recorded.search_due(Ended.CALLED, number=number)
+            is_stopped = stopped() and not self.recorded.is_search_due(improves=False)
+            if called or is_stopped:  # while it was grounded
+                return self._be_called(number)
+            outcome, quality = self._solve(stopped, number)
+            if outcome.result is wire.Result.UNKNOWN:
+                return self._be_called(number)
+            if outcome.result is not wire.Result.SAT:
                 return outcome
-            parts = self.demand.asked_for(outcome.symbols)
+            if outcome.interrupted:
+                bound = quality.bound if quality else ()
+            if quality is not None and bound is not None:
+                quality = dataclasses.replace(quality, bound=bound)
+            parts = self.demand.asked_for(outcome.symbols) if self.demand else []
+            # An encoding that looks for better plans asks for something in each new one, and has
+            # decided then what that costs.
+            if parts or not self.demand.improves:
+                self.quality = quality
             if not parts:
-                return outcome
+                return dataclasses.replace(outcome, interrupted=bound is not None)
             self.run(self.demand.ground(parts))
         raise PlannerError(
             f"{_MOST_ROUNDS} answer sets in a row of the planner have asked for something, the "
             f"last for {shorten(str(parts[0]))}: does it ever stop asking?"
         )
 
-    def _solve(self, stopped: Callable[[], bool]) -> wire.Outcome:
-        """Searches until told to stop, or, with a model, for as long as is allowed."""
-        if not self.search_seconds:
-            return self._solver.solve((), stopped)
-        found: List[wire.Improvement] = []
-        end = time.monotonic() + self.search_seconds
-        is_stopped = False
+    def _be_called(self, number: int) -> wire.Outcome:
+        """Takes note that something has interrupted a search, which has its number."""
+        if self.demand and self.patience:
+            self.note(SearchEnded(Ended.CALLED, round=number))
+        return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
 
-        def has_to_end() -> bool:
-            nonlocal is_stopped
-            is_stopped = is_stopped or stopped()
-            return is_stopped or (bool(found) and time.monotonic() > end)
+    def _solve(
+        self, stopped: Callable[[], bool], number: int
+    ) -> Tuple[wire.Outcome, Optional[Quality]]:
+        """Searches until told to stop, or, with a model, for as long as is allowed.
 
-        outcome = self._solver.solve((), has_to_end, found.append)
-        if outcome.interrupted and found and not is_stopped:
-            symbols = outcome.symbols or found[-1].symbols
-            return wire.Outcome(wire.Result.SAT, interrupted=True, symbols=symbols)
-        return outcome
+        Args:
+            stopped: Whether it has to end.
+            number: How many answer sets have asked for something before.
+
+        Returns:
+            How that has ended, and how good the answer set is, if that is known.
+        """
+        cut = self.recorded.search_due(Ended.CUT, number=number)
+        if cut is None:
+            found: List[wire.Improvement] = []
+            limit = self.patience if not self.recorded.knows_searches else 0.0
+            end = time.monotonic() + limit
+            before: Tuple[Tuple[int, ...], Tuple[str, ...]] = (), ()  # what is left costs, and is
+            is_stopped = False
+
+            def has_to_end() -> bool:
+                nonlocal is_stopped
+                is_stopped = is_stopped or stopped()
+                has_plan = bool(limit and (found or before[0]))
+                return is_stopped or (has_plan and time.monotonic() > end)
+
+            if limit and self._compares and not number:
+                allowed, end = end, max(end, time.monotonic() + _SAME_SECONDS)
+                outcome = self._solver.solve((self._same(),), has_to_end, found.append)
+                end = allowed
+                if found:
+                    symbols = outcome.symbols or found[-1].symbols
+                    before = self._cost(outcome, found), symbols
+                    found.clear()
+            outcome = self._solver.solve((), has_to_end, found.append)
+            is_cut = limit and outcome.interrupted and not is_stopped
+            if not (is_cut and (found or before[0])):
+                cost = self._cost(outcome, found)
+                return outcome, Quality(cost, cost) if cost else None
+            cost = self._cost(outcome, found)
+            symbols = outcome.symbols or (found[-1].symbols if found else ())
+            if before[0] and not (cost and cost < before[0]):
+                cost, symbols = before
+            if self.demand.improves and not self.demand.asks(symbols):
+                # The plan stands, or is what an answer set before has decided: there is no other.
+                return wire.Outcome(wire.Result.SAT, symbols=symbols), Quality(cost, cost)
+            quality = Quality(cost, self._bound())
+            cut = SearchEnded(Ended.CUT, symbols, quality, number)
+        self.note(cut)
+        return wire.Outcome(wire.Result.SAT, interrupted=True, symbols=cut.symbols), cut.quality
+
+    def _cost(self, outcome: wire.Outcome, found: Sequence[wire.Improvement]) -> Tuple[int, ...]:
+        """Returns what the last answer set of a search costs; nothing if that is not known."""
+        if found and (found[-1].symbols == outcome.symbols or not outcome.symbols):
+            return found[-1].cost
+        # Over ROS, the result may be here before the costs. Who does not minimise is not asked.
+        is_known = bool(found) or self.demand.improves
+        return self._summary("costs") if is_known and outcome.symbols else ()
+
+    def _bound(self) -> Tuple[int, ...]:
+        """Returns what each answer set of the last search costs at least, if that is known."""
+        return self._summary("lower")
+
+    def _summary(self, name: str) -> Tuple[int, ...]:
+        for answer in self._solver.run([wire.GetStats()]).answers:
+            if isinstance(answer, wire.Stats):
+                return tuple(map(int, answer.values.get("summary", {}).get(name, ())))
+        return ()
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
         """Returns whether there is any, be it the best one or not; None if told to stop before."""

@@ -121,6 +121,8 @@ class State(Progress):
         self.externals = PlannerExternals(planner)
         self.goals = Goals()
         self.tokens = Tokens()
+        self._shown: Tuple[object, ...] = ()
+        planner.recorded, planner.note = inbox, self.note
         self.mail = Mail(
             inbox, self.goals, self.externals, self.tokens, environment, note=self.note
         )
@@ -129,6 +131,7 @@ class State(Progress):
             self.goals,
             environment,
             self.note,
+            improve=self.improve,
             check=check,
             action_timeout=action_timeout,
         )
@@ -393,19 +396,69 @@ class State(Progress):
 
         Args:
             plan: The plan.
-            is_best: Whether the search was through, and did not end because of its time.
+            is_best: Whether the search was through, and did not end because of its time; what is
+                known of its quality may say that a search before was not.
         """
+        quality = self.planner.quality
+        is_best = is_best if quality is None else quality.is_best
         self.plan, self.shows_plan = plan, True
         self.externals.told.clear()
         self.planned, self.tries, self.after_message = self.horizon, 0, False
         self.failures = 0
         self.waiting.end_planning()
-        self.note(journal.PlanFound(tuple(map(str, self.ahead())), is_best))
+        self.note(journal.PlanFound(tuple(map(str, self.ahead())), is_best, quality))
         self.goals.tell(f"plan {self.horizon} step{'' if self.horizon == 1 else 's'}")
         for slot, line in plan.feedback():
             goal = self.goals.occupant(slot)
             if goal is not None:
                 goal.tell(line)
+
+    def show_plan(self) -> None:
+        """Shows what is planned from the current step on, if that is new."""
+        quality = self.planner.quality if self.shows_plan else None
+        shown = (self.plan, self.shows_plan, self.step, self.horizon, quality)
+        if shown == self._shown:
+            return
+        if shown[:-1] != self._shown[:-1]:
+            self.environment.show_plan(self.step, self.horizon, self.ahead())
+        if quality != (self._shown[-1] if self._shown else None):
+            self.environment.show_quality(quality)
+        self._shown = shown
+
+    def improve(self) -> bool:
+        """Looks for a better plan, as long as nothing comes, if there may be one.
+
+        Called while there is nothing else to do. In a replay it is done if it was done then.
+
+        Returns:
+            Whether it has looked.
+        """
+        inbox = self.mail.inbox
+        if not (
+            inbox.is_search_due(improves=True) if inbox.knows_searches else self._may_improve()
+        ):
+            return False
+        inbox.begin_improving()
+        outcome = self.planner.improve(self.step, self._is_called)
+        if outcome is not None:
+            self.found(Plan(outcome.symbols))
+            if any(not self.is_published(action) for action in self.plan.actions(self.step)):
+                self.waiting.stop()  # they begin at once
+        self.show_plan()
+        return True
+
+    def _may_improve(self) -> bool:
+        """Whether somebody acts by a plan that may not be the best."""
+        planner, quality = self.planner, self.planner.quality
+        may = planner.patience > 0 and planner.demand.improves
+        if not may or quality is None or quality.is_best:
+            return False
+        return self.shows_plan and bool(self.ahead()) and self.mail.pending_actions
+
+    def _is_called(self) -> bool:
+        """Whether something has come that a search for a better plan has to end for."""
+        self.waiting.look_at_actuators()
+        return self.interrupted()
 
     def ahead(self) -> List[Action]:
         """Returns the actions of the plan from the current step up to the horizon.

@@ -34,6 +34,7 @@ class Waiting:
         environment: Environment,
         note: Callable[[Event], None],
         *,
+        improve: Callable[[], bool],
         check: Callable[[], None],
         action_timeout: float,
     ) -> None:
@@ -44,6 +45,8 @@ class Waiting:
             goals: The goals.
             environment: Where warnings go.
             note: Adds an event to the journal.
+            improve: Called when there is nothing to do: does what is worth doing then, until
+                something comes, and returns whether there was anything.
             check: Called now and then; raises an error if a solver went away.
             action_timeout: From when on an action without an answer counts as failed, in seconds
                 since it was published; 0 for never.
@@ -53,8 +56,10 @@ class Waiting:
         self._goals = goals
         self._environment = environment
         self._note = note
+        self._improve = improve
         self._check = check
         self._action_timeout = action_timeout
+        self._stops = False
         self._look_at = 0.0  # when it is time to look again
         self._planning_since: Optional[float] = None
 
@@ -69,7 +74,11 @@ class Waiting:
             RosclingoError: A solver went away.
         """
         mail = self._mail
+        while mail.inbox.is_search_due(improves=True) and self._improve():
+            pass  # a replay has what came then already
         mail.take(may_ask=True)
+        if self._is_told_to_stop():
+            return
         if not (mail.pending_actions or mail.has_news):
             line = f"waiting in step {step}: the plan has no action for now"
             told = self._goals.tell(line)
@@ -82,16 +91,36 @@ class Waiting:
             if not noted:
                 noted = True
                 self._note(LoopWaits())
+            if self._improve():
+                if self._is_told_to_stop():
+                    return
+                continue
             mail.inbox.wait(max(0.0, self._look_at - self._environment.now()))
             self._look()
             mail.take(may_ask=True)
+
+    def stop(self) -> None:
+        """Ends the wait, since there is something to do in the step: the mode hears of news."""
+        self._stops = True
+
+    def _is_told_to_stop(self) -> bool:
+        stops, self._stops = self._stops, False
+        if stops:
+            self._mail.note_goals()
+        return stops
 
     def _look(self) -> None:
         """Looks now and then, whatever comes, whether the solvers and the actuators are there."""
         if self._environment.now() < self._look_at:
             return
-        self._look_at = self._environment.now() + LOOK_SECONDS
+        self.look_at_actuators()
         self._check()
+
+    def look_at_actuators(self) -> None:
+        """Looks now and then whether those who act have answered; asks nobody."""
+        if self._environment.now() < self._look_at:
+            return
+        self._look_at = self._environment.now() + LOOK_SECONDS
         for actuator, seconds in self._mail.late(_REMINDER_SECONDS):
             self._environment.warn(
                 f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import sys
 import threading
@@ -31,6 +32,7 @@ from rosoclingo.loop.goals import Goal, GoalClient, Stage
 from rosoclingo.loop.inbox import Answer, Inbox, Item, Message
 from rosoclingo.loop.insistent import Insistent
 from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.replay_inbox import ReplayInbox, decode
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.tokens import TOKENS_HEADER, Told
@@ -56,7 +58,7 @@ from rosoclingo.why.serving import LOWEST
 
 _USAGE = """\
 usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
-              [_abort_unreachable:=true] [_search_seconds:=SECONDS] [_why_seconds:=SECONDS]
+              [_abort_unreachable:=true] [_patience:=SECONDS] [_why_seconds:=SECONDS]
               [_why_nice:=NUMBER] [_explain:=false] [_store:=FILE] [_resume:=fresh]
               [_solver_timeout:=SECONDS] [ROS remappings]
 
@@ -121,6 +123,7 @@ class RosEnvironment(Environment):
         self._dispatch = publisher("~dispatch", ROSoClingoDispatch, latch=True)
         self._out = publisher("~out", ROSoClingoOut, latch=True)
         self._plan = publisher("~plan", ROSoClingoPlan, latch=True)
+        self._quality = publisher("~plan_quality", String, latch=True)
         self._about = publisher("~about", String, latch=True)
         self._about.publish(description)
         self._journal = HistoryPublisher("~journal", ROSoClingoEvent, _JOURNAL_LENGTH)
@@ -146,6 +149,10 @@ class RosEnvironment(Environment):
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Publishes to ``~plan``."""
         self._plan.publish(step, horizon, [str(action) for action in actions])
+
+    def show_quality(self, quality: Optional[Quality]) -> None:
+        """Publishes to ``~plan_quality``."""
+        self._quality.publish(json.dumps({} if quality is None else quality.as_json()))
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
         """Has it found out why goals wait."""
@@ -232,7 +239,7 @@ class Node:
         timeout = parameters.number("action_timeout", 0.0, what="seconds")
         deciding: Dict[str, Any] = {
             "abort_unreachable": parameters.flag("abort_unreachable", False),
-            "search_seconds": parameters.number("search_seconds", 0.0, what="seconds"),
+            "patience": parameters.number("patience", 0.0, what="seconds"),
         }
         why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
         why_nice = parameters.integer("why_nice", LOWEST, LOWEST)

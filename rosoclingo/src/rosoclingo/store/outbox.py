@@ -13,6 +13,7 @@ from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.journal import NumberedRecord, Reason, Record, StatusSet
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.tokens import Told
 from rosoclingo.store.store import Changes, Store
 
@@ -85,6 +86,10 @@ class Outbox(Environment):
     def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
         """Shows what is planned."""
         self.later("plan", lambda: self._environment.show_plan(step, horizon, actions))
+
+    def show_quality(self, quality: Optional[Quality]) -> None:
+        """Shows how good that is."""
+        self.later("plan", lambda: self._environment.show_quality(quality))
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
         """Is told that there is no action for goals now."""

@@ -119,6 +119,11 @@ class StoredInbox(Inbox):
         self._taken += (number for number in numbers if number is not None)
         return items
 
+    def begin_improving(self) -> None:
+        """Has written what is known before a search that may last."""
+        super().begin_improving()
+        self.waits()
+
     def wait(self, timeout: float) -> bool:
         """Waits until there is something."""
         self.waits()

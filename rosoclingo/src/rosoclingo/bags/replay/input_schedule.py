@@ -11,11 +11,11 @@ from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.inputs import begins_a_wait, input_key
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import canonical
-from rosoclingo.loop.replay_inbox import Due, Kind, Phase
+from rosoclingo.loop.replay_inbox import Due, Kind, Phase, search_text
 
 
 def input_schedule(run: Run, *, kills: bool = False) -> List[Due]:
-    """Returns the inputs that the loop has taken, and when, in its order.
+    """Returns the inputs that the loop has taken, and when, in its order; and after them searches.
 
     Args:
         run: The run.
@@ -73,7 +73,7 @@ def input_schedule(run: Run, *, kills: bool = False) -> List[Due]:
                 undecided[event.goal] = len(found)
             kind, identifier, text = input_key(event)
             found.append(Due(*moment, kind, identifier, text))
-    return found
+    return found + _searches(run.recorded)
 
 
 def rest(dues: Sequence[Due], decision: int) -> List[Due]:
@@ -81,6 +81,23 @@ def rest(dues: Sequence[Due], decision: int) -> List[Due]:
     return [
         due._replace(decision=due.decision - decision) for due in dues if due.decision >= decision
     ]
+
+
+def _searches(entries: Sequence[Entry]) -> List[Due]:
+    """Returns how the searches have ended that depend on time, if the journal tells that."""
+    found: List[Due] = []
+    is_told = False  # older journals do not tell
+    decision = 0
+    for event in (entry.event for entry in entries):
+        if isinstance(event, journal.CommandDone):
+            decision += 1
+        elif isinstance(event, journal.SearchEnded):
+            found.append(Due(decision, Phase.DURING, Kind.SEARCH, "", search_text(event)))
+        elif isinstance(event, journal.PlanFound):
+            is_told |= event.quality is not None
+    if found or is_told:
+        found.append(Due(decision + 1, Phase.WAIT, Kind.SEARCH, "", search_text()))
+    return found
 
 
 def _moment(

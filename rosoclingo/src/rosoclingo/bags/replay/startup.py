@@ -19,8 +19,9 @@ _SINGLE = "rosoclingo run-1.0.py"
 SOLVERS = ("controller", "planner")
 _KINDS: Mapping[str, Tuple[type, ...]] = {  # of the parameters by which a loop decides
     "abort_unreachable": (bool,),
-    "search_seconds": (int, float),
+    "patience": (int, float),
 }
+_RENAMED: Mapping[str, str] = {"search_seconds": "patience"}  # by their names in older bags
 _REMEDY = (
     'give its command line: --planner "ARGS" and --controller "ARGS", --single "ARGS", or '
     '--system "PACKAGE FILE.launch ARG:=VALUE..."'
@@ -149,12 +150,14 @@ def _parameters(recording: Recording) -> List[str]:
     """
     loop = recording.programs.get(recording.name)
     words = []
-    for name, value in loop.parameters.items() if loop is not None else ():
+    for recorded, value in loop.parameters.items() if loop is not None else ():
+        name = _RENAMED.get(recorded, recorded)
         if name not in _KINDS:
             continue  # of another version
         if type(value) not in _KINDS[name]:  # true is no number
             raise ReplayError(
-                f"the bag has a wrong value of the parameter {name} of {recording.name}; {_REMEDY}"
+                f"the bag has a wrong value of the parameter {recorded} of {recording.name}; "
+                f"{_REMEDY}"
             )
         words.append(f"_{name}:={json.dumps(value)}")
     return words

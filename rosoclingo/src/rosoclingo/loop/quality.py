@@ -1,0 +1,49 @@
+"""What is known of how good a plan is.
+
+>>> quality = Quality((3, 17), (3, 12))
+>>> quality.is_best, str(quality)
+(False, '3 17/3 12')
+>>> Quality.read("3 17/3 17").is_best
+True
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Dict, Tuple
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How good a plan is, as its encoding counts it. Immutable.
+
+    Attributes:
+        cost: What it costs: one number for each priority, the highest one first.
+        bound: No plan costs less, likewise; empty if that is not known.
+    """
+
+    cost: Tuple[int, ...]
+    bound: Tuple[int, ...] = ()
+
+    @property
+    def is_best(self) -> bool:
+        """Whether it is proven that there is no better plan."""
+        return self.cost == self.bound
+
+    def as_json(self) -> Dict[str, Any]:
+        """Returns what ``~plan_quality`` says."""
+        return {"cost": list(self.cost), "bound": list(self.bound), "optimal": self.is_best}
+
+    def __str__(self) -> str:
+        """Returns what :meth:`read` reads."""
+        return "/".join(" ".join(map(str, numbers)) for numbers in (self.cost, self.bound))
+
+    @classmethod
+    def read(cls, text: str) -> Quality:
+        """Reads what :meth:`__str__` has written.
+
+        Raises:
+            ValueError: It is something else.
+        """
+        cost, _, bound = text.partition("/")
+        return cls(tuple(map(int, cost.split())), tuple(map(int, bound.split())))

@@ -1,0 +1,256 @@
+"""The first plan goes out at once, and a better one takes its place while robots act."""
+
+from __future__ import annotations
+
+import random
+import threading
+from typing import Any, Callable, List, Optional, Sequence
+
+import pytest
+from conftest import PACKAGE, System
+from replay_maker import run_of
+from test_replay_inbox import Session, commands, replay
+
+from rosclingo.errors import ParameterError
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Assumption, Improvement, Outcome
+from rosoclingo.bags.compare import text_report
+from rosoclingo.bags.compare.comparison import compare
+from rosoclingo.bags.model import Entry
+from rosoclingo.bags.read.run import Run
+from rosoclingo.bags.replay.input_schedule import input_schedule, rest
+from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.simulation import Simulation
+from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.journal import (
+    CommandDone,
+    Ended,
+    Event,
+    LoopWaits,
+    MessageArrived,
+    PlanFound,
+    Record,
+    SearchEnded,
+)
+from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.replay_inbox import Due, Kind, Phase, ReplayInbox, decode, encode, search_text
+from rosoclingo.loop.solver import Forwarding
+
+AT_ONCE = 1e-6  # seconds
+MAILBOT = PACKAGE.parent / "rosoclingo_aspprograms" / "mailbot"
+HALL = [str(MAILBOT / "instances" / "graph_hall.lp"), str(MAILBOT / "mailbot.lp")]
+REQUESTS = ["bring(a,b)", "bring(b,c)", "bring(d,a)", "bring(c,d)", "bring(b,a)"]
+MODES = ["recording", "dyn_reset"]
+
+
+def simulation(mode: str, patience: float) -> Simulation:
+    options = Options(tuple(HALL), ("-c", "slots=5"))
+    parts = make_parts(f"dynamic.incremental.{mode}", options, ("-c", "steps=60"))
+    lasts = {"a": 5.0, "b": 8.0, "c": 3.0, "d": 12.0}
+    return Simulation(parts.loop, seconds=lambda _, action: lasts.get(action[3:4], 2.0),
+                      patience=patience)  # fmt: skip
+
+
+def events(entries: Sequence[Entry], kind: Any) -> List[Any]:
+    return [entry.event for entry in entries if isinstance(entry.event, kind)]
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_better_plan_takes_the_place_of_the_first(mode: str) -> None:
+    run = simulation(mode, AT_ONCE)
+    shown: List[Optional[Quality]] = []
+    run.show_quality = shown.append  # type: ignore[method-assign]
+    for request in REQUESTS:
+        run.request(request)
+    assert run.run() is None
+    assert {goal.words[-1] for goal in run.goals} == {"succeeded"}
+    assert run.warnings == []
+    plans = events(run.journal, PlanFound)
+    first, better = [one for one in plans if one.actions][:2]
+    assert not first.is_best
+    assert better.is_best
+    assert better.quality.cost == better.quality.bound
+    searches = [one for one in events(run.journal, SearchEnded) if one.how is not Ended.CUT]
+    assert searches[0].how is Ended.BETTER
+    assert searches[0].quality == better.quality
+    assert all(one.quality.is_best for one in searches)  # nothing has come in the meantime
+    assert [quality.is_best for quality in shown[:2] if quality is not None] == [False, True]
+    told = [line for goal in run.goals for line in goal.lines if line.startswith("expected")]
+    assert len(told) > len(run.goals)  # when each package comes, again for the better plan
+
+    proven = simulation(mode, 0.0)
+    for request in REQUESTS:
+        proven.request(request)
+    assert proven.run() is None
+    assert events(proven.journal, SearchEnded) == []
+    assert all(plan.is_best for plan in events(proven.journal, PlanFound))
+    assert run.clock <= 2 * proven.clock
+
+
+def test_without_patience_nothing_is_looked_for(system: Callable[..., System]) -> None:
+    """Nor while nobody acts, or by an encoding that has not opted in."""
+    run = simulation("recording", AT_ONCE)
+    assert not run.loop.state.improve()
+    line = system("dynamic.incremental.recording")
+    line.loop.state.planner.patience = AT_ONCE
+    line.start()
+    assert line.goal("visit(3)").wait() == "succeeded"
+    assert not line.loop.state.planner.demand.improves
+
+
+class Called(Forwarding):
+    """A planner to which something comes in its search for a better plan."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.comes: Callable[[], None] = lambda: None
+        self._improves = False
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
+    ) -> Outcome:
+        if self._improves:
+            self.comes()
+        self._improves = any(one.name.startswith("as_before") for one in assumptions)
+        return super().solve(assumptions, stopped, improved)
+
+
+def called(comes: Callable[[Simulation], None]) -> Simulation:
+    run = simulation("recording", AT_ONCE)
+    planner = run.loop.state.planner
+    planner._solver = wrapped = Called(planner._solver)
+    wrapped.comes = lambda: comes(run)
+    for request in REQUESTS:
+        run.request(request)
+    return run
+
+
+def test_an_input_ends_the_search() -> None:
+    """What it has found by then is taken."""
+    run = called(lambda run: run.request("bring(a,c)") if len(run.goals) < 6 else None)
+    assert run.run() is None
+    hows = [one.how for one in events(run.journal, SearchEnded) if one.how is not Ended.CUT]
+    assert hows[0] in (Ended.AS_BEFORE, Ended.BETTER)
+    first = next(one for one in events(run.journal, SearchEnded) if one.how is hows[0])
+    assert not first.quality.is_best
+    assert first.quality.bound
+    assert [goal.words[-1] for goal in run.goals] == ["succeeded"] * 6
+
+
+def test_who_does_not_answer_is_seen_in_the_search() -> None:
+    def wait(run: Simulation) -> None:
+        run.clock += 100.0
+
+    run = called(wait)
+    run.loop.state.waiting._action_timeout = 50.0
+    assert run.run() is None
+    assert any("~action_timeout" in text for text in run.warnings)
+
+
+def test_the_search_is_kept_in_a_replay(system: Callable[..., System]) -> None:
+    """With answers that come while it is looked for a better plan, and goals."""
+    for seed in range(2):
+        mode = f"dynamic.incremental.{MODES[seed]}"
+
+        def make(inbox: Inbox, mode: str = mode) -> System:
+            made = system(mode, "-c", "steps=80", encoding=[*HALL, "-c", "slots=4"], inbox=inbox)
+            made.loop.state.planner.patience = AT_ONCE
+            return made
+
+        recorded = record(make(Inbox()), seed)
+        searches = events(recorded, SearchEnded)
+        assert {one.how for one in searches} > {Ended.CUT}
+        second = make(ReplayInbox(decode(encode(input_schedule(Run(recorded))))))
+        again = replay(second, recorded, seed)
+        comparison = compare(Run(recorded), Run(again))
+        assert not comparison.differences, text_report.describe(comparison)
+        old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
+        assert new[: len(old)] == old
+        assert events(again, SearchEnded) == searches
+        assert events(again, PlanFound) == events(recorded, PlanFound)
+
+
+def record(system: System, seed: int) -> List[Entry]:
+    """Runs a system to which goals and answers come at random."""
+    chance = random.Random(seed)
+
+    def answer(actuator: str, action: str) -> Optional[str]:
+        # Without the way to it, an office would be cut off.
+        is_way = action.startswith("go")
+        value = "failure" if not is_way and chance.random() < 0.1 else "success"
+        seconds = chance.random() * 0.08
+        timers.append(threading.Timer(seconds, lambda: run.inbox.put(Message(actuator, value))))
+        timers[-1].start()
+        return None
+
+    run = Session(system, answer)
+    timers: List[threading.Timer] = []
+    run.start()
+    for number in range(6):
+        run.goal(f"g{number}", chance.choice(REQUESTS))
+        if chance.random() < 0.4:
+            run.wait_for(lambda events, number=number: len(plans(events)) > number)  # type: ignore[misc]
+    for goal in run.goals.values():
+        goal.wait()
+    for timer in timers:
+        timer.join()
+    run.inbox.put(Message("info", "unblocked(a,hall)"))
+    run.wait_for(_rests)
+    return list(run.entries)
+
+
+def plans(events: Sequence[Event]) -> List[Event]:
+    return [event for event in events if isinstance(event, PlanFound)]
+
+
+def _rests(events: Sequence[Event]) -> bool:
+    done = [event for event in events if isinstance(event, (CommandDone, LoopWaits))]
+    came = [event.source for event in events if isinstance(event, MessageArrived)]
+    return "info" in came and isinstance(done[-1], LoopWaits)
+
+
+def due(decision: int, ended: Optional[SearchEnded]) -> Due:
+    return Due(decision, Phase.DURING, Kind.SEARCH, "", search_text(ended))
+
+
+def test_which_search_is_due() -> None:
+    cut = SearchEnded(Ended.CUT, ("a",), Quality((3,), (1,)), 1)
+    better = SearchEnded(Ended.BETTER, ("b",), Quality((2,), (2,)))
+    gate = ReplayInbox([due(1, cut), due(1, better), due(3, cut), due(9, None)])
+    assert gate.knows_searches
+    for decision in range(5):
+        gate.begin_decision(lambda: None)
+        gate.begin_command(lambda: None)
+        assert not gate.is_search_due(improves=True)  # before the other one
+        assert gate.search_due(Ended.BETTER) is None
+        assert gate.search_due(Ended.CUT) is None
+        if decision == 1:
+            assert gate.search_due(Ended.CUT, number=1) == cut
+            assert gate.is_search_due(improves=True)
+            assert gate.search_due(Ended.AS_BEFORE, Ended.BETTER) == better
+            assert not gate.is_search_due(improves=True)
+    gate.open()
+    assert not gate.knows_searches
+    assert not Inbox().knows_searches
+    assert Inbox().search_due(Ended.CUT) is None
+
+
+def test_older_journals_tell_no_searches() -> None:
+    """Those are made in a replay as they were: within a time, if there is one."""
+    cut = SearchEnded(Ended.CUT, ("do(r,a,1)", "h"), Quality((1,)))
+    solve = Record(CommandDone("solve"))
+    assert input_schedule(run_of([Record(PlanFound(("do(r,a,1)",))), solve])) == []
+    (known,) = input_schedule(run_of([Record(PlanFound((), True, Quality((1,), (1,)))), solve]))
+    assert (known.kind, known.text) == (Kind.SEARCH, "")
+    dues = input_schedule(run_of([solve, Record(cut), solve, Record(cut), solve]))
+    assert dues[:2] == [due(1, cut), due(2, cut)]
+    assert [one.text for one in rest(dues, 2)] == [due(2, cut).text, ""]
+
+
+@pytest.mark.parametrize("text", ["x", "[]", '["1/2", "never", ["0"]]', '["x", "better", ["0"]]'])
+def test_a_wrong_search(text: str) -> None:
+    with pytest.raises(ParameterError):
+        decode(encode([Due(0, Phase.DURING, Kind.SEARCH, "", text)]))
