@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 from pathlib import Path
@@ -29,6 +30,58 @@ def test_what_is_refused(command: Tuple[str, ...], pieces: List[str]) -> None:
     assert ended.returncode == 1
     for piece in pieces:
         assert piece in ended.stderr
+
+
+DEMO_COMMANDS = """
+quietly() { true; }
+say() { true; }
+source_ros() { true; }
+"""
+
+
+def demo(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Runs scripts/demo where nothing is installed or built, to see what it types."""
+    (folder / "scripts").mkdir()
+    for name, text in (
+        ("demo", (ROOT / "scripts" / "demo").read_text()),
+        ("lib.sh", DEMO_COMMANDS),
+        ("setup", "#!/bin/sh"),
+        ("python", '#!/bin/sh\necho "$@"'),
+    ):
+        (folder / "scripts" / name).write_text(text + "\n")
+        (folder / "scripts" / name).chmod(0o755)
+    path = f"{folder / 'scripts'}:{os.environ['PATH']}"
+    return subprocess.run(
+        [folder / "scripts" / "demo", *words],
+        capture_output=True, text=True, check=False, env={**os.environ, "PATH": path},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("words", "typed"),
+    [
+        ([], ["mailbot_robot.launch", " demo.py", "/demo"]),
+        (["there"], ["_output:=", "/there"]),
+        (["--kill=7"], ["mailbot_robot.launch", "/demo/run.store", "_kill:=7"]),
+        (["--kill"], ["_kill:="]),
+        (["--robots", "3"], ["mailbot_fleet.launch robots:=3", "fleet_demo.py _robots:=3"]),
+    ],
+)
+def test_what_the_demo_types(words: List[str], typed: List[str], tmp_path: Path) -> None:
+    ended = demo(tmp_path, *words)
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.startswith("-m rosclingo.ros.local_master roslaunch rosoclingo_gazebo ")
+    for piece in typed:
+        assert piece in ended.stdout
+
+
+@pytest.mark.parametrize(
+    "words", [["--robots"], ["--robots", "5"], ["--robots", "2", "--kill=1"], ["--robot"]]
+)
+def test_what_the_demo_refuses(words: List[str], tmp_path: Path) -> None:
+    ended = demo(tmp_path, *words)
+    assert ended.returncode == 2
+    assert "[--kill[=SEED] | --robots N] [FOLDER]" in ended.stderr
 
 
 @pytest.mark.skipif(
