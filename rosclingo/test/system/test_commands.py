@@ -21,7 +21,7 @@ __all__ = ["terminals"]
 
 # A client that has sent a request, and sends another one when its node was started again.
 CLIENT = """
-import time
+import threading
 
 from rosclingo.errors import ServiceError
 from rosclingo.ros.client import Client
@@ -33,10 +33,10 @@ client = Client()
 client.wait()
 client.control(GetPrograms())
 print("is there", flush=True)
+pause = threading.Event()
 try:
-    while True:
+    while not pause.wait(0.01):
         client.check()
-        time.sleep(0.01)
 except ServiceError as err:
     print(err, flush=True)
 client.wait()

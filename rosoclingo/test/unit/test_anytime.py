@@ -13,7 +13,7 @@ from test_replay_inbox import Session, commands, replay
 
 from rosclingo.errors import ParameterError
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Assumption, Improvement, Outcome
+from rosclingo.wire.commands import Assumption, Outcome
 from rosoclingo.bags.compare import text_report
 from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.model import Entry
@@ -106,16 +106,11 @@ class Called(Forwarding):
         self.comes: Callable[[], None] = lambda: None
         self._improves = False
 
-    def solve(
-        self,
-        assumptions: Sequence[Assumption] = (),
-        stopped: Optional[Callable[[], bool]] = None,
-        improved: Callable[[Improvement], None] = lambda _: None,
-    ) -> Outcome:
+    def solve(self, assumptions: Sequence[Assumption] = (), *others: Any) -> Outcome:
         if self._improves:
             self.comes()
         self._improves = any(one.name.startswith("as_before") for one in assumptions)
-        return super().solve(assumptions, stopped, improved)
+        return super().solve(assumptions, *others)
 
 
 def called(comes: Callable[[Simulation], None]) -> Simulation:

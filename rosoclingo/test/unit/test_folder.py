@@ -13,18 +13,22 @@ import pytest
 
 from rosoclingo.why.folder import Folder
 
+# Ends when nobody writes to it any more.
 MAKE = """
-import time
+import sys
 from rosoclingo.why.folder import Folder
 print(Folder().path, flush=True)
-time.sleep({seconds})
+sys.stdin.read()
 """
 
 
-def make(seconds: float) -> subprocess.Popen[str]:
-    command = [sys.executable, "-c", MAKE.format(seconds=seconds)]
+def make(*, stays: bool = True) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", MAKE]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+    source = subprocess.PIPE if stays else subprocess.DEVNULL
+    return subprocess.Popen(
+        command, stdin=source, stdout=subprocess.PIPE, text=True, env=environment
+    )
 
 
 def path_of(process: subprocess.Popen[str]) -> Path:
@@ -35,7 +39,7 @@ def path_of(process: subprocess.Popen[str]) -> Path:
 def test_folders_of_other_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
-    killed, young, alive, ended = make(99), make(99), make(99), make(0)
+    killed, young, alive, ended = make(), make(), make(), make(stays=False)
     try:
         paths = {one: path_of(one) for one in (killed, young, alive, ended)}
         assert ended.wait() == 0

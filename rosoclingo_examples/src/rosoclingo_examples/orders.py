@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import threading
 import uuid
 from dataclasses import dataclass, field
@@ -13,9 +12,9 @@ from typing import Any, Dict, List, Optional, Tuple, Union
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.errors import LineError, StoreError
-from rosoclingo_interfaces.store_file import replace, reserve
+from rosoclingo_interfaces.store_file import load, reserve, save
 
-_FORMAT = 1
+_PART = "open"  # in the file: the requests that have not ended
 
 
 @dataclass(frozen=True)
@@ -113,7 +112,8 @@ class Orders:
         if file is not None:
             self._guard = reserve(file)  # as long as this process lives
             if file.exists():
-                self._orders = {order.number: order for order in _read(file)}
+                orders = load(file, _PART, _orders, "holds no requests", "remove it to forget them")
+                self._orders = {order.number: order for order in orders}
             self._write()
 
     def add(self, bring: Bring) -> Order:
@@ -199,11 +199,7 @@ class Orders:
             }
             for order in self._open()
         ]
-        text = json.dumps({"format": _FORMAT, "open": said}, indent=1) + "\n"
-        try:
-            replace(self._file, text.encode())
-        except OSError as err:
-            raise StoreError(f"{self._file} (~store) cannot be written: {err}; make room") from err
+        save(self._file, _PART, said)
 
     @property
     def all_as_asked(self) -> bool:
@@ -228,22 +224,8 @@ class Orders:
         return ", ".join(parts)
 
 
-def _read(file: Path) -> List[Order]:
-    """Reads the requests that another process has left.
-
-    Raises:
-        StoreError: The file cannot be read, or holds something else.
-    """
-    try:
-        said = json.loads(file.read_bytes())
-        if said["format"] != _FORMAT:
-            raise ValueError(f"its format is {said['format']!r}, and this version knows {_FORMAT}")
-        return [_order(order) for order in said["open"]]
-    except (OSError, ValueError, KeyError, TypeError) as err:
-        raise StoreError(
-            f"{file} (~store) holds no requests: {err!r}; name another file, or remove it to "
-            "forget them"
-        ) from err
+def _orders(said: Any) -> List[Order]:
+    return [_order(order) for order in said]
 
 
 def _order(said: Any) -> Order:

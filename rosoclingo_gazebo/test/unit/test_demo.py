@@ -192,9 +192,8 @@ def test_the_picture_of_several(tmp_path: Path) -> None:
     for number, trace in enumerate(traces.values()):
         for step in range(50):
             trace.move(float(step), (1.0 + step / 20, 1.0 + number))
-    file = tmp_path / "a.svg"
     floor = OccupancyMap(np.zeros((60, 100), np.int8), 0.05, 0.0, 0.0)
-    draw(floor, {}, traces, "two drives", [file])
+    _, file = draw(floor, {}, traces, "two drives", tmp_path / "a")
     text = file.read_text(encoding="utf-8")
     assert all(f"<!-- {name} -->" in text for name in traces)
 
@@ -209,10 +208,9 @@ def test_the_picture(tmp_path: Path) -> None:
             trace.happen(Kind.FAILURE, "go(b) fails")
         if step in (40, 41, 42):
             trace.happen(Kind.KILL, "planner")
-    files = [tmp_path / "a.png", tmp_path / "a.svg"]
-    draw(
-        OccupancyMap(cells, 0.05, 0.0, 0.0), {"a": (1.0, 2.0)}, {"a robot": trace}, "a drive", files
-    )
+    floor, places = OccupancyMap(cells, 0.05, 0.0, 0.0), {"a": (1.0, 2.0)}
+    files = draw(floor, places, {"a robot": trace}, "a drive", tmp_path / "new" / "a")
+    assert files == [tmp_path / "new" / "a.png", tmp_path / "new" / "a.svg"]
     picture = np.asarray(Image.open(files[0]).convert("RGB")).reshape(-1, 3)
     assert len(np.unique(picture, axis=0)) > 50
     text = files[1].read_text(encoding="utf-8")

@@ -11,16 +11,14 @@ Entry(token=Token(run='a', number=1), action='pickup(3)', answer='success')
 
 from __future__ import annotations
 
-import json
 import threading
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Dict, Optional
 
-from rosoclingo_interfaces.errors import StoreError
-from rosoclingo_interfaces.store_file import replace, reserve
+from rosoclingo_interfaces.store_file import load, reserve, save
 
-_FORMAT = 1
+_PART = "last"  # in the file: the last action of each actuator
 
 
 @dataclass(frozen=True)
@@ -81,7 +79,13 @@ class Ledger:
         if file is not None:
             self._guard = reserve(file)  # as long as this process lives
             if self.is_old:
-                self._entries = _read(file)
+                self._entries = load(
+                    file,
+                    _PART,
+                    _entries,
+                    "is no store of an interface",
+                    "move it away if nothing in it matters: what was begun is not known then",
+                )
             self._write(self._entries)
 
     def last(self, actuator: str) -> Optional[Entry]:
@@ -125,32 +129,11 @@ class Ledger:
             }
             for actuator, entry in entries.items()
         }
-        text = json.dumps({"format": _FORMAT, "last": said}, indent=1) + "\n"
-        try:
-            replace(self._file, text.encode())
-        except OSError as err:
-            raise StoreError(
-                f"{self._file} (~store) cannot be written: {err}; make room, or let this node "
-                "write there"
-            ) from err
+        save(self._file, _PART, said)
 
 
-def _read(file: Path) -> Dict[str, Entry]:
-    """Reads what an earlier process has remembered.
-
-    Raises:
-        StoreError: The file cannot be read, or holds something else.
-    """
-    try:
-        said = json.loads(file.read_bytes())
-        if said["format"] != _FORMAT:
-            raise ValueError(f"its format is {said['format']!r}, and this version knows {_FORMAT}")
-        return {str(actuator): _entry(entry) for actuator, entry in said["last"].items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as err:
-        raise StoreError(
-            f"{file} (~store) is no store of an interface: {err!r}; name another file, or move it "
-            "away if nothing in it matters: what was begun is not known then"
-        ) from err
+def _entries(said: Any) -> Dict[str, Entry]:
+    return {str(actuator): _entry(entry) for actuator, entry in said.items()}
 
 
 def _entry(said: Any) -> Entry:

@@ -3,10 +3,60 @@
 from __future__ import annotations
 
 import fcntl
+import json
 import os
 from pathlib import Path
+from typing import Any, Callable, TypeVar
 
 from rosoclingo_interfaces.errors import StoreError
+
+_FORMAT = 1
+
+T = TypeVar("T")
+
+
+def save(file: Path, part: str, value: Any) -> None:
+    """Writes a file that :func:`load` reads.
+
+    Args:
+        file: The file.
+        part: What is in it, in a word.
+        value: The same as a value of JSON.
+
+    Raises:
+        StoreError: It cannot be written; the message says why.
+    """
+    text = json.dumps({"format": _FORMAT, part: value}, indent=1) + "\n"
+    try:
+        replace(file, text.encode())
+    except OSError as err:
+        raise StoreError(
+            f"{file} (~store) cannot be written: {err}; make room, or let this node write there"
+        ) from err
+
+
+def load(file: Path, part: str, take: Callable[[Any], T], wrong: str, remedy: str) -> T:
+    """Reads a file.
+
+    Args:
+        file: The file.
+        part: What is to be in it, as in :func:`save`.
+        take: Makes of the value what it means; raises an error of Python's for a wrong one.
+        wrong: What is said of a file that holds something else, such as ``is no list``.
+        remedy: What to do then, besides naming another file.
+
+    Raises:
+        StoreError: The file cannot be read, or holds something else.
+    """
+    try:
+        said = json.loads(file.read_bytes())
+        if said["format"] != _FORMAT:
+            raise ValueError(f"its format is {said['format']!r}, and this version knows {_FORMAT}")
+        return take(said[part])
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as err:
+        raise StoreError(
+            f"{file} (~store) {wrong}: {err!r}; name another file, or {remedy}"
+        ) from err
 
 
 def replace(file: Path, data: bytes) -> None:

@@ -13,7 +13,6 @@ from typing import Any, Callable, Iterator, List, NoReturn, Set, Tuple
 
 import pytest
 
-from rosoclingo_interfaces import ledger as ledger_module
 from rosoclingo_interfaces import store_file
 from rosoclingo_interfaces.errors import ActionError, StoreError
 from rosoclingo_interfaces.executor import Executor
@@ -313,18 +312,18 @@ def test_a_full_disk(
 ) -> None:
     """An action of which nobody could know later is not begun."""
     sent = start("robot.json")
-    write = ledger_module.replace
+    write = store_file.replace
 
     def full(file: Path, data: bytes) -> NoReturn:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(ledger_module, "replace", full)
+    monkeypatch.setattr(store_file, "replace", full)
     assert sent.ask(1, "pickup(1)") == "failure"
     assert robot.done.empty()
     assert (
         "(~store) cannot be written: [Errno 28] No space left on device; make room" in caplog.text
     )
-    monkeypatch.setattr(ledger_module, "replace", write)
+    monkeypatch.setattr(store_file, "replace", write)
     assert sent.ask(2, "pickup(1)") == "success"
 
 

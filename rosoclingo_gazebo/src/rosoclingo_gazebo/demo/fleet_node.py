@@ -6,20 +6,15 @@ nothing was wrong.
 
 from __future__ import annotations
 
-import sys
-import time
 from functools import partial
 from pathlib import Path
 from typing import List, NoReturn
 
 import rospkg
-import rospy
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
-from rosclingo.errors import RosclingoError
 from rosclingo.ros import parameters
-from rosclingo.ros.init import init_node
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo.drawing.graph import read_graph
 from rosoclingo.loop.journal import decode
@@ -29,6 +24,7 @@ from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Orders
 from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
 from rosoclingo_gazebo.demo.picture import draw
+from rosoclingo_gazebo.demo.program import run_demo
 from rosoclingo_gazebo.demo.waiting import wait_for
 from rosoclingo_simulator.simulator.occupancy import read_map
 
@@ -93,17 +89,21 @@ class FleetDemo:
             wrong.append("a request did not end as it should")
         return wrong + self.story.wrong()
 
+    def lines(self, seconds: float) -> List[str]:
+        """Returns what there was of everything, in so many seconds of wall time."""
+        return [*self.story.lines(), f"{seconds:.0f} s of wall time"]
+
     def draw(self, folder: Path) -> List[Path]:
-        """Writes the pictures to a folder and returns their names.
+        """Writes the pictures to a folder, if there is anything to draw; returns their names.
 
         Raises:
             OSError: They cannot be written.
         """
-        folder.mkdir(parents=True, exist_ok=True)
-        files = [folder / "fleet.png", folder / "fleet.svg"]
+        if not self.story.there:
+            return []
         traces = {name: member.trace for name, member in self.story.members.items()}
-        draw(self._floor, self._places, traces, self.story.summary(), files)
-        return files
+        title = self.story.summary()
+        return draw(self._floor, self._places, traces, title, folder / "fleet")
 
     def _ready(self) -> bool:
         connected = all(topic.get_num_connections() for topic in self._topics)
@@ -130,19 +130,4 @@ class FleetDemo:
 
 def main() -> NoReturn:
     """Has packages delivered, and ends the process, with exit status 1 if something was wrong."""
-    init_node("fleet_demo", usage=_USAGE)
-    begin = time.monotonic()
-    try:
-        demo = FleetDemo()
-        wrong = demo.run()
-        print("", *demo.story.lines(), sep="\n", flush=True)
-        print(f"{time.monotonic() - begin:.0f} s of wall time", flush=True)
-        if demo.story.there:
-            for file in demo.draw(Path(str(rospy.get_param("~output", "."))).absolute()):
-                print(f"  {file}", flush=True)
-    except (OSError, RosclingoError) as err:
-        wrong = [str(err)]
-    for line in wrong:
-        print(f"wrong: {line}", file=sys.stderr)
-    rospy.signal_shutdown("the packages are delivered")
-    sys.exit(1 if wrong else 0)
+    run_demo("fleet_demo", _USAGE, FleetDemo)

@@ -6,8 +6,6 @@ has driven as the paper has it.
 
 from __future__ import annotations
 
-import sys
-import time
 from pathlib import Path
 from typing import List, NoReturn
 
@@ -16,9 +14,7 @@ import rospy
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
-from rosclingo.errors import RosclingoError
 from rosclingo.ros import parameters
-from rosclingo.ros.init import init_node
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo.loop.journal import Record, decode
 from rosoclingo.msg import ROSoClingoEvent
@@ -27,6 +23,7 @@ from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Orders
 from rosoclingo_gazebo.demo.killer import Killer
 from rosoclingo_gazebo.demo.picture import draw
+from rosoclingo_gazebo.demo.program import run_demo
 from rosoclingo_gazebo.demo.story import ROBOT, Story
 from rosoclingo_gazebo.demo.waiting import wait_for
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
@@ -88,29 +85,28 @@ class Demo:
             wrong.append("a request did not end as it should")
         return wrong + self.story.wrong()
 
+    def lines(self, seconds: float) -> List[str]:
+        """Returns what there was of everything, in so many seconds of wall time."""
+        trace = self.story.trace
+        return [
+            f"{self._orders.summary()}; {trace.metres:.0f} m in {trace.seconds:.0f} s of "
+            f"simulated time{self._killed()}, {seconds:.0f} s of wall time"
+        ]
+
     def draw(self, folder: Path) -> List[Path]:
-        """Writes the pictures to a folder and returns their names.
+        """Writes the pictures to a folder, if there is anything to draw; returns their names.
 
         Raises:
             OSError: They cannot be written.
         """
-        folder.mkdir(parents=True, exist_ok=True)
-        files = [folder / "office.png", folder / "office.svg"]
         trace = self.story.trace
+        if not trace.path:
+            return []
         title = (
             f"{self._orders.summary()} on {trace.metres:.0f} m in {trace.seconds:.0f} s: "
             f"the way from c5 to c4 is blocked{self._killed()}"
         )
-        draw(self._floor, self._places, {ROBOT: trace}, title, files)
-        return files
-
-    def summary(self) -> str:
-        """Returns what there was of everything."""
-        trace = self.story.trace
-        return (
-            f"{self._orders.summary()}; {trace.metres:.0f} m in {trace.seconds:.0f} s of "
-            f"simulated time{self._killed()}"
-        )
+        return draw(self._floor, self._places, {ROBOT: trace}, title, folder / "office")
 
     def _killed(self) -> str:
         return f", {self.story.killed} nodes killed" if self.story.killed else ""
@@ -138,19 +134,4 @@ class Demo:
 
 def main() -> NoReturn:
     """Tells the story and ends the process, with exit status 1 if something was wrong."""
-    init_node("demo", usage=_USAGE)
-    begin = time.monotonic()
-    demo = None
-    try:
-        demo = Demo()
-        wrong = demo.run()
-        print(f"\n{demo.summary()}, {time.monotonic() - begin:.0f} s of wall time", flush=True)
-        if demo.story.trace.path:
-            for file in demo.draw(Path(str(rospy.get_param("~output", "."))).absolute()):
-                print(f"  {file}", flush=True)
-    except (OSError, RosclingoError) as err:
-        wrong = [str(err)]
-    for line in wrong:
-        print(f"wrong: {line}", file=sys.stderr)
-    rospy.signal_shutdown("the story has ended")
-    sys.exit(1 if wrong else 0)
+    run_demo("demo", _USAGE, Demo)

@@ -32,8 +32,8 @@ def draw(
     waypoints: Mapping[str, Point],
     traces: Mapping[str, Trace],
     title: str,
-    files: Sequence[Path],
-) -> None:
+    file: Path,
+) -> List[Path]:
     """Draws drives: one by its time, several in the colours of the robots.
 
     Args:
@@ -41,7 +41,11 @@ def draw(
         waypoints: The waypoints, in metres.
         traces: The drives, by the robots' names.
         title: What stands above.
-        files: Where to write it; the ending says as what, such as ``.png`` or ``.svg``.
+        file: Where to write it, without the endings ``.png`` and ``.svg``; the folder is made if
+            it is not there.
+
+    Returns:
+        The files.
 
     Raises:
         OSError: A file cannot be written.
@@ -59,7 +63,13 @@ def draw(
     for name, (x, y) in waypoints.items():
         axes.plot(x, y, ".", color="0.75", markersize=4)
         axes.annotate(
-            name, (x, y), (0, -11), textcoords="offset points", ha="center", color="0.45", size=8
+            name,
+            (x, y),
+            (0, -11),
+            textcoords="offset points",
+            ha="center",
+            color="0.45",
+            size=8,
         )
     for number, (name, trace) in enumerate(traces.items()):
         path = _shifted(trace.path[::_EVERY], number)
@@ -93,10 +103,13 @@ def draw(
         )
     axes.set(title=title, xlabel="x, m", ylabel="y, m", aspect="equal")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=6, frameon=False)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    files = [file.with_name(file.name + ending) for ending in (".png", ".svg")]
     # The same drive gives the same file.
     with mpl.rc_context({"svg.hashsalt": "rosoclingo"}):
-        for file in files:
-            figure.savefig(file, dpi=_DOTS_PER_INCH)
+        for each in files:
+            figure.savefig(each, dpi=_DOTS_PER_INCH)
+    return files
 
 
 def _shifted(path: Sequence[Point], number: int) -> np.ndarray:

@@ -1,0 +1,52 @@
+"""Runs a demo as a program: it says what there was, draws it, and ends with an exit status."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import Callable, List, NoReturn, Protocol
+
+import rospy
+
+from rosclingo.errors import RosclingoError
+from rosclingo.ros.init import init_node
+
+
+class Demo(Protocol):
+    """What happens in a demo. The main thread makes the calls."""
+
+    def run(self) -> List[str]:
+        """Runs to the end, and returns what went wrong."""
+
+    def lines(self, seconds: float) -> List[str]:
+        """Returns what there was of everything, in so many seconds of wall time."""
+
+    def draw(self, folder: Path) -> List[Path]:
+        """Writes the pictures to a folder, if there is anything to draw; returns their names."""
+
+
+def run_demo(name: str, usage: str, make: Callable[[], Demo]) -> NoReturn:
+    """Runs a demo, and ends the process.
+
+    Args:
+        name: The node's name.
+        usage: What ``--help`` prints.
+        make: Makes the demo when the node is initialised.
+
+    The exit status is 1 if something was wrong, else 0.
+    """
+    init_node(name, usage=usage)
+    begin = time.monotonic()
+    try:
+        demo = make()
+        wrong = demo.run()
+        print("", *demo.lines(time.monotonic() - begin), sep="\n", flush=True)
+        for file in demo.draw(Path(str(rospy.get_param("~output", "."))).absolute()):
+            print(f"  {file}", flush=True)
+    except (OSError, RosclingoError) as err:
+        wrong = [str(err)]
+    for line in wrong:
+        print(f"wrong: {line}", file=sys.stderr)
+    rospy.signal_shutdown("the demo has ended")
+    sys.exit(1 if wrong else 0)
