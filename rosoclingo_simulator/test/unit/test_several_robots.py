@@ -8,7 +8,7 @@ from typing import List, Tuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from rooms import RADIUS, beam, box_of, room
 
@@ -66,8 +66,7 @@ def test_all_share_the_boxes() -> None:
 )  # fmt: skip
 def test_the_laser_sees_another_robot(x: float, y: float, theta: float) -> None:
     here = Pose(2, 1, theta)
-    if here.distance(Pose(x, y, 0)) < 2 * RADIUS:
-        return
+    assume(here.distance(Pose(x, y, 0)) >= 2 * RADIUS)
     one, _ = bodies(here, Pose(x, y, 0))
     towards = math.atan2(y - 1, x - 2) - theta
     (seen,) = one.ranges(np.array([towards]), 10.0)
@@ -174,3 +173,26 @@ def test_one_that_cannot_make_room_holds_up_the_other_until_it_gives_up() -> Non
     assert base.outcome is not None
     assert base.outcome.end is End.ABORTED
     assert "no progress to (5.00, 0.50) within 5 s" in base.outcome.text
+
+
+def test_one_that_somebody_drives_goes_as_told_beside_others() -> None:
+    robots = fleet(Pose(0, 0.5, 0), Pose(6, 0.5, 0))
+    told, other = robots.robots
+    assert other.move_base is not None
+    other.move_base.start(Pose(1, 0.5, 0))
+    for _ in range(20):
+        assert told.drive((0.2, 0.0))
+        robots.step()
+    assert other.move_base.ahead is not None
+    assert told.physics.velocity[0] == pytest.approx(0.2)
+
+
+def test_a_new_goal_is_not_given_up_because_of_room_that_was_made_before() -> None:
+    robots = fleet(Pose(2, 0.5, 0), Pose(4, 0.5, math.pi))
+    first, second = (robot.move_base for robot in robots.robots)
+    assert first is not None
+    assert second is not None
+    second.manners.since, second.manners._looked = -100.0, 0.0  # it has just looked
+    second.start(Pose(5, 0.5, 0))
+    robots.step()
+    assert second.goal is not None

@@ -18,7 +18,7 @@ from rosoclingo_simulator.simulator.physics import (
     local,
     normal_angle,
 )
-from rosoclingo_simulator.simulator.walls import PARALLEL, Walls
+from rosoclingo_simulator.simulator.walls import Walls, without_zeros
 
 _LONGEST_MOVE = 0.05  # metres between two looks for contact, far less than the robot's width
 _HALVINGS = 12  # of that, which finds the contact to a few hundredths of a millimetre
@@ -180,7 +180,6 @@ def _through(box: Box, pose: Pose, directions: np.ndarray) -> Tuple[np.ndarray, 
     # Along the box's length and along its width.
     start = np.array(local(box, pose.x, pose.y))[:, None]
     half = np.array([[box.length / 2], [box.width / 2]])
-    slopes = np.stack(local(Pose(0.0, 0.0, box.theta), *directions))
-    slopes = np.where(np.abs(slopes) < PARALLEL, PARALLEL, slopes)
+    slopes = without_zeros(np.stack(local(Pose(0.0, 0.0, box.theta), *directions)))
     first, second = (-half - start) / slopes, (half - start) / slopes
     return np.maximum(*np.minimum(first, second)), np.minimum(*np.maximum(first, second))

@@ -95,6 +95,7 @@ class MoveBase:
         self._follower = None
         self.outcome = None
         self._reached = None
+        self.manners.since = None  # it may have given way before
 
     def cancel(self, text: str = "canceled on request") -> None:
         """Ends the goal if there is one; the robot stops."""

@@ -72,8 +72,9 @@ class SimulatorNode:
         """
         world = read_map(settings.map)
         waypoints = read_waypoints(settings.waypoints)
-        names = [messages.Names(name, f"{name}/") for name in settings.fleet]
-        names = names or [messages.Names("", settings.frame_prefix)]
+        names = [messages.Names(name, f"{name}/") for name in settings.fleet] or [
+            messages.Names("", settings.frame_prefix)
+        ]
         bodies = _bodies(settings, world, _starts(settings, world, waypoints), names)
         planner = Planner(world)
         self._obstacles = Obstacles(world, waypoints, bodies[0][0])
@@ -96,15 +97,14 @@ class SimulatorNode:
         self._static = publisher("/tf_static", TFMessage, latch=True)
         self._static.publish([transform for robot in self._robots for transform in robot.fixed])
         self._clock = publisher("/clock", Clock) if settings.clock else None
-        self._subscribers: List[rospy.Subscriber] = []
         self._service = rospy.Service("~obstacle", Obstacle, self._obstacle)
         self._pace: Union[Pacer, FollowedClock]
         if settings.clock:
             self._pace = Pacer(settings.speed, self._on_slow, sleep=self._stop.wait)
         else:
             self._pace = followed = FollowedClock(rospy.logwarn)
-            self._subscribers.append(
-                subscriber("/clock", Clock, lambda message: followed.tell(message.clock.to_sec()))
+            self._followed = subscriber(
+                "/clock", Clock, lambda message: followed.tell(message.clock.to_sec())
             )
 
     def run(self) -> None:

@@ -15,10 +15,12 @@ from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, Pose
 CLEARANCE = ROBOT_RADIUS + 0.04
 """How far a path keeps from all that is known to be there, in metres."""
 
+APART_METRES = 2 * ROBOT_RADIUS + 0.1
+"""Between the centres of robots that pass each other; less is a meeting."""
+
 _CELL_METRES = 0.1
 _WIDE_METRES = 1.0  # a place so far from walls costs no more than any other
 _NARROW_COST = 6.0  # how many metres around a metre next to a wall is worth
-_APART_METRES = 2 * ROBOT_RADIUS + 0.1  # between the centres of robots that pass each other
 _MARGIN_METRES = 0.1  # that a robot which makes room leaves besides
 _DEAR_COST = 5.0  # how many metres around a metre through a robot that stands is worth
 _REFUGE_METRES = 5.0  # how far a robot goes to make room for another, along each axis
@@ -127,11 +129,6 @@ class Planner:
         cells = np.repeat(cells, 2, axis=0) if len(cells) == 1 else cells
         return self._smooth(self.grid.points(cells[:, 0], cells[:, 1]), distances)
 
-    def covers(self, points: np.ndarray, pose: Pose) -> bool:
-        """Whether a pose is nearer to one of the points than robots should be to each other."""
-        nearest = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y).min()
-        return bool(nearest < _APART_METRES)
-
     def _free_distances(
         self, obstacles: Optional[np.ndarray], closed: Optional[np.ndarray]
     ) -> np.ndarray:
@@ -147,7 +144,7 @@ class Planner:
 
     def _around(self, points: np.ndarray, margin: float = 0.0) -> Tuple[np.ndarray, np.ndarray]:
         """Returns the rows and columns of the cells that are too near to points for a robot."""
-        radius = _APART_METRES + margin
+        radius = APART_METRES + margin
         offsets = np.arange(-radius, radius, self.grid.resolution)
         along, across = np.meshgrid(offsets, offsets)
         inside = np.hypot(along, across) < radius

@@ -9,21 +9,14 @@ import numpy as np
 
 from rosoclingo_simulator.simulator.follower import STOP, Command, Follower, Limits
 from rosoclingo_simulator.simulator.kinematic import accelerated, rolled
-from rosoclingo_simulator.simulator.physics import (
-    LINEAR_SPEED,
-    ROBOT_RADIUS,
-    STEP_SECONDS,
-    Pose,
-    Velocity,
-)
-from rosoclingo_simulator.simulator.planner import Planner, lengths
+from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, STEP_SECONDS, Pose, Velocity
+from rosoclingo_simulator.simulator.planner import APART_METRES, Planner, lengths
 
 AWARE_METRES = 8.0
 """Robots that are farther apart than this do not matter to each other."""
 
 _TOUCH_METRES = 2 * ROBOT_RADIUS  # between the centres of two robots that touch
 _ROOM_METRES = 0.02  # that is left between two robots whatever happens
-_MEET_METRES = 0.46  # between the centres of robots, less is a meeting
 _CLAIM_METRES = 4.0  # how far ahead the way of who has right of way is kept free
 _CLAIM_SECONDS = 8.0  # how far ahead meetings are foreseen
 _DETOUR_METRES = 3.0  # a way around others may be so much longer; for more, it is waited
@@ -118,8 +111,8 @@ class RightOfWay:
         claims = np.concatenate([robot.claim for robot in rivals])
         others = _points([robot.pose for robot in neighbours])
         self.follower, self.waits = None, True
-        in_the_way = self.planner.covers(claims, pose)
-        if route is not None and (in_the_way or not all(_leaves(pose, one) for one in rivals)):
+        in_the_way = bool(_gaps(claims, _points([pose])).min() < APART_METRES)
+        if route is not None and (in_the_way or not all(self._leaves(pose, one) for one in rivals)):
             closed = np.concatenate((claims, others))
             path = self.planner.plan(pose, route.goal, marked, closed=closed)
             if path is not None and lengths(path)[-1] <= lengths(route.rest)[-1] + _DETOUR_METRES:
@@ -148,7 +141,12 @@ class RightOfWay:
         )
         # Robots that are close to each other part if they drive; if they cannot, they have met.
         drive = velocity[0] or other.velocity[0]
-        return bool(gaps[_SOON if drive else 0 :].min() < _MEET_METRES)
+        return bool(gaps[_SOON if drive else 0 :].min() < APART_METRES)
+
+    def _leaves(self, pose: Pose, other: Neighbour) -> bool:
+        """Whether another robot drives away from here."""
+        gaps = _gaps(_foreseen(other.pose, other.path, self.limits.speed), _points([pose]))
+        return bool(gaps[_SOON] > gaps[0])
 
 
 def careful(
@@ -185,12 +183,6 @@ def _stops(pose: Pose, velocity: Velocity) -> List[Pose]:
         pose = rolled(pose, velocity, STEP_SECONDS)
         places.append(pose)
     return places
-
-
-def _leaves(pose: Pose, other: Neighbour) -> bool:
-    """Whether another robot drives away from here."""
-    gaps = _gaps(_foreseen(other.pose, other.path, LINEAR_SPEED), _points([pose]))
-    return bool(gaps[_SOON] > gaps[0])
 
 
 def _foreseen(pose: Pose, path: Optional[np.ndarray], speed: float) -> np.ndarray:

@@ -70,17 +70,17 @@ class Simulation:
     def step(self) -> None:
         """Lets one step of time pass."""
         pose, velocity = self.physics.pose, self.physics.velocity
-        others = self.neighbours
-        if self.move_base is not None and (
-            self.move_base.active or any(robot.path is not None for robot in others)
-        ):
+        others, is_told = self.neighbours, self.time < self._told_until
+        # Without a goal it makes room for others, unless somebody drives it.
+        may_make_room = not is_told and any(robot.path is not None for robot in others)
+        if self.move_base is not None and (self.move_base.active or may_make_room):
             scan = self._look()
             self.command = self.move_base.update(pose, velocity, scan, self.time, others)
             self._told = STOP
         else:
             if self.watched:
                 self._look()
-            self.command = self._told if self.time < self._told_until else STOP
+            self.command = self._told if is_told else STOP
         self.physics.step(*self.command, STEP_SECONDS)
         self.steps += 1
         if self.physics.velocity[0]:

@@ -8,9 +8,7 @@ import numpy as np
 
 from rosoclingo_simulator.simulator.grid import Grid
 
-PARALLEL = 1e-12
-"""The part of a beam along one axis that is parallel to the other, for who divides by it."""
-
+_PARALLEL = 1e-12  # the part along an axis of what is across it, for who divides by it
 _GAP = 1e-9  # metres; walls that are nearer to each other touch, so that no beam gets through
 
 
@@ -60,7 +58,7 @@ class Walls:
         Returns:
             For each beam; infinity if it meets nothing.
         """
-        directions = np.where(np.abs(directions) < PARALLEL, PARALLEL, directions)
+        directions = without_zeros(directions)
         ranges = np.full(directions.shape[1], np.inf)
         for axis, faces in enumerate(self._axes):
             along, across = directions[axis], directions[1 - axis]
@@ -79,6 +77,11 @@ class Walls:
         return ranges
 
 
+def without_zeros(directions: np.ndarray) -> np.ndarray:
+    """Returns directions by whose parts one can divide, along and across each axis."""
+    return np.where(np.abs(directions) < _PARALLEL, _PARALLEL, directions)
+
+
 def _faces(solid: np.ndarray, begin: float, across: float, resolution: float) -> _Faces:
     """Returns the faces on lines across the second axis of an array.
 
@@ -93,8 +96,9 @@ def _faces(solid: np.ndarray, begin: float, across: float, resolution: float) ->
     for free in (1, -1):
         # Where it is free on that side of a line, and runs of such cells along the line.
         looks = np.pad(change == -free, ((1, 1), (0, 0))).astype(np.int8)
-        lines, first = np.nonzero(np.diff(looks, axis=0).T == 1)
-        _, last = np.nonzero(np.diff(looks, axis=0).T == -1)
+        ends = np.diff(looks, axis=0).T
+        lines, first = np.nonzero(ends == 1)
+        _, last = np.nonzero(ends == -1)
         columns.append(np.stack((lines + 1, first, last, np.full(len(lines), free))))
     at, first, last, side = np.concatenate(columns, axis=1)
     return _Faces(
