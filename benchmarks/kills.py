@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import random
+import signal
 import subprocess
 import sys
 import tempfile
@@ -238,6 +239,7 @@ class Mortals:
         self._processes: Dict[str, subprocess.Popen[bytes]] = {}
         self._open = True
         self.kills: Counter[str] = Counter()
+        self._crashes: List[str] = []
         places = (f"  {name}: {{x: {x}, y: 0.0, theta: 0.0}}" for name, x in PLACES.items())
         waypoints = folder / "waypoints.yaml"
         waypoints.write_text("\n".join(["frame: map", "waypoints:", *places, ""]))
@@ -266,9 +268,17 @@ class Mortals:
         while self._open:
             for name, process in self._processes.items():
                 if process.poll() is not None and self._open:
-                    self.kills[name] += 1
+                    if process.returncode == -signal.SIGKILL:
+                        self.kills[name] += 1
+                    else:
+                        self._crashes.append(f"{name} has ended with {process.returncode}")
                     self._processes[name] = self._system.start(name, self._commands[name])
             time.sleep(_POLL_SECONDS)
+
+    def take_crashes(self) -> List[str]:
+        """Returns which processes have ended by themselves since the last call, and how."""
+        crashes, self._crashes = self._crashes, []
+        return crashes
 
     def wait_until_quiet(self) -> None:
         """Waits until all processes are there, and nothing is to be sent any more.
@@ -291,7 +301,7 @@ class Mortals:
         try:
             node = xmlrpc.client.ServerProxy(master.lookupNode(f"/{_node(name)}"))
             return bool(node.getPid("/judge")[2] == self._processes[name].pid)  # type: ignore[index]
-        except (rosgraph.MasterException, OSError):
+        except (rosgraph.MasterException, xmlrpc.client.Error, OSError):
             return False
 
     def arm(self, kills: Sequence[Kill]) -> None:
@@ -368,6 +378,7 @@ class Trial:
             missing = self._judge.wait_for_client(keys, _ROUND_SECONDS)
             wrong += [f"the client does not get the result of {key}" for key in sorted(missing)]
         wrong += self._world.take_violations() + self._judge.take_violations()
+        wrong += self.mortals.take_crashes()
         self.wrong += wrong
         for one in wrong:
             print(f"{self.about}: {one}", flush=True)

@@ -49,6 +49,7 @@ class Fate:
             later: At which point of the process that is started then, likewise.
             delay: How many seconds after the first one; it goes on meanwhile.
         """
+        self._shared[_FORMAT.size :] = bytes(_NOTES)
         self._write(point, later, round(delay * 1e6), 0)
 
     @property
@@ -63,7 +64,7 @@ class Fate:
 
     @property
     def last(self) -> str:
-        """What the point was at which it was killed last."""
+        """What the point was at which it was killed last since :meth:`arm`; empty if it was not."""
         text: bytes = self._shared[_FORMAT.size :]
         return text.rstrip(b"\0").decode(errors="replace")
 
