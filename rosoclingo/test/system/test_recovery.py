@@ -181,8 +181,11 @@ def test_a_run_with_kills_is_recorded_shown_and_replayed(
 
 
 def test_another_master(terminals: Terminals, tmp_path: Path) -> None:
-    """All nodes notice, are started again with the parameters that they had, and go on."""
-    launch = system(terminals, tmp_path / "my run.store", "rosoclingo")
+    """All nodes notice, are started again with the parameters that they had, and go on.
+
+    But for ``~resume``: the run that was to begin anew has begun.
+    """
+    launch = system(terminals, tmp_path / "my run.store", "rosoclingo", "resume:=fresh")
     # An interface of another robot, which has its store by a parameter.
     store = tmp_path / "hand.store"
     interface = terminals.start(

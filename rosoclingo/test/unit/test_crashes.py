@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
-from typing import Any, Iterator, List, Sequence
+from typing import Any, Iterator, List, Optional, Sequence
 
 import pytest
-from crashes import Runs, World, outcome
+from conftest import PACKAGE
+from crashes import Crash, Life, Runs, World, outcome
 
 from rosclingo.errors import ServiceError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
-from rosoclingo.desk.parts import SINGLE, find_mode
+from rosoclingo.desk.parts import SINGLE, find_mode, make_parts
 from rosoclingo.loop.controller import Controller
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.solver import Forwarding, Solver
+from rosoclingo.store.store import Store
+from rosoclingo.store.stored_loop import StoredLoop
 
 REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)"]
 ENDS = {"1": ["succeeded"], "2": ["rejected"], "3": ["canceled"], "4": ["canceled"]}
@@ -146,3 +151,28 @@ def test_a_solver_that_does_not_come_back(folder: Path) -> None:
     runs.parts = replace(runs.parts, planner=mortal)
     with pytest.raises(ServiceError, match="there is no solver"):
         runs.run(world())
+
+
+def test_what_a_plan_costs_is_shown_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who comes late hears it from the node that was started again, before that does anything."""
+    shown: List[Optional[Quality]] = []
+    monkeypatch.setattr(Life, "show_quality", lambda _, quality: shown.append(quality))
+    mailbot = PACKAGE.parent / "rosoclingo_aspprograms" / "mailbot"
+    files = (mailbot / "instances" / "graph_hall.lp", mailbot / "mailbot.lp")
+    runs, world, file = Runs(folder, DYN_RESET), World(["bring(a,b)"]), folder / "hall.store"
+    runs.parts = make_parts(DYN_RESET, Options(tuple(map(str, files))), ("-c", "steps=30"))
+
+    def die(what: str) -> None:
+        if what == "after publication":
+            raise Crash
+
+    with closing(Store(file, point=die)) as store, pytest.raises(Crash):
+        Life(world, store, runs.make(store)).live()
+    (first,) = shown
+    assert first is not None
+    with closing(Store(file)) as store:
+        loop = Life(world, store, runs.make(store)).loop
+        assert isinstance(loop, StoredLoop)
+        loop.resume(lambda known: world.clients[known.id])
+        loop.prepare()
+    assert shown == [first, first]

@@ -47,7 +47,7 @@ class Fleet(Episode):
         self.requests: List[Request] = []
         self.due: Dict[str, float] = {}
         self.most_busy = 0
-        options = ["-c", f"slots={self.pick.randint(1, 4)}", "-c", "patience=100"]
+        options = ["-c", f"slots={self.pick.randint(1, 4)}", "-c", "urgent_after=100"]
         super().__init__(mode, self.graph, [str(instance), MAILBOT], STEPS[mode], options)
 
     def publish(self, actuator: str, action: str) -> None:
@@ -132,7 +132,7 @@ class Stream(Episode):
         graph = replace(HALL, starts={"left": "a"})
         instance = folder / "instance.lp"
         instance.write_text(graph.facts())
-        options = ["-c", "slots=2", "-c", f"patience={patience}"]
+        options = ["-c", "slots=2", "-c", f"urgent_after={patience}"]
         super().__init__(RECORDING, graph, [str(instance), MAILBOT], STEPS[RECORDING], options)
         self.far = self.request("bring(d,b)")
         self.near = [self.request("bring(a,c)")]

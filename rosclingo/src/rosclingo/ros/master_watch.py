@@ -30,6 +30,7 @@ _NO_ANSWER = (
     http.client.HTTPException,
 )
 _SECONDS = 3.0  # between two questions
+_kept: Dict[str, Any] = {}  # parameters that another master gets, by their names
 _unknown = threading.Event()  # set when the master does not know this node
 _DOUBTS = 2  # answers in a row, so that no node ends because of one that was just beginning
 
@@ -46,8 +47,21 @@ def watch_master() -> None:
     """
     # Called after what is registered later, and after the main thread's end.
     atexit.register(_end_process)
-    kept = _parameters() if is_respawned() else {}
-    threading.Thread(target=_watch, args=(kept,), name="master", daemon=True).start()
+    if is_respawned():
+        with contextlib.suppress(*_NO_ANSWER):
+            _kept.update(_parameters())
+    threading.Thread(target=_watch, name="master", daemon=True).start()
+
+
+def forget(name: str) -> None:
+    """Deletes a private parameter of this node, which another master does not get, either.
+
+    Args:
+        name: Its name, without the node's.
+    """
+    rospy.delete_param(f"~{name}")
+    own = _kept.get(rospy.get_name(), {})
+    own.pop(name, None)
 
 
 def is_respawned() -> bool:
@@ -75,7 +89,7 @@ def _hand_over(master: rosgraph.Master, kept: Dict[str, Any]) -> None:
             _hand_over(master, {f"{name}/{key}": below for key, below in value.items()})
 
 
-def _watch(kept: Dict[str, Any]) -> None:
+def _watch() -> None:
     ended = threading.Event()
     rospy.on_shutdown(ended.set)
     doubts = 0
@@ -84,7 +98,7 @@ def _watch(kept: Dict[str, Any]) -> None:
         if doubts == _DOUBTS:
             _unknown.set()
             with contextlib.suppress(*_NO_ANSWER):
-                _hand_over(rosgraph.Master(rospy.get_name()), kept)
+                _hand_over(rosgraph.Master(rospy.get_name()), _kept)
             reason = (
                 f"the ROS master at {rosgraph.get_master_uri()} does not know {rospy.get_name()} "
                 "any more, because it was started again; this node ends, so that it can be started "

@@ -34,7 +34,7 @@ class Parts:
     """What a loop is made of.
 
     Attributes:
-        decider: Makes what says what to do next; each loop has one of its own.
+        decider: Makes what says what to do next, for one loop at a time.
         planner: The solver with the task's encoding, for one loop at a time.
         commands: Class with a method for each command.
     """

@@ -309,7 +309,7 @@ class NumberedRecord(Record):
     time: float = 0.0
 
 
-_BEST_SO_FAR = Ended.CUT.value
+_BEST_SO_FAR = "the best so far"  # what a plan is whose search was cut off
 _FOR_A_REPLAY = "for the replay"
 
 _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {

@@ -111,7 +111,6 @@ class PlannerState:
     demand: Demand = dataclasses.field(default_factory=Demand)
     quality: Optional[Quality] = None
     _kept: Optional[KeptPlan] = None
-    _later: List[str] = dataclasses.field(default_factory=list)  # externals that are to be true
 
 
 class Planner(PlannerState):
@@ -159,7 +158,6 @@ class Planner(PlannerState):
             PlannerError: A command failed, or the encoding lacks a part.
         """
         self.demand.begin(())
-        self._later = []
         self._kept = self.quality = None
         is_first = slots is None
         self.run(wire.Restart(), *([wire.Add(_SLOT, (), _SLOTS)] if is_first else ()), *EMPTY_PARTS)
@@ -229,9 +227,6 @@ class Planner(PlannerState):
         Raises:
             PlannerError: A command failed.
         """
-        later, self._later = self._later, []
-        if later:
-            self.assign(later, wire.Truth.TRUE)
         commands = (*self.demand.take_pending(), *commands)
         if not commands:
             return wire.Reply()
@@ -289,6 +284,8 @@ class Planner(PlannerState):
 
     def improve(self, step: int, stopped: Callable[[], bool]) -> Optional[wire.Outcome]:
         """Looks for a better plan than the one that stands, until told to stop or through.
+
+        It is not stopped before it is known what the plan costs that stands.
 
         That is for an encoding that has opted in, see ``Demand.improves``. What was published stays
         in the plan. If it is not told of a better one, the plan stands as it was.
@@ -518,10 +515,6 @@ class Planner(PlannerState):
         if len(missing) < len(atoms):
             self._forget_plan()
         return [(atom, f"there is no external event({','.join(pairs[atom])})") for atom in missing]
-
-    def make_true_later(self, atoms: Sequence[str]) -> None:
-        """Has externals that there are made true before the planner is asked for anything."""
-        self._later += atoms
 
     def assign(self, atoms: Sequence[str], value: wire.Truth) -> List[Tuple[str, str]]:
         """Assigns a value to those atoms that are externals.

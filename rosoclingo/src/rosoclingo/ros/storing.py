@@ -14,6 +14,7 @@ from actionlib_msgs.msg import GoalID, GoalStatus
 from rosclingo.errors import ParameterError
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import LowLatencyActionServer
+from rosclingo.ros.master_watch import forget
 from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.inbox import Inbox
@@ -106,7 +107,7 @@ def open_store() -> Optional[Store]:
         return None
     path = Path(file).expanduser().absolute()
     if resume:
-        rospy.delete_param("~resume")  # a node that is started again goes on
+        forget("resume")  # a node that is started again goes on
         aside = put_aside(path)
         if aside is not None:
             rospy.logwarn("the store of before is now %s", aside)

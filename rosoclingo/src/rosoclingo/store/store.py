@@ -128,7 +128,7 @@ class Store:
         except BaseException:
             self.close()
             raise
-        self._gone = deque(goal.id for goal in self.goals.values() if goal.word)
+        self._gone = deque(goal.id for goal in self.ended_goals)
 
     def _clear(self) -> None:
         """Removes a run that has ended, but for how its last goals did."""
@@ -151,6 +151,11 @@ class Store:
         return self._database.failure
 
     # What was stored.
+
+    @property
+    def ended_goals(self) -> List[KnownGoal]:
+        """Those of :attr:`goals` that have ended, in that order."""
+        return sorted((one for one in self.goals.values() if one.word), key=lambda one: one.time)
 
     def _read_snapshot(self) -> Optional[LoopSnapshot]:
         rows = self._database.read(_STATE)
@@ -315,8 +320,11 @@ class Store:
         """Removes the goals that ended long ago: the snapshot knows of them, or nobody."""
         while len(self._gone) > _MOST_ENDED:
             identifier = self._gone.popleft()
-            del self._goals[identifier]
-            rows.delete(_GOAL, identifier)
+            goal = self._goals.get(identifier)
+            # One that came again after it was forgotten, and ended again, is there twice.
+            if goal is not None and goal.word and identifier not in self._gone:
+                del self._goals[identifier]
+                rows.delete(_GOAL, identifier)
 
 
 def _input(item: Item) -> Tuple[object, ...]:

@@ -310,8 +310,8 @@ class StoredLoop(Loop):
         return [one for one in self.ended() if one.time >= self._store.last - _DRAINED_SECONDS]
 
     def ended(self) -> List[KnownGoal]:
-        """Returns the goals of which it is known how they have ended."""
-        return [goal for goal in self._store.goals.values() if goal.word]
+        """Returns the goals of which it is known how they have ended, in that order."""
+        return self._store.ended_goals
 
     def prepare(self) -> None:
         """Prepares the controller, and the planner if the run goes on.
@@ -336,7 +336,7 @@ class StoredLoop(Loop):
         state.note(NodeResumed(LOOP, seconds=time.monotonic() - self._begun))
         for event in self._recalled:
             state.note(event)
-        self._outbox.show_plan(state.step, state.horizon, state.ahead())
+        state.show_plan()
         self._save()
         if self._has_published():
             self._commands.publish()  # for those who come late: the topic is another process's
