@@ -36,7 +36,7 @@ __all__ = ["screen"]
 
 # Commands, or how they begin, and why they are not typed here.
 NOT_TYPED = {
-    "scripts/demo": "builds the workspace anew; test_demo.py types what it types then",
+    "scripts/demo": "builds anew; test_scripts.py sees what it types, and test_demo.py types that",
     "scripts/test": "would run this test again",
     "scripts/in-chroot": "makes a system of another release",
     "scripts/setup": "installs packages; scripts/test begins with it",
@@ -49,7 +49,7 @@ NOT_TYPED = {
     "rosbag compress --bz2": "names a command without a bag",
     "rostest rosoclingo_gazebo driving.rostest": "catkin registers it in CMakeLists.txt",
     "rosrun rosoclingo_gazebo demo.py": "takes half a minute; test_demo.py types it",
-    "rostopic pub -1 /rosoclingo/in rosoclingo/ROSoClingoIn mailbot2": "see mailbot.examples",
+    "rostopic pub -1 /rosoclingo/in rosoclingo/ROSoClingoIn mailbot2": "mailbot.examples has it",
     "rostopic pub -1 /rosoclingo/in rosoclingo/ROSoClingoIn info": "likewise",
     "rosrun rosoclingo_gazebo fleet_demo.py": "takes a minute; test_demo.py types it",
     "python benchmarks/kills.py": "takes an hour; test_kills.py of rosoclingo types parts of it",

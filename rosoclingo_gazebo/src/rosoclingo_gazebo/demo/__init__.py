@@ -1,1 +1,1 @@
-"""The paper's third scenario in the simulated office, told line by line, with a picture of it."""
+"""The demos, the paper's third scenario and a fleet: told line by line, with pictures of them."""
