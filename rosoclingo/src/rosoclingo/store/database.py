@@ -26,7 +26,6 @@ _VERSION = 1  # of the format
 _WAIT_SECONDS = 5.0  # for a node that is just ending, and has the file
 _CHECKPOINT_PAGES = 256  # of 4 KiB: so long does the write-ahead log grow
 _BITS = 64
-_MOST_ROWS = 200  # in one statement
 
 
 class Database:
@@ -164,7 +163,7 @@ class Database:
             except BaseException:
                 self._failure = StoreError(f"the store {self.path}: an error ended a transaction")
                 raise
-            if not (rows or durable):
+            if not (rows.changes or durable):
                 return
             try:
                 with self._told("cannot be written"):
@@ -182,7 +181,7 @@ class Database:
         self._point(f"before {name}")
         run("BEGIN")
         try:
-            for statement, values in rows.statements():
+            for statement, values in rows.changes:
                 run(statement, values)
             run("UPDATE seal SET sum = ?", (str(self._seal),))
             run("COMMIT")
@@ -218,25 +217,7 @@ class Rows:
 
     def __init__(self, database: Database) -> None:
         self._database = database
-        self._new: Dict[int, Tuple[str, str, str]] = {}  # part, key and value by the number
-        self._gone: List[int] = []
-
-    def __bool__(self) -> bool:
-        """Whether anything is changed."""
-        return bool(self._new or self._gone)
-
-    def statements(self) -> Iterator[Tuple[str, List[object]]]:
-        """Returns what changes the file: few statements, as each one lets other threads run."""
-        new = list(self._new.items())
-        for begin in range(0, len(new), _MOST_ROWS):
-            some = new[begin : begin + _MOST_ROWS]
-            places = ", ".join(["(?, ?, ?, ?)"] * len(some))
-            values: List[object] = [value for number, row in some for value in (number, *row)]
-            yield f"INSERT OR REPLACE INTO row VALUES {places}", values  # noqa: S608 (only places)
-        for begin in range(0, len(self._gone), _MOST_ROWS):
-            gone = self._gone[begin : begin + _MOST_ROWS]
-            places = ", ".join("?" * len(gone))
-            yield f"DELETE FROM row WHERE id IN ({places})", list(gone)  # noqa: S608 (only places)
+        self.changes: List[Tuple[str, Tuple[object, ...]]] = []
 
     def put(self, part: str, key: str, value: str, *, last: bool = False) -> None:
         """Adds a row, or changes the value of that with this key.
@@ -252,10 +233,12 @@ class Rows:
             self.delete(part, key)
         known = database._known.setdefault(part, {})
         number, old = known.get(key, (0, 0))
-        if not number:
+        if number:
+            self.changes.append(("UPDATE row SET value = ? WHERE id = ?", (value, number)))
+        else:
             number = database._next
             database._next += 1
-        self._new[number] = part, key, value
+            self.changes.append(("INSERT INTO row VALUES (?, ?, ?, ?)", (number, part, key, value)))
         digest = _digest(number, part, key, value)
         known[key] = number, digest
         database._seal = (database._seal + digest - old) % 2**_BITS
@@ -271,8 +254,7 @@ class Rows:
         number, digest = database._known.get(part, {}).pop(key, (0, 0))
         if number:
             database._seal = (database._seal - digest) % 2**_BITS
-            self._new.pop(number, None)
-            self._gone.append(number)
+            self.changes.append(("DELETE FROM row WHERE id = ?", (number,)))
 
     def keys(self, part: str) -> List[str]:
         """Returns the keys of a part, in no order."""
