@@ -125,7 +125,7 @@ class ROSCommands:
             if state.mail.can_be_aborted(actuator):
                 state.publish_abort(actuator)
         commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in unknown]
-        for atom, _ in state.externals.make_true(passed + commits):
+        for atom, _ in state.externals.make_true_soon(passed + commits):
             if atom in commits:
                 state.warn_once(
                     "commit",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Dict, Iterable, List, Sequence, Set, Tuple, Union
 
 from rosclingo.wire.commands import AssignExternal, ReleaseExternal, Truth
-from rosclingo.wire.term_text import last_number
+from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.snapshot import take_over
@@ -144,6 +144,20 @@ class PlannerExternals(ExternalsState):
         told = [atom for atom in atoms if atom not in unknown]
         self._true.update(told)
         self.told.update(dict.fromkeys(told, from_outside))
+        return missing
+
+    def make_true_soon(self, atoms: List[str]) -> List[Tuple[str, str]]:
+        """Does the same before the planner is asked for anything, where it is sure to know them.
+
+        Who waits for what comes next need not wait for the planner.
+        """
+        if self._planner.demand.tells:
+            return self.make_true(atoms)
+        known = [atom for atom in atoms if self.is_declared(*split_term(atom)[1][:2])]
+        missing = self.make_true([atom for atom in atoms if atom not in known])
+        self._planner.make_true_later(known)
+        self._true.update(known)
+        self.told.update(dict.fromkeys(known, False))
         return missing
 
     def from_outside(self) -> List[str]:

@@ -25,6 +25,8 @@ from rosoclingo.loop.snapshot import decode, encode
 from rosoclingo.loop.solver import Planner, Solver
 from rosoclingo.loop.state import State, StateSnapshot
 
+_BEGINS_ACTIONS = "commit_actions"
+
 
 @dataclass(frozen=True)
 class LoopSnapshot:
@@ -173,13 +175,22 @@ class Loop:
             None if needed is None else needed - state.step,
         )
         command = self._controller.decide(info)
-        self._controller.look_ahead(self._guess(command, info))  # while the planner works
+        ahead = self._guess(command, info)
+        begins = command.type is clingo.SymbolType.Function and command.name == _BEGINS_ACTIONS
+        if not begins:
+            self._controller.look_ahead(ahead)  # while the planner works
         state.result = None
         mail.begin_command()
         begin = time.perf_counter()
         self._call(command, info)
         state.note_command(str(command), time.perf_counter() - begin)
         state.show_plan()
+        self._let_out()
+        if begins:
+            self._controller.look_ahead(ahead)  # while the robots act, who wait for nothing else
+
+    def _let_out(self) -> None:
+        """Lets out what a command has said; it has left already, unless a subclass holds it."""
 
     def _guess(self, command: clingo.Symbol, info: Info) -> Info:
         """Returns what the controller probably learns after a command."""

@@ -111,6 +111,7 @@ class PlannerState:
     demand: Demand = dataclasses.field(default_factory=Demand)
     quality: Optional[Quality] = None
     _kept: Optional[KeptPlan] = None
+    _later: List[str] = dataclasses.field(default_factory=list)  # externals that are to be true
 
 
 class Planner(PlannerState):
@@ -158,6 +159,7 @@ class Planner(PlannerState):
             PlannerError: A command failed, or the encoding lacks a part.
         """
         self.demand.begin(())
+        self._later = []
         self._kept = self.quality = None
         is_first = slots is None
         self.run(wire.Restart(), *([wire.Add(_SLOT, (), _SLOTS)] if is_first else ()), *EMPTY_PARTS)
@@ -227,6 +229,9 @@ class Planner(PlannerState):
         Raises:
             PlannerError: A command failed.
         """
+        later, self._later = self._later, []
+        if later:
+            self.assign(later, wire.Truth.TRUE)
         commands = (*self.demand.take_pending(), *commands)
         if not commands:
             return wire.Reply()
@@ -515,6 +520,12 @@ class Planner(PlannerState):
         if len(missing) < len(atoms):
             self._forget_plan()
         return [(atom, f"there is no external event({','.join(pairs[atom])})") for atom in missing]
+
+    def make_true_later(self, atoms: Sequence[str]) -> None:
+        """Has externals that there are made true before the planner is asked for anything."""
+        if atoms:
+            self._later += atoms
+            self._forget_plan()
 
     def assign(self, atoms: Sequence[str], value: wire.Truth) -> List[Tuple[str, str]]:
         """Assigns a value to those atoms that are externals.

@@ -357,8 +357,9 @@ class StoredLoop(Loop):
         """
         self._before = self._controller.snapshot(), self.state.result
         super().step()
-        now = self._outbox.now()
-        if self._outbox.is_urgent or now - self._saved_at >= _LATEST_SECONDS:
+
+    def _let_out(self) -> None:
+        if self._outbox.is_urgent or self._outbox.now() - self._saved_at >= _LATEST_SECONDS:
             self._save()
 
     def _call(self, command: clingo.Symbol, info: Info) -> None:
