@@ -1,7 +1,12 @@
-"""Whatever is written or sent when the process dies, the run goes on as if it had not."""
+"""Whatever is written or sent when the process dies, the run goes on as if it had not.
+
+CRASHES=10000 in the environment makes at least so many random kills; the name of a test that fails
+has the seed, and repeats it.
+"""
 
 from __future__ import annotations
 
+import os
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +33,8 @@ REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)"]
 ENDS = {"1": ["succeeded"], "2": ["rejected"], "3": ["canceled"], "4": ["canceled"]}
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 CASES = [(DYN_RESET, "line_demand.lp"), (RECORDING, "line.lp"), (SINGLE, "line_1.0.lp")]
-SEEDS, KILLS = 2, 30
+KILLS = 30  # in a run
+SEEDS = -(-int(os.environ.get("CRASHES", "60")) // KILLS)
 
 
 def world() -> World:
