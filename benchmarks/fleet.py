@@ -27,7 +27,7 @@ mpl.use("Agg")
 
 from matplotlib import pyplot as plt
 
-_SECONDS = 400.0  # of wall time, for a drive
+_SECONDS = 1200.0  # of wall time, for a drive
 _MAKESPAN = re.compile(r"^\d+ packages delivered by .* in (\d+) s of simulated time", re.MULTILINE)
 
 
@@ -91,11 +91,12 @@ def draw(makespans: Dict[Fleet, List[int]], seeds: range, file: Path) -> None:
 def main() -> int:
     """Reads the command line, measures, prints, and returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=10, help="how many, from 1 on")
+    parser.add_argument("--seeds", type=int, default=10, help="how many")
+    parser.add_argument("--first", type=int, default=1, help="the first of them")
     parser.add_argument("--speed", type=int, default=10, help="simulated seconds in one")
     parser.add_argument("--output", type=Path, default=Path("fleets.png"), help="the picture")
     arguments = parser.parse_args()
-    seeds = range(1, arguments.seeds + 1)
+    seeds = range(arguments.first, arguments.first + arguments.seeds)
     makespans: Dict[Fleet, List[int]] = {ONE: [], THREE: [], BARRIER: []}
     print(f"| seed | {' | '.join(fleet.name for fleet in makespans)} |")
     print(f"|---|{'---|' * len(makespans)}", flush=True)

@@ -371,6 +371,26 @@ def test_an_action_without_an_answer_counts_as_failed(system: Make) -> None:
     assert "robot has not answered for 0.01 s (~action_timeout)" in made.world.warnings[0]
 
 
+def test_an_encoding_may_know_of_no_answer_in_time(system: Make, tmp_path: Path) -> None:
+    """Then nobody says that the action has failed."""
+    text = (PACKAGE / "example" / "line.lp").read_text()
+    declared, begins = "#external event(robot,(success;failure),t).", "#program transition(t).\n"
+    assert declared in text
+    assert begins in text
+    text = text.replace(declared, "#external event(robot,(success;failure;timeout),t).")
+    aborts = "status(ID,aborted,t) :- asked(ID,X,t), event(robot,timeout,t).\n"
+    encoding = tmp_path / "late.lp"
+    encoding.write_text(text.replace(begins, aborts + begins))
+    mode = "dynamic.incremental.recording"
+    made = system(mode, "-c", "steps=20", encoding=(str(encoding),), action_timeout=0.01)
+    made.world.answer = lambda actuator, action: None
+    goal = made.goal("visit(2)")
+    made.start()
+    assert goal.wait() == "aborted"
+    assert "event(robot,timeout,1)" in made.loop.state.externals.true
+    assert len(made.world.actions) == 1
+
+
 def test_the_plan_is_shown_from_the_current_step_on(system: Make) -> None:
     made = system("dynamic.incremental.recording", "-c", "steps=20")
     made.world.answer = lambda actuator, action: None

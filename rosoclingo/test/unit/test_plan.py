@@ -212,7 +212,7 @@ def test_an_action_that_takes_too_long(plan: Any) -> None:
                 "4", "--action-timeout", "40", "--at", "2", "goal:visit(1)", "--at", "3",
                 "cancel:1")  # fmt: skip
     assert said.status == 0
-    assert "robot answers failure, at 44 s" in said.lines
+    assert "robot answers timeout, at 44 s" in said.lines
     assert said.lines[-3] == "after 4 steps, at 48 s"
     assert "robot has not answered for 30 s" in said.err
     assert "robot has not answered for 40 s (~action_timeout)" in said.err

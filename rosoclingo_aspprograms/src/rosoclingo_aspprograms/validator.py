@@ -353,7 +353,7 @@ class Validator:
 
     def _answer(self, robot: str, value: str) -> None:
         name, term = self._pending.pop(robot)
-        if value == "unknown":
+        if value in ("unknown", "timeout"):
             self.lost.add(robot)
             parcel = self._in_slot(term)
             if name != "go" and parcel is not None:

@@ -68,8 +68,8 @@ class Loop:
             commands: Class with a method for each command, such as ``ROSCommands``.
             inbox: Where messages, goals and cancel requests come in.
             environment: Where actions and log messages go.
-            action_timeout: From when on an action without an answer counts as failed, in seconds
-                since it was published; 0 for never.
+            action_timeout: From when on nobody waits for an action's answer, in seconds since
+                it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
             patience: When an optimising search ends that has found a plan, in seconds since
                 it began; 0 for when it is through.

@@ -17,7 +17,7 @@ from rosoclingo.loop.inbox import Cancel, Inbox, Message, Taken
 from rosoclingo.loop.replay_inbox import Key, Kind, key_of
 from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.tokens import Tokens
-from rosoclingo.loop.words import BUSY, FAILURE, UNKNOWN
+from rosoclingo.loop.words import BUSY, FAILURE, TIMEOUT, UNKNOWN
 
 _RESERVED_IDS = ("commit", "save")
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
@@ -321,10 +321,10 @@ class Mail(MailState):
             dropped.append(str(err))
             return False
         acting, said = self._acting.get(source), value
-        if acting and value == UNKNOWN:
-            if self._hold(message, [(source, UNKNOWN)], may_ask):
+        if acting and value in (UNKNOWN, TIMEOUT):
+            if self._hold(message, [(source, value)], may_ask):
                 return True
-            if not self._externals.knows([(source, UNKNOWN)]):
+            if not self._externals.knows([(source, value)]):
                 value = FAILURE  # if that is known; it is not taken for a success in any case
         if source in _RESERVED_IDS or (source == "info" and value == "passed"):
             reason = "these are rosoclingo's own"
@@ -348,7 +348,7 @@ class Mail(MailState):
             if acting:
                 self._acting[source] = replace(acting, answer=value)
                 self._answered(source, said)
-            if value != said:
+            if value != said == UNKNOWN:
                 self._warn_of_unknown(source)
             self._tokens.take(source, said)
             if acting and acting.is_busy:

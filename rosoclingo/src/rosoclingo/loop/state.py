@@ -21,7 +21,7 @@ from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.solver import Planner, PlannerState
 from rosoclingo.loop.tokens import Tokens, TokensState
 from rosoclingo.loop.waiting import Waiting
-from rosoclingo.loop.words import ABORT, BUSY, UNKNOWN
+from rosoclingo.loop.words import ABORT, BUSY, TIMEOUT, UNKNOWN
 
 _MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
 _MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step
@@ -115,8 +115,8 @@ class State(Progress):
             environment: Where actions and log messages go.
             check: Called now and then while waiting; raises an error if a solver went away.
             begin_mode: Has the mode begin again, so that it initialises the planner next.
-            action_timeout: From when on an action without an answer counts as failed, in seconds
-                since it was published; 0 for never.
+            action_timeout: From when on nobody waits for an action's answer, in seconds since
+                it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
         """
         super().__init__()
@@ -546,7 +546,7 @@ class State(Progress):
         return " and ".join(
             f"whether {told.actuator} has done {told.action} is unknown"
             for told in self.tokens.told
-            if told.answer == UNKNOWN and told.step == self.step
+            if told.answer in (UNKNOWN, TIMEOUT) and told.step == self.step
         )
 
     def reset(self, step: int) -> None:

@@ -11,7 +11,7 @@ from rosoclingo.loop.goals import Goals
 from rosoclingo.loop.inbox import Message
 from rosoclingo.loop.journal import Event, LoopWaits, Reason
 from rosoclingo.loop.mail import Mail
-from rosoclingo.loop.words import FAILURE
+from rosoclingo.loop.words import TIMEOUT
 
 LOOK_SECONDS = 1.0
 """How often it is seen, while waiting, whether solvers and actuators are there."""
@@ -50,8 +50,8 @@ class Waiting:
                 something comes, and returns whether there was anything.
             correct: Called now and then; tells clients what takes longer than they were told.
             check: Called now and then; raises an error if a solver went away.
-            action_timeout: From when on an action without an answer counts as failed, in seconds
-                since it was published; 0 for never.
+            action_timeout: From when on nobody waits for an action's answer, in seconds since
+                it was published; 0 for never.
         """
         self.reminded = False
         self._mail = mail
@@ -134,9 +134,9 @@ class Waiting:
             for actuator in self._mail.overdue(self._action_timeout):
                 self._environment.warn(
                     f"{actuator} has not answered for {self._action_timeout:g} s "
-                    "(~action_timeout): its action counts as failed"
+                    "(~action_timeout): nobody waits for it any more"
                 )
-                self._mail.inbox.put(Message(actuator, FAILURE))
+                self._mail.inbox.put(Message(actuator, TIMEOUT))
 
     def _step_is_awaited(self, step: int) -> bool:
         """Whether the next step has something to begin with: a slot for a goal, or an answer.

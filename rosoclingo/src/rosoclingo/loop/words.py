@@ -8,6 +8,9 @@ SUCCESS, FAILURE = "success", "failure"
 UNKNOWN = "unknown"
 """The answer of an interface that cannot know whether its action was done."""
 
+TIMEOUT = "timeout"
+"""The answer in the place of an actuator that has not answered in time."""
+
 BUSY = "busy"
 """What the loop says of an actuator that goes on with its action in the next step."""
 
