@@ -135,6 +135,7 @@ class ROSCommands:
                 )
         if new:
             state.goals.tell(f"step {step} of {state.horizon}")
+        state.tell_arrivals()
 
     def release_step(self, step: Symbol) -> None:
         """Releases the externals of a step that were not made true."""

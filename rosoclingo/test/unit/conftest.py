@@ -13,6 +13,7 @@ from rosclingo.solver.options import Options, parse_options
 from rosoclingo.commands import ROSCommands
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.desk.system import Request
+from rosoclingo.loop.arrivals import Arrival
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.environment import Environment
@@ -79,7 +80,13 @@ class World(Environment):
         if answer is not None:
             self.inbox.put(Message(actuator, answer))
 
-    def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
+    def show_plan(
+        self,
+        step: int,
+        horizon: int,
+        actions: Sequence[Action],
+        arrivals: Sequence[Arrival] = (),
+    ) -> None:
         with self._changed:
             self.step, self.horizon = step, horizon
             self.plan = [str(action) for action in actions]

@@ -513,9 +513,9 @@ def test_nothing_is_shown_beyond_the_horizon(system: Make, tmp_path: Path) -> No
     beyond: List[str] = []
     show = made.world.show_plan
 
-    def listen(step: int, horizon: int, actions: Any) -> None:
+    def listen(step: int, horizon: int, actions: Any, arrivals: Any = ()) -> None:
         beyond.extend(str(action) for action in actions if action.step > max(step, horizon))
-        show(step, horizon, actions)
+        show(step, horizon, actions, arrivals)
 
     made.world.show_plan = listen  # type: ignore[method-assign]
     noted: List[Record] = []

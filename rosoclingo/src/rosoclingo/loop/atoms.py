@@ -13,15 +13,16 @@ the same way, so equal texts mean equal terms.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Dict, List, Sequence, Tuple
+from typing import Dict, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import TermError, XmlError
 from rosclingo.solver.terms import parse_term, quote
-from rosclingo.wire.term_text import is_plain, last_number, split_term
+from rosclingo.wire.term_text import is_plain, last_number, number, split_term
 from rosclingo.wire.xml_codec import check_text
 
 _READ = ("do(", "status(", "abort(")
 _FEEDBACK = "feedback("
+_TIMES = ("lasts(", "expected(", "due(")
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,17 @@ class Action:
 
 @dataclass(eq=False)
 class Plan:
-    """What rosoclingo reads of an answer set: do/3, status/3, holds/2, abort/2 and feedback/2.
+    """What rosoclingo reads of an answer set.
+
+    That is do/3, status/3, holds/2, abort/2 and feedback/2, and of times lasts/3, expected/2 and
+    due/2.
 
     Attributes:
         symbols: The answer set.
+        lasting: For each action of which the plan says that, what the encoding calls its kind, and
+            how long it takes, in seconds.
+        serving: The action with which each goal is served of which the plan says that, by slots.
+        limits: Within how many seconds after they came goals are due, likewise.
     """
 
     symbols: Tuple[str, ...] = ()
@@ -56,7 +64,13 @@ class Plan:
         self._actions: Dict[int, List[Action]] = {}
         self._statuses: Dict[int, List[Tuple[str, str]]] = {}
         self._aborts: Dict[int, List[str]] = {}
+        self.lasting: Dict[Action, Tuple[str, int]] = {}
+        self.serving: Dict[str, Action] = {}
+        self.limits: Dict[str, int] = {}
         for text in self.symbols:
+            if text.startswith(_TIMES):
+                self._read_time(text)
+                continue
             step = last_number(text) if text.startswith(_READ) else None
             if step is None:
                 continue
@@ -68,6 +82,22 @@ class Plan:
                 self._statuses.setdefault(step, []).append((arguments[0], arguments[1]))
             elif (name, len(arguments)) == ("abort", 2):
                 self._aborts.setdefault(step, []).append(arguments[0])
+
+    def _read_time(self, text: str) -> None:
+        """Reads an atom that says something of times; what it is not like is left."""
+        name, arguments = split_term(text)
+        if (name, len(arguments)) == ("lasts", 3):
+            action, seconds = _action(arguments[0]), number(arguments[2])
+            if action is not None and seconds is not None:
+                self.lasting[action] = arguments[1], max(0, seconds)
+        elif (name, len(arguments)) == ("expected", 2):
+            action = _action(arguments[1])
+            if action is not None:
+                self.serving[arguments[0]] = action
+        elif (name, len(arguments)) == ("due", 2):
+            seconds = number(arguments[1])
+            if seconds is not None:
+                self.limits[arguments[0]] = seconds
 
     def actions(self, step: int) -> Sequence[Action]:
         """Returns the actions of a step."""
@@ -107,6 +137,13 @@ class Plan:
         """Returns the last step up to one, of which the plan shows fluents; -1 without any."""
         steps = [last_number(text) for text in self.symbols if text.startswith("holds(")]
         return max((shown for shown in steps if shown is not None and shown <= step), default=-1)
+
+
+def _action(text: str) -> Optional[Action]:
+    """Returns the action of a term ``do(R,A,T)``; None of another one."""
+    name, arguments = split_term(text)
+    step = number(arguments[2]) if (name, len(arguments)) == ("do", 3) else None
+    return None if step is None else Action(arguments[0], arguments[1], step)
 
 
 def event(source: str, content: str, step: int) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import Optional, Sequence
 
+from rosoclingo.loop.arrivals import Arrival
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.journal import Record
@@ -19,6 +20,13 @@ class Environment:
         """Returns the time by which actuators answer, in seconds; it never goes back."""
         return time.monotonic()
 
+    def world_now(self) -> float:
+        """Returns what time it is where actuators act, in seconds: that of ROS, in a node.
+
+        It does not depend on the process, but where a simulator has a clock, it may begin anew.
+        """
+        return self.now()
+
     def publish(self, actuator: str, action: str) -> None:
         """Sends an action, or with the id ``solver`` a whole plan."""
 
@@ -32,8 +40,21 @@ class Environment:
             told: The last action of each actuator, in the order of their numbers.
         """
 
-    def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
-        """Shows what is planned, from the current step on."""
+    def show_plan(
+        self,
+        step: int,
+        horizon: int,
+        actions: Sequence[Action],
+        arrivals: Sequence[Arrival] = (),
+    ) -> None:
+        """Shows what is planned, from the current step on.
+
+        Args:
+            step: The current step.
+            horizon: The last step of the plan.
+            actions: Its actions from the current step on.
+            arrivals: When goals will be served, as far as that is known.
+        """
 
     def show_quality(self, quality: Optional[Quality]) -> None:
         """Shows how good that is; None if its encoding minimises nothing, or it is not known."""

@@ -153,11 +153,12 @@ class Goal(GoalState):
             self.slot = slot
             return True
 
-    def tell(self, line: str) -> bool:
+    def tell(self, line: str, *, again: bool = False) -> bool:
         """Sends a line of feedback, unless it says what the last of its kind has said.
 
         Args:
             line: The line; its first word is its kind.
+            again: Whether it is sent in that case, too: it says something else now.
 
         Returns:
             Whether it was sent.
@@ -165,7 +166,7 @@ class Goal(GoalState):
         kind = line.split(maxsplit=1)[0]
         if kind == "plan":
             self._told.pop("planning,", None)  # the next search is another one
-        is_new = self._told.get(kind) != line
+        is_new = again or self._told.get(kind) != line
         if is_new:
             self._told[kind] = line
             self._client.feedback(line)

@@ -108,7 +108,19 @@ class Mail(MailState):
         environment: Environment,
         *,
         note: Callable[[journal.Event], None],
+        answered: Callable[[str, str], None],
     ) -> None:
+        """Begins with nothing.
+
+        Args:
+            inbox: Where everything comes in.
+            goals: The goals.
+            externals: What the planner's encoding knows.
+            tokens: What each actuator was told to do last.
+            environment: Where warnings go, and the clock.
+            note: Adds an event to the journal.
+            answered: Called with who has answered its action, and what.
+        """
         super().__init__()
         self.inbox = inbox
         self._goals = goals
@@ -117,6 +129,7 @@ class Mail(MailState):
         self._tokens = tokens
         self._environment = environment
         self._note = note
+        self._answered = answered
         self._held: List[Taken] = []  # nobody can say yet whether the planner knows it
         self._acting: Dict[str, Acting] = {}
         self._command_began: Optional[float] = None  # that which is carried out
@@ -324,6 +337,7 @@ class Mail(MailState):
         elif not self._externals.knows([(source, value)]):
             if acting and acting.answer is None:
                 self._acting[source] = replace(acting, answer=value)
+                self._answered(source, said)
                 self._tokens.take(source, said)
                 self._warn_of_undeclared_answer(source, said)
                 return not acting.is_busy
@@ -333,6 +347,7 @@ class Mail(MailState):
         else:
             if acting:
                 self._acting[source] = replace(acting, answer=value)
+                self._answered(source, said)
             if value != said == UNKNOWN:
                 self._warn_of_unknown(source)
             self._tokens.take(source, said)

@@ -10,6 +10,7 @@ from rosclingo.wire.commands import Result
 from rosclingo.wire.term_text import last_number
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop import journal
+from rosoclingo.loop.arrivals import EXPECTED, Arrival, Arrivals, ArrivalsState
 from rosoclingo.loop.atoms import Action, Plan, event
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.externals import SAVE, ExternalsState, PlannerExternals
@@ -21,6 +22,9 @@ from rosoclingo.loop.solver import Planner, PlannerState
 from rosoclingo.loop.tokens import Tokens, TokensState
 from rosoclingo.loop.waiting import Waiting
 from rosoclingo.loop.words import ABORT, BUSY, TIMEOUT, UNKNOWN
+
+_MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
+_MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step
 
 
 @dataclass
@@ -71,6 +75,7 @@ class StateSnapshot:
     goals: GoalsSnapshot
     tokens: TokensState
     mail: MailSnapshot
+    arrivals: ArrivalsState
     reminded: bool
 
 
@@ -85,6 +90,7 @@ class State(Progress):
         goals: The goals.
         tokens: What each actuator was told to do last.
         mail: What has come from outside.
+        arrivals: When goals will be served.
         waiting: How it is waited for that.
         environment: Where actions and log messages go.
         abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
@@ -123,8 +129,15 @@ class State(Progress):
         self.tokens = Tokens()
         self._shown: Tuple[object, ...] = ()
         planner.recorded, planner.note = inbox, self.note
+        self.arrivals = Arrivals()
         self.mail = Mail(
-            inbox, self.goals, self.externals, self.tokens, environment, note=self.note
+            inbox,
+            self.goals,
+            self.externals,
+            self.tokens,
+            environment,
+            note=self.note,
+            answered=self.answered,
         )
         self.waiting = Waiting(
             self.mail,
@@ -132,6 +145,7 @@ class State(Progress):
             environment,
             self.note,
             improve=self.improve,
+            correct=self.correct_arrivals,
             check=check,
             action_timeout=action_timeout,
         )
@@ -145,6 +159,7 @@ class State(Progress):
             self.goals.snapshot(self.mail.goals_spoken_of),
             self.tokens,
             self.mail.snapshot(),
+            self.arrivals,
             self.waiting.reminded,
         )
 
@@ -164,6 +179,7 @@ class State(Progress):
         self.externals.restore(saved.externals, self.goals.slots)
         take_over(self.tokens, saved.tokens)
         self.mail.restore(saved.mail, goals)
+        take_over(self.arrivals, saved.arrivals)
         self.waiting.reminded = saved.reminded
         if self.tokens.last:
             self.environment.show_told(self.tokens.run, self.tokens.told)
@@ -248,6 +264,8 @@ class State(Progress):
                     self.externals.read()
                     self.goals.end(goal, "rejected", self.mail.explain(slot, goal.request, step))
                     self.goals.remove(goal)
+                else:
+                    self.arrivals.place(slot, self.environment.world_now())
         self.goals.tell_positions()
         if self.mail.is_over:
             self.externals.make_true(self.mail.end_step(step))
@@ -371,6 +389,7 @@ class State(Progress):
         """Sends an action, which its actuator is to answer, and remembers it as published."""
         self.commit_again(action)
         self.mail.acts(action.actuator)
+        self.arrivals.begin(action, self.plan, self.environment.world_now())
         self.environment.publish(action.actuator, action.name)
         self.note(journal.ActionPublished(action.actuator, action.name))
 
@@ -412,15 +431,51 @@ class State(Progress):
             goal = self.goals.occupant(slot)
             if goal is not None:
                 goal.tell(line)
+        self.tell_arrivals()
+
+    def answered(self, actuator: str, value: str) -> None:
+        """Takes note of the answer to an action, which the planner is told later."""
+        self.arrivals.end(actuator)
+
+    def tell_arrivals(self, moved: float = _MOVED_STEP_SECONDS) -> None:
+        """Tells clients when their goals will be served, if that is not what they were told.
+
+        That depends on the time, and nothing else depends on it.
+
+        Args:
+            moved: By how many seconds a time has to have moved.
+        """
+        now, told = self.environment.world_now(), self.arrivals.told
+        plan = self.plan if self.shows_plan else Plan()
+        times = self.arrivals.expected(plan, self.step, self._published, now)
+        for slot in set(told).difference(times):
+            del told[slot]
+        for goal in self.goals.open:
+            slot = goal.slot or ""
+            time = times.get(slot)
+            if time is None or (slot in told and abs(time - told[slot]) < moved):
+                continue
+            told[slot] = time
+            for line in self.arrivals.lines(plan, slot, time, now):
+                goal.tell(line, again=line.startswith(EXPECTED))
+
+    def correct_arrivals(self) -> None:
+        """Does the same while actions go on that should have ended, and shows it."""
+        if self.arrivals.told:
+            self.tell_arrivals(_MOVED_SECONDS)
+            self.show_plan()
 
     def show_plan(self) -> None:
         """Shows what is planned from the current step on, if that is new."""
         quality = self.planner.quality if self.shows_plan else None
-        shown = (self.plan, self.shows_plan, self.step, self.horizon, quality)
+        slots = [goal.slot or "" for goal in self.goals.open] if self.shows_plan else []
+        told = self.arrivals.told
+        arrivals = tuple(Arrival(slot, told[slot]) for slot in slots if slot in told)
+        shown = (self.plan, self.shows_plan, self.step, self.horizon, arrivals, quality)
         if shown == self._shown:
             return
         if shown[:-1] != self._shown[:-1]:
-            self.environment.show_plan(self.step, self.horizon, self.ahead())
+            self.environment.show_plan(self.step, self.horizon, self.ahead(), arrivals)
         if quality != (self._shown[-1] if self._shown else None):
             self.environment.show_quality(quality)
         self._shown = shown

@@ -35,6 +35,7 @@ class Waiting:
         note: Callable[[Event], None],
         *,
         improve: Callable[[], bool],
+        correct: Callable[[], None],
         check: Callable[[], None],
         action_timeout: float,
     ) -> None:
@@ -47,6 +48,7 @@ class Waiting:
             note: Adds an event to the journal.
             improve: Called when there is nothing to do: does what is worth doing then, until
                 something comes, and returns whether there was anything.
+            correct: Called now and then; tells clients what takes longer than they were told.
             check: Called now and then; raises an error if a solver went away.
             action_timeout: From when on nobody waits for an action's answer, in seconds since
                 it was published; 0 for never.
@@ -57,6 +59,7 @@ class Waiting:
         self._environment = environment
         self._note = note
         self._improve = improve
+        self._correct = correct
         self._check = check
         self._action_timeout = action_timeout
         self._stops = False
@@ -121,6 +124,7 @@ class Waiting:
         if self._environment.now() < self._look_at:
             return
         self._look_at = self._environment.now() + LOOK_SECONDS
+        self._correct()
         for actuator, seconds in self._mail.late(_REMINDER_SECONDS):
             self._environment.warn(
                 f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "

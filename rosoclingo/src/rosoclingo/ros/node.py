@@ -25,6 +25,7 @@ from rosclingo.ros.master_watch import exit_status
 from rosclingo.solver.about import about
 from rosoclingo.errors import ShutdownError, StoreError
 from rosoclingo.loop import journal
+from rosoclingo.loop.arrivals import Arrival
 from rosoclingo.loop.atoms import Action, canonical
 from rosoclingo.loop.controller import Controller, Decider
 from rosoclingo.loop.environment import Environment
@@ -146,9 +147,19 @@ class RosEnvironment(Environment):
             ],
         )
 
-    def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
+    def world_now(self) -> float:
+        """Returns ROS's time, which is a simulator's if there is one that has a clock."""
+        return float(rospy.get_time())
+
+    def show_plan(
+        self,
+        step: int,
+        horizon: int,
+        actions: Sequence[Action],
+        arrivals: Sequence[Arrival] = (),
+    ) -> None:
         """Publishes to ``~plan``."""
-        self._plan.publish(step, horizon, [str(action) for action in actions])
+        self._plan.publish(step, horizon, [str(one) for one in (*actions, *arrivals)])
 
     def show_quality(self, quality: Optional[Quality]) -> None:
         """Publishes to ``~plan_quality``."""

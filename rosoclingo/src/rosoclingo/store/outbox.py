@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 from rosoclingo.errors import StoreError
+from rosoclingo.loop.arrivals import Arrival
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient
@@ -73,6 +74,10 @@ class Outbox(Environment):
         """Returns the environment's time."""
         return self._environment.now()
 
+    def world_now(self) -> float:
+        """Returns what time it is where actuators act."""
+        return self._environment.world_now()
+
     def publish(self, actuator: str, action: str) -> None:
         """Sends an action."""
         held = _Held(actions=[(actuator, action)])
@@ -83,9 +88,15 @@ class Outbox(Environment):
         """Shows what each actuator was told to do last."""
         self.later("dispatch", lambda: self._environment.show_told(run, told))
 
-    def show_plan(self, step: int, horizon: int, actions: Sequence[Action]) -> None:
+    def show_plan(
+        self,
+        step: int,
+        horizon: int,
+        actions: Sequence[Action],
+        arrivals: Sequence[Arrival] = (),
+    ) -> None:
         """Shows what is planned."""
-        self.later("plan", lambda: self._environment.show_plan(step, horizon, actions))
+        self.later("plan", lambda: self._environment.show_plan(step, horizon, actions, arrivals))
 
     def show_quality(self, quality: Optional[Quality]) -> None:
         """Shows how good that is."""
