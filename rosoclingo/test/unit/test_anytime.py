@@ -23,6 +23,7 @@ from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.journal import (
+    ActionTook,
     CommandDone,
     Ended,
     Event,
@@ -165,6 +166,8 @@ def test_the_search_is_kept_in_a_replay(system: Callable[..., System]) -> None:
         old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
         assert new[: len(old)] == old
         assert events(again, SearchEnded) == searches
+        assert events(recorded, ActionTook)
+        assert events(again, ActionTook) == events(recorded, ActionTook)
         assert events(again, PlanFound) == events(recorded, PlanFound)
 
 

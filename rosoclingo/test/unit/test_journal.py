@@ -9,6 +9,7 @@ import pytest
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.journal import (
     ActionPublished,
+    ActionTook,
     CancelArrived,
     CommandDone,
     Ended,
@@ -61,6 +62,7 @@ EVENTS = [
      Fields("status", "g", "aborted", ("1", "the node is shutting down"), 0.0)),
     (LoopWaits(), Fields("waiting", "", "", (), 0.0)),
     (LoopWaits(for_a_replay=True), Fields("waiting", "", "for the replay", (), 0.0)),
+    (ActionTook("robot", "go(a,b)", 3, 12.5), Fields("took", "robot", "go(a,b)", ("3",), 12.5)),
     (Explained("goal visit(2)", "It ends.", '{"ends": 3}', 0.5),
      Fields("why", "goal visit(2)", "It ends.", ('{"ends": 3}',), 0.5)),
     (NodeResumed("planner", "it is gone", 0.5),

@@ -177,6 +177,18 @@ class Inbox:
         """
         return False
 
+    def measured(self, number: int, seconds: float) -> Optional[float]:
+        """Returns how long an action took; in a replay, how long the recorded one did.
+
+        Args:
+            number: That of its token.
+            seconds: How long it took now, in seconds.
+
+        Returns:
+            None if nobody knows.
+        """
+        return seconds
+
     def begin_improving(self) -> None:
         """Called by the loop's thread when it has nothing to do, and looks for a better plan."""
 

@@ -197,6 +197,23 @@ class ActionPublished(Event):
 
 
 @dataclass(frozen=True)
+class ActionTook(Event):
+    """An action was done, and it was measured how long that took, which a replay needs to know.
+
+    Attributes:
+        actuator: Who has done it.
+        kind: What its encoding calls such actions.
+        number: The action's number in the run, that of its token.
+        seconds: How long it took, in seconds of ROS's time.
+    """
+
+    actuator: str
+    kind: str
+    number: int
+    seconds: float
+
+
+@dataclass(frozen=True)
 class StatusSet(Event):
     """A goal's status has changed.
 
@@ -327,6 +344,7 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
         "search", _text(e.quality), e.how.value, (str(e.round), *e.symbols)
     ),
     ActionPublished: lambda e: Fields("action", e.actuator, e.action),
+    ActionTook: lambda e: Fields("took", e.actuator, e.kind, (str(e.number),), e.seconds),
     StatusSet: lambda e: Fields(
         "status", e.goal, e.status.value,
         (e.slot,) if e.status is Status.ACCEPTED else (e.slot, str(e.reason)),
@@ -349,6 +367,7 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
         Ended(f.text), f.details[1:], _quality(f.id), int("".join(f.details[:1]))
     ),
     "action": lambda f: ActionPublished(f.id, f.text),
+    "took": lambda f: ActionTook(f.id, f.text, int("".join(f.details[:1])), f.seconds),
     "status": lambda f: StatusSet(f.id, Status(f.text), *_slot_and_reason(*f.details)),
     "waiting": lambda f: LoopWaits(f.text == _FOR_A_REPLAY),
     "why": lambda f: Explained(f.id, f.text, "".join(f.details[:1]), f.seconds),

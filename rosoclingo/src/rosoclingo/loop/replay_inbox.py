@@ -36,6 +36,7 @@ class Kind(str, enum.Enum):
     RECALL = "recall"  # of a goal without a slot, by a cancel request that is taken later
     KILL = "kill"  # no input: a node is to be killed, and the loop waits for that
     SEARCH = "search"  # no input: how a search ends that depends on time
+    TIME = "time"  # no input: how long an action took
 
 
 Key = Tuple[Kind, str, str]
@@ -50,8 +51,9 @@ class Due(NamedTuple):
         phase: When, seen from the next decision.
         kind: What it was.
         id: That of the goal or message; what is to be killed, as :class:`.NodeResumed` has it; of a
-            search, nothing.
-        text: The message's value; how a search ends, see :func:`search_text`; else empty.
+            search, nothing; of an action's time, the number of its token.
+        text: The message's value; how a search ends, see :func:`search_text`; how long an action
+            took, in seconds; else empty.
     """
 
     decision: int
@@ -117,6 +119,8 @@ def decode(text: object) -> List[Due]:
         for due in dues:
             if due.kind is Kind.SEARCH and due.text:
                 read_search(due.text)
+            if due.kind is Kind.TIME:
+                int(due.id), float(due.text)
         return dues
     except (TypeError, ValueError) as err:
         raise ParameterError(
@@ -139,7 +143,9 @@ class ReplayInbox(Inbox):
         super().__init__()
         self._searches = deque(due for due in dues if due.kind is Kind.SEARCH and due.text)
         self._knows_searches = any(due.kind is Kind.SEARCH for due in dues)
-        self._dues: Deque[Due] = deque(due for due in dues if due.kind is not Kind.SEARCH)
+        self._times = {int(due.id): float(due.text) for due in dues if due.kind is Kind.TIME}
+        others = (Kind.SEARCH, Kind.TIME)
+        self._dues: Deque[Due] = deque(due for due in dues if due.kind not in others)
         self._expected = Counter(due.key for due in dues if due.kind in _INPUTS)
         self._kills = sum(due.kind is Kind.KILL for due in dues)
         self._held: Dict[Key, Deque[Taken]] = {}  # has come, and is not taken yet
@@ -237,6 +243,10 @@ class ReplayInbox(Inbox):
         if not self._searches or self._searches[0].decision > decision:
             return None
         return read_search(self._searches[0].text)
+
+    def measured(self, number: int, seconds: float) -> Optional[float]:
+        """Returns how long the recorded action took."""
+        return self._times.get(number)
 
     def _wait_until(self, moment: Tuple[int, Phase], waits: Callable[[], None]) -> None:
         self._moment = moment

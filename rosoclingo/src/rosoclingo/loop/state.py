@@ -12,6 +12,7 @@ from rosoclingo.errors import PlannerError
 from rosoclingo.loop import journal
 from rosoclingo.loop.arrivals import EXPECTED, Arrival, Arrivals, ArrivalsState
 from rosoclingo.loop.atoms import Action, Plan, event
+from rosoclingo.loop.durations import Durations, DurationsState
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.externals import SAVE, ExternalsState, PlannerExternals
 from rosoclingo.loop.goals import STATUSES, Goal, GoalClient, Goals, GoalsSnapshot
@@ -21,7 +22,7 @@ from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.solver import Planner, PlannerState
 from rosoclingo.loop.tokens import Tokens, TokensState
 from rosoclingo.loop.waiting import Waiting
-from rosoclingo.loop.words import ABORT, BUSY, TIMEOUT, UNKNOWN
+from rosoclingo.loop.words import ABORT, BUSY, INFO, SUCCESS, TIMEOUT, UNKNOWN
 
 _MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
 _MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step
@@ -76,6 +77,7 @@ class StateSnapshot:
     tokens: TokensState
     mail: MailSnapshot
     arrivals: ArrivalsState
+    durations: DurationsState
     reminded: bool
 
 
@@ -91,6 +93,7 @@ class State(Progress):
         tokens: What each actuator was told to do last.
         mail: What has come from outside.
         arrivals: When goals will be served.
+        durations: How long actions have taken.
         waiting: How it is waited for that.
         environment: Where actions and log messages go.
         abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
@@ -130,6 +133,7 @@ class State(Progress):
         self._shown: Tuple[object, ...] = ()
         planner.recorded, planner.note = inbox, self.note
         self.arrivals = Arrivals()
+        self.durations = Durations()
         self.mail = Mail(
             inbox,
             self.goals,
@@ -160,6 +164,7 @@ class State(Progress):
             self.tokens,
             self.mail.snapshot(),
             self.arrivals,
+            self.durations,
             self.waiting.reminded,
         )
 
@@ -180,6 +185,7 @@ class State(Progress):
         take_over(self.tokens, saved.tokens)
         self.mail.restore(saved.mail, goals)
         take_over(self.arrivals, saved.arrivals)
+        take_over(self.durations, saved.durations)
         self.waiting.reminded = saved.reminded
         if self.tokens.last:
             self.environment.show_told(self.tokens.run, self.tokens.told)
@@ -202,6 +208,7 @@ class State(Progress):
         self.plan, self.shows_plan = Plan(), False
         self.planned, self.failures = -1, 0
         self.visible.clear()
+        self.durations.told.clear()
         self._published.clear()
         self._free_slots()
         if again:
@@ -266,6 +273,7 @@ class State(Progress):
                     self.goals.remove(goal)
                 else:
                     self.arrivals.place(slot, self.environment.world_now())
+        self._tell_durations(step)
         self.goals.tell_positions()
         if self.mail.is_over:
             self.externals.make_true(self.mail.end_step(step))
@@ -280,6 +288,16 @@ class State(Progress):
             others, from_outside=True
         )
         self.mail.drop([(*new[atom], reason) for atom, reason in missing])
+
+    def _tell_durations(self, step: int) -> None:
+        """Tells the planner which actions take longer or shorter than it believes."""
+        for kind, seconds in self.durations.news():
+            content = f"lasts({kind},{seconds})"
+            if self.externals.declares(INFO, content):
+                self.externals.make_true([event(INFO, content, step)])
+                self.durations.told[kind] = seconds
+            else:
+                self.durations.unknown.add(kind)
 
     def can_begin_again(self) -> bool:
         """Whether the planner can begin again with what it knew before the current step."""
@@ -434,8 +452,21 @@ class State(Progress):
         self.tell_arrivals()
 
     def answered(self, actuator: str, value: str) -> None:
-        """Takes note of the answer to an action, which the planner is told later."""
-        self.arrivals.end(actuator)
+        """Takes note of the answer to an action, which the planner is told later.
+
+        If it is a success, and the encoding has said what such actions are called, it is learned
+        how long it took; not if the clock stands still.
+        """
+        done = self.arrivals.end(actuator)
+        is_aborted = self.tokens.is_aborted(actuator)
+        if done is None or not done.kind or value != SUCCESS or is_aborted:
+            return
+        number = self.tokens.last[actuator].number
+        measured = max(0.0, self.environment.world_now() - done.began)
+        seconds = self.mail.inbox.measured(number, measured)
+        if seconds:
+            self.note(journal.ActionTook(actuator, done.kind, number, seconds))
+            self.durations.learn(done.kind, done.seconds, seconds)
 
     def tell_arrivals(self, moved: float = _MOVED_STEP_SECONDS) -> None:
         """Tells clients when their goals will be served, if that is not what they were told.

@@ -15,7 +15,9 @@ from rosoclingo.loop.replay_inbox import Due, Kind, Phase, search_text
 
 
 def input_schedule(run: Run, *, kills: bool = False) -> List[Due]:
-    """Returns the inputs that the loop has taken, and when, in its order; and after them searches.
+    """Returns the inputs that the loop has taken, and when, in its order; and after them the rest.
+
+    That are the outcomes of searches, and how long actions took.
 
     Args:
         run: The run.
@@ -63,7 +65,7 @@ def input_schedule(run: Run, *, kills: bool = False) -> List[Due]:
             acts = True
         if isinstance(event, journal.StatusSet) and not event.slot:
             undecided.pop(event.goal, None)  # not those that came with it
-        elif not isinstance(event, (*journal.ARRIVALS, journal.MessageDropped)):
+        elif not isinstance(event, (*journal.ARRIVALS, journal.MessageDropped, journal.ActionTook)):
             undecided.clear()
         if isinstance(event, journal.ARRIVALS) and not (
             (isinstance(event, journal.CancelArrived) and event.goal in ended) or _is_refused(event)
@@ -73,7 +75,7 @@ def input_schedule(run: Run, *, kills: bool = False) -> List[Due]:
                 undecided[event.goal] = len(found)
             kind, identifier, text = input_key(event)
             found.append(Due(*moment, kind, identifier, text))
-    return found + _searches(run.recorded)
+    return found + _searches(run.recorded) + _times(run.recorded)
 
 
 def rest(dues: Sequence[Due], decision: int) -> List[Due]:
@@ -97,6 +99,20 @@ def _searches(entries: Sequence[Entry]) -> List[Due]:
             is_told |= event.quality is not None
     if found or is_told:
         found.append(Due(decision + 1, Phase.WAIT, Kind.SEARCH, "", search_text()))
+    return found
+
+
+def _times(entries: Sequence[Entry]) -> List[Due]:
+    """Returns how long actions took, if that was measured."""
+    found: List[Due] = []
+    decision = 0
+    for event in (entry.event for entry in entries):
+        if isinstance(event, journal.CommandDone):
+            decision += 1
+        elif isinstance(event, journal.ActionTook):
+            found.append(
+                Due(decision, Phase.WAIT, Kind.TIME, str(event.number), repr(event.seconds))
+            )
     return found
 
 

@@ -363,7 +363,7 @@ class _Player:
                 self.entries.append(self._plan)
             if event.publishes or event.resets_to is not None:
                 self.entries.append(entry)
-        elif not isinstance(event, (journal.LoopWaits, journal.MessageDropped)):
+        elif not isinstance(event, (journal.LoopWaits, journal.MessageDropped, journal.ActionTook)):
             self.entries.append(entry)
 
     def _end_of(self, name: str) -> str:
