@@ -185,6 +185,8 @@ class Validator:
         self._pending: Dict[str, Tuple[str, str]] = {}  # robots that act: action and its argument
         self._announced: Set[Edge] = set()  # blocked since the last answer
         self._freed: Set[Edge] = set()  # unblocked since then
+        self._excused: Dict[str, Edge] = {}  # who was sent where a way had just been unblocked
+        self._doubtful: Set[Edge] = set()  # which then failed: in the same step, it counts as free
 
     # What is told.
 
@@ -224,6 +226,7 @@ class Validator:
             elif freed:
                 self._freed.add(frozenset(freed))
                 self.blocked.discard(frozenset(freed))
+                self._doubtful.discard(frozenset(freed))
             if not (self._pending or self._open()):
                 self.settle()
         elif identifier in self._pending:
@@ -232,6 +235,7 @@ class Validator:
 
     def action(self, robot: str, action: str) -> None:
         """An action is published."""
+        freed = set(self._freed)
         if self.immediate:
             self.settle()
         if robot not in self.positions:
@@ -248,6 +252,9 @@ class Validator:
             if len(terms) == 1:
                 self._pending[robot] = (name, terms[0])
                 check(robot, terms[0])
+                edge = frozenset((self.positions.get(robot, ""), terms[0]))
+                if name == "go" and edge in freed:
+                    self._excused[robot] = edge
                 return
         self._wrong(f"there is no action {action}")
 
@@ -310,7 +317,7 @@ class Validator:
 
     def believed(self) -> Set[Edge]:
         """Returns the edges that are blocked for somebody who knows all that was said."""
-        return (self.blocked | self._announced) - self._freed
+        return (self.blocked | self._announced | self._doubtful) - self._freed
 
     # What follows from it.
 
@@ -353,6 +360,7 @@ class Validator:
 
     def _answer(self, robot: str, value: str) -> None:
         name, term = self._pending.pop(robot)
+        excused = self._excused.pop(robot, None)
         if value in ("unknown", "timeout"):
             self.lost.add(robot)
             parcel = self._in_slot(term)
@@ -361,10 +369,14 @@ class Validator:
                 self.loads.pop(robot, None)
             return
         if name == "go":
+            edge = frozenset((self.positions[robot], term))
             if value == "success":
                 self.positions[robot] = term
+            elif edge == excused:
+                self._doubtful.add(edge)
             else:
-                self._announced.add(frozenset((self.positions[robot], term)))
+                self._announced.add(edge)
+                self._doubtful.discard(edge)
             return
         parcel = self._in_slot(term)
         if value != "success" or parcel is None:

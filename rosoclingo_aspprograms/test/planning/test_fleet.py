@@ -28,7 +28,18 @@ NEAR = 12  # requests that are in the way of another one
 CALM = 40  # steps, after which nothing goes wrong any more
 
 
-class Fleet(Episode):
+class Busy(Episode):
+    """Robots that may serve a request in the step in which it comes, before it is accepted."""
+
+    def publish(self, actuator: str, action: str) -> None:
+        """Has a robot act."""
+        for goal in self.goals:
+            if goal.slot is not None:
+                self.validator.place(goal, goal.slot)
+        super().publish(actuator, action)
+
+
+class Fleet(Busy):
     """One to four robots, whose actions take longer or shorter than planned.
 
     Attributes:
@@ -53,9 +64,6 @@ class Fleet(Episode):
     def publish(self, actuator: str, action: str) -> None:
         """Has a robot act, for about as long as that should take."""
         seconds = self.graph.seconds(self.validator.positions[actuator], action)
-        for goal in self.requests:
-            if goal.slot is not None:
-                self.validator.place(goal, goal.slot)
         super().publish(actuator, action)
         factor = self.pick.uniform(1 - self.sloth, 1 + self.sloth)
         self.due[actuator] = self.clock + max(0.1, seconds * factor)
@@ -156,3 +164,33 @@ def test_a_request_that_has_waited_is_urgent(patience: int, served: int, tmp_pat
     before = [goal for goal in stream.near if goal.words[-1:] == ["succeeded"]]
     assert len(before) == len(stream.near)
     assert len(stream.near) == pytest.approx(served, abs=2 if served < NEAR else 0)
+
+
+@pytest.mark.parametrize("answer", ["success", "failure", "unknown"])
+@pytest.mark.parametrize("mode", list(STEPS))
+def test_a_request_is_canceled_in_the_step_in_which_it_comes(
+    mode: str, answer: str, tmp_path: Path
+) -> None:
+    """A robot that stands where the package is picks it up already, while another one drives."""
+    instance = tmp_path / "instance.lp"
+    instance.write_text(HALL.facts())
+    hall = Busy(mode, HALL, [str(instance), MAILBOT], STEPS[mode])
+    far, near = hall.request("bring(c,b)"), []
+
+    def turn() -> bool:
+        if hall.acting and not near:
+            near.append(hall.request("bring(d,c)"))
+        elif hall.acting.get("right", "").startswith("pickup") and not hall.cancelled:
+            hall.cancel(near[0])
+        elif hall.acting.get("right", "").startswith("pickup"):
+            hall.answer("right", answer)
+        elif hall.acting:
+            hall.answer(sorted(hall.acting)[0], "success")
+        return bool(hall._items)
+
+    assert hall.play(turn) is None
+    assert hall.cancelled == near
+    assert hall.validator.finish() == []
+    assert far.words == ["accepted", "succeeded"]
+    ends = {"success": "canceled", "failure": "canceled", "unknown": "aborted"}
+    assert near[0].words[-1] == ends[answer]

@@ -178,6 +178,19 @@ def test_what_was_freed_and_is_blocked_again() -> None:
     assert "blocked" in validator.violations[-1]
 
 
+def test_what_was_freed_may_fail_once_more() -> None:
+    """In the step in which it was said to be free, a move that fails says nothing else."""
+    validator = Validator(Map.grid(2, 1), immediate=True)
+    validator.request("a", "bring(1,2)")
+    validator.status("a", "accepted", "1")
+    validator.message("info", "unblocked(c(1),c(2))")
+    for number in range(3):
+        validator.action("mailbot", "go(c(2))")
+        assert len(validator.violations) == (number == 2)
+        validator.message("mailbot", "failure")
+        assert validator.believed() == {frozenset(("c(1)", "c(2)"))}
+
+
 def test_two_robots_may_not_pick_up_the_same_package() -> None:
     graph = Map.read(OFFICE)
     graph.starts = {"one": "o1", "other": "o1"}

@@ -213,9 +213,14 @@ class Controller:
         return json.dumps(self._saved)
 
     def restore(self, saved: str) -> None:
-        """Grounds the mode, as :meth:`prepare` does, and goes on from a snapshot."""
-        self.prepare()
-        self._saved = tuple(json.loads(saved))
+        """Grounds the mode, as :meth:`prepare` does, and goes on from a snapshot.
+
+        If that fails, it can be tried again: what it is to go on from is known.
+        """
+        try:
+            self.prepare()
+        finally:
+            self._saved = tuple(json.loads(saved))
 
     @property
     def dynamic(self) -> bool:
