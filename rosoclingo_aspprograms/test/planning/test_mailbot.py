@@ -14,6 +14,7 @@ from episode import (
     OFFICE,
     RECORDING,
     REQUEST,
+    RESET,
     STATIC,
     Episode,
 )
@@ -326,10 +327,12 @@ def test_what_cannot_be_reached_waits_and_the_rest_is_served(mode: str) -> None:
     assert episode.actions.index("deliver(2)") < episode.actions.index("pickup(1)")
 
 
-@pytest.mark.parametrize("r", [1, 5])
-@pytest.mark.parametrize("mode", INCREMENTAL)
+@pytest.mark.parametrize(("mode", "r"), [(RESET, 1), *((mode, 5) for mode in INCREMENTAL)])
 def test_while_a_request_waits_a_message_takes_one_step(mode: str, r: int) -> None:
-    """And no more, so that 60 steps suffice for 41 messages and the delivery."""
+    """And no more, so that 60 steps suffice for 41 messages and the delivery.
+
+    One mode alone has r.
+    """
     options = ["-c", "slots=1", "-c", "x=2", "-c", "y=2"]
     steps = ["-c", "steps=60", "-c", f"r={r}"]
     episode = Episode(mode, Map.grid(2, 2), [BENCH, MAILBOT], steps, options)
