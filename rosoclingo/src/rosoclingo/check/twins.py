@@ -13,7 +13,7 @@ from rosoclingo.check.invariants import planned_ends
 from rosoclingo.check.run import DOES, MESSAGE, FoundPlan, Run
 from rosoclingo.desk.inputs import CANCEL, GOAL, STEP, Input
 from rosoclingo.loop import journal
-from rosoclingo.loop.words import UNKNOWN
+from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
 Inputs = Tuple[Input, ...]
 Again = Callable[[Inputs], Run]
@@ -122,7 +122,7 @@ def failed(one: Run, other: Run) -> Iterator[str]:
     old, new = earlier[-1].fluents, success[-1].fluents
     for effect, is_there in ((new - old, after.fluents), (old - new, old - after.fluents)):
         is_new = effect == new - old
-        if effect and effect <= is_there and (is_new or failure[2] != UNKNOWN):
+        if effect and effect <= is_there and (is_new or failure[2] not in (UNKNOWN, TIMEOUT)):
             what = ", ".join(sorted(effect))
             holds = "holds" if is_new else "holds no longer"
             yield (
