@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import List, Tuple
 
 import pytest
+from draws import draws
 
 from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
 from rosoclingo_simulator.simulator.costmap import Costmap
@@ -30,6 +31,8 @@ WAYS: List[Tuple[str, str]] = [
     for one, other in re.findall(r"connection\(([a-z]+\d+),([a-z]+\d+)\)", INSTANCE.read_text())
     for way in ((one, other), (other, one))
 ]
+# With a box, which stands at the same place from both sides: 23 ways, each from one of them.
+WITH_A_BOX = [WAYS[number] for number in draws((2 * n + n % 2 for n in range(23)), 46)]
 LOOP = {"c1", "c2", "c3", "c4", "c5", "c6", "open1"}
 
 
@@ -75,7 +78,7 @@ def test_a_way(
     assert drive.simulation.physics.pose.distance(drive.goal) < 0.15
 
 
-@pytest.mark.parametrize("way", WAYS, ids="-".join)
+@pytest.mark.parametrize("way", WITH_A_BOX, ids="-".join)
 def test_a_way_with_a_box(
     office: OccupancyMap, planner: Planner, waypoints: Waypoints, way: Tuple[str, str]
 ) -> None:
@@ -100,3 +103,4 @@ def test_a_way_with_a_box(
 
 def test_all_ways_are_there() -> None:
     assert len(WAYS) == len(set(WAYS)) == 46
+    assert {frozenset(way) for way in WITH_A_BOX} == {frozenset(way) for way in WAYS}
