@@ -272,6 +272,45 @@ def test_nothing_is_left_of_a_node_that_has_ended(terminals: Terminals) -> None:
     assert "served at the end: False" in node.output  # rospy's would ask a closed socket for ever
 
 
+REGISTERING = """
+import os, signal, threading
+import rospy
+from rospy.impl import registration
+from std_msgs.msg import Empty
+from rosclingo.ros.init import init_node, spin
+
+init_node("registering")
+ask, has_begun, ends = registration.xmlrpcapi, threading.Event(), threading.Event()
+rospy.core.add_preshutdown_hook(lambda reason: ends.set())  # after those that unregister
+
+class Slow:
+    def __init__(self, uri):
+        self.registerPublisher = lambda *words: self.call(ask(uri), *words)
+
+    def call(self, master, *words):
+        has_begun.set()
+        ends.wait(0.2)
+        return master.registerPublisher(*words)
+
+registration.xmlrpcapi = Slow
+thread = threading.Thread(target=rospy.Publisher, args=("late", Empty), kwargs={"queue_size": 1})
+thread.start()
+has_begun.wait()
+registration.xmlrpcapi = ask
+os.kill(os.getpid(), signal.SIGINT)
+spin()
+thread.join()
+"""
+
+
+def test_nothing_is_left_of_a_thread_that_opens_topics(terminals: Terminals) -> None:
+    node = terminals.run("python", "-c", REGISTERING)
+    assert node.wait() == 0, node.output
+    assert terminals.master.lookupNode("/test", "/registering")[0] == -1
+    _, _, (publishers, _, _) = terminals.master.getSystemState("/test")
+    assert "/late" not in {topic for topic, _ in publishers}
+
+
 def seconds_computed(node: Terminal) -> float:
     """Returns the processor time of a node; rosrun replaces itself by it."""
     fields = Path(f"/proc/{node.process.pid}/stat").read_text().split()

@@ -50,6 +50,8 @@ EVENTS = [
     (PlanFound((), False, Quality((7,))), Fields("plan", "7/", "the best so far", (), 0.0)),
     (SearchEnded(Ended.CUT, ("do(r,a,1)", "b"), Quality((2,), (2,)), 1),
      Fields("search", "2/2", "the best so far", ("1", "do(r,a,1)", "b"), 0.0)),
+    (SearchEnded(Ended.FINISHED, ("b",)),
+     Fields("search", "", "finished", ("0", "b"), 0.0)),
     (SearchEnded(Ended.NOTHING), Fields("search", "", "nothing", ("0",), 0.0)),
     (ActionPublished("r", "go(1)"), Fields("action", "r", "go(1)", (), 0.0)),
     (StatusSet("g", Status.ACCEPTED, "1"), Fields("status", "g", "accepted", ("1",), 0.0)),

@@ -28,6 +28,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _CALL = b"POST"  # how a call of XML-RPC begins; as a header, it would be more than a GiB long
 _SECONDS_TO_RETRY = 30.0  # after which a node that cannot do its work is started again
 _LOOKS_SECONDS = 0.5  # how often it is looked whether the node is shut down, if nobody says so
+_SECONDS_TO_REGISTER = 0.5  # how long a shutdown waits for a call that tells the master of a name
 # Whether the log messages of all nodes go without the list of the node's topics.
 _ROSOUT_PARAMETER = "/rosout_disable_topics_generation"
 
@@ -50,10 +51,10 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     A node that the master does not know any more ends, see :func:`.master_watch.watch_master`.
 
     It also ends the node's server, see :func:`end_server_when_closed`, closes connections that are
-    meant for another process, see :func:`_refuse_calls`, and lets the master forget
-    the node when that ends, and log without a call of the master. rospy subscribes to a parameter
-    at each message, and never unsubscribes: when a node of the same name starts later, the master
-    shuts down whatever node has got the old one's port meanwhile.
+    meant for another process, see :func:`_refuse_calls`, lets the master forget the node when that
+    ends, with the names that it is just registering, and log without a call of the master. rospy
+    subscribes to a parameter at each message, and never unsubscribes: when a node of the same name
+    starts later, the master shuts down whatever node has got the old one's port meanwhile.
 
     And what is there by now, which is modules above all, is looked through for garbage no more, now
     and then and several times at the end: that takes a quarter of the processor time of a node that
@@ -76,6 +77,7 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     for number in _SIGNALS:
         signal.signal(number, _shut_down)
     _wake_registration_at_the_end()
+    _let_registrations_end()
     with contextlib.suppress(OSError):  # a master that has just gone, of which rospy tells
         # What has a value in the cache is not subscribed to.
         topics_are_left_out = rospy.get_param(_ROSOUT_PARAMETER, False)
@@ -197,6 +199,20 @@ def _wake_registration_at_the_end() -> None:
                 manager.cond.notify_all()
 
     rospy.core.add_shutdown_hook(wake)
+
+
+def _let_registrations_end() -> None:
+    # rospy unregisters everything while another thread may still register something, whose call
+    # then comes to the master after that one.
+    listeners = get_registration_listeners()
+
+    def clear() -> None:
+        has_ended = listeners.lock.acquire(timeout=_SECONDS_TO_REGISTER)
+        del listeners.listeners[:]
+        if has_ended:
+            listeners.lock.release()
+
+    listeners.clear = clear
 
 
 def _shut_down(number: int, _: Optional[FrameType]) -> None:

@@ -103,7 +103,8 @@ class Story:
         return lines
 
     def _on_search(self, _: Entry, event: journal.SearchEnded) -> List[str]:
-        self._is_better = event.how is journal.Ended.BETTER
+        if event.how in journal.IMPROVING:
+            self._is_better = event.how is journal.Ended.BETTER
         if event.how is journal.Ended.AS_BEFORE and event.quality and event.quality.is_best:
             return ["there is no better plan"]
         return []

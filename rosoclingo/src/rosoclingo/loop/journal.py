@@ -159,16 +159,21 @@ class PlanFound(Event):
 
 
 class Ended(str, enum.Enum):
-    """How a search has ended whose outcome depends on how quick the machine is.
+    """How a search has ended whose outcome depends on how quick the machine is, by ``~patience``.
 
     Its value is the word on the wire.
     """
 
+    FINISHED = "finished"  # by itself; which of several answer sets it finds is the solver's choice
     CUT = "the best so far"  # by ~patience
     CALLED = "interrupted"  # by an input, when the planner had been told of the search already
     BETTER = "better"  # it has looked for a better plan, and found one
     AS_BEFORE = "as before"  # likewise, and found none in its time, or that there is none
     NOTHING = "nothing"  # likewise, and could not find out what the plan costs now
+
+
+IMPROVING = (Ended.BETTER, Ended.AS_BEFORE, Ended.NOTHING)
+"""How a search for a better plan ends."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, 
 
 from rosclingo.errors import ParameterError
 from rosoclingo.loop.inbox import Answer, Cancel, Inbox, Item, Message, Taken
-from rosoclingo.loop.journal import Ended, Fields, SearchEnded
+from rosoclingo.loop.journal import IMPROVING, Ended, Fields, SearchEnded
 from rosoclingo.loop.journal import decode as decode_event
 from rosoclingo.loop.journal import encode as encode_event
 
@@ -234,7 +234,7 @@ class ReplayInbox(Inbox):
         """Whether there is one before the next decision; removes nothing."""
         with self._changed:
             ended = self._next_search()
-            return ended is not None and improves == (ended.how not in (Ended.CUT, Ended.CALLED))
+            return ended is not None and improves == (ended.how in IMPROVING)
 
     def _next_search(self) -> Optional[SearchEnded]:
         decision, _ = self._moment

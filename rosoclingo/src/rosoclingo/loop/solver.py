@@ -17,7 +17,7 @@ from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import query
 from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
 from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
 from rosoclingo.loop.quality import Quality
 
 HAS = "rosoclingo_has"
@@ -306,8 +306,7 @@ class Planner(PlannerState):
             PlannerError: The encoding asks for what there is not.
         """
         self.run(self.demand.prepare_improving(step))
-        ways = (Ended.BETTER, Ended.AS_BEFORE, Ended.NOTHING)
-        ended = self.recorded.search_due(*ways) or self._look_for_better(stopped)
+        ended = self.recorded.search_due(*IMPROVING) or self._look_for_better(stopped)
         self.note(ended)
         if ended.how is Ended.NOTHING:
             self.quality = None
@@ -397,44 +396,55 @@ class Planner(PlannerState):
         Returns:
             How that has ended, and how good the answer set is, if that is known.
         """
-        cut = self.recorded.search_due(Ended.CUT, number=number)
-        if cut is None:
-            found: List[wire.Improvement] = []
-            limit = self.patience if not self.recorded.knows_searches else 0.0
-            end = time.monotonic() + limit
-            before: Tuple[Tuple[int, ...], Tuple[str, ...]] = (), ()  # what is left costs, and is
-            is_stopped = False
+        ended = self.recorded.search_due(Ended.CUT, Ended.FINISHED, number=number)
+        if ended is None:
+            outcome, quality = self._solve_in_time(stopped, number)
+            if outcome.result is not wire.Result.SAT or not self.patience:
+                return outcome, quality
+            how = Ended.CUT if outcome.interrupted else Ended.FINISHED
+            ended = SearchEnded(how, outcome.symbols, quality, number)
+        self.note(ended)
+        is_cut = ended.how is Ended.CUT
+        outcome = wire.Outcome(wire.Result.SAT, interrupted=is_cut, symbols=ended.symbols)
+        return outcome, ended.quality
 
-            def has_to_end() -> bool:
-                nonlocal is_stopped
-                is_stopped = is_stopped or stopped()
-                has_plan = bool(limit and (found or before[0]))
-                return is_stopped or (has_plan and time.monotonic() > end)
+    def _solve_in_time(
+        self, stopped: Callable[[], bool], number: int
+    ) -> Tuple[wire.Outcome, Optional[Quality]]:
+        """Does what :meth:`_solve` says; with an answer set, ``interrupted`` is by the time."""
+        found: List[wire.Improvement] = []
+        limit = self.patience if not self.recorded.knows_searches else 0.0
+        end = time.monotonic() + limit
+        before: Tuple[Tuple[int, ...], Tuple[str, ...]] = (), ()  # what is left costs, and is
+        is_stopped = False
 
-            if limit and self._compares and not number:
-                allowed, end = end, max(end, time.monotonic() + _SAME_SECONDS)
-                outcome = self._solver.solve((self._same(),), has_to_end, found.append)
-                end = allowed
-                if found:
-                    symbols = outcome.symbols or found[-1].symbols
-                    before = self._cost(outcome, found), symbols
-                    found.clear()
-            outcome = self._solver.solve((), has_to_end, found.append)
-            is_cut = limit and outcome.interrupted and not is_stopped
-            if not (is_cut and (found or before[0])):
-                cost = self._cost(outcome, found)
-                return outcome, Quality(cost, cost) if cost else None
-            cost = self._cost(outcome, found)
-            symbols = outcome.symbols or (found[-1].symbols if found else ())
-            if before[0] and not (cost and cost < before[0]):
-                cost, symbols = before
-            if self.demand.improves and not self.demand.asks(symbols):
-                # The plan stands, or is what an answer set before has decided: there is no other.
-                return wire.Outcome(wire.Result.SAT, symbols=symbols), Quality(cost, cost)
-            quality = Quality(cost, self._bound())
-            cut = SearchEnded(Ended.CUT, symbols, quality, number)
-        self.note(cut)
-        return wire.Outcome(wire.Result.SAT, interrupted=True, symbols=cut.symbols), cut.quality
+        def has_to_end() -> bool:
+            nonlocal is_stopped
+            is_stopped = is_stopped or stopped()
+            has_plan = bool(limit and (found or before[0]))
+            return is_stopped or (has_plan and time.monotonic() > end)
+
+        if limit and self._compares and not number:
+            allowed, end = end, max(end, time.monotonic() + _SAME_SECONDS)
+            outcome = self._solver.solve((self._same(),), has_to_end, found.append)
+            end = allowed
+            if found:
+                symbols = outcome.symbols or found[-1].symbols
+                before = self._cost(outcome, found), symbols
+                found.clear()
+        outcome = self._solver.solve((), has_to_end, found.append)
+        is_cut = limit and outcome.interrupted and not is_stopped
+        cost = self._cost(outcome, found)
+        if not (is_cut and (found or before[0])):
+            return outcome, Quality(cost, cost) if cost else None
+        symbols = outcome.symbols or (found[-1].symbols if found else ())
+        if before[0] and not (cost and cost < before[0]):
+            cost, symbols = before
+        if self.demand.improves and not self.demand.asks(symbols):
+            # The plan stands, or is what an answer set before has decided: there is no other.
+            return wire.Outcome(wire.Result.SAT, symbols=symbols), Quality(cost, cost)
+        quality = Quality(cost, self._bound())
+        return wire.Outcome(wire.Result.SAT, interrupted=True, symbols=symbols), quality
 
     def _cost(self, outcome: wire.Outcome, found: Sequence[wire.Improvement]) -> Tuple[int, ...]:
         """Returns what the last answer set of a search costs; nothing if that is not known."""
