@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Dict, Tuple
+from typing import Dict, List, Tuple
 
 import pytest
 
 from rosclingo.solver.options import parse_options
-from rosoclingo.check import static
+from rosoclingo.check import static, twins
 from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import Checking
 from rosoclingo.check.command_line import parse
+from rosoclingo.check.run import Runner
 from rosoclingo.desk.command_line import parse_planner
 from rosoclingo.desk.parts import EXAMPLES
 from rosoclingo.single.dialects import detect
@@ -86,6 +87,25 @@ def test_what_is_read(name: str) -> None:
     options = parse_planner(READ[name], "")
     alphabet = read_alphabet(options)
     assert static.look(options, detect(options), alphabet) == []
+
+
+@pytest.mark.parametrize(
+    ("check", "inputs", "others"),
+    [
+        # Told before the other robot has succeeded, as well as after.
+        ("reset", ["--goal", "bring(b,c)", "--at", "6", "right:failure"],
+         ["--mode", "dynamic.incremental.reset", "-c", "r=3",
+          "--goal", "bring(b,c)", "--at", "6", "right:failure"]),
+        # Only the time has changed, as after a success.
+        ("failed", ["--at", "5", "goal:bring(c,d)", "--at", "7", "left:failure"],
+         ["--at", "5", "goal:bring(c,d)"]),
+    ],
+)  # fmt: skip
+def test_two_robots_with_a_clock(check: str, inputs: List[str], others: List[str]) -> None:
+    files = (HALL, MAILBOT, "--simulate", "-c", "steps=38", "--most-steps", "114")
+    runner = Runner()
+    one, other = (runner.run((*files, *words)) for words in (inputs, others))
+    assert list(getattr(twins, check)(one, other)) == []
 
 
 def test_all_encodings_are_here() -> None:

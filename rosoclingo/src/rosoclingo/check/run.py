@@ -53,6 +53,7 @@ class FoundPlan:
         over: The goals that have ended, by their numbers.
         cancelled: The goals for which a cancel request has come, by their numbers.
         heard: What has come from outside and what was done until then, but for answers ``success``.
+        successes: How many of these had come.
     """
 
     elapsed: int
@@ -68,6 +69,7 @@ class FoundPlan:
     over: FrozenSet[str]
     cancelled: FrozenSet[str]
     heard: Tuple[Tuple[str, ...], ...]
+    successes: int
 
     @property
     def ahead(self) -> List[Action]:
@@ -138,6 +140,7 @@ class Watched(Simulation):
         self.plans: List[FoundPlan] = []
         self.asked: List[str] = []
         self.heard: List[Tuple[str, ...]] = []
+        self._successes = 0
         self._done: List[Action] = []  # since the last reset
         super().__init__(make, **simulated(chosen))
 
@@ -155,8 +158,11 @@ class Watched(Simulation):
         elif isinstance(happened, journal.CancelArrived):
             self.asked.append(happened.goal)
             self.heard.append(("cancel", happened.goal, str(self.elapsed)))
-        elif isinstance(happened, journal.MessageArrived) and happened.value != SUCCESS:
-            self.heard.append((MESSAGE, happened.source, happened.value, str(self.elapsed)))
+        elif isinstance(happened, journal.MessageArrived):
+            if happened.value == SUCCESS:
+                self._successes += 1
+            else:
+                self.heard.append((MESSAGE, happened.source, happened.value, str(self.elapsed)))
         elif isinstance(happened, journal.CommandDone) and happened.resets_to is not None:
             self._done.clear()
 
@@ -191,6 +197,7 @@ class Watched(Simulation):
                 over=ended,
                 cancelled=frozenset(self.asked),
                 heard=tuple(self.heard),
+                successes=self._successes,
             )
         )
 

@@ -15,6 +15,7 @@ from rosoclingo.desk.inputs import CANCEL, GOAL, STEP, Input
 from rosoclingo.loop import journal
 from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
+_CLOCK = "clock("  # how a fluent begins that says how much time has gone by
 Inputs = Tuple[Input, ...]
 Again = Callable[[Inputs], Run]
 """Makes a run with inputs."""
@@ -42,7 +43,7 @@ def reset(one: Run, other: Run) -> Iterator[str]:
 
 def _history(plan: FoundPlan) -> object:
     """Returns all that has come until a plan was found, and which goals it is for."""
-    return plan.heard, plan.elapsed, frozenset(plan.slots.values()) - plan.over
+    return plan.heard, plan.successes, plan.elapsed, frozenset(plan.slots.values()) - plan.over
 
 
 def _words(plan: FoundPlan) -> str:
@@ -105,7 +106,10 @@ def without_failure(inputs: Inputs, run: Run) -> Optional[Inputs]:
 
 
 def failed(one: Run, other: Run) -> Iterator[str]:
-    """An action that has failed has no effect; what is unknown may hold no longer."""
+    """An action that has failed has no effect; what is unknown may hold no longer.
+
+    That time goes by, which a fluent ``clock(N)`` says, is no effect.
+    """
     index, failure = next(
         (index, heard) for index, heard in enumerate(one.heard) if heard[0] == MESSAGE
     )
@@ -119,7 +123,10 @@ def failed(one: Run, other: Run) -> Iterator[str]:
     earlier = [p for p in one.plans if p.elapsed == moment - 1 and p.heard == before[:-1]]
     if not (success and earlier and before[-1] == action):
         return
-    old, new = earlier[-1].fluents, success[-1].fluents
+    old, new = (
+        frozenset(one for one in plan.fluents if not one.startswith(_CLOCK))
+        for plan in (earlier[-1], success[-1])
+    )
     for effect, is_there in ((new - old, after.fluents), (old - new, old - after.fluents)):
         is_new = effect == new - old
         if effect and effect <= is_there and (is_new or failure[2] not in (UNKNOWN, TIMEOUT)):
