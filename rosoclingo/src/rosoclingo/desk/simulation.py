@@ -67,8 +67,8 @@ class Simulation(System):
             answer: Says how actions end; by default all succeed.
             seconds: Says how long actions take.
             most_steps: The run is over when so many steps have begun.
-            action_timeout: From when on an action without an answer counts as failed, in seconds;
-                0 for never.
+            action_timeout: From when on an action without an answer counts as failed, or as timed
+                out where the encoding knows that, in seconds; 0 for never.
             parameters: Further arguments for the loop.
         """
         self.commands = 0
