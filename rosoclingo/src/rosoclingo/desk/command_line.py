@@ -56,7 +56,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     add("--fail", type=_pattern, metavar="REGEX", help="actions that fail, where it is found")
     add("--no-answer", type=_pattern, metavar="REGEX", help="those that are never answered")
     add("--action-timeout", type=_number(), default=0.0, metavar="S",
-        help="when an action without an answer is told as failed or as timeout; else never")  # fmt: skip
+        help="an action without an answer for so long counts as failed or as timeout")  # fmt: skip
     add("--fail-probability", type=_number(1.0), default=0.0, metavar="P", help="of the others")
     add("--seed", type=int, default=0, metavar="N", help="of these failures; by default 0")
     add("--seconds", type=_number(), default=1.0, metavar="S", help="how long an action takes")
