@@ -18,6 +18,10 @@ from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.tokens import Told
 from rosoclingo.store.store import Changes, Store
 
+_Release = Tuple[str, Callable[[], None]]
+_URGENT = ("dispatch", "publication")
+"""What leaves before all else, because somebody waits for it; it takes no lock."""
+
 
 @dataclass
 class _Held:
@@ -35,7 +39,7 @@ class _Held:
     actions: List[Tuple[str, str]] = field(default_factory=list)
     words: Dict[str, Tuple[str, str]] = field(default_factory=dict)
     accepted: List[str] = field(default_factory=list)
-    releases: List[Tuple[str, Callable[[], None]]] = field(default_factory=list)
+    releases: List[_Release] = field(default_factory=list)
 
     def __bool__(self) -> bool:
         return bool(self.records or self.releases)
@@ -60,7 +64,7 @@ class Outbox(Environment):
         self._owner: Optional[int] = None  # the loop's thread
         self._held = _Held()  # of the loop's thread; others add to its records
         # Guards the journal's number, and that its records leave in their order. Held while it is
-        # written; whoever has it takes no lock of actionlib's or of a goal.
+        # written, and actions leave; whoever has it takes no lock of actionlib's or of a goal.
         self._lock = threading.Lock()
         self._number = max((record.number for record in store.records), default=0)
 
@@ -164,8 +168,10 @@ class Outbox(Environment):
                 # Who reads the journal goes by what the loop has done before.
                 self._held.records += said.records
                 return
-            keys = self._write(said, Changes())
-        self._release(said, keys)
+            changes = Changes()
+            self._write(said, changes)
+            self._tell(changes.records)
+        self._release(said.releases)
 
     @property
     def is_urgent(self) -> bool:
@@ -189,7 +195,7 @@ class Outbox(Environment):
             raise self._store.failure
         if self._held.releases and not self.is_urgent:
             releases, self._held.releases = self._held.releases, []
-            self._release(_Held(releases=releases), ())
+            self._release(releases)
 
     def save(self, changes: Changes, *, ended: Optional[str] = None) -> None:
         """Writes what the loop knows now, and lets out what is held.
@@ -204,27 +210,32 @@ class Outbox(Environment):
         with self._lock:
             held, self._held = self._held, _Held()
             keys = self._write(held, changes, ended)
-        self._release(held, keys)
+            urgent = [one for one in held.releases if one[0] in _URGENT]
+            self._release(urgent)
+            self._tell(changes.records)
+        self._release([one for one in held.releases if one[0] not in _URGENT])
+        if keys:
+            self._store.note_sent(keys)
 
     def _write(self, held: _Held, changes: Changes, ended: Optional[str] = None) -> List[str]:
-        """Writes, and lets the journal's records out; returns the keys of the actions."""
+        """Writes, and returns the keys of the actions."""
         changes.actions, changes.words = held.actions, held.words
         changes.accepted = held.accepted
         first = self._number + 1
         changes.records = [replace(one, number=n) for n, one in enumerate(held.records, first)]
         self._number += len(held.records)
-        keys = self._store.write(changes, ended=ended)
-        for record in changes.records:
-            self._environment.note(record)
-        return keys
+        return self._store.write(changes, ended=ended)
 
-    def _release(self, held: _Held, keys: Sequence[str]) -> None:
-        for what, release in held.releases:
+    def _tell(self, records: Sequence[NumberedRecord]) -> None:
+        """Lets the journal's records out."""
+        for record in records:
+            self._environment.note(record)
+
+    def _release(self, releases: Sequence[_Release]) -> None:
+        for what, release in releases:
             self._store.point(f"before {what}")
             release()
             self._store.point(f"after {what}")
-        if keys:
-            self._store.note_sent(keys)
 
     def send_again(self) -> None:
         """Publishes the actions of which it is not known that they were."""
