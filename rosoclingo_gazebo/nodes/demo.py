@@ -1,7 +1,7 @@
 #!/usr/bin/env python
 from rosclingo.start import starting
 
-with starting():
+with starting(numpy=True):
     from rosoclingo_gazebo.demo.node import main
 
 main()

@@ -1,7 +1,7 @@
 #!/usr/bin/env python
 from rosclingo.start import starting
 
-with starting():
+with starting(numpy=True):
     from rosoclingo_simulator.world.generate import main
 
 main()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gc
 import signal
+import sys
+import types
 from typing import Iterator
 
 import pytest
@@ -32,3 +34,17 @@ def test_a_module_that_is_missing() -> None:
     with pytest.raises(ImportError), starting():
         import no_such_module  # noqa: F401, PLC0415
     assert gc.isenabled()
+
+
+def test_numpy_is_for_who_needs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "numpy", types.ModuleType("numpy"))
+    monkeypatch.delitem(sys.modules, "numpy")
+    with pytest.raises(ImportError), starting():
+        import numpy  # noqa: F401, PLC0415
+    assert "numpy" not in sys.modules
+    module = types.ModuleType("numpy")
+    with starting(numpy=True):
+        sys.modules["numpy"] = module
+    with starting():  # is there already
+        import numpy as found  # noqa: PLC0415
+    assert found is sys.modules["numpy"] is module
