@@ -23,7 +23,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.atoms import event
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 
 SIZE, REQUESTS, DRAWS = 10, 10, 10
 AT_ONCE = 0.001  # s

@@ -24,7 +24,7 @@ from harness import HarnessError, Report, RosSystem, Row, Samples, measure, mill
 from rosclingo.ros.client import Client
 from rosclingo.wire.commands import GetStats, Stats
 from rosoclingo.loop.journal import CommandDone, decode
-from rosoclingo.loop.solver import EMPTY_PARTS
+from rosoclingo.loop.planner import EMPTY_PARTS
 from rosoclingo.msg import ROSoClingoEvent, ROSoClingoOut
 
 ROOT = Path(__file__).resolve().parents[1]

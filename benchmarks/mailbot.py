@@ -19,7 +19,7 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result, Truth
 from rosoclingo.loop.atoms import Plan, event
 from rosoclingo.loop.journal import LoopWaits, decode
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 from rosoclingo.msg import (
     ROSoClingoAction,
     ROSoClingoEvent,

@@ -35,7 +35,8 @@ from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.solver import Forwarding, Planner
+from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.solver import Forwarding
 from rosoclingo.single.algorithm1 import Algorithm1
 
 GRID = Grid(10, 4)  # a slot for the new request, too

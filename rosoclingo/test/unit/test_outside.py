@@ -22,7 +22,7 @@ from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.inbox import Message
 from rosoclingo.loop.journal import PlanFound, Record
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 
 Make = Callable[..., System]
 INCREMENTAL = [f"dynamic.incremental.{kind}" for kind in ("recording", "reset", "dyn_reset")]

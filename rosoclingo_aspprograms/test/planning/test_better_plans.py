@@ -17,7 +17,7 @@ from rosclingo.wire.commands import Outcome, Result
 from rosoclingo.loop import solver
 from rosoclingo.loop.atoms import Plan
 from rosoclingo.loop.journal import Ended, SearchEnded
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 
 AT_ONCE = 1e-6  # seconds
 

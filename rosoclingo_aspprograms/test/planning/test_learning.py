@@ -17,7 +17,7 @@ from rosclingo.wire.commands import Result
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
 
 RING = Map(

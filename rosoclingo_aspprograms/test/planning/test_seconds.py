@@ -17,7 +17,7 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.arrivals import Arrivals
 from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
 
 Job = Tuple[str, str]

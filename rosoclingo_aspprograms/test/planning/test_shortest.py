@@ -14,7 +14,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result, Truth
 from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 from rosoclingo_aspprograms.validator import Map
 
 BY_STEPS = str(Path(__file__).with_name("mailbot_by_steps.lp"))

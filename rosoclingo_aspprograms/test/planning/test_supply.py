@@ -14,7 +14,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 
 LIBRARY = Path(__file__).resolve().parents[2] / "lib"
 SEEDS = draws(range(24), 60)

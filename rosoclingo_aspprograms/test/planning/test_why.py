@@ -23,7 +23,7 @@ from rosclingo.wire.commands import Result
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import QuestionError
 from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.facts import Kind
 from rosoclingo.why.reason import Reason

@@ -21,7 +21,7 @@ from rosclingo.solver.programs import Program, parse_files
 from rosclingo.wire.term_text import last_number, number, split_term
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.loop.demand import Pair
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 from rosoclingo.loop.vocabulary import ANY_EVENT
 from rosoclingo.loop.words import BUSY, INFO, SUCCESS
 from rosoclingo.single.dialects import Dialect2, detect

@@ -9,8 +9,8 @@ from rosclingo.wire.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.planner import Planner
 from rosoclingo.loop.snapshot import take_over
-from rosoclingo.loop.solver import Planner
 from rosoclingo.loop.vocabulary import ToldVocabulary, Vocabulary
 
 SAVE = "event(save,"

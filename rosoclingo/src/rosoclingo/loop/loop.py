@@ -21,8 +21,9 @@ from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.journal import LoopEnded, Reason
+from rosoclingo.loop.planner import Planner
 from rosoclingo.loop.snapshot import decode, encode
-from rosoclingo.loop.solver import Planner, Solver
+from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.state import State, StateSnapshot
 
 _BEGINS_ACTIONS = "commit_actions"

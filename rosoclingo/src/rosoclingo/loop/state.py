@@ -18,8 +18,8 @@ from rosoclingo.loop.externals import SAVE, ExternalsState, PlannerExternals
 from rosoclingo.loop.goals import STATUSES, Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.mail import Mail, MailSnapshot
+from rosoclingo.loop.planner import Planner, PlannerState
 from rosoclingo.loop.snapshot import take_over
-from rosoclingo.loop.solver import Planner, PlannerState
 from rosoclingo.loop.tokens import Tokens, TokensState
 from rosoclingo.loop.waiting import Waiting
 from rosoclingo.loop.words import ABORT, BUSY, INFO, SUCCESS, TIMEOUT, UNKNOWN

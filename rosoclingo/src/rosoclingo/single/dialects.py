@@ -21,7 +21,8 @@ from rosclingo.solver.programs import parse_files
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
 from rosoclingo.loop.atoms import event
-from rosoclingo.loop.solver import HAS, Forwarding, Solver
+from rosoclingo.loop.planner import HAS
+from rosoclingo.loop.solver import Forwarding, Solver
 from rosoclingo.loop.vocabulary import ANY_EVENT
 
 _ANY_ATOM = f"event({ANY_EVENT},"

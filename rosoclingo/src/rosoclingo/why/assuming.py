@@ -21,7 +21,7 @@ from rosclingo.wire.commands import (
 from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.atoms import query
 from rosoclingo.loop.externals import SAVE
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 from rosoclingo.why.copy import ENDS, Answer, Copy, Deadline, Verdict
 from rosoclingo.why.situation import Situation
 

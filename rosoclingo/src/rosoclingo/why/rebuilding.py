@@ -20,7 +20,7 @@ from rosclingo.wire.term_text import last_number
 from rosoclingo.errors import InterruptedQuestionError, PlannerError
 from rosoclingo.loop.atoms import query
 from rosoclingo.loop.externals import SAVE
-from rosoclingo.loop.solver import Planner
+from rosoclingo.loop.planner import Planner
 from rosoclingo.single.dialects import Dialect2, PaperDialect
 from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
 from rosoclingo.why.situation import Situation
