@@ -16,8 +16,8 @@ def starting(*, numpy: bool = False) -> Iterator[None]:
 
     Args:
         numpy: Whether the program needs NumPy. Else ROS's messages do not get it, which import it
-            for the sake of an error message, and would take a fifth of the start and 15 MB of
-            memory. Who imports it later has it.
+            to name NumPy's numbers rightly in the error about a message with a wrong value, and
+            would take a fifth of the start and 15 MB of memory. Who imports it later has it.
     """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     gc.disable()
@@ -27,7 +27,7 @@ def starting(*, numpy: bool = False) -> Iterator[None]:
     try:
         yield
     finally:
-        if is_hidden:
+        if is_hidden and sys.modules.get("numpy", gc) is None:
             del sys.modules["numpy"]
         gc.freeze()
         gc.enable()

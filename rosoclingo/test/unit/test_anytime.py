@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import threading
+from pathlib import Path
 from typing import Any, Callable, List, Optional, Sequence
 
 import pytest
@@ -256,6 +257,52 @@ def test_older_journals_tell_no_searches() -> None:
     dues = input_schedule(run_of([solve, Record(cut), solve, Record(cut), solve]))
     assert dues[:2] == [due(1, cut), due(2, cut)]
     assert [one.text for one in rest(dues, 2)] == [due(2, cut).text, ""]
+
+
+def test_finished_searches_of_another_program() -> None:
+    """They are made again: it may have other plans."""
+    finished = SearchEnded(Ended.FINISHED, ("do(r,a,1)",), Quality((1,), (1,)))
+    cut = SearchEnded(Ended.CUT, ("do(r,a,1)",), Quality((2,), (1,)))
+    solve = Record(CommandDone("solve"))
+    run = run_of([Record(finished), solve, Record(cut), solve])
+    assert input_schedule(run)[:2] == [due(0, finished), due(1, cut)]
+    assert input_schedule(run, same_program=False)[:-1] == [due(1, cut)]
+    only = run_of([Record(finished), solve])
+    (known,) = input_schedule(only, same_program=False)
+    assert known.text == ""
+
+
+def test_a_changed_encoding_is_put_to_the_test(
+    system: Callable[..., System], tmp_path: Path
+) -> None:
+    """In a replay with patience, too: the robot goes another way there."""
+    text = (PACKAGE / "example/line.lp").read_text() + "#minimize { 1,R,A,t : do(R,A,t) }.\n"
+    texts = {"old.lp": text, "new.lp": text + ":- do(robot,go(2),1).\n"}
+    for name, content in texts.items():
+        (tmp_path / name).write_text(content)
+
+    def made(name: str, inbox: Inbox) -> System:
+        other = system(
+            "dynamic.incremental.recording", "-c", "steps=40",
+            encoding=[str(tmp_path / name)], inbox=inbox,
+        )  # fmt: skip
+        other.loop.state.planner.patience = 1000.0
+        return other
+
+    recorded = Session(made("old.lp", Inbox()), lambda *_: "success")
+    recorded.start()
+    recorded.goal("g", "visit(3)")
+    assert recorded.goals["g"].wait() == "succeeded"
+
+    def replayed(name: str, *, same_program: bool) -> Run:
+        dues = input_schedule(Run(recorded.entries), same_program=same_program)
+        inbox = ReplayInbox(decode(encode(dues)))
+        return Run(replay(made(name, inbox), recorded.entries, 0))
+
+    again = replayed("old.lp", same_program=True)
+    assert not compare(Run(recorded.entries), again).differences
+    with pytest.raises(AssertionError, match="in_step"):
+        replayed("new.lp", same_program=False)
 
 
 @pytest.mark.parametrize("text", ["x", "[]", '["1/2", "never", ["0"]]', '["x", "better", ["0"]]'])

@@ -13,13 +13,16 @@ import pytest
 
 from rosclingo.errors import OptionsError, RosclingoError
 from rosclingo.solver.options import Options
+from rosoclingo.check import twins
 from rosoclingo.check.again import is_reproduced
 from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import Checking, main, run
 from rosoclingo.check.command_line import parse
 from rosoclingo.check.findings import Finding
+from rosoclingo.check.run import FoundPlan, Run
 from rosoclingo.desk.command_line import parse as parse_plan
 from rosoclingo.desk.parts import EXAMPLES
+from rosoclingo.loop.atoms import Action
 
 LINE = f"{EXAMPLES}/line.lp"
 SMALL = ("-c", "cells=4")
@@ -214,11 +217,32 @@ def test_what_it_does(name: str, tmp_path: Path) -> None:
 
 
 def test_each_check_has_a_test() -> None:
-    from rosoclingo.check import invariants, twins  # noqa: PLC0415 (the names of the checks)
+    from rosoclingo.check import invariants  # noqa: PLC0415 (the names of the checks)
 
     names = {one.__name__ for one in invariants.CHECKS} | {"failed", "recall", "reset"}
     assert names == set(DYNAMIC)
     assert all(hasattr(twins, name) for name in ("failed", "recall", "reset"))
+
+
+def found(actions: Sequence[Action], *, successes: int = 0, has_barrier: bool = True) -> Run:
+    """Returns a run in which one plan was found, in its first step."""
+    plan = FoundPlan(
+        elapsed=0, step=0, actions=tuple(actions), published=frozenset(), has_barrier=has_barrier,
+        statuses=(), fluents=frozenset(), slots={"1": "1"}, told={}, active=frozenset({"1"}),
+        over=frozenset(), cancelled=frozenset(), heard=(), successes=successes,
+    )  # fmt: skip
+    nothing: List[Any] = []
+    return Run((), True, nothing, [plan], nothing, [], None, False, 1, frozenset(), ())
+
+
+def test_plans_that_are_compared() -> None:
+    """Those of which the same was known, where a step is as long as all that act in it."""
+    short, long = [Action("robot", "a", 1)], [Action("robot", "a", 1), Action("robot", "b", 2)]
+    (said,) = twins.reset(found(short), found(long))
+    assert "the plan takes 1 step in the first run, and 2 steps in the second" in said
+    assert not [*twins.reset(found(short), found(long, successes=1))]
+    assert not [*twins.reset(found(short), found(long, has_barrier=False))]
+    assert not [*twins.reset(found(short, has_barrier=False), found(long))]
 
 
 # Examples of an author.

@@ -10,7 +10,7 @@ import pytest
 
 from rosoclingo.bags.model import Entry, Program, Recording
 from rosoclingo.bags.replay.startup import check, starts
-from rosoclingo.bags.replay.unpack import ReplayError, from_disk, unpack
+from rosoclingo.bags.replay.unpack import ReplayError, from_disk, is_unchanged, unpack
 from rosoclingo.loop.journal import LoopWaits
 
 FILES = {"/home/me/ws/task.lp": '#include "parts/map.lp".', "/home/me/ws/parts/map.lp": "a."}
@@ -95,6 +95,17 @@ def test_files_from_disk(tmp_path: Path) -> None:
         from_disk(recorded)
     file.touch()
     assert from_disk(recorded) == ["-f", str(file), "-t", "2"]
+
+
+def test_files_that_have_not_changed(tmp_path: Path) -> None:
+    files = {str(tmp_path / name): f"{name}." for name in ("task.lp", "part.lp")}
+    recorded = program(["-f", "task"], files)
+    assert not is_unchanged(recorded)
+    for path, text in files.items():
+        Path(path).write_text(text)
+    assert is_unchanged(recorded)
+    (tmp_path / "part.lp").write_text("another.")
+    assert not is_unchanged(recorded)
 
 
 def test_files_of_packages_are_found_elsewhere(

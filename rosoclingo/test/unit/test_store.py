@@ -19,12 +19,15 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError, StoreError
+from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.journal import LoopWaits, Record
 from rosoclingo.store.commands import RecordedSolver
 from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.fields import Fields, read
+from rosoclingo.store.outbox import Outbox
 from rosoclingo.store.started_with import started_with
-from rosoclingo.store.store import Store
+from rosoclingo.store.store import Changes, Store
 
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 REQUESTS = ["visit(2)", "visit(1)"]
@@ -325,6 +328,48 @@ def test_writes_and_size(tmp_path: Path) -> None:
     goals = 2 * 20  # each is written when it comes
     assert writes[1] - writes[0] <= 2 * (steps[1] - steps[0]) + goals
     assert rows[1] == rows[0]
+
+
+class Listening(Environment):
+    """Takes note of what leaves, in order; a publication may fail."""
+
+    def __init__(self, failure: Optional[Exception] = None) -> None:
+        self.heard: List[str] = []
+        self._failure = failure
+
+    def note(self, record: Record) -> None:
+        self.heard.append("journal")
+
+    def publish(self, actuator: str, action: str) -> None:
+        self.heard.append("out")
+        if self._failure is not None:
+            raise self._failure
+
+    def show_told(self, run: str, told: object) -> None:
+        self.heard.append("dispatch")
+
+
+@pytest.mark.parametrize("failure", [None, ValueError("it cannot be sent")])
+def test_who_waits_for_an_action_has_it_first(
+    tmp_path: Path, failure: Optional[ValueError]
+) -> None:
+    """And the journal leaves, too, whatever is wrong with the action."""
+    environment = Listening(failure)
+    store = Store(tmp_path / "run.store")
+    outbox = Outbox(environment, store)
+    outbox.begin()
+    outbox.note(Record(LoopWaits()))
+    outbox.later("plan", lambda: environment.heard.append("plan"))
+    outbox.show_told("run", ())
+    outbox.publish("robot", "go")
+    outbox.note(Record(LoopWaits()))
+    assert environment.heard == []
+    with contextlib.suppress(ValueError):
+        outbox.save(Changes())
+    rest = [] if failure else ["plan"]
+    assert environment.heard == ["dispatch", "out", "journal", "journal", *rest]
+    assert bool(store.unsent) == bool(failure)
+    store.close()
 
 
 @pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])

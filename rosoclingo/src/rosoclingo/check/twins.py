@@ -6,6 +6,7 @@ line; its name is that of the check in docs/check.md.
 
 from __future__ import annotations
 
+import re
 from typing import Callable, Iterator, List, Mapping, Optional, Tuple
 
 from rosoclingo.check.findings import Finding
@@ -15,7 +16,7 @@ from rosoclingo.desk.inputs import CANCEL, GOAL, STEP, Input
 from rosoclingo.loop import journal
 from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
-_CLOCK = "clock("  # how a fluent begins that says how much time has gone by
+_CLOCK = re.compile(r"clock\(\d+\)")  # a fluent that says how much time has gone by
 Inputs = Tuple[Input, ...]
 Again = Callable[[Inputs], Run]
 """Makes a run with inputs."""
@@ -125,7 +126,7 @@ def failed(one: Run, other: Run) -> Iterator[str]:
     if not (success and earlier and before[-1] == action):
         return
     old, new = (
-        frozenset(one for one in plan.fluents if not one.startswith(_CLOCK))
+        frozenset(fluent for fluent in plan.fluents if not _CLOCK.fullmatch(fluent))
         for plan in (earlier[-1], success[-1])
     )
     for effect, is_there in ((new - old, after.fluents), (old - new, old - after.fluents)):

@@ -180,6 +180,9 @@ IMPROVING = (Ended.BETTER, Ended.AS_BEFORE, Ended.NOTHING)
 class SearchEnded(Event):
     """A search has ended whose outcome depends on time, so that a replay needs to know it.
 
+    With ``~patience`` those are all that have found a plan: what is found depends also on what the
+    solver has learned in searches that time has ended.
+
     Attributes:
         how: How it has ended.
         symbols: The answer set that was taken; that of the plan as it was, if none is better.

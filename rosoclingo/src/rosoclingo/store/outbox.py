@@ -20,7 +20,7 @@ from rosoclingo.store.store import Changes, Store
 
 _Release = Tuple[str, Callable[[], None]]
 _URGENT = ("dispatch", "publication")
-"""What leaves before all else, because somebody waits for it; it takes no lock."""
+"""What leaves before all else, because somebody waits for it; it waits for nobody else."""
 
 
 @dataclass
@@ -210,12 +210,15 @@ class Outbox(Environment):
         with self._lock:
             held, self._held = self._held, _Held()
             keys = self._write(held, changes, ended)
-            urgent = [one for one in held.releases if one[0] in _URGENT]
-            self._release(urgent)
+            try:
+                self._release([one for one in held.releases if one[0] in _URGENT])
+                if keys:
+                    self._store.note_sent(keys)
+            except Exception:  # they are written, and who listens misses no number
+                self._tell(changes.records)
+                raise
             self._tell(changes.records)
         self._release([one for one in held.releases if one[0] not in _URGENT])
-        if keys:
-            self._store.note_sent(keys)
 
     def _write(self, held: _Held, changes: Changes, ended: Optional[str] = None) -> List[str]:
         """Writes, and returns the keys of the actions."""

@@ -14,7 +14,7 @@ from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.replay_inbox import Due, Kind, Phase, search_text
 
 
-def input_schedule(run: Run, *, kills: bool = False) -> List[Due]:
+def input_schedule(run: Run, *, kills: bool = False, same_program: bool = True) -> List[Due]:
     """Returns the inputs that the loop has taken, and when, in its order; and after them the rest.
 
     That are the outcomes of searches, and how long actions took.
@@ -22,6 +22,7 @@ def input_schedule(run: Run, *, kills: bool = False) -> List[Due]:
     Args:
         run: The run.
         kills: Whether nodes that have died are among them.
+        same_program: Whether they are for the encodings that were recorded.
     """
     found: List[Due] = []
     moment = (0, Phase.BEFORE)
@@ -75,7 +76,7 @@ def input_schedule(run: Run, *, kills: bool = False) -> List[Due]:
                 undecided[event.goal] = len(found)
             kind, identifier, text = input_key(event)
             found.append(Due(*moment, kind, identifier, text))
-    return found + _searches(run.recorded) + _times(run.recorded)
+    return found + _searches(run.recorded, same_program) + _times(run.recorded)
 
 
 def rest(dues: Sequence[Due], decision: int) -> List[Due]:
@@ -85,8 +86,11 @@ def rest(dues: Sequence[Due], decision: int) -> List[Due]:
     ]
 
 
-def _searches(entries: Sequence[Entry]) -> List[Due]:
-    """Returns how the searches have ended that depend on time, if the journal tells that."""
+def _searches(entries: Sequence[Entry], same_program: bool) -> List[Due]:
+    """Returns how the searches have ended that depend on time, if the journal tells that.
+
+    Those that were finished are left out if the program is not the same: it may have other plans.
+    """
     found: List[Due] = []
     is_told = False  # older journals do not tell
     decision = 0
@@ -94,6 +98,9 @@ def _searches(entries: Sequence[Entry]) -> List[Due]:
         if isinstance(event, journal.CommandDone):
             decision += 1
         elif isinstance(event, journal.SearchEnded):
+            if event.how is journal.Ended.FINISHED and not same_program:
+                is_told = True
+                continue
             found.append(Due(decision, Phase.DURING, Kind.SEARCH, "", search_text(event)))
         elif isinstance(event, journal.PlanFound):
             is_told |= event.quality is not None

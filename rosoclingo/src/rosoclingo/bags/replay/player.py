@@ -28,6 +28,10 @@ from rosoclingo.loop import journal, replay_inbox
 from rosoclingo.loop.replay_inbox import Due, Kind, Phase
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoEvent, ROSoClingoGoal, ROSoClingoIn
 
+# Searches are long, and what they have found is seen from what follows.
+_NOT_COMPARED = (
+    journal.LoopWaits, journal.MessageDropped, journal.ActionTook, journal.SearchEnded,
+)  # fmt: skip
 _CONNECT_SECONDS = 60.0  # how long the nodes may take to start on a busy machine
 _POLL_SECONDS = 0.02
 _LOOK_SECONDS = 0.2  # how often it is seen whether the processes still run
@@ -163,6 +167,7 @@ def play(
     rate: Optional[float],
     timeout: float,
     kills: bool,
+    same_program: bool,
     progress: Callable[[int, int, float], None],
 ) -> Replayed:
     """Starts a system on a ROS master of its own, plays the recording to it, and ends it.
@@ -179,6 +184,7 @@ def play(
         timeout: After so many seconds without any event the replay is given up; twice the longest
             recorded search is waited for in any case.
         kills: Whether nodes are killed where the recorded ones had died.
+        same_program: Whether the system has the encodings that were recorded.
         progress: Called now and then with the number of inputs that were sent, and of all, and the
             seconds that the replay has taken.
 
@@ -192,7 +198,9 @@ def play(
         schedule = Schedule(
             run, has_gate=run.has_journal, arrived=connection.arrived, rate=rate, kills=kills
         )
-        dues = input_schedule(run, kills=kills) if run.has_journal else []
+        dues: List[Due] = []
+        if run.has_journal:
+            dues = input_schedule(run, kills=kills, same_program=same_program)
         nodes = _Nodes(name, system, processes, connection, dues)
         if run.has_journal:
             nodes.set_dues()
@@ -363,7 +371,7 @@ class _Player:
                 self.entries.append(self._plan)
             if event.publishes or event.resets_to is not None:
                 self.entries.append(entry)
-        elif not isinstance(event, (journal.LoopWaits, journal.MessageDropped, journal.ActionTook)):
+        elif not isinstance(event, _NOT_COMPARED):
             self.entries.append(entry)
 
     def _end_of(self, name: str) -> str:

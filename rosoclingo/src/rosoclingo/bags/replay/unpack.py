@@ -72,6 +72,17 @@ def from_disk(program: Program) -> List[str]:
     return _with_files(program, existing)
 
 
+def is_unchanged(program: Program) -> bool:
+    """Whether the files of the disk that :func:`from_disk` uses are those of the bag."""
+    packages = rospkg.RosPack()
+
+    def is_same(path: str, text: str) -> bool:
+        found = next(filter(os.path.isfile, (*_in_packages(path, packages), path)), None)
+        return found is not None and Path(found).read_bytes() == text.encode()
+
+    return all(is_same(path, text) for path, text in program.files.items())
+
+
 def _in_packages(path: str, packages: rospkg.RosPack) -> Iterator[str]:
     """Yields where a file is if one of the folders above it is a package, the nearest first."""
     parts = path.split("/")
