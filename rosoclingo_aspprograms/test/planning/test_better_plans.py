@@ -14,7 +14,6 @@ from test_seconds import draw_map, replay
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Outcome, Result
-from rosoclingo.loop import solver
 from rosoclingo.loop.atoms import Plan
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner import Planner
@@ -66,7 +65,7 @@ def search(planner: Planner) -> Outcome:
 def test_it_ends_with_the_best_plan(
     seed: int, minimise: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(solver, "_SAME_SECONDS", 60.0)  # on a busy machine
+    monkeypatch.setattr("rosoclingo.loop.planner._SAME_SECONDS", 60.0)  # on a busy machine
     instance = Instance(seed, 1 + seed % 2, tmp_path)
     options = ("-c", f"minimise={minimise}")
     proven = instance.planner(0.0, *options)
