@@ -10,7 +10,7 @@ import signal
 import struct
 import time
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Set
 from xml.etree import ElementTree
 
 import pytest
@@ -366,11 +366,20 @@ def test_steps_without_a_barrier(terminals: Terminals, recorder: Recorder, nodes
     assert "no difference at level exact: 1 goal" in ended.output
 
 
-# Each action takes a while, in which a better plan is looked for.
+# Each action lasts until the loop waits, and a while more, in which it looks for a better plan.
 DRIVING = {
     "robot": """
+from rosoclingo.msg import ROSoClingoEvent
+
+acting = []
+def hear(event):
+    if event.kind == "action":
+        acting.append(event.id)
+    elif event.kind == "waiting" and acting:
+        threading.Timer(0.05, answers.publish, (acting.pop(0), "success")).start()
 def act(message):
-    threading.Timer(0.05, answers.publish, (message.id, "success")).start()
+    pass
+heard_all = rospy.Subscriber("rosoclingo/journal", ROSoClingoEvent, hear, tcp_nodelay=True)
 groups = sys.argv[2:]
 """,
     "client": IN_ORDER["client"],
@@ -384,14 +393,21 @@ def test_a_better_plan(terminals: Terminals, recorder: Recorder, nodes: str) -> 
     files = [str(mailbot / "instances" / "graph_hall.lp"), str(mailbot / "mailbot.lp")]
     patience, slots = "_patience:=0.001", ["-c", "slots=8"]
     single = [patience, *(part for file in files for part in ("-f", file)), *slots]
-    bag = recorder.record(
-        ["bring(a,b) bring(b,c) bring(d,a) bring(c,d) bring(b,a) bring(d,b) bring(c,a) bring(a,d)"],
-        files, steps=99,
-        single=single if nodes == "one" else (), driver=DRIVING, planner=slots,
-        parameters=[patience],
-    )  # fmt: skip
-    recorded = [entry.event for entry in read_recording(bag).entries]
-    ways = {event.how for event in recorded if isinstance(event, SearchEnded)}
+    requests = (
+        "bring(a,b) bring(b,c) bring(d,a) bring(c,d) bring(b,a) bring(d,b) bring(c,a) bring(a,d)"
+    )
+    ways: Set[Ended] = set()
+    # On a busy machine, the planner may be through before it is told that its time is over.
+    for number in range(5):
+        bag = recorder.record(
+            [requests], files, steps=99, name=f"run{number}.bag",
+            single=single if nodes == "one" else (), driver=DRIVING, planner=slots,
+            parameters=[patience],
+        )  # fmt: skip
+        recorded = [entry.event for entry in read_recording(bag).entries]
+        ways = {event.how for event in recorded if isinstance(event, SearchEnded)}
+        if ways & {Ended.BETTER, Ended.AS_BEFORE}:
+            break
     assert ways & {Ended.BETTER, Ended.AS_BEFORE}
     ended = replay(terminals, bag)
     assert ended.wait() == 0, ended.output
