@@ -5,8 +5,9 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+from collections import deque
 from dataclasses import dataclass, field, replace
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Callable, Deque, Dict, List, Optional, Sequence, Tuple
 
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.arrivals import Arrival
@@ -67,6 +68,7 @@ class Outbox(Environment):
         # written, and actions leave; whoever has it takes no lock of actionlib's or of a goal.
         self._lock = threading.Lock()
         self._number = max((record.number for record in store.records), default=0)
+        self._written: Deque[NumberedRecord] = deque()  # and have not left yet
 
     def begin(self) -> None:
         """Takes note that the loop's thread is this one."""
@@ -168,9 +170,8 @@ class Outbox(Environment):
                 # Who reads the journal goes by what the loop has done before.
                 self._held.records += said.records
                 return
-            changes = Changes()
-            self._write(said, changes)
-            self._tell(changes.records)
+            self._write(said, Changes())
+            self._tell()
         self._release(said.releases)
 
     @property
@@ -210,14 +211,10 @@ class Outbox(Environment):
         with self._lock:
             held, self._held = self._held, _Held()
             keys = self._write(held, changes, ended)
-            try:
-                self._release([one for one in held.releases if one[0] in _URGENT])
-                if keys:
-                    self._store.note_sent(keys)
-            except Exception:  # they are written, and who listens misses no number
-                self._tell(changes.records)
-                raise
-            self._tell(changes.records)
+            self._release([one for one in held.releases if one[0] in _URGENT])
+            if keys:
+                self._store.note_sent(keys)
+            self._tell()
         self._release([one for one in held.releases if one[0] not in _URGENT])
 
     def _write(self, held: _Held, changes: Changes, ended: Optional[str] = None) -> List[str]:
@@ -227,12 +224,14 @@ class Outbox(Environment):
         first = self._number + 1
         changes.records = [replace(one, number=n) for n, one in enumerate(held.records, first)]
         self._number += len(held.records)
-        return self._store.write(changes, ended=ended)
+        keys = self._store.write(changes, ended=ended)
+        self._written += changes.records
+        return keys
 
-    def _tell(self, records: Sequence[NumberedRecord]) -> None:
-        """Lets the journal's records out."""
-        for record in records:
-            self._environment.note(record)
+    def _tell(self) -> None:
+        """Lets the journal's records out; those, too, that an action held up which cannot leave."""
+        while self._written:
+            self._environment.note(self._written.popleft())
 
     def _release(self, releases: Sequence[_Release]) -> None:
         for what, release in releases:
