@@ -27,7 +27,7 @@ def starting(*, numpy: bool = False) -> Iterator[None]:
     try:
         yield
     finally:
-        if is_hidden and sys.modules.get("numpy", gc) is None:
-            del sys.modules["numpy"]
+        if is_hidden and not sys.modules.get("numpy"):
+            sys.modules.pop("numpy", None)
         gc.freeze()
         gc.enable()
