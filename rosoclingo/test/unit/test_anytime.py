@@ -266,9 +266,9 @@ def test_finished_searches_of_another_program() -> None:
     solve = Record(CommandDone("solve"))
     run = run_of([Record(finished), solve, Record(cut), solve])
     assert input_schedule(run)[:2] == [due(0, finished), due(1, cut)]
-    assert input_schedule(run, same_program=False)[:-1] == [due(1, cut)]
+    assert input_schedule(run, same_encodings=False)[:-1] == [due(1, cut)]
     only = run_of([Record(finished), solve])
-    (known,) = input_schedule(only, same_program=False)
+    (known,) = input_schedule(only, same_encodings=False)
     assert known.text == ""
 
 
@@ -294,15 +294,15 @@ def test_a_changed_encoding_is_put_to_the_test(
     recorded.goal("g", "visit(3)")
     assert recorded.goals["g"].wait() == "succeeded"
 
-    def replayed(name: str, *, same_program: bool) -> Run:
-        dues = input_schedule(Run(recorded.entries), same_program=same_program)
+    def replayed(name: str, *, same_encodings: bool) -> Run:
+        dues = input_schedule(Run(recorded.entries), same_encodings=same_encodings)
         inbox = ReplayInbox(decode(encode(dues)))
         return Run(replay(made(name, inbox), recorded.entries, 0))
 
-    again = replayed("old.lp", same_program=True)
+    again = replayed("old.lp", same_encodings=True)
     assert not compare(Run(recorded.entries), again).differences
     with pytest.raises(AssertionError, match="in_step"):
-        replayed("new.lp", same_program=False)
+        replayed("new.lp", same_encodings=False)
 
 
 @pytest.mark.parametrize("text", ["x", "[]", '["1/2", "never", ["0"]]', '["x", "better", ["0"]]'])

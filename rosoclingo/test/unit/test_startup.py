@@ -9,7 +9,7 @@ from typing import Any, Dict, List, Mapping, Sequence
 import pytest
 
 from rosoclingo.bags.model import Entry, Program, Recording
-from rosoclingo.bags.replay.startup import check, starts
+from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
 from rosoclingo.bags.replay.unpack import ReplayError, from_disk, is_unchanged, unpack
 from rosoclingo.loop.journal import LoopWaits
 
@@ -100,12 +100,18 @@ def test_files_from_disk(tmp_path: Path) -> None:
 def test_files_that_have_not_changed(tmp_path: Path) -> None:
     files = {str(tmp_path / name): f"{name}." for name in ("task.lp", "part.lp")}
     recorded = program(["-f", "task"], files)
+    nodes = {one: program(["-f", "task"], files, f"/{one}") for one in ("controller", "planner")}
+    bag = recording(**nodes)
     assert not is_unchanged(recorded)
     for path, text in files.items():
         Path(path).write_text(text)
     assert is_unchanged(recorded)
+    assert has_same_encodings(bag, [None], disk=True)
     (tmp_path / "part.lp").write_text("another.")
     assert not is_unchanged(recorded)
+    assert not has_same_encodings(bag, [None], disk=True)
+    assert has_same_encodings(bag, [None, None], disk=False)
+    assert not has_same_encodings(bag, [None, "-f other.lp"], disk=False)
 
 
 def test_files_of_packages_are_found_elsewhere(

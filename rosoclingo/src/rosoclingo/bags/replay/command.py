@@ -20,8 +20,7 @@ from rosoclingo.bags.errors import IncompleteBagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.player import Replayed, play
-from rosoclingo.bags.replay.startup import check, starts
-from rosoclingo.bags.replay.unpack import is_unchanged
+from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
 from rosoclingo.bags.text import say
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 
@@ -64,14 +63,12 @@ def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
             single=options.single, system=options.system,
             store=folder / "run.store" if options.kill else None,
         )  # fmt: skip
-        others = (options.controller, options.planner, options.single, options.system)
-        same_program = others == (None,) * len(others) and (
-            files is not None or all(map(is_unchanged, recording.programs.values()))
-        )
+        given = (options.controller, options.planner, options.single, options.system)
+        same_encodings = has_same_encodings(recording, given, disk=files is None)
         replayed = play(
             recording.name, run, processes, folder,
             rate=options.rate, timeout=options.timeout, kills=options.kill,
-            same_program=same_program, progress=_say_progress,
+            same_encodings=same_encodings, progress=_say_progress,
         )  # fmt: skip
     return _judge(recording, run, replayed, Level(options.level)), replayed.seconds
 

@@ -14,7 +14,7 @@ from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.replay_inbox import Due, Kind, Phase, search_text
 
 
-def input_schedule(run: Run, *, kills: bool = False, same_program: bool = True) -> List[Due]:
+def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True) -> List[Due]:
     """Returns the inputs that the loop has taken, and when, in its order; and after them the rest.
 
     That are the outcomes of searches, and how long actions took.
@@ -22,7 +22,7 @@ def input_schedule(run: Run, *, kills: bool = False, same_program: bool = True) 
     Args:
         run: The run.
         kills: Whether nodes that have died are among them.
-        same_program: Whether they are for the encodings that were recorded.
+        same_encodings: Whether they are for the encodings that were recorded.
     """
     found: List[Due] = []
     moment = (0, Phase.BEFORE)
@@ -76,7 +76,7 @@ def input_schedule(run: Run, *, kills: bool = False, same_program: bool = True) 
                 undecided[event.goal] = len(found)
             kind, identifier, text = input_key(event)
             found.append(Due(*moment, kind, identifier, text))
-    return found + _searches(run.recorded, same_program) + _times(run.recorded)
+    return found + _searches(run.recorded, same_encodings) + _times(run.recorded)
 
 
 def rest(dues: Sequence[Due], decision: int) -> List[Due]:
@@ -86,7 +86,7 @@ def rest(dues: Sequence[Due], decision: int) -> List[Due]:
     ]
 
 
-def _searches(entries: Sequence[Entry], same_program: bool) -> List[Due]:
+def _searches(entries: Sequence[Entry], same_encodings: bool) -> List[Due]:
     """Returns how the searches have ended that depend on time, if the journal tells that.
 
     Those that were finished are left out if the program is not the same: it may have other plans.
@@ -98,7 +98,7 @@ def _searches(entries: Sequence[Entry], same_program: bool) -> List[Due]:
         if isinstance(event, journal.CommandDone):
             decision += 1
         elif isinstance(event, journal.SearchEnded):
-            if event.how is journal.Ended.FINISHED and not same_program:
+            if event.how is journal.Ended.FINISHED and not same_encodings:
                 is_told = True
                 continue
             found.append(Due(decision, Phase.DURING, Kind.SEARCH, "", search_text(event)))

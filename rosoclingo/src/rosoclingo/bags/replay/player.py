@@ -167,7 +167,7 @@ def play(
     rate: Optional[float],
     timeout: float,
     kills: bool,
-    same_program: bool,
+    same_encodings: bool,
     progress: Callable[[int, int, float], None],
 ) -> Replayed:
     """Starts a system on a ROS master of its own, plays the recording to it, and ends it.
@@ -184,7 +184,7 @@ def play(
         timeout: After so many seconds without any event the replay is given up; twice the longest
             recorded search is waited for in any case.
         kills: Whether nodes are killed where the recorded ones had died.
-        same_program: Whether the system has the encodings that were recorded.
+        same_encodings: Whether the system has the encodings that were recorded.
         progress: Called now and then with the number of inputs that were sent, and of all, and the
             seconds that the replay has taken.
 
@@ -200,7 +200,7 @@ def play(
         )
         dues: List[Due] = []
         if run.has_journal:
-            dues = input_schedule(run, kills=kills, same_program=same_program)
+            dues = input_schedule(run, kills=kills, same_encodings=same_encodings)
         nodes = _Nodes(name, system, processes, connection, dues)
         if run.has_journal:
             nodes.set_dues()

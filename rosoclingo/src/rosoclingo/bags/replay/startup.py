@@ -10,7 +10,7 @@ from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.solver import lexical
 from rosoclingo.bags.model import Program, Recording
-from rosoclingo.bags.replay.unpack import ReplayError, from_disk, unpack
+from rosoclingo.bags.replay.unpack import ReplayError, from_disk, is_unchanged, unpack
 from rosoclingo.bags.topics import NODE
 
 _SOLVER = "rosclingo run.py"
@@ -130,6 +130,19 @@ def starts(
                 f'command line: --{role} "ARGS"'
             )
     return made
+
+
+def has_same_encodings(recording: Recording, given: Sequence[Optional[str]], *, disk: bool) -> bool:
+    """Returns whether the system that :func:`starts` returns is known to have the bag's encodings.
+
+    Args:
+        recording: What the bag says.
+        given: The command lines that replace the bag's; None for one that does not.
+        disk: Whether the files of the disk are used instead of the bag's.
+    """
+    if any(line is not None for line in given):
+        return False
+    return not disk or all(map(is_unchanged, recording.programs.values()))
 
 
 def _solver_names(recording: Recording, loop: Optional[Program]) -> Dict[str, str]:
