@@ -107,8 +107,10 @@ def test_files_that_have_not_changed(tmp_path: Path) -> None:
         Path(path).write_text(text)
     assert is_unchanged(recorded)
     assert has_same_encodings(bag, [None], disk=True)
-    (tmp_path / "part.lp").write_text("another.")
-    assert not is_unchanged(recorded)
+    for other in (b"another.", b"\xff"):
+        (tmp_path / "part.lp").write_bytes(other)
+        assert not is_unchanged(recorded)
+    assert not is_unchanged(program([], {str(tmp_path / "task.lp"): "\udc80"}))
     assert not has_same_encodings(bag, [None], disk=True)
     assert has_same_encodings(bag, [None, None], disk=False)
     assert not has_same_encodings(bag, [None, "-f other.lp"], disk=False)

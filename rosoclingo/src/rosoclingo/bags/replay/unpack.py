@@ -78,7 +78,10 @@ def is_unchanged(program: Program) -> bool:
 
     def is_same(path: str, text: str) -> bool:
         found = next(filter(os.path.isfile, (*_in_packages(path, packages), path)), None)
-        return found is not None and Path(found).read_bytes() == text.encode()
+        try:
+            return found is not None and Path(found).read_text(encoding="utf-8") == text
+        except (OSError, ValueError):  # nobody may read it, or it is no text
+            return False
 
     return all(is_same(path, text) for path, text in program.files.items())
 
