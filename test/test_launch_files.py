@@ -17,7 +17,7 @@ import pytest
 from roslaunch.arg_dump import get_args
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.xmlloader import XmlLoader
-from screen import screen
+from screen import RVIZ_BROKE, screen
 from terminals import Terminal, Terminals, catches_interrupts, package, wait_for
 
 __all__ = ["screen"]
@@ -156,7 +156,7 @@ def come_up(terminals: Terminals, launch: Terminal, expected: Set[str]) -> None:
         )
 
     wait_for(is_up)
-    assert "has died" not in launch.output
+    assert "has died" not in RVIZ_BROKE.sub("", launch.output)
 
 
 def have_ended(terminals: Terminals, launch: Terminal, expected: Set[str]) -> None:
@@ -174,7 +174,8 @@ def test_start_and_stop(
     shared.environment["DISPLAY"] = screen
     folder, given = tmp_path / "my robot", [*STARTED.get(file[1], []), "record:=x.bag"]
     launch = start(shared, folder, *file, *given, "__ns:=robot1")
-    nodes = {f"/robot1{node}" for node in load(file, *given)[0]}
+    # Without rviz, which may break: test_readmes.py tests that it is started.
+    nodes = {f"/robot1{node}" for node in load(file, *given)[0] if node != "/rviz"}
     come_up(shared, launch, nodes)
     launch.interrupt()
     have_ended(shared, launch, nodes)

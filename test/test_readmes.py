@@ -16,12 +16,12 @@ import sys
 import textwrap
 import xml.etree.ElementTree as ET
 from pathlib import Path
-from typing import Iterator, List
+from typing import Callable, Iterator, List, Sequence
 
 import pytest
 import yaml
 from readmes import DOCUMENTS, ROOT, Piece, check_output, section, sections
-from screen import screen
+from screen import screen, start_with_rviz
 from terminals import Terminal, Terminals, wait_for
 from typist import pipe
 
@@ -141,12 +141,16 @@ class Page:
         while self.left and self.left[0].kind == "variable":
             self._profile += self.left.pop(0).text + "\n"
 
-    def type(self, word: str, lines: str = "") -> Terminal:
-        """Types the next command, in which a word is, and lines that it reads."""
+    def command(self, word: str) -> Sequence[str]:
+        """Returns the next command, in which a word is, as a shell takes it."""
         self.set_variables()
         command = self.block("command")
         assert word in command, f"{command!r} is next"
-        shell = ("bash", "-c", f'cd "{self.folder}"\n{self._profile}{command}')
+        return ("bash", "-c", f'cd "{self.folder}"\n{self._profile}{command}')
+
+    def type(self, word: str, lines: str = "") -> Terminal:
+        """Types the next command, in which a word is, and lines that it reads."""
+        shell = self.command(word)
         if lines:
             terminal, typist = pipe(self.terminals, self.folder, *shell)
             typist.type(lines)
@@ -154,9 +158,14 @@ class Page:
         else:
             terminal = self.terminals.start(*shell)
         self._open.append(terminal)
-        if command == "roscore":
+        if word == "roscore":
             self.sees("/rosout")
         return terminal
+
+    def type_with_rviz(self, word: str, is_up: Callable[[], bool]) -> None:
+        """Types the next command, again if rviz breaks, and waits until rviz is up."""
+        shell = self.command(word)
+        self._open.append(start_with_rviz(lambda: self.terminals.start(*shell), is_up))
 
     def run(self, word: str, lines: str = "") -> str:
         """Types the next command, waits until it has ended well, and returns what it has said."""
@@ -661,21 +670,28 @@ def house(page: Page, description: str) -> Path:
 
 @of("rosoclingo_rviz/README.md", "rosoclingo_rviz")
 def test_rviz(page: Page, screen: str) -> None:
+    """The office is drawn, and rviz answers."""
     page.terminals.environment["DISPLAY"] = screen
-    page.type("rviz:=true")
-    hears_markers(page)
+    picture = str(page.folder / "rviz.png")
+
+    def is_drawn() -> bool:
+        # Within rviz's window, which fills the screen, the part that OpenGL draws.
+        page.terminals.run("import", "-window", "root", "-crop", "1100x780+370+70", picture)
+        return int(page.terminals.run("identify", "-format", "%k", picture).output) > 100
+
+    page.type_with_rviz("rviz:=true", lambda: hears_markers(page) and is_drawn())
+    assert "xmlrpc reply" in page.terminals.run("rosnode", "ping", "-c", "1", "/rviz").output
 
 
 @of("rosoclingo_rviz/README.md", "rviz.launch")
 def test_a_graph_in_rviz(page: Page, screen: str) -> None:
     page.terminals.environment["DISPLAY"] = screen
     page.has(graph_lp=OFFICE)
-    page.type("rviz.launch")
-    hears_markers(page)
+    page.type_with_rviz("rviz.launch", lambda: hears_markers(page))
 
 
-def hears_markers(page: Page) -> None:
-    wait_for(lambda: "/rviz" in page.terminals.subscribers("/graph_markers/markers"))
+def hears_markers(page: Page) -> bool:
+    return "/rviz" in page.terminals.receivers("/graph_markers", "/graph_markers/markers")
 
 
 @of("rosoclingo_rviz/README.md", "graph_markers.py")
