@@ -77,6 +77,9 @@ def arguments(file: Tuple[str, str]) -> Dict[str, Any]:
     return shown
 
 
+REQUIRED = 2  # which of a node's values says that its end is that of the launch file
+
+
 @functools.lru_cache(maxsize=None)
 def load(file: Tuple[str, str], *given: str) -> Tuple[Dict[str, Tuple[Any, ...]], Dict[str, Any]]:
     """Returns the nodes and the parameters that a launch file stands for."""
@@ -186,6 +189,7 @@ def test_start_and_stop(
 @pytest.mark.parametrize(
     ("file", "node"),
     [
+        (("rosoclingo", "rosoclingo.launch"), "/controller"),
         (("rosclingo", "rosclingo.launch"), "/rosclingo"),
         (("rosoclingo", "rosoclingo.launch"), "/planner"),
         (("rosoclingo", "single.launch"), "/rosoclingo"),
@@ -193,9 +197,15 @@ def test_start_and_stop(
         (("rosoclingo_simulator", "embedded.launch"), "/simulator"),
     ],
 )
-def test_required(shared: Terminals, tmp_path: Path, file: Tuple[str, str], node: str) -> None:
+def test_what_is_required(file: Tuple[str, str], node: str) -> None:
+    given = STARTED.get(file[1], [])
+    assert not load(file, *given)[0][node][REQUIRED]
+    assert load(file, *given, "required:=true")[0][node][REQUIRED]
+
+
+def test_required(shared: Terminals, tmp_path: Path) -> None:
     """A node that dies ends the launch file, which is in the namespace of the environment here."""
-    namespace = "/" + file[1].partition(".")[0]
+    file, node, namespace = ("rosoclingo", "rosoclingo.launch"), "/planner", "/rosoclingo"
     shared.environment["ROS_NAMESPACE"] = namespace
     try:
         given = [*STARTED.get(file[1], []), "required:=true"]

@@ -175,7 +175,7 @@ class Page:
 
     def hears(self, topic: str) -> None:
         """Waits until a latched topic is there: then its node is at work."""
-        wait_for(lambda: self.terminals.run("rostopic", "echo", "-n", "1", topic).wait() == 0)
+        self.terminals.latched(topic)
 
     def sees(self, name: str) -> None:
         """Waits until there is a node, topic or service of a name."""
@@ -259,13 +259,20 @@ def rostest(page: Page) -> None:
     assert ET.fromstring(launch)[0].attrib["type"] == "replay.py"
     (package / "test" / "run.test").write_text(launch)
     page.terminals.environment["ROS_PACKAGE_PATH"] += f":{page.folder}"
+    results = page.folder / "results"
+    page.terminals.environment["ROS_TEST_RESULTS_DIR"] = str(results)
     tested = page.terminals.run("rostest", "my_package", "run.test")
     assert tested.wait() == 0, tested.output
+    (file,) = results.rglob("rosunit-*.xml")
+    suite = ET.parse(file).getroot()
+    assert (suite.get("failures"), suite.get("errors")) == ("0", "0")
 
 
 @of("README.md", "Regression bags")
 def test_regression_bags(page: Page) -> None:
     recorded = page.type("roslaunch")
+    journal = ("/rosoclingo", "/rosoclingo/journal")
+    wait_for(lambda: "/recorder" in page.terminals.receivers(*journal))
     client, typist = pipe(
         page.terminals, page.folder, "rosrun", "rosoclingo_examples", "mailbot_manual.py"
     )

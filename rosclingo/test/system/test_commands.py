@@ -174,39 +174,34 @@ def test_a_solver_that_was_killed_is_known_to_have_ended(terminals: Terminals) -
     assert client.wait() == 1
 
 
-@pytest.mark.parametrize(
-    ("program", "ready"),
-    [
-        ("1 {at(P,H) : H=1..11} 1 :- P=1..12. :- at(P,H), at(Q,H), P<Q. ", "ACTIVE"),
-        ("n(1..100000). p(X,Y,Z) :- n(X), n(Y), n(Z), X+Y+Z=7.", "grounding"),
-    ],
-)
-def test_interrupt(terminals: Terminals, tmp_path: Path, program: str, ready: str) -> None:
-    """Ctrl-C ends a node that searches, and one that grounds, which clingo cannot interrupt."""
+def test_interrupt_of_a_search(terminals: Terminals, tmp_path: Path) -> None:
+    program = "1 {at(P,H) : H=1..11} 1 :- P=1..12. :- at(P,H), at(Q,H), P<Q. "
     (tmp_path / "hard.lp").write_text(program)
     node = terminals.start("rosrun", "rosclingo", "run.py", "-f", str(tmp_path / "hard.lp"))
     client = terminals.start("python", f"{example()}/start.py")
-    if ready == "ACTIVE":
-        terminals.start("rostopic", "echo", "/rosclingo/status").wait_for("status: 1")
-    else:
-        wait_for(lambda: seconds_computed(node) > 1)
+    terminals.listen("/rosclingo", "/rosclingo/status").wait_for("status: 1")
+    interrupt(node, client)
+
+
+def interrupt(node: Terminal, client: Terminal) -> None:
+    """Presses Ctrl-C at a node, which ends, and its client says that it went away."""
     node.interrupt()
     assert node.wait() == 0
-    assert client.wait() == 1, client.output  # it says that the node went away
+    assert client.wait() == 1, client.output
     assert "Traceback" not in client.output
 
 
-def test_interrupt_of_a_client_that_waits_for_the_grounding(
-    terminals: Terminals, tmp_path: Path
-) -> None:
+def test_interrupt_of_a_grounding(terminals: Terminals, tmp_path: Path) -> None:
+    """Of a client that waits for it, and of the node, which clingo does not interrupt."""
     (tmp_path / "slow.lp").write_text("n(1..100000). p(X,Y,Z) :- n(X), n(Y), n(Z), X+Y+Z=7.")
     node = terminals.start("rosrun", "rosclingo", "run.py", "-f", str(tmp_path / "slow.lp"))
-    client = terminals.start("python", f"{example()}/start.py")
+    clients = [terminals.start("python", f"{example()}/start.py") for _ in range(2)]
     wait_for(lambda: seconds_computed(node) > 1)
-    client.interrupt()
-    assert client.wait() == 1
-    assert "Traceback" not in client.output
+    clients[0].interrupt()
+    assert clients[0].wait() == 1
+    assert "Traceback" not in clients[0].output
     assert node.process.poll() is None
+    interrupt(node, clients[1])
 
 
 # rospy is at its hooks when another one is added.

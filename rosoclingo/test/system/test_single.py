@@ -5,10 +5,11 @@ Needs a sourced workspace, in devel or install space.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
-from terminals import Terminal, Terminals, package, terminals, wait_for
+from terminals import Listener, Terminals, package, terminals, wait_for
 
 __all__ = ["terminals"]
 
@@ -17,7 +18,7 @@ def line(dialect: str = "") -> str:
     return str(package("rosoclingo") / "example" / f"line{dialect}.lp")
 
 
-def listen(terminals: Terminals) -> Terminal:
+def listen(terminals: Terminals) -> Listener:
     """Listens to the results, as soon as there is a node that sends any."""
     return terminals.listen("/rosoclingo", "/rosoclingo/result")
 
@@ -25,8 +26,8 @@ def listen(terminals: Terminals) -> Terminal:
 def ask(terminals: Terminals, request: str, name: str = "g") -> None:
     """Sends a goal as an old client may do, by the topic."""
     wait_for(lambda: "/rosoclingo/goal" in terminals.names())
-    terminals.start(
-        "rostopic", "pub", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
+    terminals.publish(
+        "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
         f"{{goal_id: {{id: {name}}}, goal: {{request: '{request}'}}}}",
     )  # fmt: skip
 
@@ -56,13 +57,10 @@ def test_the_names_of_the_paper(terminals: Terminals, script: str) -> None:
     node = terminals.start("rosrun", "rosoclingo", script, *arguments, "__name:=ROSoClingo")
     client = terminals.start("python", "-c", CLIENT, "rosoclingo:=ROSoClingo")
     node.wait_for("robot: go(2)")
-    heard = terminals.run("rostopic", "echo", "-n", "1", "/ROSoClingo/out").output
+    heard = terminals.latched("/ROSoClingo/out")
     assert 'id: "robot"' in heard
     assert 'action: "go(2)"' in heard
-    terminals.start(
-        "rostopic", "pub", "/ROSoClingo/in", "rosoclingo/ROSoClingoIn",
-        "{id: robot, value: success}",
-    )  # fmt: skip
+    terminals.publish("/ROSoClingo/in", "rosoclingo/ROSoClingoIn", "{id: robot, value: success}")
     client.wait_for("SUCCEEDED")
 
 
@@ -90,10 +88,10 @@ def test_a_goal_that_cannot_be_reached(terminals: Terminals, options: list[str])
         "rosrun", "rosoclingo", "run-1.0.py", "-f", line("_paper"), "-c", "cells=900", *options
     )
     results = listen(terminals)
+    plans = terminals.listen("/rosoclingo", "/rosoclingo/plan")
     ask(terminals, "visit(900)")
     if not options:
-        horizon = ("rostopic", "echo", "-n", "1", "/rosoclingo/plan/horizon")
-        wait_for(lambda: int(terminals.run(*horizon).output.split()[0]) > 1)
+        wait_for(lambda: re.search(r"^horizon: ([2-9]|\d\d)", plans.output, re.M) is not None)
         node.interrupt()
     assert node.wait() == (1 if options else 0)
     assert "Traceback" not in node.output

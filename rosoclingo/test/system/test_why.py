@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import List
 
 import pytest
-from terminals import POLL, Terminal, Terminals, package, terminals, wait_for
+from terminals import POLL, Listener, Terminal, Terminals, package, terminals, wait_for
 
 __all__ = ["terminals"]
 
@@ -48,8 +48,8 @@ def answering(node: Terminal) -> List[int]:
 def send(terminals: Terminals, request: str) -> None:
     """Sends a goal as an old client may do, by the topic."""
     wait_for(lambda: "/rosoclingo/goal" in terminals.names())
-    terminals.start(
-        "rostopic", "pub", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
+    terminals.publish(
+        "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
         f"{{goal: {{request: '{request}'}}}}",
     )  # fmt: skip
 
@@ -62,12 +62,12 @@ def why(terminals: Terminals, *options: str, status: int = 0) -> str:
     return "".join(line for line in lines if not line.startswith("why.py: waiting for "))
 
 
-def hear(terminal: Terminal, text: str) -> None:
+def hear(heard: Listener, text: str) -> None:
     """Waits until a reason has come."""
     end = time.monotonic() + PATIENCE
-    while text not in terminal.output and time.monotonic() < end:
+    while text not in heard.output and time.monotonic() < end:
         time.sleep(POLL)
-    assert text in terminal.output
+    assert text in heard.output
 
 
 @pytest.mark.install_space
@@ -106,10 +106,7 @@ def test_three_nodes(terminals: Terminals) -> None:
     assert why(terminals) == "There is a plan of 1 step.\n"
     assert "the process that answers questions has ended by SIGKILL" in node.output
 
-    terminals.run(
-        "rostopic", "pub", "-1", "/rosoclingo/in", "rosoclingo/ROSoClingoIn",
-        "{id: info, value: close(3)}",
-    )  # fmt: skip
+    terminals.publish("/rosoclingo/in", "rosoclingo/ROSoClingoIn", "{id: info, value: close(3)}")
     assert node.wait(PATIENCE) == 1
     reason = "There is no plan for visit(3) because"  # the rest is on another line
     assert f"why: {reason}" in node.output

@@ -206,7 +206,7 @@ def test_what_it_does(name: str, tmp_path: Path) -> None:
     """The check finds it in some episode, and plan.py does what the shrunk one does."""
     file = changed(tmp_path, *DYNAMIC[name])
     only = ("--goal", "visit(1)", "--goal", "visit(3)", "--event", "info:close(3)")
-    seed = "9" if name == "recall" else "0"  # with which it is found soon
+    seed = "9" if name == "recall" else "5"  # with which it is found soon
     words = (file, *SMALL, "-c", "steps=16", "--episodes", "100", *only, "--seed", seed)
     checking = Checking(parse(words))
     own = next(finding for finding in checking.findings() if finding.check == name)

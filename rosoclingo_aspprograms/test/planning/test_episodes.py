@@ -22,7 +22,8 @@ STEPS: Dict[str, List[str]] = {
     DYN_RESET: ["-c", "steps=300"],
     SINGLE: [],
 }
-SEEDS = draws([*range(30), 47, 54], 100, "EPISODES", len(STEPS))
+FEW = [0, 1, 3, 4, 5, 7, 8, 9, 10, 11, 12, 16, 17, 20, 25, 26, 47, 54]
+SEEDS = draws(FEW, 100, "EPISODES", len(STEPS))
 SIZES = [(2, 2), (2, 2), (3, 1), (3, 2)]
 
 

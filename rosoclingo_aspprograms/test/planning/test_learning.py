@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Dict, List
 
 import pytest
+from draws import draws
 from episode import DYN_RESET, MAILBOT, RECORDING, SINGLE
 from test_seconds import Draw, agendas, feedback, plan_for, replay
 
@@ -111,7 +112,7 @@ def learned(before: Map, after: Map) -> List[str]:
 
 
 @pytest.mark.parametrize("robots", [1, 2])
-@pytest.mark.parametrize("seed", range(15))
+@pytest.mark.parametrize("seed", draws([0, 4, 9, 14], 15))
 def test_plans_are_the_best_ones_with_what_was_learned(
     robots: int, seed: int, tmp_path: Path
 ) -> None:

@@ -28,11 +28,12 @@ from rosoclingo_aspprograms.validator import Map
 DYNAMIC = [FIXED, *INCREMENTAL]
 
 
-def _office(mode: str, *options: str) -> Episode:
+def _office(mode: str, slots: int = 1) -> Episode:
+    options = ["-c", f"slots={slots}"]
     return Episode(mode, Map.read(Path(OFFICE)), [OFFICE, MAILBOT], options=options)
 
 
-def _grid(mode: str, slots: int = 3, steps: int = 60) -> Episode:
+def _grid(mode: str, slots: int = 2, steps: int = 60) -> Episode:
     options = ["-c", f"slots={slots}", "-c", "x=2", "-c", "y=2"]
     return Episode(mode, Map.grid(2, 2), [BENCH, MAILBOT], ["-c", f"steps={steps}"], options)
 
@@ -102,7 +103,7 @@ def test_scenario_2_the_robot_turns_round_when_the_corridor_is_free_again(mode: 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
 def test_scenario_3_a_failure_changes_the_order_of_the_deliveries(mode: str) -> None:
-    episode = _office(mode)
+    episode = _office(mode, slots=2)
     first = episode.request("bring(o7,o11)")
     others = []
 
@@ -270,11 +271,11 @@ def test_cancel_during_the_delivery(mode: str, outcome: str) -> None:
 @pytest.mark.parametrize("slots", [1, 2])
 def test_more_requests_than_slots(mode: str, slots: int) -> None:
     episode = _grid(mode, slots, steps=100)
-    texts = ["bring(1,2)", "bring(2,3)", "bring(3,4)", "bring(4,1)", "bring(1,4)"]
+    texts = ["bring(1,2)", "bring(2,3)", "bring(3,1)"]
     goals = [episode.request(text) for text in texts]
     _ok(episode)
-    assert [goal.words for goal in goals] == [["accepted", "succeeded"]] * 5
-    assert episode.validator.delivered == 5
+    assert [goal.words for goal in goals] == [["accepted", "succeeded"]] * 3
+    assert episode.validator.delivered == 3
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
@@ -287,27 +288,25 @@ def test_the_same_request_twice(mode: str) -> None:
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("bring(o9,o99)", "o99 is unknown as the second argument of bring"),
-        ("bring(o9,o9)", "o9 and o9 do not go together in bring"),
-        ("fly(o1)", "there is no request like fly(o1); one that it knows is bring(o1,o10)"),
-        ("bring(o9)", "there is no request like bring(o9)"),
-    ],
-)
-def test_a_wrong_request_is_rejected(mode: str, text: str, reason: str) -> None:
+def test_a_wrong_request_is_rejected(mode: str) -> None:
+    reasons = {
+        "bring(o9,o99)": "o99 is unknown as the second argument of bring",
+        "bring(o9,o9)": "o9 and o9 do not go together in bring",
+        "fly(o1)": "there is no request like fly(o1); one that it knows is bring(o1,o10)",
+        "bring(o9)": "there is no request like bring(o9)",
+    }
     episode = _office(mode)
-    wrong, right = episode.request(text), episode.request("bring(o1,o3)")
+    wrong, right = [episode.request(text) for text in reasons], episode.request("bring(o1,o3)")
     _ok(episode)
-    assert wrong.words == ["rejected"]
-    assert reason in wrong.reason
+    for goal, reason in zip(wrong, reasons.values()):
+        assert goal.words == ["rejected"]
+        assert reason in goal.reason
     assert right.words == ["accepted", "succeeded"]
 
 
 @pytest.mark.parametrize("mode", INCREMENTAL)
 def test_what_cannot_be_reached_waits_and_the_rest_is_served(mode: str) -> None:
-    episode = _office(mode)
+    episode = _office(mode, slots=2)
     episode.announce("blocked(c2,o2)")
     stuck, other = episode.request("bring(o2,o3)"), episode.request("bring(o1,o10)")
 
@@ -329,12 +328,12 @@ def test_what_cannot_be_reached_waits_and_the_rest_is_served(mode: str) -> None:
 
 @pytest.mark.parametrize(("mode", "r"), [(RESET, 1), *((mode, 5) for mode in INCREMENTAL)])
 def test_while_a_request_waits_a_message_takes_one_step(mode: str, r: int) -> None:
-    """And no more, so that 60 steps suffice for 41 messages and the delivery.
+    """And no more, so that 25 steps suffice for 13 messages and the delivery.
 
     One mode alone has r.
     """
     options = ["-c", "slots=1", "-c", "x=2", "-c", "y=2"]
-    steps = ["-c", "steps=60", "-c", f"r={r}"]
+    steps = ["-c", "steps=25", "-c", f"r={r}"]
     episode = Episode(mode, Map.grid(2, 2), [BENCH, MAILBOT], steps, options)
     episode.announce("blocked(3,c(3))")
     goal = episode.request("bring(3,1)")
@@ -343,7 +342,7 @@ def test_while_a_request_waits_a_message_takes_one_step(mode: str, r: int) -> No
     def turn() -> bool:
         if episode.acting:
             episode.answer("mailbot")
-        elif len(said) < 40:
+        elif len(said) < 12:
             said.append("unblocked" if len(said) % 2 else "blocked")
             episode.announce(f"{said[-1]}(c(1),c(2))")
         elif goal.words == ["accepted"] and episode.validator.believed():
@@ -353,7 +352,7 @@ def test_while_a_request_waits_a_message_takes_one_step(mode: str, r: int) -> No
         return True
 
     _ok(episode, turn)
-    assert len(said) == 40
+    assert len(said) == 12
     assert goal.words == ["accepted", "succeeded"]
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Callable, Dict, Iterator, List, Sequence, Tuple
 
 import pytest
+from draws import draws
 from episode import MAILBOT, OFFICE
 
 from rosclingo.solver.engine import Engine
@@ -168,14 +169,14 @@ class Draw:
 
 
 @pytest.mark.parametrize("robots", [1, 2])
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", draws(range(0, 30, 4), 30))
 def test_the_last_delivery_is_as_early_as_possible(robots: int, seed: int, tmp_path: Path) -> None:
     draw = Draw(f"{seed} {robots}", robots)
     draw.check([""] * 4, lambda done: [max(done)], tmp_path)
 
 
 @pytest.mark.parametrize("robots", [1, 2])
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", draws([0, 1, 5, 8], 10))
 def test_the_sum_of_the_waits_is_as_small_as_possible(
     robots: int, seed: int, tmp_path: Path
 ) -> None:
@@ -184,7 +185,7 @@ def test_the_sum_of_the_waits_is_as_small_as_possible(
 
 
 @pytest.mark.parametrize("robots", [1, 2])
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", draws([0, 1, 3, 5, 8], 10))
 def test_what_is_urgent_comes_first_and_then_what_is_due(
     robots: int, seed: int, tmp_path: Path
 ) -> None:

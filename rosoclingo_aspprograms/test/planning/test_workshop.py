@@ -1,17 +1,17 @@
 """The workshop: robots that act at the same time, each as long as it takes, and wait for nobody.
 
-EPISODES=100 in the environment runs so many in each mode.
+EPISODES=100 in the environment runs so many in each mode, FULL=1 runs 4.
 """
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 import pytest
+from draws import draws
 from episode import FIXED, INCREMENTAL, PACKAGE, SINGLE
 
 from rosclingo.solver.options import Options
@@ -22,9 +22,10 @@ from rosoclingo.desk.system import Request
 from rosoclingo.loop.goals import Goal, Stage
 from rosoclingo.loop.words import ABORT, FAILURE, SUCCESS
 
-EPISODES = int(os.environ.get("EPISODES", "4"))
 WORKSHOP = PACKAGE / "workshop" / "workshop.lp"
 DYNAMIC = [FIXED, *INCREMENTAL]
+# Of four worlds in each mode, those in which something happens that happens in no other one.
+EPISODES = draws([0, 2, 4, 6, 7, 8, 9, 13, 16, 17, 19], 20, "EPISODES", len(DYNAMIC))
 STEPS = {FIXED: ("-c", "steps=25")}
 MORE_STEPS = ("-c", "steps=50", "-c", "r=3")
 
@@ -255,9 +256,10 @@ class Workshop(Simulation):
         return True
 
 
-@pytest.mark.parametrize("mode", DYNAMIC)
-@pytest.mark.parametrize("seed", range(EPISODES))
-def test_random_episodes(mode: str, seed: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", EPISODES)
+def test_random_episodes(number: int, tmp_path: Path) -> None:
+    """Each world in all modes."""
+    seed, mode = number // len(DYNAMIC), DYNAMIC[number % len(DYNAMIC)]
     orders = Orders.by_chance(Random(seed))
     instance = tmp_path / "instance.lp"
     instance.write_text(orders.facts())

@@ -32,12 +32,16 @@ def test_a_loop_survives_a_whole_bag(terminals: Terminals, tmp_path: Path) -> No
         f"encoding:={LINE} {hard}", "steps:=100",
     )  # fmt: skip
     terminals.start("rosrun", "rosoclingo_interfaces", "fulfill.py")
-    recorder = terminals.start("rosrun", "rosoclingo", "record.py", "-o", str(bag))
+    recorder = terminals.start(
+        "rosrun", "rosoclingo", "record.py", "-o", str(bag), "__name:=recorder"
+    )
+    recorder.wait_for("recording /rosoclingo in")
+    wait_for(lambda: "/recorder" in terminals.subscribers("/rosoclingo/goal"))
     results = terminals.listen("/rosoclingo", "/rosoclingo/result")
 
     def visit(cell: int, name: str) -> None:
-        terminals.start(
-            "rostopic", "pub", "-1", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
+        terminals.publish(
+            "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
             f"{{goal_id: {{id: {name}}}, goal: {{request: visit({cell})}}}}",
         )  # fmt: skip
 

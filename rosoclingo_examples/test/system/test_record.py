@@ -95,30 +95,29 @@ def test_launch_argument(terminals: Terminals, tmp_path: Path) -> None:
     assert "/planner/status" not in info.output
 
 
-@pytest.mark.parametrize("compression", ["bz2", "lz4"])
-def test_recorder_that_is_interrupted(
-    terminals: Terminals, tmp_path: Path, compression: str
-) -> None:
-    bag = tmp_path / "a.bag"
-    recorder = terminals.start(*RECORD, "-o", str(bag), "--compression", compression)
-    recorder.wait_for("recording /rosoclingo in")  # before there is one
+def test_recorders_that_are_interrupted(terminals: Terminals, tmp_path: Path) -> None:
+    """And one that is killed, which has begun after the delivery."""
+    recorders = {}
+    for compression in ("bz2", "lz4"):
+        bag = tmp_path / f"{compression}.bag"
+        recorders[bag] = terminals.start(
+            *RECORD, "-o", str(bag), "--compression", compression, f"__name:={compression}"
+        )
+        recorders[bag].wait_for("recording /rosoclingo in")  # before there is one
     terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch")
     deliver(terminals, tmp_path)
-    read(bag)
-    recorder.interrupt()
-    assert recorder.wait() == 0
-    assert f"rosrun rosoclingo replay.py {bag}" in recorder.output
-    assert "Traceback" not in recorder.output
-    check(read_recording(bag))
-    assert read_recording(bag).remarks == ()
-    assert terminals.run("rosbag", "info", str(bag)).process.returncode == 0
+    for bag, recorder in recorders.items():
+        read(bag)
+        recorder.interrupt()
+        assert recorder.wait() == 0
+        assert f"rosrun rosoclingo replay.py {bag}" in recorder.output
+        assert "Traceback" not in recorder.output
+        check(read_recording(bag))
+        assert read_recording(bag).remarks == ()
+        assert terminals.run("rosbag", "info", str(bag)).process.returncode == 0
 
-
-def test_recorder_that_is_killed(terminals: Terminals, tmp_path: Path) -> None:
-    bag = tmp_path / "a.bag"
-    terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch")
-    deliver(terminals, tmp_path)
-    recorder = terminals.start(*RECORD, "-o", str(bag))  # after the delivery
+    bag = tmp_path / "late.bag"
+    recorder = terminals.start(*RECORD, "-o", str(bag))
     read(bag)
     recorder.process.send_signal(signal.SIGKILL)
     recorder.wait()

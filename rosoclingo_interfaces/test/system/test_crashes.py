@@ -62,8 +62,8 @@ class System:
     def ask(self, request: str) -> None:
         """Sends a goal, and waits until its action is published."""
         self._asked += 1
-        self._terminals.start(
-            "rostopic", "pub", "-1", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
+        self._terminals.publish(
+            "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
             f"{{goal_id: {{id: g{self._asked}}}, goal: {{request: {request}}}}}",
         )  # fmt: skip
         self.node.wait_for(f"robot: {request}")

@@ -38,8 +38,8 @@ def start_solvers(terminals: Terminals, *more: str) -> None:
 
 
 def visit(terminals: Terminals, cell: int) -> None:
-    terminals.start(
-        "rostopic", "pub", "-1", "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
+    terminals.publish(
+        "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal",
         f"{{goal_id: {{id: visit{cell}}}, goal: {{request: visit({cell})}}}}",
     )  # fmt: skip
 
@@ -233,9 +233,7 @@ def test_interrupt_of_un_block(terminals: Terminals) -> None:
 def test_interrupt_of_un_block_that_waits_for_a_word(terminals: Terminals) -> None:
     """Of a journal that says nothing about the announcement, as that of a busy rosoclingo."""
     terminals.start("rostopic", "echo", "/rosoclingo/in")
-    terminals.start(
-        "rostopic", "pub", "/rosoclingo/journal", "rosoclingo/ROSoClingoEvent", "{kind: waiting}"
-    )
+    terminals.publish("/rosoclingo/journal", "rosoclingo/ROSoClingoEvent", "{kind: waiting}")
     waiting = terminals.start(
         "bash", "-c", 'exec rosrun rosoclingo_interfaces un_block.py < <(echo "b c3 c4"; sleep 60)'
     )

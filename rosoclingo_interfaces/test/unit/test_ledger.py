@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import os
 import queue
+import shutil
 import signal
 import threading
 import warnings
@@ -331,12 +333,11 @@ def test_a_full_disk(
 
 
 class Crash:
-    """Kills the process at one of the points that it comes by; the points are counted."""
+    """Kills the process before one of the points that it comes by; the points are counted."""
 
-    def __init__(self, names: Set[str], number: int, after: bool) -> None:
+    def __init__(self, names: Set[str], number: int) -> None:
         self._names = names
         self._number = number
-        self._after = after
         self.count = 0
 
     def __getattr__(self, name: str) -> Any:
@@ -348,22 +349,18 @@ class Crash:
 
         def call(*arguments: Any) -> Any:
             self.count += 1
-            is_last = self.count == self._number
-            if is_last and not self._after:
+            if self.count == self._number:
                 os.kill(os.getpid(), signal.SIGKILL)
-            result = function(*arguments)
-            if is_last:
-                os.kill(os.getpid(), signal.SIGKILL)
-            return result
+            return function(*arguments)
 
         return call if name in self._names else function
 
 
-ALL = {"open", "write", "fsync", "close", "replace", "effect", "reply"}
-SOME = {"fsync", "replace", "effect", "reply"}
+ALL = {"open", "write", "fsync", "close", "replace", "effect", "reply", "replied"}
+SOME = {"fsync", "replace", "effect", "reply", "replied"}
 
 
-def run(folder: Path, after_crash: str, names: Set[str], number: int, after: bool = False) -> bool:
+def run(folder: Path, after_crash: str, names: Set[str], number: int) -> bool:
     """Runs a process that does an action and answers, and returns whether it was killed."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the child starts threads of its own
@@ -373,7 +370,7 @@ def run(folder: Path, after_crash: str, names: Set[str], number: int, after: boo
         assert os.WIFSIGNALED(status) or os.WEXITSTATUS(status) == 0
         return os.WIFSIGNALED(status)
     try:
-        crash = Crash(names, number, after)
+        crash = Crash(names, number)
         store_file.os = crash  # type: ignore[assignment]
         ended = threading.Event()
 
@@ -387,7 +384,7 @@ def run(folder: Path, after_crash: str, names: Set[str], number: int, after: boo
 
         def reply(value: str) -> None:
             crash.point("reply", add)(folder / "answers", f"{value}\n")
-            ended.set()
+            crash.point("replied", ended.set)()
 
         executor.begin("robot", "act", reply, Token(RUN, 1))
         os._exit(0 if ended.wait(TIMEOUT) else 1)
@@ -418,18 +415,16 @@ def judge(folder: Path, after_crash: str, crashes: int) -> str:
 
 @pytest.mark.parametrize("after_crash", ["again", "fail", "unknown"])
 def test_killed_at_each_write(tmp_path: Path, after_crash: str) -> None:
+    """Before each: that is after the one before, too, as nothing in between outlives it."""
     ends: Set[str] = set()
-    for after in (False, True):
-        number = 1
-        while True:
-            folder = tmp_path / f"{number}{after}"
-            folder.mkdir()
-            if not run(folder, after_crash, ALL, number, after):
-                break
-            assert not run(folder, after_crash, ALL, 0)
-            ends.add(judge(folder, after_crash, 1))
-            number += 1
-        assert number > 25  # three times the file is written
+    for number in itertools.count(1):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        if not run(folder, after_crash, ALL, number):
+            break
+        assert not run(folder, after_crash, ALL, 0)
+        ends.add(judge(folder, after_crash, 1))
+    assert number > 25  # three times the file is written
     assert (
         ends
         == {
@@ -441,22 +436,19 @@ def test_killed_at_each_write(tmp_path: Path, after_crash: str) -> None:
 
 
 def test_killed_again_while_it_recovers(tmp_path: Path) -> None:
-    first = 1
     pairs = 0
-    while True:
-        second = 1
-        while True:
+    for first in itertools.count(1):
+        killed = tmp_path / str(first)
+        killed.mkdir()
+        if not run(killed, "unknown", SOME, first):
+            assert first > 10
+            break
+        for second in itertools.count(1):
             folder = tmp_path / f"{first}.{second}"
-            folder.mkdir()
-            if not run(folder, "unknown", SOME, first):
-                assert second == 1
-                assert first > 10
-                assert pairs > 50
-                return
+            shutil.copytree(str(killed), str(folder))
             if not run(folder, "unknown", SOME, second):
                 break
             pairs += 1
             assert not run(folder, "unknown", SOME, 0)
             judge(folder, "unknown", 2)
-            second += 1
-        first += 1
+    assert pairs > 50
