@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import io
 import os
 import signal
-import socket
 import subprocess
-import threading
 import time
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Set, Tuple, cast
 from xmlrpc.client import ServerProxy
 
 import pytest
-import yaml
-from genpy.message import fill_message_args
-from rosgraph.network import decode_ros_handshake_header, encode_ros_handshake_header
-from rosgraph.xmlrpc import ThreadingXMLRPCServer
-from roslib.message import get_message_class
+from topics import Listener, Publisher
 
 from rosclingo.ros.master import Master
 from rosclingo.ros.ports import free_port
@@ -80,106 +72,6 @@ class Terminal:
                 except subprocess.TimeoutExpired:
                     continue
             return
-
-
-class Listener:
-    """Hears a topic of a node, as ``rostopic echo`` does, which takes longer than a node to start.
-
-    What it does not hear is who begins to publish later. Tests of READMEs type ``rostopic echo``.
-    """
-
-    def __init__(self, node: Any, topic: str, name: str) -> None:
-        """Connects to what answers for a node, and listens under a name."""
-        _, host, port = node.requestTopic(name, topic, [["TCPROS"]])[2]
-        self._texts: List[str] = []
-        self._connection = socket.create_connection((host, port))
-        self._file = self._connection.makefile("rb")
-        fields = {"callerid": name, "topic": topic, "type": "*", "md5sum": "*"}
-        self._connection.sendall(encode_ros_handshake_header(fields))
-        self._type = decode_ros_handshake_header(self._read())["type"]
-        threading.Thread(target=self._listen, daemon=True).start()
-
-    def _read(self) -> bytes:
-        """Returns what comes next, a length and so many bytes; nothing at the end."""
-        size = self._file.read(4)
-        return size + self._file.read(int.from_bytes(size, "little")) if size else b""
-
-    def _listen(self) -> None:
-        message = get_message_class(self._type)
-        with contextlib.suppress(OSError, ValueError):  # when it is closed
-            for data in iter(self._read, b""):
-                self._texts.append(f"{message().deserialize(data[4:])}\n---\n")
-
-    @property
-    def output(self) -> str:
-        """What has come so far, as ``rostopic echo`` prints it."""
-        return "".join(self._texts)
-
-    def wait_for(self, text: str) -> None:
-        """Waits until a text has come."""
-        end = time.monotonic() + TIMEOUT
-        while text not in self.output and time.monotonic() < end:
-            time.sleep(POLL)
-        assert text in self.output, self.output
-
-    def close(self) -> None:
-        """Hears no more."""
-        with contextlib.suppress(OSError):  # its node may have ended before
-            self._connection.shutdown(socket.SHUT_RDWR)
-        self._connection.close()
-
-
-class Publisher:
-    """Sends a message to all who listen to a topic, now or later, as ``rostopic pub`` does.
-
-    Which takes longer than a node to start. Tests of READMEs type ``rostopic pub``.
-    """
-
-    def __init__(self, master: Any, topic: str, kind: str, text: str, name: str) -> None:
-        """Sends it to all who listen by now.
-
-        Args:
-            master: What to ask the master.
-            topic: Its name.
-            kind: The type of the message.
-            text: What is in the message, as YAML.
-            name: The publisher's, for the master.
-        """
-        message, data = get_message_class(kind)(), io.BytesIO()
-        fill_message_args(message, [yaml.safe_load(text)])
-        message.serialize(data)
-        fields = {
-            "callerid": name, "topic": topic, "type": kind, "md5sum": message._md5sum,
-            "latching": "1",
-        }  # fmt: skip
-        size = len(data.getvalue()).to_bytes(4, "little")
-        self._sent = encode_ros_handshake_header(fields) + size + data.getvalue()
-        self._connections: List[socket.socket] = []
-        self._server = socket.create_server(("localhost", 0))
-        self._node = ThreadingXMLRPCServer(("localhost", 0), log_requests=0)
-        self._node.register_function(self._request_topic, "requestTopic")
-        for serve in (self._send, self._node.serve_forever):
-            threading.Thread(target=serve, daemon=True).start()
-        uri = f"http://localhost:{self._node.server_address[1]}/"
-        _, _, listening = master.registerPublisher(name, topic, kind, uri)
-        wait_for(lambda: len(self._connections) >= len(listening))
-
-    def _request_topic(self, *_: Any) -> Tuple[int, str, List[Any]]:
-        return 1, "", ["TCPROS", "localhost", self._server.getsockname()[1]]
-
-    def _send(self) -> None:
-        with contextlib.suppress(OSError):  # when it is closed
-            while True:
-                connection, _ = self._server.accept()
-                connection.sendall(self._sent)
-                self._connections.append(connection)
-
-    def close(self) -> None:
-        """Ends all connections."""
-        self._node.shutdown()
-        self._node.server_close()
-        for connection in (self._server, *self._connections):
-            connection.close()
 
 
 class Terminals:
@@ -283,7 +175,9 @@ class Terminals:
     def publish(self, topic: str, kind: str, text: str) -> None:
         """Sends a message, which is written as YAML, to all who listen, now or later."""
         name = f"/publisher{len(self._publishers)}"
-        self._publishers.append(Publisher(self.master, topic, kind, text, name))
+        publisher = Publisher(self.master, topic, kind, text, name)
+        self._publishers.append(publisher)
+        wait_for(publisher.has_told_all)
 
     def latched(self, topic: str) -> str:
         """Waits until somebody publishes a topic that is latched, and returns the last message."""

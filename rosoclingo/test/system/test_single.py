@@ -9,7 +9,8 @@ import re
 from pathlib import Path
 
 import pytest
-from terminals import Listener, Terminals, package, terminals, wait_for
+from terminals import Terminals, package, terminals, wait_for
+from topics import Listener
 
 __all__ = ["terminals"]
 

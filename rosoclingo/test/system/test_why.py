@@ -9,12 +9,11 @@ import contextlib
 import json
 import os
 import signal
-import time
 from pathlib import Path
 from typing import List
 
 import pytest
-from terminals import POLL, Listener, Terminal, Terminals, package, terminals, wait_for
+from terminals import Terminal, Terminals, package, terminals, wait_for
 
 __all__ = ["terminals"]
 
@@ -62,14 +61,6 @@ def why(terminals: Terminals, *options: str, status: int = 0) -> str:
     return "".join(line for line in lines if not line.startswith("why.py: waiting for "))
 
 
-def hear(heard: Listener, text: str) -> None:
-    """Waits until a reason has come."""
-    end = time.monotonic() + PATIENCE
-    while text not in heard.output and time.monotonic() < end:
-        time.sleep(POLL)
-    assert text in heard.output
-
-
 @pytest.mark.install_space
 def test_three_nodes(terminals: Terminals) -> None:
     """Until there is no plan: what was found out then is heard before the node ends."""
@@ -110,7 +101,7 @@ def test_three_nodes(terminals: Terminals) -> None:
     assert node.wait(PATIENCE) == 1
     reason = "There is no plan for visit(3) because"  # the rest is on another line
     assert f"why: {reason}" in node.output
-    hear(feedback, f"why: {reason}")
+    feedback.wait_for(f"why: {reason}", PATIENCE)
     journal.wait_for('kind: "end"')
     heard = journal.output.partition('kind: "end"')[0]
     assert reason in heard.rpartition('kind: "why"')[2]
@@ -129,7 +120,7 @@ def test_one_node(terminals: Terminals, tmp_path: Path) -> None:
     send(terminals, "there")
     reason = "There is no plan for there, whatever"  # the rest is on another line
     feedback.wait_for("waiting in step ")
-    hear(feedback, f"why: {reason}")
+    feedback.wait_for(f"why: {reason}", PATIENCE)
     assert why(terminals, "--goal", "there").startswith(reason)
 
     (process,) = answering(node)
