@@ -162,10 +162,11 @@ class Page:
             self.sees("/rosout")
         return terminal
 
-    def type_with_rviz(self, word: str, is_up: Callable[[], bool]) -> None:
+    def type_with_rviz(self, word: str, is_up: Callable[[], bool]) -> Terminal:
         """Types the next command, again if rviz breaks, and waits until rviz is up."""
         shell = self.command(word)
         self._open.append(start_with_rviz(lambda: self.terminals.start(*shell), is_up))
+        return self._open[-1]
 
     def run(self, word: str, lines: str = "") -> str:
         """Types the next command, waits until it has ended well, and returns what it has said."""
@@ -686,8 +687,9 @@ def test_rviz(page: Page, screen: str) -> None:
         page.terminals.run("import", "-window", "root", "-crop", "1100x780+370+70", picture)
         return int(page.terminals.run("identify", "-format", "%k", picture).output) > 100
 
-    page.type_with_rviz("rviz:=true", lambda: hears_markers(page) and is_drawn())
+    office = page.type_with_rviz("rviz:=true", lambda: hears_markers(page) and is_drawn())
     assert "xmlrpc reply" in page.terminals.run("rosnode", "ping", "-c", "1", "/rviz").output
+    assert "process has died" not in office.output, office.output
 
 
 @of("rosoclingo_rviz/README.md", "rviz.launch")

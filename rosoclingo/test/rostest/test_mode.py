@@ -27,8 +27,8 @@ from rosoclingo.msg import (
 from rosoclingo.srv import GetGoalInformation
 
 TIMEOUT = 60.0  # seconds; no more than a bound for what never comes
-# How much comes at once: a lot for one mode of each program, since inbox and action server are the
-# same in all, and else what is more than there is room for.
+# How much comes at once: a lot for one mode, since inbox and action server are the same in all, and
+# else what is more than there is room for.
 GOALS, MESSAGES = (200, 10_000) if "--flood" in sys.argv else (40, 1_000)
 _NEXT = {  # the statuses that may follow one, by actionlib's table
     GoalStatus.PENDING: {GoalStatus.ACTIVE, GoalStatus.REJECTED, GoalStatus.RECALLING,
