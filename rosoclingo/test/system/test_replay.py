@@ -401,12 +401,14 @@ def test_a_better_plan(terminals: Terminals, recorder: Recorder, nodes: str) -> 
     assert "no difference at level exact: 8 goals" in ended.output
 
 
-def test_a_static_mode(terminals: Terminals, recorder: Recorder) -> None:
-    """test_bags.py replays the other one."""
+@pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])
+def test_a_static_mode(terminals: Terminals, recorder: Recorder, mode: str) -> None:
     example = package("rosoclingo") / "example"
     blocks = [str(example / file) for file in ("instance.lp", "itoh.lp")]
-    bag = recorder.record([], blocks, "static.fixed.recording")
+    bag = recorder.record([], blocks, mode)
     assert replay(terminals, bag).wait() == 0
+    if "incremental" in mode:
+        return
     instance = package("rosclingo") / "example" / "instance.lp"
     other = bag.with_name("other.lp")
     other.write_text(instance.read_text().replace("goal(on(1,c)).", "goal(on(1,b))."))
@@ -414,6 +416,14 @@ def test_a_static_mode(terminals: Terminals, recorder: Recorder) -> None:
     assert ended.wait() == 1, ended.output
     assert "published: [do(arm,pickup(4)," in ended.output
     assert "<- first divergence" in ended.output
+
+
+@pytest.mark.parametrize("dialect", ["1.0", "paper"])
+def test_another_dialect(terminals: Terminals, recorder: Recorder, dialect: str) -> None:
+    file = line().replace("line.lp", f"line_{dialect}.lp")
+    bag = recorder.record(["visit(3)", "visit(1)"], single=["-f", file])
+    ended = replay(terminals, bag)
+    assert ended.wait() == 0, ended.output
 
 
 def divergence(ended: Terminal) -> List[str]:

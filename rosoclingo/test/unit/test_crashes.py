@@ -1,7 +1,7 @@
 """Whatever is written or sent when the process dies, the run goes on as if it had not.
 
 CRASHES=10000 in the environment makes at least so many random kills; the name of a test that fails
-has the seed, and repeats it. FULL=1 loses a solver at three times as many calls.
+has the seed, and repeats it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from typing import Any, Iterator, List, Optional, Sequence, Set
 import pytest
 from conftest import PACKAGE
 from crashes import Crash, Life, Runs, World, outcome
-from draws import draws
 
 from rosclingo.errors import ServiceError
 from rosclingo.solver.engine import Engine
@@ -140,9 +139,7 @@ def test_a_solver_is_lost_at_each_call(folder: Path, encoding: str, *, is_planne
         runs.parts = replace(parts, decider=lambda: Controller(mortal))
     calm = world()
     runs.run(calm)
-    calls = range(1, mortal.calls + 1, 2 if is_planner else 5)
-    for number in draws(range(0, len(calls), 3), len(calls)):
-        lost_at = calls[number]
+    for number, lost_at in enumerate(range(1, mortal.calls + 1, 2 if is_planner else 5)):
         often = 1 + number % 2  # also while it is made what it was
         mortal.calls, mortal.lost_at, waits[0] = 0, set(range(lost_at, lost_at + often)), 0
         disturbed = world()

@@ -14,7 +14,6 @@ from typing import Callable, Deque, Dict, List, Optional, Set, Tuple
 
 import pytest
 from crashes import Crash, Life, Runs, World, outcome
-from draws import draws
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
@@ -278,8 +277,7 @@ def test_a_store_that_is_cut(damaged: Tuple[Path, Set[int], List[Path]]) -> None
     for suffix in ("", "-wal"):
         size = file.with_name(file.name + suffix).stat().st_size
         assert size > 2 * PAGE
-        anywhere = [chance.randrange(size) for _ in draws(range(50), 500)]
-        places = [*range(0, size, PAGE), *anywhere]
+        places = [*range(0, size, PAGE), *(chance.randrange(size) for _ in range(500))]
         for place in places:
             copy(file, torn)
             with torn.with_name(torn.name + suffix).open("r+b") as data:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Dict, List
 
 import pytest
+from draws import draws
 from episode import MAILBOT, RESET, SINGLE
 from test_fleet import Fleet
 from test_seconds import draw_map, replay
@@ -102,7 +103,10 @@ def test_it_ends_with_the_best_plan(
     assert planner.quality.cost == proven.quality.cost
 
 
-@pytest.mark.parametrize(("mode", "seed"), [(RESET, 5), (SINGLE, 11)])
+FLEETS = [(RESET, 5), (SINGLE, 11), (RESET, 1), (SINGLE, 3)]
+
+
+@pytest.mark.parametrize(("mode", "seed"), [FLEETS[number] for number in draws(range(2), 4)])
 def test_a_random_fleet(mode: str, seed: int, tmp_path: Path) -> None:
     """In two modes; an input comes after a while, be it a search for a better plan or not."""
     fleet = Fleet(mode, seed, tmp_path)

@@ -23,7 +23,7 @@ STEPS: Dict[str, List[str]] = {
     DYN_RESET: ["-c", "steps=600"],
     SINGLE: [],
 }
-NEAR = 10  # requests that are in the way of another one
+NEAR = 12  # requests that are in the way of another one
 # Each mode and each number of robots, of the 16 with each of both.
 SEEDS = draws([0, 3, 6, 9, 10, 15], 16, "EPISODES")
 CALM = 40  # steps, after which nothing goes wrong any more

@@ -18,6 +18,11 @@ from typist import CTRL_C, CTRL_D, keyboard, pipe
 __all__ = ["terminals"]
 
 GRID = ("-c", "slots=1", "-c", "x=2", "-c", "y=2")
+DYNAMIC = [
+    pytest.param("dynamic.incremental.recording", marks=pytest.mark.install_space),
+    "dynamic.incremental.reset",
+    "dynamic.incremental.dyn_reset",
+]
 
 
 def mailbot(file: str) -> str:
@@ -61,10 +66,9 @@ SHORTEST = [
 ]  # fmt: skip
 
 
-@pytest.mark.install_space
-def test_the_dynamic_mailbot(terminals: Terminals, tmp_path: Path) -> None:
-    """In one mode: the bags of test_bags.py are of all modes."""
-    node = dynamic(terminals, "dynamic.incremental.recording")
+@pytest.mark.parametrize("mode", DYNAMIC)
+def test_the_dynamic_mailbot(terminals: Terminals, mode: str, tmp_path: Path) -> None:
+    node = dynamic(terminals, mode)
     client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
     typist.type("1 3\n")
     client.wait_for("[1] bring(1,3): succeeded")
@@ -108,10 +112,19 @@ def test_the_launch_file_of_the_dynamic_mailbot(terminals: Terminals, tmp_path: 
     assert client.output.splitlines()[-1] == "3 deliveries, 1 canceled"
 
 
-@pytest.mark.parametrize("file", ["blocks_world.launch", "mailbot_static.launch"])
-def test_the_launch_files_of_static_modes(terminals: Terminals, file: str) -> None:
-    """As they are; with the other mode, test_bags.py has the plans."""
-    terminals.start("roslaunch", "rosoclingo_examples", file)
+@pytest.mark.parametrize(
+    ("file", "arguments"),
+    [
+        ("blocks_world.launch", []),
+        ("blocks_world.launch", ["mode:=static.fixed.recording", "steps:=14"]),
+        ("mailbot_static.launch", []),
+        ("mailbot_static.launch", ["mode:=static.incremental.recording"]),
+    ],
+)
+def test_the_launch_files_of_static_modes(
+    terminals: Terminals, file: str, arguments: list[str]
+) -> None:
+    terminals.start("roslaunch", "rosoclingo_examples", file, *arguments)
     actions = plan(terminals)
     assert len(actions) == 14 if "blocks" in file else actions == SHORTEST
 

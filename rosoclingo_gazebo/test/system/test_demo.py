@@ -52,9 +52,9 @@ def test_a_fleet(terminals: Terminals, tmp_path: Path) -> None:
     )
     demo = terminals.start(
         "rosrun", "rosoclingo_gazebo", "fleet_demo.py",
-        "_robots:=2", "_packages:=2", "_seed:=2", f"_output:={tmp_path / 'a'}",
+        "_robots:=2", "_packages:=3", "_seed:=2", f"_output:={tmp_path / 'a'}",
     )  # fmt: skip
     assert demo.wait(120.0) == 0, demo.output
-    assert "2 packages delivered by 2 robots" in demo.output
-    assert demo.output.count("picks up package") == demo.output.count("delivers package") == 2
+    assert "3 packages delivered by 2 robots" in demo.output
+    assert demo.output.count("picks up package") == demo.output.count("delivers package") == 3
     assert {file.name for file in (tmp_path / "a").iterdir()} == {"fleet.png", "fleet.svg"}
