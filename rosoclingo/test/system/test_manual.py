@@ -173,7 +173,7 @@ def test_namespaces_add_up(terminals: Terminals) -> None:
     assert names < set(listed.output.split())
 
 
-# Sends goals, says when the first is active, and prints each terminal status with its text.
+# Sends goals, says when the server has them all, and prints each terminal status with its text.
 CLIENT = """
 import sys, threading, rospy
 from actionlib import CommState
@@ -184,18 +184,19 @@ from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal
 rospy.init_node("client")
 client = LowLatencyActionClient("rosoclingo", ROSoClingoAction)
 client.wait_for_server()
-ends, active = [threading.Event() for _ in range(50)], threading.Event()
+ends, known = [[threading.Event() for _ in range(50)] for _ in range(2)]
 
-def watch(end):
+def watch(known, end):
     def on_transition(handle):
-        if handle.get_comm_state() == CommState.ACTIVE:
-            active.set()
+        known.set()
         if handle.get_comm_state() == CommState.DONE:
             end.set()
     return on_transition
 
-handles = [client.send_goal(ROSoClingoGoal(sys.argv[1], []), watch(end)) for end in ends]
-active.wait(30)
+goal = ROSoClingoGoal(sys.argv[1], [])
+handles = [client.send_goal(goal, watch(*events)) for events in zip(known, ends)]
+for event in known:
+    event.wait(30)
 print("ready", flush=True)
 for end, handle in zip(ends, handles):
     print(end.wait(30) and GoalStatus.to_string(handle.get_terminal_state()),
@@ -218,10 +219,11 @@ def test_interrupt_with_open_goals(terminals: Terminals, tmp_path: Path, search:
     planner(terminals, str(encoding))
     node = terminals.start("rosrun", "rosoclingo", "run.py")
     client = terminals.start("python", "-c", CLIENT, "hard" if search else "visit(3)")
+    client.wait_for("ready")
     if search:
         terminals.listen("/planner", "/planner/status").wait_for("status: 1")  # ACTIVE
     else:
-        client.wait_for("ready")
+        node.wait_for("robot: go(2)")
     node.interrupt()
     assert node.wait() == 0
     client.wait()
