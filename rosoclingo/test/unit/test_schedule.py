@@ -183,6 +183,20 @@ def test_a_recording_that_ends_after_a_rejection_is_heard_to_that() -> None:
     assert replay.finished
 
 
+def test_a_goal_that_is_refused_while_the_loop_begins_to_wait() -> None:
+    """The thread that takes goals notes it and its status, and the loop its wait in between."""
+    goal = Record(GoalArrived("h", "visit("))
+    rejected = Record(StatusSet("h", Status.REJECTED, reason="it is no ground term"))
+    replay = Replay(run_of([*records(END), goal, rejected]), has_gate=True)
+    assert replay.send() == ["h visit("]
+    for record in (goal, *records(END), rejected):
+        assert not replay.finished
+        replay.see_records(record)
+    replay.now += 1.1
+    assert replay.finished
+    assert replay.schedule.stalls == []
+
+
 def test_a_replay_that_goes_another_way_is_noted_and_goes_on() -> None:
     replay = Replay(run(RUN))
     replay.see(ASK[:1])

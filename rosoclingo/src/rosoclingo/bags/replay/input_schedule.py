@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from typing import Dict, List, Optional, Sequence, Set, Tuple
 
-from rosclingo.errors import TermError
 from rosclingo.wire.commands import Result
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.replay.inputs import begins_a_wait, input_key
+from rosoclingo.bags.replay.inputs import begins_a_wait, input_key, is_refused
 from rosoclingo.loop import journal
-from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.replay_inbox import Due, Kind, Phase, search_text
 
 
@@ -69,7 +67,7 @@ def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True
         elif not isinstance(event, (*journal.ARRIVALS, journal.MessageDropped, journal.ActionTook)):
             undecided.clear()
         if isinstance(event, journal.ARRIVALS) and not (
-            (isinstance(event, journal.CancelArrived) and event.goal in ended) or _is_refused(event)
+            (isinstance(event, journal.CancelArrived) and event.goal in ended) or is_refused(event)
         ):
             moment = max(moment, _moment(event, decision, waits, result))
             if isinstance(event, journal.GoalArrived):
@@ -158,14 +156,3 @@ def _results(entries: Sequence[Entry]) -> List[Optional[Result]]:
             result = entry.event.result
         results.append(result)
     return results[::-1]
-
-
-def _is_refused(event: journal.Arrival) -> bool:
-    """Whether a goal was rejected before it came to the loop."""
-    if not isinstance(event, journal.GoalArrived):
-        return False
-    try:
-        canonical(event.request)
-    except TermError:
-        return True
-    return False

@@ -10,8 +10,10 @@ import enum
 from dataclasses import dataclass
 from typing import List, Set
 
+from rosclingo.errors import TermError
 from rosoclingo.bags.read.run import Run
 from rosoclingo.loop import journal
+from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.replay_inbox import Key, Kind
 
 _QUIET_SECONDS = 1.0  # of a bag without a journal: so long without any event, and the loop waits
@@ -124,3 +126,14 @@ def input_key(event: journal.Arrival) -> Key:
     if isinstance(event, journal.MessageArrived):
         return Kind.MESSAGE, event.source, event.value
     return Kind.GOAL if isinstance(event, journal.GoalArrived) else Kind.CANCEL, event.goal, ""
+
+
+def is_refused(event: journal.Event) -> bool:
+    """Whether a goal was rejected before it came to the loop, because it is no ground term."""
+    if not isinstance(event, journal.GoalArrived):
+        return False
+    try:
+        canonical(event.request)
+    except TermError:
+        return True
+    return False

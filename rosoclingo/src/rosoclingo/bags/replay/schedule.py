@@ -14,7 +14,14 @@ from typing import AbstractSet, Dict, List, Optional, Set
 
 from rosoclingo.bags.compare.comparison import Stall
 from rosoclingo.bags.read.run import Output, Outputs, Run
-from rosoclingo.bags.replay.inputs import Input, Point, begins_a_wait, input_key, inputs
+from rosoclingo.bags.replay.inputs import (
+    Input,
+    Point,
+    begins_a_wait,
+    input_key,
+    inputs,
+    is_refused,
+)
 from rosoclingo.loop import journal
 from rosoclingo.loop.replay_inbox import Key, Kind
 
@@ -101,7 +108,9 @@ class Schedule:
         self._seen_at = now
         if output is not None or isinstance(event, journal.ARRIVALS) or begins_a_wait(event):
             self._begin = now
-        if isinstance(event, journal.ARRIVALS):
+        if is_refused(event):
+            pass  # the loop does not see it, and may begin to wait before its status is noted
+        elif isinstance(event, journal.ARRIVALS):
             self._take(input_key(event))
             if self._is_held:  # the loop has got what it waited for, and goes on
                 self._is_held = self._rests = self._settled = False
@@ -116,6 +125,7 @@ class Schedule:
             self._acting[event.actuator] = None
         elif isinstance(event, journal.StatusSet) and event.status is not journal.Status.ACCEPTED:
             self._ended_goals.add(event.goal)
+            self._take((Kind.GOAL, event.goal, ""))  # if it was refused
             if event.reason is not journal.Reason.RECALLED:
                 # actionlib passes on none to an ended goal.
                 self._take((Kind.CANCEL, event.goal, ""))
