@@ -5,6 +5,7 @@ from __future__ import annotations
 import concurrent.futures
 import sys
 import threading
+import time
 from typing import (
     TYPE_CHECKING,
     Callable,
@@ -55,6 +56,9 @@ Parameters, such as _speed:=10, are described in the package's README."""
 
 _SECONDS_TO_ANSWER = 10.0  # of wall time, for the simulation's thread
 _SECONDS_TO_END = 1.0  # likewise, for its last step
+# Likewise, from one message of /clock to the next, at least: at speed 10, those of every second
+# step. All nodes listen, and none of them does anything in less.
+_CLOCK_SECONDS = 0.008
 _Returned = TypeVar("_Returned")
 
 
@@ -97,6 +101,7 @@ class SimulatorNode:
         self._static = publisher("/tf_static", TFMessage, latch=True)
         self._static.publish([transform for robot in self._robots for transform in robot.fixed])
         self._clock = publisher("/clock", Clock) if settings.clock else None
+        self._told_clock = 0.0  # when, in wall time
         self._service = rospy.Service("~obstacle", Obstacle, self._obstacle)
         self._pace: Union[Pacer, FollowedClock]
         if settings.clock:
@@ -130,8 +135,10 @@ class SimulatorNode:
         stamp = rospy.Time.from_sec(self._robots[0].simulation.now)
         for robot in self._robots:
             robot.publish(stamp)
-        if self._clock is not None:
+        wall = time.monotonic()
+        if self._clock is not None and wall - self._told_clock >= _CLOCK_SECONDS:
             self._clock.publish(stamp)
+            self._told_clock = wall
         for robot in self._robots:
             robot.answer(stamp)
 
