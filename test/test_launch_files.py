@@ -59,8 +59,6 @@ STARTED = {
     "rosclingo.launch": ["files:=line.lp"],
     "rosoclingo.launch": ["encoding:=line.lp", f"mode:=./{MODE.name}"],
     "single.launch": ["encoding:=line.lp"],
-    "mailbot_robot.launch": ["rviz:=true"],
-    "mailbot_fleet.launch": ["rviz:=true"],
 }
 PARTS = {"nodes.launch"}  # are started as a part of others
 
