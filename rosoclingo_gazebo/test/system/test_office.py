@@ -106,7 +106,7 @@ def test_what_dies(terminals: Terminals, tmp_path: Path) -> None:
     started = interfaces(terminals)
     mailbot, typist = client(terminals, tmp_path)
     processes = [terminals.pid(name) for name in ("/move_base_interface", "/simulator")]
-    typist.type("o10 o12 box\n")
+    typist.type("o9 o14 box\n")
 
     def goals() -> List[str]:
         return re.findall(r"goal \(.*\)", office.output)
