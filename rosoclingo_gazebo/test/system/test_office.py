@@ -10,7 +10,7 @@ import os
 import re
 import signal
 from pathlib import Path
-from typing import Tuple
+from typing import List, Tuple
 
 import pytest
 from terminals import Terminal, Terminals, package, terminals, wait_for
