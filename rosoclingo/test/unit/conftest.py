@@ -23,7 +23,7 @@ from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.solver import Solver
 
 PACKAGE = Path(__file__).resolve().parents[2]
-TIMEOUT = 30.0  # seconds; no more than a bound for what never comes
+TIMEOUT = 300.0  # seconds; no more than a bound for what never comes
 
 
 def walk(cells: List[int]) -> List[str]:

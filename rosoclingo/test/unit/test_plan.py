@@ -38,10 +38,11 @@ class Said(NamedTuple):
 
 @pytest.fixture
 def plan(capsys: pytest.CaptureFixture[str]) -> Any:
-    """Types plan.py with arguments."""
+    """Types plan.py with arguments, and with as much time for a reason as it takes."""
 
     def plan(*arguments: str) -> Said:
-        status = run(arguments)
+        patient = () if "--why-seconds" in arguments else ("--why-seconds", "600")
+        status = run([*arguments, *patient])
         said = capsys.readouterr()
         return Said(status, said.out, said.err)
 

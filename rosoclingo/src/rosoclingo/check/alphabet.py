@@ -23,10 +23,10 @@ from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.planner import Planner
 from rosoclingo.loop.vocabulary import ANY_EVENT
-from rosoclingo.loop.words import BUSY, INFO, SUCCESS
+from rosoclingo.loop.words import BUSY, INFO, QUEUE, SUCCESS
 from rosoclingo.single.dialects import Dialect2, detect
 
-OWN_SOURCES = frozenset({"commit", "save"})
+OWN_SOURCES = frozenset({"commit", "save", QUEUE})
 """The sources of events that are rosoclingo's own."""
 
 _STEPS = (1, 2, 3)  # those that are grounded, and compared

@@ -82,20 +82,20 @@ class ArrivalsState:
 
     doing: Dict[str, Doing] = field(default_factory=dict)
     told: Dict[str, float] = field(default_factory=dict)
-    _came: Dict[str, float] = field(default_factory=dict)  # when goals got their slots
+    _came: Dict[str, float] = field(default_factory=dict)  # when the goals in slots came
 
 
 class Arrivals(ArrivalsState):
     """Knows who does what since when. Only the loop's thread uses it."""
 
-    def place(self, slot: str, now: float) -> None:
+    def place(self, slot: str, came: float) -> None:
         """Takes note that a goal has got a slot.
 
         Args:
             slot: The slot.
-            now: What time it is, in seconds of world time.
+            came: When the goal has come, in seconds of world time.
         """
-        self._came[slot] = now
+        self._came[slot] = came
         self.told.pop(slot, None)
 
     def begin(self, action: Action, plan: Plan, now: float) -> None:

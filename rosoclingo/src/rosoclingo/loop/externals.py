@@ -93,13 +93,17 @@ class PlannerExternals(ExternalsState):
         """Whether the planner need not be asked whether it knows one of some events."""
         return self._vocabulary.is_sure(pairs, len(self.grounded))
 
+    def was_asked(self, source: str, content: str) -> bool:
+        """Whether it is known whether the encoding declares an event itself."""
+        return self._vocabulary.declares((source, content)) is not None
+
     def explain(self, source: str, content: str) -> str:
         """Says why the planner does not know an event."""
         return self._vocabulary.explain(source, content)
 
     def declares(self, source: str, content: str) -> bool:
         """Whether the encoding declares an event itself; asks the planner if that is not known."""
-        if self._vocabulary.declares((source, content)) is None:
+        if not self.was_asked(source, content):
             self.ask([(source, content)])
         return self.is_declared(source, content)
 

@@ -56,6 +56,9 @@ class GoalState:
         given_up: Why rosoclingo has canceled it by itself; empty if it has not. Such a goal ends
             aborted as soon as the planner has canceled it.
         cancel_told: Whether the planner knows that it is to be canceled.
+        came: When the loop has taken it, in seconds of world time.
+        is_first: Whether it gets a slot before others that came earlier; None if nobody has asked.
+        overtaken: By how many of these it was overtaken in the queue.
     """
 
     request: str
@@ -66,6 +69,9 @@ class GoalState:
     recalled: bool = False
     given_up: str = ""
     cancel_told: bool = False
+    came: float = 0.0
+    is_first: Optional[bool] = None
+    overtaken: int = 0
     _told: Dict[str, str] = field(default_factory=dict)  # the last line of each kind
 
 
@@ -281,7 +287,7 @@ class Goals:
 
     @property
     def queued(self) -> List[Goal]:
-        """The goals without a slot that have not ended, in the order in which they came."""
+        """The goals without a slot that have not ended, in the order in which they get one."""
         return [goal for goal in self._waiting if goal.stage is not Stage.ENDED]
 
     def is_slot(self, term: str) -> bool:
@@ -299,6 +305,30 @@ class Goals:
     def add(self, goal: Goal) -> None:
         """Puts a goal at the end of the queue."""
         self._waiting.append(goal)
+
+    def undecided(self) -> List[Goal]:
+        """Returns the goals of which it matters now whether they are first, and is not known."""
+        queued, free = self.queued, list(self._slots.values()).count(None)
+        if not self._slots or free >= len(queued):
+            return []
+        return [goal for goal in queued if goal.is_first is None]
+
+    def decide(self, goal: Goal, *, is_first: bool) -> None:
+        """Takes note of whether a goal in the queue is to get a slot before others.
+
+        Each of the others is overtaken by as many goals as there are slots, and by no more, so
+        that nobody waits for ever.
+        """
+        goal.is_first = is_first
+        place = self._waiting.index(goal)
+        self._waiting.remove(goal)
+        while is_first and place and self._can_be_overtaken(self._waiting[place - 1]):
+            place -= 1
+            self._waiting[place].overtaken += 1
+        self._waiting.insert(place, goal)
+
+    def _can_be_overtaken(self, goal: Goal) -> bool:
+        return not goal.is_first and goal.overtaken < len(self._slots)
 
     def cancel(self, goal: Goal) -> bool:
         """Recalls a goal that has no slot yet.
@@ -329,7 +359,7 @@ class Goals:
         )
 
     def place(self) -> List[Tuple[str, Goal]]:
-        """Gives the free slots to the goals that have waited longest, and returns these."""
+        """Gives the free slots to the goals that are first in the queue, and returns these."""
         placed = []
         for slot in self._slots:
             while self._slots[slot] is None and self._waiting:

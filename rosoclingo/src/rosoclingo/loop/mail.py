@@ -17,7 +17,7 @@ from rosoclingo.loop.inbox import Cancel, Inbox, Message, Taken
 from rosoclingo.loop.replay_inbox import Key, Kind, key_of
 from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.tokens import Tokens
-from rosoclingo.loop.words import BUSY, FAILURE, TIMEOUT, UNKNOWN
+from rosoclingo.loop.words import BUSY, FAILURE, QUEUE, TIMEOUT, UNKNOWN
 
 _RESERVED_IDS = ("commit", "save")
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
@@ -255,8 +255,14 @@ class Mail(MailState):
                 unknown is held back.
         """
         new, dropped = self._tokens.resolve(self.inbox.take())
-        if not (new or dropped or self._held):
-            return
+        if new or dropped or self._held:
+            self._take_all(new, dropped, may_ask)
+        if may_ask:
+            self._sort_queue()
+        if new or dropped:
+            self._goals.tell_positions()
+
+    def _take_all(self, new: List[Taken], dropped: List[str], may_ask: bool) -> None:
         held, self._held = self._held, []
         items = held + new
         seconds = 0.0
@@ -273,7 +279,15 @@ class Mail(MailState):
             if is_news and number >= len(held):
                 self._news += 1
         self._log_dropped(dropped)
-        self._goals.tell_positions()
+
+    def _sort_queue(self) -> None:
+        """Asks the encoding which goals are to get a slot before others."""
+        for goal in self._goals.undecided():
+            first = (QUEUE, f"first({goal.request})")
+            if not (self._externals.was_asked(*first) or self._externals.is_sure([first])):
+                self._externals.ask([first])
+            if self._externals.was_asked(*first):
+                self._goals.decide(goal, is_first=self._externals.is_declared(*first))
 
     def _take(self, item: Taken, may_ask: bool, dropped: List[str]) -> bool:
         """Takes one thing, and returns whether it is news for the controller."""
@@ -305,6 +319,7 @@ class Mail(MailState):
             step = len(self._externals.grounded) - 1
             self._goals.end(goal, "rejected", self.explain(slots[0], goal.request, step))
             return False
+        goal.came = self._environment.world_now()
         self._goals.add(goal)
         # One for which there will be no slot in the next step either is no news.
         news = self._goals.has_free_slot(next_step=True)

@@ -272,7 +272,7 @@ class State(Progress):
                     self.goals.end(goal, "rejected", self.mail.explain(slot, goal.request, step))
                     self.goals.remove(goal)
                 else:
-                    self.arrivals.place(slot, self.environment.world_now())
+                    self.arrivals.place(slot, goal.came)
         self._tell_durations(step)
         self.goals.tell_positions()
         if self.mail.is_over:

@@ -17,6 +17,9 @@ BUSY = "busy"
 INFO = "info"
 """The id of what nobody has to answer for: an observation, or what the loop itself says."""
 
+QUEUE = "queue"
+"""The source of the events ``first(Request)``, for requests that get a slot before others."""
+
 SOLVER = "solver"
 """The id of a message that holds a whole plan, for no actuator."""
 

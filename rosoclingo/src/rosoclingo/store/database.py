@@ -22,7 +22,7 @@ from typing import Callable, Dict, Iterator, List, Optional, Tuple
 from rosoclingo.errors import StoreError
 
 _APPLICATION = 0x526F5343  # RoSC: which program's file it is
-_VERSION = 1  # of the format
+_VERSION = 2  # of the format
 _WAIT_SECONDS = 5.0  # for a node that is just ending, and has the file
 _CHECKPOINT_PAGES = 256  # of 4 KiB: so long does the write-ahead log grow
 _BITS = 64
