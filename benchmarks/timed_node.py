@@ -29,7 +29,7 @@ from rosclingo.wire.commands import Answer, Assumption, Command, Ground, Improve
 from rosoclingo.commands import ROSCommands
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.inbox import Inbox
-from rosoclingo.ros.node import Node
+from rosoclingo.ros.loop_node import Node
 
 _busy: List[Tuple[float, float]] = []
 

@@ -875,9 +875,9 @@ def test_an_action_of_a_robot(page: Page) -> None:
 
 @of("CONTRIBUTING.md", "Add a recorded topic")
 def test_a_recorded_topic(page: Page) -> None:
-    node = (ROOT / "rosoclingo/src/rosoclingo/ros/node.py").read_text()
+    environment = (ROOT / "rosoclingo/src/rosoclingo/ros/environment.py").read_text()
     for used in ("publisher(", "String", "def show_plan(", "class RosEnvironment"):
-        assert used in node
+        assert used in environment
     for _ in range(2):
         ast.parse(textwrap.dedent(page.block("python")))
 

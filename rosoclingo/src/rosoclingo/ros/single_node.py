@@ -15,7 +15,8 @@ from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
 from rosoclingo.ros.encodings import Encodings
-from rosoclingo.ros.node import Node, open_inbox, run
+from rosoclingo.ros.loop_node import Node
+from rosoclingo.ros.running import open_inbox, run
 from rosoclingo.ros.storing import Storing, open_store
 from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
 from rosoclingo.single.dialects import detect, says_status

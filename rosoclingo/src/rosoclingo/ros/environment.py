@@ -1,0 +1,172 @@
+"""What the loop says to ROS: topics and the log, and to who has sent a goal, through its action."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from typing import Callable, FrozenSet, Optional, Sequence
+
+import actionlib
+import rospy
+from std_msgs.msg import String
+
+from rosclingo.ros.history_publisher import HistoryPublisher
+from rosclingo.ros.low_latency import publisher
+from rosoclingo.loop import journal
+from rosoclingo.loop.arrivals import Arrival
+from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.goals import Goal, GoalClient
+from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.tokens import Told
+from rosoclingo.msg import (
+    ROSoClingoDispatch,
+    ROSoClingoEvent,
+    ROSoClingoFeedback,
+    ROSoClingoOut,
+    ROSoClingoPlan,
+    ROSoClingoResult,
+    ROSoClingoToken,
+)
+from rosoclingo.ros.questions import Questions
+from rosoclingo.ros.storing import address_of
+
+_JOURNAL_LENGTH = 2_000  # events that late subscribers get
+
+
+class ActionClient(GoalClient):
+    """Who has sent a goal to the node's action."""
+
+    def __init__(
+        self, handle: actionlib.ServerGoalHandle, note: Callable[[journal.Event], None]
+    ) -> None:
+        self._handle = handle
+        self._note = note
+
+    def noted(self, goal: Goal, word: str, reason: str) -> None:
+        """Adds the status to the journal."""
+        self._note(journal.StatusSet(goal.id, journal.Status(word), goal.slot or "", reason))
+
+    def accepted(self) -> None:
+        """Accepts the goal."""
+        self._handle.set_accepted()
+
+    def ended(self, word: str, reason: str) -> None:
+        """Sends the result."""
+        getattr(self._handle, f"set_{word}")(ROSoClingoResult(word), reason)
+
+    def feedback(self, line: str) -> None:
+        """Sends the line."""
+        self._handle.publish_feedback(ROSoClingoFeedback(line))
+
+    @property
+    def address(self) -> str:
+        """The sender's node and the goal's time, as JSON."""
+        return address_of(self._handle)
+
+
+class RosEnvironment(Environment):
+    """Publishes to ``~out`` and logs to ROS.
+
+    Attributes:
+        questions: What answers questions; None if nothing does.
+        told: The actuators that were told something.
+    """
+
+    def __init__(self, description: str) -> None:
+        """Opens the topics.
+
+        Args:
+            description: What :func:`rosclingo.solver.about.about` says of the node.
+        """
+        self.questions: Optional[Questions] = None
+        self.told: FrozenSet[str] = frozenset()
+        # Opened before ~out: who hears an action there can tell whether it comes here, too.
+        self._dispatch = publisher("~dispatch", ROSoClingoDispatch, latch=True)
+        self._out = publisher("~out", ROSoClingoOut, latch=True)
+        self._plan = publisher("~plan", ROSoClingoPlan, latch=True)
+        self._quality = publisher("~plan_quality", String, latch=True)
+        self._about = publisher("~about", String, latch=True)
+        self._about.publish(description)
+        self._journal = HistoryPublisher("~journal", ROSoClingoEvent, _JOURNAL_LENGTH)
+        self._lock = threading.Lock()  # guards the number; the journal's order is that of numbers
+        self._number = 0
+
+    def publish(self, actuator: str, action: str) -> None:
+        """Publishes an action or a plan."""
+        self._out.publish(actuator, action)
+        rospy.loginfo("%s: %s", actuator, action)
+
+    def show_told(self, run: str, told: Sequence[Told]) -> None:
+        """Publishes to ``~dispatch``."""
+        self.told = frozenset(one.actuator for one in told)
+        self._dispatch.publish(
+            run,
+            [
+                ROSoClingoToken(one.number, one.step, one.actuator, one.action, _state(one))
+                for one in told
+            ],
+        )
+
+    def world_now(self) -> float:
+        """Returns ROS's time, which is a simulator's if there is one that has a clock."""
+        return float(rospy.get_time())
+
+    def show_plan(
+        self,
+        step: int,
+        horizon: int,
+        actions: Sequence[Action],
+        arrivals: Sequence[Arrival] = (),
+    ) -> None:
+        """Publishes to ``~plan``."""
+        self._plan.publish(step, horizon, [str(one) for one in (*actions, *arrivals)])
+
+    def show_quality(self, quality: Optional[Quality]) -> None:
+        """Publishes to ``~plan_quality``."""
+        self._quality.publish(json.dumps({} if quality is None else quality.as_json()))
+
+    def begin_to_wait(self, goals: Sequence[Goal]) -> None:
+        """Has it found out why goals wait."""
+        if self.questions is not None:
+            self.questions.explain_waiting(goals)
+
+    def miss_plan(self, goals: Sequence[Goal]) -> None:
+        """Has it found out why there is no plan."""
+        if self.questions is not None:
+            self.questions.explain_no_plan(goals)
+
+    def finish_reasons(self) -> None:
+        """Waits for these reasons."""
+        if self.questions is not None:
+            self.questions.finish()
+
+    def note(self, record: journal.Record) -> None:
+        """Publishes to ``~journal``. Thread-safe."""
+        with self._lock:
+            if isinstance(record, journal.NumberedRecord):
+                self._number, now = record.number, record.time
+            else:
+                self._number, now = self._number + 1, time.time()
+            stamp = rospy.Time.from_sec(now)  # of wall time, whatever a simulator's clock
+            self._journal.publish(
+                ROSoClingoEvent(
+                    stamp, self._number, record.step, record.horizon, *journal.encode(record.event)
+                )
+            )
+
+    def info(self, text: str) -> None:
+        """Logs at level INFO."""
+        rospy.loginfo("%s", text)
+
+    def warn(self, text: str) -> None:
+        """Logs at level WARN."""
+        rospy.logwarn("%s", text)
+
+
+def _state(told: Told) -> int:
+    """Returns what is left to do of an action."""
+    if told.answer is not None:
+        return int(ROSoClingoToken.ANSWERED)
+    return int(ROSoClingoToken.ABORTED if told.aborted else ROSoClingoToken.PENDING)

@@ -1,0 +1,245 @@
+"""The node with the loop: what comes from topics, an action at the node's own name, a service."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from functools import partial
+from typing import Any, Callable, Dict, Optional
+
+import actionlib
+import rospy
+
+from rosclingo.errors import RosclingoError, TermError
+from rosclingo.ros import parameters
+from rosclingo.ros.init import on_shutdown
+from rosclingo.ros.low_latency import LowLatencyActionServer, subscriber
+from rosclingo.solver.about import about
+from rosoclingo.errors import ShutdownError, StoreError
+from rosoclingo.loop import journal
+from rosoclingo.loop.atoms import canonical
+from rosoclingo.loop.controller import Decider
+from rosoclingo.loop.goals import Goal, GoalClient, Stage
+from rosoclingo.loop.inbox import Answer, Inbox, Item, Message
+from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.replay_inbox import ReplayInbox
+from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.tokens import TOKENS_HEADER
+from rosoclingo.msg import ROSoClingoAction, ROSoClingoAnswer, ROSoClingoIn, ROSoClingoResult
+from rosoclingo.ros.encodings import Encodings
+from rosoclingo.ros.environment import ActionClient, RosEnvironment
+from rosoclingo.ros.questions import Questions
+from rosoclingo.ros.storing import Storing, restore_goal, status_of
+from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
+from rosoclingo.store.store import KnownGoal
+from rosoclingo.store.stored_loop import StoredLoop
+from rosoclingo.why.serving import LOWEST
+
+_RESULTS_KEPT = 1_000  # of goals, which may come again
+_SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
+_SECONDS_TO_SEND = 0.3  # how long the results of aborted goals have until rospy ends connections
+_WHY_SECONDS = 5.0  # how long an answer may take that is asked for by ~why
+_POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
+
+
+class Node:
+    """Connects the planning node's names with a loop.
+
+    See docs/protocol.md, section "Names in the ROS graph".
+
+    rospy's threads only fill the inbox; the loop runs in a thread of its own. Make it after the
+    node is initialised.
+    """
+
+    def __init__(
+        self,
+        controller: Decider,
+        planner: Solver,
+        commands: Callable[..., Any],
+        inbox: Inbox,
+        *,
+        ready: Callable[[], None] = lambda: None,
+        describe: Callable[..., str] = partial(about, "", [], {}),
+        encodings: Optional[Encodings] = None,
+        storing: Optional[Storing] = None,
+    ) -> None:
+        """Opens the names; :meth:`start` starts the loop.
+
+        Args:
+            controller: Says what to do next.
+            planner: Solver with the task's encoding.
+            commands: Class with a method for each command, such as ``ROSCommands``.
+            inbox: Where everything comes in.
+            ready: Waits until the solvers are there; called first in the loop's thread.
+            describe: Returns what :func:`rosclingo.solver.about.about` says of the node, with the
+                ``parameters`` that it is given.
+            encodings: What the planner plans with; without it, there is no service ``~why``.
+            storing: Where the run is stored, if anywhere; it has the same inbox.
+
+        Raises:
+            ParameterError: A parameter is wrong.
+        """
+        timeout = parameters.number("action_timeout", 0.0, what="seconds")
+        deciding: Dict[str, Any] = {
+            "abort_unreachable": parameters.flag("abort_unreachable", False),
+            "patience": parameters.number("patience", 0.0, what="seconds"),
+        }
+        why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
+        why_nice = parameters.integer("why_nice", LOWEST, LOWEST)
+        explains = parameters.flag("explain", True)
+        self.failure: Optional[str] = None
+        self._inbox = inbox
+        self._environment = environment = RosEnvironment(describe(parameters=deciding))
+        self._storing = storing
+        settings: Dict[str, Any] = {"action_timeout": timeout, **deciding}
+        parts = (controller, planner, commands)
+        if storing is None:
+            self._loop = Loop(*parts, inbox, environment, **settings)
+        else:
+            self._loop = storing.loop(*parts, environment, **settings)
+        if encodings is not None:
+            # To a replay's clients, nobody listens.
+            explains = explains and not isinstance(inbox, ReplayInbox)
+            environment.questions = Questions(
+                self._loop.state, encodings, seconds=why_seconds, nice=why_nice, explains=explains
+            )
+        self._ready = ready
+        self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
+        self._goals: Dict[str, Goal] = {}
+        self._server = LowLatencyActionServer(
+            rospy.get_name(),
+            ROSoClingoAction,
+            self._on_goal,
+            self._on_cancel,
+            ROSoClingoResult("canceled"),
+            results_kept=_RESULTS_KEPT,
+        )
+        self._resume()
+        self._in = subscriber("~in", ROSoClingoIn, self._on_message)
+        self._answer = subscriber("~answer", ROSoClingoAnswer, self._on_answer)
+        self._service = rospy.Service(
+            "~get_goal_information", GetGoalInformation, self._on_get_information
+        )
+
+    def _resume(self) -> None:
+        """Takes over the goals of a run that goes on, and lets the action begin."""
+        if not isinstance(self._loop, StoredLoop):
+            self._server.start()
+            return
+
+        def client(goal: KnownGoal) -> GoalClient:
+            return ActionClient(restore_goal(self._server, goal), self._loop.state.note)
+
+        self._goals = self._loop.resume(client)
+        for goal in self._loop.ended():
+            self._server.remember_result(status_of(goal), ROSoClingoResult(goal.word))
+        ended = [(goal, restore_goal(self._server, goal)) for goal in self._loop.unsure()]
+        self._server.start()
+        for goal, handle in ended:
+            self._server.publish_result_again(handle, ROSoClingoResult(goal.word))
+
+    def start(self) -> None:
+        """Starts the loop."""
+        self._thread.start()
+        on_shutdown(self._close)  # which waits for the thread
+
+    def spin(self) -> None:
+        """Waits until the loop has failed, or the node is shut down and has said so to all."""
+        while not rospy.is_shutdown() and (self._thread.is_alive() or self._inbox.closed):
+            if self._thread.is_alive():
+                self._thread.join(_POLL_SECONDS)
+            else:
+                time.sleep(_POLL_SECONDS)  # a shutdown is under way, in a thread of its own
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether it is not sure that the loop can go on with the run in its store."""
+        return isinstance(self._loop, StoredLoop) and self._loop.is_refused
+
+    def is_alive(self) -> bool:
+        """Whether the loop still runs."""
+        return self._thread.is_alive()
+
+    def _close(self) -> None:
+        # Runs before rospy stops publishing, so that open goals get their results.
+        self._inbox.close()
+        self._thread.join(_SECONDS_TO_END)
+        if self._storing is not None:
+            self._storing.store.close()  # goals stay open, and go on
+        elif self._thread.is_alive():  # a solver in this process that grounds cannot be interrupted
+            for goal in self._goals.values():
+                goal.set_status("aborted", journal.Reason.SHUTDOWN)
+        if self._goals:
+            time.sleep(_SECONDS_TO_SEND)
+
+    def _run(self) -> None:
+        try:
+            self._ready()
+        except RosclingoError as err:
+            self._loop.end(str(err))
+            return
+        try:
+            self._loop.run()
+        except ShutdownError:
+            pass
+        except RosclingoError as err:
+            self._fail(str(err))
+        except Exception as err:  # the open goals have been aborted; say why, and end
+            rospy.logerr("internal error", exc_info=True)
+            self._fail(f"internal error: {err!r}")
+
+    def _fail(self, reason: str) -> None:
+        if not self._inbox.closed:
+            self.failure = reason
+
+    def _on_message(self, message: ROSoClingoIn) -> None:
+        header = message._connection_header
+        if TOKENS_HEADER in header and message.id in self._environment.told:
+            return  # for those who listen; it comes with its token, too
+        self._put(Message(message.id, message.value, header.get("callerid", "")))
+
+    def _on_answer(self, message: ROSoClingoAnswer) -> None:
+        sender = message._connection_header.get("callerid", "")
+        self._put(Answer(message.run, message.number, message.value, sender))
+
+    def _put(self, item: Item) -> None:
+        with contextlib.suppress(StoreError):  # the loop ends with that
+            self._inbox.put(item)
+
+    def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
+        # Runs under actionlib's lock: nothing here may wait.
+        identifier, sent, note = handle.get_goal_id().id, handle.get_goal(), self._loop.state.note
+        try:
+            request = canonical(sent.request)
+        except TermError as err:
+            rospy.logwarn("goal rejected: %s", err)
+            note(journal.GoalArrived(identifier, sent.request, tuple(sent.information)))
+            note(journal.StatusSet(identifier, journal.Status.REJECTED, reason=str(err)))
+            handle.set_rejected(ROSoClingoResult("rejected"), str(err))
+            return
+        goal = Goal(request, sent.information, identifier, ActionClient(handle, note))
+        self._goals = {
+            key: other for key, other in self._goals.items() if other.stage is not Stage.ENDED
+        }
+        self._goals[identifier] = goal
+        try:
+            self._inbox.put(goal)
+        except StoreError as err:
+            handle.set_rejected(ROSoClingoResult("rejected"), str(err))
+
+    def _on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
+        # Runs under actionlib's lock: nothing here may wait.
+        goal = self._goals.get(handle.get_goal_id().id)
+        if goal is not None:
+            with contextlib.suppress(StoreError):  # the loop ends with that
+                self._inbox.cancel(goal)
+
+    def _on_get_information(self, request: GetGoalInformationRequest) -> Any:
+        try:
+            goal = self._loop.state.goals.occupant(canonical(request.key))
+        except TermError as err:
+            raise rospy.ServiceException(str(err)) from err
+        if goal is None:
+            raise rospy.ServiceException(f"no goal has the slot {request.key!r}")
+        return [goal.information]

@@ -1,0 +1,72 @@
+"""What all nodes with a loop do: they open an inbox, run until the end, and say how that was."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Callable, NoReturn, Optional
+
+import rospy
+from std_msgs.msg import Empty
+
+from rosclingo.errors import ParameterError
+from rosclingo.ros.init import end_wrong, give_up, on_shutdown
+from rosclingo.ros.low_latency import subscriber
+from rosclingo.ros.master_watch import exit_status
+from rosoclingo.errors import StoreError
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.replay_inbox import ReplayInbox, decode
+from rosoclingo.ros.loop_node import Node
+from rosoclingo.store.store import Store
+from rosoclingo.store.stored_loop import StoredInbox, StoredReplayInbox
+
+
+def open_inbox(store: Optional[Store] = None) -> Inbox:
+    """Returns the node's inbox, which a shutdown closes; a replay's takes things as recorded.
+
+    Args:
+        store: Where all that comes is written; None for nowhere.
+
+    Raises:
+        ParameterError: The parameter ``~replay`` is wrong.
+    """
+    recorded = rospy.get_param("~replay", None)
+    if recorded is None:
+        inbox = Inbox() if store is None else StoredInbox(store)
+    else:
+        dues = decode(recorded)
+        inbox = held = ReplayInbox(dues) if store is None else StoredReplayInbox(store, dues)
+        subscriber("~open_gate", Empty, lambda _: held.open())
+        subscriber("~go_on", Empty, lambda _: held.go_on())
+    on_shutdown(inbox.close)
+    return inbox
+
+
+def run(make: Callable[[], Node]) -> NoReturn:
+    """Runs a node that is initialised until it is shut down, and ends the process.
+
+    Args:
+        make: Makes the node.
+
+    The exit status is 0, 1 when the loop had to end, or 2 when a parameter is wrong or the store
+    cannot be used.
+    """
+    try:
+        node = make()
+    except (ParameterError, StoreError) as err:
+        give_up(err)
+    node.start()
+    node.spin()
+    status = 0
+    if node.failure is not None:
+        rospy.logfatal("%s", node.failure)
+        rospy.signal_shutdown(node.failure)
+        status = 1
+        if node.is_refused:
+            end_wrong(status)
+    if node.is_alive():
+        # A solver in this process cannot be interrupted while it grounds.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(exit_status(status))
+    sys.exit(status)
