@@ -3,36 +3,31 @@
 from __future__ import annotations
 
 import os
-import queue
 import sys
 import time
-from collections import Counter
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Set, Tuple
+from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
-from actionlib_msgs.msg import GoalID, GoalStatusArray
-from std_msgs.msg import Empty
 
 from rosclingo.ros.init import end_server_when_closed
-from rosclingo.ros.local_master import LocalMaster, executable
-from rosclingo.ros.low_latency import publisher, subscriber
+from rosclingo.ros.local_master import LocalMaster
 from rosoclingo.bags.compare.comparison import Stall
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.replay.input_schedule import input_schedule, rest
+from rosoclingo.bags.replay.connection import Connection
+from rosoclingo.bags.replay.input_schedule import input_schedule
+from rosoclingo.bags.replay.nodes import Nodes
 from rosoclingo.bags.replay.schedule import Schedule
-from rosoclingo.bags.replay.startup import SOLVERS, Start
+from rosoclingo.bags.replay.startup import Start
 from rosoclingo.bags.replay.unpack import ReplayError
-from rosoclingo.loop import journal, replay_inbox
-from rosoclingo.loop.replay_inbox import Due, Kind, Phase
-from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoEvent, ROSoClingoGoal, ROSoClingoIn
+from rosoclingo.loop import journal
+from rosoclingo.loop.replay_inbox import Due
 
 # Searches are long, and what they have found is seen from what follows.
 _NOT_COMPARED = (
     journal.LoopWaits, journal.MessageDropped, journal.ActionTook, journal.SearchEnded,
 )  # fmt: skip
-_CONNECT_SECONDS = 60.0  # how long the nodes may take to start on a busy machine
 _POLL_SECONDS = 0.02
 _LOOK_SECONDS = 0.2  # how often it is seen whether the processes still run
 _PROGRESS_SECONDS = 2.0  # how often it is said how far the replay is
@@ -57,105 +52,6 @@ class Replayed(NamedTuple):
     killed: int
     seconds: float
     failure: str
-
-
-class Connection:
-    """The topics of a node with the planning loop. Make it after the node is initialised.
-
-    Attributes:
-        arrived: The ids of goals that the node has.
-    """
-
-    def __init__(self, name: str, has_gate: bool) -> None:
-        """Opens the topics.
-
-        Args:
-            name: Resolved name of the node with the planning loop.
-            has_gate: Whether the loop has a gate.
-        """
-        self._heard_by: Counter[str] = Counter()  # by topics: how often somebody has connected
-        self._lives = 1  # of the node
-
-        def opened(topic: str, kind: Any) -> rospy.Publisher:
-            self._heard_by[topic] = 0
-            return publisher(
-                f"{name}/{topic}", kind, on_subscriber=lambda _: self._heard_by.update([topic])
-            )
-
-        self._goal = opened("goal", ROSoClingoActionGoal)
-        self._cancel = opened("cancel", GoalID)
-        self._in = opened("in", ROSoClingoIn)
-        if has_gate:
-            self._open = opened("open_gate", Empty)
-            self._go_on = opened("go_on", Empty)
-        self.arrived: Set[str] = set()
-        # None says that a goal has arrived.
-        self._received: queue.SimpleQueue[Optional[ROSoClingoEvent]] = queue.SimpleQueue()
-        self._early: Dict[int, ROSoClingoEvent] = {}  # that came before the ones they follow
-        self._number = 0
-        self._status = subscriber(f"{name}/status", GoalStatusArray, self._on_status)
-        self._journal = subscriber(f"{name}/journal", ROSoClingoEvent, self._received.put)
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether the node is there."""
-        topics = [self._status, self._journal]
-        is_heard = all(number >= self._lives for number in self._heard_by.values())
-        return is_heard and all(topic.get_num_connections() for topic in topics)
-
-    def begin_again(self) -> None:
-        """Takes note that the node is another process from now on."""
-        self._lives += 1
-
-    def send(self, event: journal.Arrival) -> None:
-        """Sends a recorded goal, cancel request or message; does not wait."""
-        if isinstance(event, journal.GoalArrived):
-            goal = ROSoClingoGoal(event.request, list(event.information))
-            self._goal.publish(ROSoClingoActionGoal(goal_id=GoalID(id=event.goal), goal=goal))
-        elif isinstance(event, journal.CancelArrived):
-            self._cancel.publish(GoalID(id=event.goal))
-        else:
-            self._in.publish(event.source, event.value)
-
-    def open_gate(self) -> None:
-        """Lets the loop take everything as soon as it comes."""
-        self._open.publish()
-
-    def go_on(self) -> None:
-        """Says that what was to be killed is."""
-        self._go_on.publish()
-
-    def hear(self, timeout: float) -> Iterator[Entry]:
-        """Waits for events, and yields those that came, in the journal's order.
-
-        Args:
-            timeout: Longest time to wait, in seconds.
-
-        Yields:
-            The events, with their times in seconds since 1970.
-        """
-        try:
-            self._sort(self._received.get(timeout=timeout))
-            while True:
-                self._sort(self._received.get_nowait())
-        except queue.Empty:
-            pass
-        while self._number + 1 in self._early:
-            self._number += 1
-            message = self._early.pop(self._number)
-            event, seconds = journal.decode(message), message.stamp.to_sec()
-            yield Entry(event, message.step, message.horizon, self._number, seconds)
-
-    def _on_status(self, message: GoalStatusArray) -> None:
-        new = {status.goal_id.id for status in message.status_list} - self.arrived
-        if new:
-            self.arrived |= new
-            self._received.put(None)
-
-    def _sort(self, message: Optional[ROSoClingoEvent]) -> None:
-        # A late subscriber gets some of them twice.
-        if message is not None and message.number > self._number:
-            self._early[message.number] = message
 
 
 def play(
@@ -198,16 +94,11 @@ def play(
         schedule = Schedule(
             run, has_gate=run.has_journal, arrived=connection.arrived, rate=rate, kills=kills
         )
-        dues: List[Due] = []
+        dues: Optional[List[Due]] = None
         if run.has_journal:
             dues = input_schedule(run, kills=kills, same_encodings=same_encodings)
-        nodes = _Nodes(name, system, processes, connection, dues)
-        if run.has_journal:
-            nodes.set_dues()
-        _start(system, processes[0])
-        _connect(connection, system, name)
-        for start in processes[1:]:  # only now, so that nothing is missed
-            _start(system, start)
+        nodes = Nodes(name, system, processes, connection, dues)
+        nodes.start()
         patience = _patience(run, schedule, rate, timeout)
         play_on = _Player(connection, schedule, system, nodes, patience)
         failure = play_on.run(progress)
@@ -223,58 +114,6 @@ def play(
     )
 
 
-class _Nodes:
-    """The processes, of which some are to be killed when the loop waits for that.
-
-    Attributes:
-        killed: How many were killed.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        system: LocalMaster,
-        processes: Sequence[Start],
-        connection: Connection,
-        dues: Sequence[Due],
-    ) -> None:
-        self.killed = 0
-        self._name = name
-        self._system = system
-        self._starts = dict(zip((journal.LOOP, *SOLVERS), processes))
-        self._connection = connection
-        self._dues = [due for due in dues if due.kind is not Kind.KILL or due.id in self._starts]
-
-    def set_dues(self) -> None:
-        """Has the loop's node know what it is to take when."""
-        rospy.set_param(f"{self._name}/replay", replay_inbox.encode(self._dues))
-
-    def due(self, decision: int) -> Optional[str]:
-        """Returns what is to be killed before a decision, counted since the loop began."""
-        kill = next((due for due in self._dues if due.kind is Kind.KILL), None)
-        return kill.id if kill is not None and kill.decision == decision else None
-
-    def kill(self, decision: int, node: str) -> None:
-        """Kills what :meth:`due` has returned, and starts another one in its place.
-
-        Raises:
-            ReplayError: Another loop does not start.
-        """
-        self._dues.remove(Due(decision, Phase.BEFORE, Kind.KILL, node))
-        start = self._starts[node]
-        self._system.kill(start.name)
-        self.killed += 1
-        if node == journal.LOOP:
-            self._dues = rest(self._dues, decision)
-            self.set_dues()
-            self._connection.begin_again()
-        _start(self._system, start)
-        if node == journal.LOOP:
-            _connect(self._connection, self._system, self._name)
-        else:
-            self._connection.go_on()
-
-
 class _Player:
     """Sends what is due until nothing is left or nothing comes any more."""
 
@@ -283,7 +122,7 @@ class _Player:
         connection: Connection,
         schedule: Schedule,
         system: LocalMaster,
-        nodes: _Nodes,
+        nodes: Nodes,
         patience: float,
     ) -> None:
         self.entries: List[Entry] = []
@@ -407,25 +246,6 @@ def _initialise(system: LocalMaster) -> None:
     # Remappings are for another master, such as that of rostest.
     end_server_when_closed()
     rospy.init_node("replay", argv=sys.argv[:1], disable_signals=True, disable_rosout=True)
-
-
-def _start(system: LocalMaster, start: Start) -> None:
-    command = start.command
-    if command[0] == "rosrun":
-        command = (executable(*command[1:3]), *command[3:])
-    system.start(start.name, command, namespace=start.namespace, directory=start.directory)
-
-
-def _connect(connection: Connection, system: LocalMaster, name: str) -> None:
-    end = time.monotonic() + _CONNECT_SECONDS
-    while not connection.is_complete:
-        ended = system.failure()
-        if ended is not None:
-            log = system.processes[ended].last_lines
-            raise ReplayError(f"{ended} does not start; the end of what it says:\n{log}")
-        if time.monotonic() > end:
-            raise ReplayError(f"there is no node {name} after {_CONNECT_SECONDS:.0f} s")
-        time.sleep(_POLL_SECONDS)
 
 
 def _patience(run: Run, schedule: Schedule, rate: Optional[float], timeout: float) -> float:
