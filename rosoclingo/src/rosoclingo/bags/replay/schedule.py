@@ -13,7 +13,8 @@ from collections import Counter
 from typing import AbstractSet, Dict, List, Optional, Set
 
 from rosoclingo.bags.compare.comparison import Stall
-from rosoclingo.bags.read.run import Output, Outputs, Run
+from rosoclingo.bags.read.run import Outputs, Run
+from rosoclingo.bags.replay.awaited import Awaited
 from rosoclingo.bags.replay.inputs import (
     Input,
     Point,
@@ -67,21 +68,15 @@ class Schedule:
         self.skipped = 0
         self.passed = 0
         self.in_step = has_gate
-        self._has_gate = has_gate
         events = (entry.event for entry in run.entries)
         self._commands = (event for event in events if isinstance(event, journal.CommandDone))
         self._arrived = arrived
-        self._expected = [output for output in run.outputs if output is not None]
         self._is_open = run.is_open
         self._rate = rate
         self._kills = kills
         self._restarts = 0  # of the node with the loop
         self._outputs = Outputs()
-        # What is expected before the next input, less what came.
-        self._awaited: Counter[journal.Event] = Counter()
-        self._missing = 0  # how many of them have not come
-        self._of_others: List[Output] = []  # of threads that no input waits for, but the end does
-        self._waived: Counter[journal.Event] = Counter()  # given up, and may still come
+        self._awaited = Awaited(run, has_gate=has_gate)
         self._on_way: Counter[Key] = Counter()  # sent and not taken
         self._ended_goals: Set[str] = set()
         self._acting: Dict[str, None] = {}  # actuators without an answer, in order
@@ -132,7 +127,7 @@ class Schedule:
         elif isinstance(event, journal.LoopEnded):
             self._ended = True
         if output is not None:
-            self._came(output.key)
+            self._awaited.came(output.key)
 
     def _see_command(self, seen: journal.CommandDone) -> None:
         self._command = seen.command
@@ -148,14 +143,6 @@ class Schedule:
             self._on_way[key] -= 1
             if not self._on_way[key]:
                 del self._on_way[key]
-
-    def _came(self, key: journal.Event) -> None:
-        if self._waived[key] > 0:
-            self._waived[key] -= 1
-            return
-        if self._awaited[key] > 0:
-            self._missing -= 1
-        self._awaited[key] -= 1
 
     def go_on(self, now: float, *, restarts: bool) -> None:
         """Takes note that a node was killed, for which the loop has waited.
@@ -178,10 +165,10 @@ class Schedule:
         """
         while self.passed < len(self.planned) and not self._ended:
             planned = self.planned[self.passed]
-            ready = not self._missing and self._at(planned)
+            ready = not self._awaited.missing and self._at(planned)
             if not (ready or self._is_settled(now)):
                 return None
-            if self._missing:
+            if self._awaited.missing:
                 self._stall()
             if planned.answers and self.stalls and planned.key[1] not in self._acting:
                 if not self._is_settled(now):
@@ -201,11 +188,11 @@ class Schedule:
             return True
         if self.passed < len(self.planned):
             return False
-        if self._is_open and not self._missing and not self._on_way:
+        if self._is_open and not self._awaited.missing and not self._on_way:
             return True
         if not self._is_settled(now):
             return False
-        if self._missing:
+        if self._awaited.missing:
             self._stall()
         return True
 
@@ -262,39 +249,15 @@ class Schedule:
         self._sent_at, self._sent_kind = now, kind
         self._step()
 
-    @property
-    def _position(self) -> int:
-        """How many outputs were expected before the last input that has passed."""
-        return self.planned[self.passed - 1].position if self.passed else 0
-
     def _step(self) -> None:
         self.passed += 1
         self._expect()
 
     def _expect(self) -> None:
-        """Expects what comes between the input before and the next one."""
-        end = self.planned[self.passed].position if self.passed < len(self.planned) else None
-        expected = self._expected[self._position : end]
-        if end is None:
-            expected += self._of_others
-        for output in expected:
-            if isinstance(output.event, journal.LoopEnded):  # what it took then, had come before
-                continue
-            is_another_thread = isinstance(output.event, journal.StatusSet) and output.step is None
-            if is_another_thread and self._has_gate and end is not None:
-                self._of_others.append(output)
-                continue
-            self._awaited[output.key] += 1
-            if self._awaited[output.key] > 0:
-                self._missing += 1
+        is_last = self.passed == len(self.planned)
+        self._awaited.expect(None if is_last else self.planned[self.passed].position)
 
     def _stall(self) -> None:
         """Gives up what is awaited."""
         self.in_step = False
-        missing = +self._awaited
-        places = range(self._position, len(self._expected))
-        first = (place for place in places if self._expected[place].key in missing)
-        self.stalls.append(Stall(next(first, self._position), tuple(self._acting)))
-        self._waived.update(missing)
-        self._awaited.subtract(missing)
-        self._missing = 0
+        self.stalls.append(Stall(self._awaited.give_up(), tuple(self._acting)))

@@ -1,0 +1,74 @@
+"""Which outputs have to come before the next input of a replay. Needs no ROS."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import List, Optional
+
+from rosoclingo.bags.read.run import Output, Run
+from rosoclingo.loop import journal
+
+
+class Awaited:
+    """The outputs that are expected before the next input, less what came.
+
+    Attributes:
+        missing: How many of them have not come.
+    """
+
+    def __init__(self, run: Run, *, has_gate: bool) -> None:
+        """Expects nothing yet.
+
+        Args:
+            run: The recorded run.
+            has_gate: Whether the loop has a gate, which takes the inputs as recorded.
+        """
+        self.missing = 0
+        self._expected = [output for output in run.outputs if output is not None]
+        self._has_gate = has_gate
+        self._begin = 0  # of those that were expected last
+        self._end: Optional[int] = 0  # likewise
+        self._counts: Counter[journal.Event] = Counter()
+        self._of_others: List[Output] = []  # of threads that no input waits for, but the end does
+        self._waived: Counter[journal.Event] = Counter()  # given up, and may still come
+
+    def expect(self, end: Optional[int]) -> None:
+        """Expects what comes between the input before and the next one.
+
+        Args:
+            end: How many outputs were there before the next input; None if there is no other.
+        """
+        assert self._end is not None
+        self._begin, self._end = self._end, end
+        expected = self._expected[self._begin : end]
+        if end is None:
+            expected += self._of_others
+        for output in expected:
+            if isinstance(output.event, journal.LoopEnded):  # what it took then, had come before
+                continue
+            is_another_thread = isinstance(output.event, journal.StatusSet) and output.step is None
+            if is_another_thread and self._has_gate and end is not None:
+                self._of_others.append(output)
+                continue
+            self._counts[output.key] += 1
+            if self._counts[output.key] > 0:
+                self.missing += 1
+
+    def came(self, key: journal.Event) -> None:
+        """Takes note of an output of the replayed run, by its key."""
+        if self._waived[key] > 0:
+            self._waived[key] -= 1
+            return
+        if self._counts[key] > 0:
+            self.missing -= 1
+        self._counts[key] -= 1
+
+    def give_up(self) -> int:
+        """Expects no more what is missing, and returns the place of its first in the outputs."""
+        missing = +self._counts
+        places = range(self._begin, len(self._expected))
+        first = (place for place in places if self._expected[place].key in missing)
+        self._waived.update(missing)
+        self._counts.subtract(missing)
+        self.missing = 0
+        return next(first, self._begin)
