@@ -40,8 +40,9 @@ from harness import HarnessError, RosSystem
 from mailbot import ENCODING, MODE
 from mortal import Fate
 from mortal_client import REQUESTS
+from rosclingo.ros.action_server import LowLatencyActionServer
 from rosclingo.ros.local_master import executable
-from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
+from rosclingo.ros.low_latency import publisher, subscriber
 from rosclingo.srv import ROSClingoControl, ROSClingoControlRequest
 from rosoclingo.msg import ROSoClingoActionResult, ROSoClingoIn
 

@@ -13,7 +13,8 @@ import rospy
 from actionlib import ClientGoalHandle
 
 from harness import HarnessError, RosSystem, wait_for_node
-from rosclingo.ros.low_latency import LowLatencyActionClient, publisher, subscriber
+from rosclingo.ros.action_client import LowLatencyActionClient
+from rosclingo.ros.low_latency import publisher, subscriber
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result, Truth

@@ -21,7 +21,8 @@ from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
 from harness import HarnessError, Report, RosSystem, Row, Samples, resident_mebibytes, wait_for_node
-from rosclingo.ros.low_latency import LowLatencyActionClient, publisher, subscriber
+from rosclingo.ros.action_client import LowLatencyActionClient
+from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
 PACKAGE = Path(__file__).resolve().parent.parent / "rosoclingo"

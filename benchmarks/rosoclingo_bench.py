@@ -33,7 +33,7 @@ from harness import (
     wait_for_node,
 )
 from rosclingo.msg import ROSClingoActionResult
-from rosclingo.ros.low_latency import LowLatencyActionClient
+from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result

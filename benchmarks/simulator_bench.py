@@ -26,7 +26,8 @@ from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from harness import HarnessError, Report, RosSystem, Row, Samples
-from rosclingo.ros.low_latency import LowLatencyActionClient, subscriber
+from rosclingo.ros.action_client import LowLatencyActionClient
+from rosclingo.ros.low_latency import subscriber
 
 SAMPLES = 20
 SAMPLE_SECONDS = 1.0  # of wall time

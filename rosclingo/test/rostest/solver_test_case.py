@@ -12,7 +12,7 @@ from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
 from rosclingo.msg import ROSClingoAction, ROSClingoGoal, ROSClingoResult
-from rosclingo.ros.low_latency import LowLatencyActionClient
+from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.srv import ROSClingoControl
 from rosclingo.wire.commands import Reply
 from rosclingo.wire.xml_codec import decode_reply

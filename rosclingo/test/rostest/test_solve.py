@@ -22,8 +22,8 @@ from rosclingo.msg import (
     ROSClingoActionResult,
     ROSClingoFeedback,
 )
+from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.client import Client
-from rosclingo.ros.low_latency import LowLatencyActionClient
 from rosclingo.wire.commands import Outcome, Reply, Result
 from rosclingo.wire.xml_codec import decode_reply
 from solver_test_case import TIMEOUT, Goal, SolverTestCase, wait_for

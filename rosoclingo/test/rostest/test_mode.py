@@ -13,7 +13,7 @@ import rostest
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
-from rosclingo.ros.low_latency import LowLatencyActionClient
+from rosclingo.ros.action_client import LowLatencyActionClient
 from rosoclingo.msg import (
     ROSoClingoAction,
     ROSoClingoAnswer,

@@ -178,7 +178,7 @@ CLIENT = """
 import sys, threading, rospy
 from actionlib import CommState
 from actionlib_msgs.msg import GoalStatus
-from rosclingo.ros.low_latency import LowLatencyActionClient
+from rosclingo.ros.action_client import LowLatencyActionClient
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal
 
 rospy.init_node("client")

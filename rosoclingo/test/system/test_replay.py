@@ -43,7 +43,7 @@ DRIVER = """
 import os, random, signal, sys, threading, time, rospy
 from actionlib import CommState
 from rosclingo.ros.init import init_node
-from rosclingo.ros.low_latency import LowLatencyActionClient
+from rosclingo.ros.action_client import LowLatencyActionClient
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
 init_node("driver")

@@ -10,7 +10,7 @@ import rospy
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
-from rosclingo.ros.low_latency import GoalHandle, LowLatencyActionClient
+from rosclingo.ros.action_client import GoalHandle, LowLatencyActionClient
 from rosclingo.ros.reminder import Reminder
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoGoal
 from rosoclingo_examples.orders import Bring, Order, Orders

@@ -15,7 +15,8 @@ import rostest
 from actionlib import CommState, ServerGoalHandle
 from actionlib_msgs.msg import GoalStatus
 
-from rosclingo.ros.low_latency import LowLatencyActionClient, LowLatencyActionServer
+from rosclingo.ros.action_client import LowLatencyActionClient
+from rosclingo.ros.action_server import LowLatencyActionServer
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoGoal, ROSoClingoResult
 from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Bring, Orders

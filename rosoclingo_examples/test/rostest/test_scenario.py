@@ -13,7 +13,8 @@ import rostest
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
-from rosclingo.ros.low_latency import LowLatencyActionClient, publisher, subscriber
+from rosclingo.ros.action_client import LowLatencyActionClient
+from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
 TIMEOUT = 60.0  # seconds; no more than a bound for what never comes

@@ -16,7 +16,8 @@ from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
 
 from recorder import wait_for
-from rosclingo.ros.low_latency import LowLatencyActionClient, subscriber
+from rosclingo.ros.action_client import LowLatencyActionClient
+from rosclingo.ros.low_latency import subscriber
 from rosoclingo.msg import (
     ROSoClingoAction,
     ROSoClingoFeedback,

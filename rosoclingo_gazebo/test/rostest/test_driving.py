@@ -17,7 +17,8 @@ from actionlib_msgs.msg import GoalStatus
 
 from floor import Floor
 from recorder import Recorder, wait_for
-from rosclingo.ros.low_latency import LowLatencyActionClient, publisher
+from rosclingo.ros.action_client import LowLatencyActionClient
+from rosclingo.ros.low_latency import publisher
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn
 from rosoclingo_simulator.srv import Obstacle
 

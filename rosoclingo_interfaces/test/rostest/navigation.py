@@ -9,7 +9,7 @@ from actionlib import ServerGoalHandle
 from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
-from rosclingo.ros.low_latency import LowLatencyActionServer
+from rosclingo.ros.action_server import LowLatencyActionServer
 
 
 class Navigation:

@@ -18,10 +18,11 @@ from std_msgs.msg import String
 from rosclingo.errors import RosclingoError, XmlError, report
 from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
 from rosclingo.ros import parameters
+from rosclingo.ros.action_server import LowLatencyActionServer
 from rosclingo.ros.client import OWN_RESTARTS_HEADER
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import end_wrong, init_node, log_clingo, on_shutdown, spin
-from rosclingo.ros.low_latency import LowLatencyActionServer, publisher
+from rosclingo.ros.low_latency import publisher
 from rosclingo.ros.master_watch import exit_status
 from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine

@@ -13,8 +13,9 @@ import rospy
 
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.ros import parameters
+from rosclingo.ros.action_server import LowLatencyActionServer
 from rosclingo.ros.init import on_shutdown
-from rosclingo.ros.low_latency import LowLatencyActionServer, subscriber
+from rosclingo.ros.low_latency import subscriber
 from rosclingo.solver.about import about
 from rosoclingo.errors import ShutdownError, StoreError
 from rosoclingo.loop import journal

@@ -13,7 +13,7 @@ from actionlib_msgs.msg import GoalID, GoalStatus
 
 from rosclingo.errors import ParameterError
 from rosclingo.ros import parameters
-from rosclingo.ros.low_latency import LowLatencyActionServer
+from rosclingo.ros.action_server import LowLatencyActionServer
 from rosclingo.ros.master_watch import forget
 from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.environment import Environment

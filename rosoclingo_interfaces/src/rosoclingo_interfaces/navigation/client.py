@@ -15,7 +15,7 @@ from geometry_msgs.msg import PoseStamped
 from move_base_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseGoal
 from std_srvs.srv import Empty
 
-from rosclingo.ros.low_latency import LowLatencyActionClient
+from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.reminder import Reminder
 from rosoclingo_interfaces.clock import SILENCE_SECONDS, Watchdog
 from rosoclingo_interfaces.clock import reason as clock_stands_still

@@ -16,7 +16,8 @@ from move_base_msgs.msg import (
     MoveBaseResult,
 )
 
-from rosclingo.ros.low_latency import LowLatencyActionServer, publisher, subscriber
+from rosclingo.ros.action_server import LowLatencyActionServer
+from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo_simulator.simulator import messages
 from rosoclingo_simulator.simulator.calls import Calls
 from rosoclingo_simulator.simulator.laser import Scan
