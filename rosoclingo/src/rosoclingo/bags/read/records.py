@@ -10,6 +10,7 @@ length is believed that goes beyond the end of the file.
 
 from __future__ import annotations
 
+import enum
 import os
 import struct
 from io import BytesIO
@@ -18,10 +19,20 @@ from typing import BinaryIO, Callable, Dict, List, Mapping
 from rosoclingo.bags.read.decompress import Expander, ExpansionError
 from rosoclingo.bags.wire import Connection, Message
 
-_MESSAGE, _BAG, _INDEX, _CHUNK, _CHUNK_INFO, _CONNECTION = range(2, 8)
 _LENGTH = 4  # bytes of a length and of a number, the lowest first
 _TIME = struct.Struct("<II")
 _COUNTS = (b"conn_count", b"chunk_count")
+
+
+class _Op(enum.IntEnum):
+    """What a record is, by the field ``op`` of its header."""
+
+    MESSAGE = 0x02
+    BAG = 0x03
+    INDEX = 0x04
+    CHUNK = 0x05
+    CHUNK_INFO = 0x06
+    CONNECTION = 0x07
 
 
 class _DamageError(Exception):
@@ -119,7 +130,7 @@ class Records:
     ) -> None:
         """Takes a record, of whose data perhaps not all is available."""
         operation = header.get(b"op", b"\0")[0]
-        if operation == _CHUNK:  # a part of a chunk may have messages
+        if operation == _Op.CHUNK:  # a part of a chunk may have messages
             if self._in_chunk:
                 raise _DamageError("a chunk is inside of a chunk")
             where = f"the chunk at byte {position}"
@@ -130,19 +141,19 @@ class Records:
             self._in_chunk = False
         if available < length:
             raise _DamageError("the rest is missing")
-        if operation == _CONNECTION:
+        if operation == _Op.CONNECTION:
             self._connect(_number(header, b"conn"), header, source.read(length))
-        elif operation == _MESSAGE:
+        elif operation == _Op.MESSAGE:
             connection = self.connections.get(_number(header, b"conn"))
             if connection is None:
                 raise _DamageError("a message belongs to no connection")
             if self._wanted(connection):
                 self.messages.append(Message(connection, _time(header), source.read(length)))
-        elif operation == _BAG:
+        elif operation == _Op.BAG:
             self.header = self.header or header
-        elif operation not in (_INDEX, _CHUNK, _CHUNK_INFO):
+        elif operation not in (_Op.INDEX, _Op.CHUNK, _Op.CHUNK_INFO):
             raise _DamageError("this is no record of a bag")
-        if operation in (_CONNECTION, _CHUNK_INFO) and not self._in_chunk:
+        if operation in (_Op.CONNECTION, _Op.CHUNK_INFO) and not self._in_chunk:
             self._places.append(position)
 
     def _connect(self, number: int, header: Mapping[bytes, bytes], data: bytes) -> None:
