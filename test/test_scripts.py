@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import List, Tuple
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -99,3 +100,13 @@ def test_a_suite_of_another_distribution() -> None:
 def test_who_lives_in_private_parts_has_limits(library: str) -> None:
     text = (ROOT / "requirements.txt").read_text()
     assert re.search(rf"^{library}>=[0-9.]+,<[0-9.]+$", text, re.MULTILINE)
+
+
+def test_rosdep_installs_what_is_required() -> None:
+    """It names no versions: rosdep looks for what it has installed by the text that is here."""
+    required = re.findall(r"^\w[\w-]*", (ROOT / "requirements.txt").read_text(), re.MULTILINE)
+    keys = yaml.safe_load((ROOT / "rosdep.yaml").read_text())
+    rules = [rule for key in keys.values() for rule in key.values() if isinstance(rule, dict)]
+    libraries = {name for rule in rules for name in rule["pip"]["packages"]}
+    assert libraries == {"clingo", "rosbags"}
+    assert libraries <= set(required)
