@@ -17,8 +17,8 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import TermError, XmlError
 from rosclingo.solver.terms import parse_term, quote
+from rosclingo.wire.characters import check_text
 from rosclingo.wire.term_text import is_plain, last_number, number, split_term
-from rosclingo.wire.xml_codec import check_text
 
 _READ = ("do(", "status(", "abort(")
 _FEEDBACK = "feedback("
