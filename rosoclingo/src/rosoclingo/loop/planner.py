@@ -10,7 +10,7 @@ from rosclingo.errors import shorten
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop.atoms import query
+from rosoclingo.loop.atoms import QUERY, query
 from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
@@ -206,7 +206,7 @@ class Planner(PlannerState):
     def _note(self, commands: Sequence[wire.Command]) -> None:
         """Takes note of what may change the plan."""
         truths = [c for c in commands if isinstance(c, (wire.AssignExternal, wire.ReleaseExternal))]
-        if any(not command.name.startswith("query(") for command in truths):
+        if any(not command.name.startswith(QUERY) for command in truths):
             self._forget_plan()
 
     def _forget_plan(self) -> None:
@@ -528,7 +528,7 @@ def _is_false_query(commands: Sequence[wire.Command], index: int) -> bool:
     return (
         isinstance(command, wire.AssignExternal)
         and command.value is wire.Truth.FALSE
-        and command.name.startswith("query(")
+        and command.name.startswith(QUERY)
     )
 
 

@@ -15,8 +15,7 @@ from rosclingo.wire.commands import (
     Truth,
 )
 from rosclingo.wire.term_text import last_number, number, split_term
-from rosoclingo.loop.atoms import event, query
-from rosoclingo.loop.externals import SAVE
+from rosoclingo.loop.atoms import SAVE, event, query
 from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.state import State
 
