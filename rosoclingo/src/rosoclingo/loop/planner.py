@@ -10,33 +10,13 @@ from rosclingo.errors import shorten
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import PlannerError
+from rosoclingo.loop.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS
 from rosoclingo.loop.atoms import QUERY, query
 from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.solver import Solver
-
-HAS = "rosoclingo_has"
-"""A term that is shown with an answer set in which there is an atom, be that shown or not."""
-
-SEEN = {"do": 3, "status": 3}
-"""What rosoclingo has to see of an answer set, with the number of arguments."""
-
-_SHOWS = " ".join(
-    f"#defined {name}/{arity}. #show {HAS}({name}) : {name}({'_,' * (arity - 1)}t)."
-    for name, arity in SEEN.items()
-)
-EMPTY_PARTS = (
-    wire.Add("state", ("t",), ""),
-    wire.Add("transition", ("t",), ""),
-    wire.Add("query", ("t",), _SHOWS),
-)
-"""What lets an encoding leave out a part that it does not need, and tells what it hides."""
-
-# Declares an external for each slot, because that is how a solver node shows its atoms.
-_SLOT = "rosoclingo_slot"
-_SLOTS = f"#defined rslot/1. #external {_SLOT}(ID) : rslot(ID)."
 
 _BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
 _MOST_ROUNDS = 10_000  # answer sets in a row that ask for something
@@ -117,9 +97,9 @@ class Planner(PlannerState):
         self._later = []
         self._kept = self.quality = None
         is_first = slots is None
-        self.run(wire.Restart(), *([wire.Add(_SLOT, (), _SLOTS)] if is_first else ()), *EMPTY_PARTS)
+        self.run(wire.Restart(), *([SLOTS] if is_first else ()), *EMPTY_PARTS)
         self.demand.begin(() if self._is_translated else self._programs())
-        base = [wire.Part("base"), *([wire.Part(_SLOT)] if is_first else ())]
+        base = [wire.Part("base"), *([wire.Part(SLOT_PART)] if is_first else ())]
         first = [wire.Part("state", ("0",)), wire.Part("query", ("0",))]
         if self.demand:
             self.run(self.demand.ground(base))
@@ -131,7 +111,7 @@ class Planner(PlannerState):
             return list(slots)
         externals = self.externals()
         self.demand.learn_examples(externals)
-        declared = [atom for atom in externals if atom.startswith(f"{_SLOT}(")]
+        declared = [atom for atom in externals if atom.startswith(SLOT)]
         self.run(*(wire.ReleaseExternal(atom) for atom in declared))
         return [split_term(atom)[1][0] for atom in declared]
 

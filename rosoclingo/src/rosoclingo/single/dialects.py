@@ -20,15 +20,14 @@ from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
+from rosoclingo.loop.added import HAS, SLOT
 from rosoclingo.loop.atoms import EVENT, PASSED, QUERY, event
-from rosoclingo.loop.planner import HAS
 from rosoclingo.loop.solver import Forwarding, Solver
 from rosoclingo.loop.vocabulary import ANY_EVENT
 
 _ANY_ATOM = f"{EVENT}{ANY_EVENT},"
 _HORIZON = "horizon("
 _PARTS_1_0 = frozenset({("set_event", 3), ("commit", 3), ("finalize", 1)})
-_SLOT = "rosoclingo_slot("  # of the external that the planner declares for each slot when it begins
 
 
 class Dialect2(Forwarding):
@@ -200,7 +199,7 @@ class PaperDialect(_Translation):
     def _translate_back(self, externals: wire.Externals) -> wire.Externals:
         translated = []
         for atom, value in super()._translate_back(externals).values:
-            if atom.startswith(_SLOT):
+            if atom.startswith(SLOT):
                 self._slots.add(split_term(atom)[1][0])
             translated.append((self._name_back(atom), value))
         return wire.Externals(tuple(translated))
