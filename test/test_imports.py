@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 from typing import Iterator, List, Sequence
 
@@ -103,3 +105,11 @@ def test_each_folder_says_what_is_in_it() -> None:
         if f"`{folder}/`" not in tables and "/" in folder:
             wrong.append(f"docs/architecture.md does not name {folder}/")
     assert not wrong
+
+
+def test_the_loop_needs_clingo_alone() -> None:
+    """As docs/architecture.md says it: no parser of XML, which only the way over ROS needs."""
+    folder = ROOT / "rosoclingo/src/rosoclingo/loop"
+    names = [f"rosoclingo.loop.{file.stem}" for file in sorted(folder.glob("[a-z]*.py"))]
+    code = f"import sys; sys.modules['defusedxml'] = None; import {', '.join(names)}"
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -9,7 +9,7 @@ import pytest
 
 from rosclingo.errors import OptionsError
 from rosclingo.solver.engine import Engine
-from rosclingo.solver.options import USAGE, Options, parse_options
+from rosclingo.solver.options import USAGE, Options, constants, parse_options
 from rosclingo.wire.commands import Ground, Part
 
 
@@ -21,6 +21,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (tmp_path / name).write_text("a(n).", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+def test_constants_are_read() -> None:
+    options = parse_options(["-c", "steps=7", "-t", "2", "-c", "at = f(a,b)"])
+    assert constants(options.clingo) == {"steps": "7", "at": "f(a,b)"}
+    assert constants(()) == {}
+    assert constants(("-c", "r=1", "-c", "r=2")) == {"r": "2"}
 
 
 @pytest.mark.parametrize(

@@ -276,7 +276,7 @@ def test_an_encoding_that_does_not_fit(
 def test_answer_sets_that_ask_without_end(
     system: Callable[..., System], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rosoclingo.loop.planner._MOST_ROUNDS", 20)
+    monkeypatch.setattr("rosoclingo.loop.searching._MOST_ROUNDS", 20)
     file = tmp_path / "own.lp"
     file.write_text(
         "#program query(t). #external query(t). #program search(k,t). #show ground(more(0))."

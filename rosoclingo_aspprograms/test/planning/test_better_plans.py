@@ -66,7 +66,7 @@ def search(planner: Planner) -> Outcome:
 def test_it_ends_with_the_best_plan(
     seed: int, minimise: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rosoclingo.loop.planner._SAME_SECONDS", 60.0)  # on a busy machine
+    monkeypatch.setattr("rosoclingo.loop.searching._SAME_SECONDS", 60.0)  # on a busy machine
     instance = Instance(seed, 1 + seed % 2, tmp_path)
     options = ("-c", f"minimise={minimise}")
     proven = instance.planner(0.0, *options)

@@ -6,7 +6,7 @@ import glob
 import os
 import re
 from dataclasses import dataclass
-from typing import Iterable, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tuple
 
 from rosclingo.errors import OptionsError, TermError
 from rosclingo.solver.terms import parse_term
@@ -97,6 +97,17 @@ def parse_options(words: Sequence[str]) -> Options:
         else:
             clingo.append(value)
     return Options(tuple(files), tuple(clingo))
+
+
+def constants(clingo: Sequence[str]) -> Dict[str, str]:
+    """Returns the values of constants that options for clingo set, by name; the last one counts.
+
+    Args:
+        clingo: The options, as those of :class:`Options`.
+    """
+    definitions = (value for option, value in zip(clingo, clingo[1:]) if option == "-c")
+    parts = (definition.partition("=") for definition in definitions)
+    return {name.strip(): value.strip() for name, _, value in parts}
 
 
 def _existing(path: str) -> str:

@@ -17,6 +17,7 @@ from clingo import ast
 from rosclingo.errors import ForbiddenError, ProgramError, SolverError
 from rosclingo.solver import lexical, scripts
 from rosclingo.solver.controls import Messages, new_control
+from rosclingo.solver.options import constants
 from rosclingo.solver.terms import quote
 
 _IDENTIFIER = re.compile(r"[_']*[a-z][A-Za-z0-9_']*")
@@ -160,21 +161,16 @@ def check(program: Program, known: Iterable[ast.AST], options: Sequence[str]) ->
 
 def _check_parameters(program: Program, known: Sequence[ast.AST], options: Sequence[str]) -> None:
     """Checks that clingo replaces no parameter of a part by a constant, which it does silently."""
-    constants = {
-        value.partition("=")[0].strip()
-        for option, value in zip(options, options[1:])
-        if option == "-c"
-    }
-    constants |= {
+    names = {
         statement.name
         for statement in (*known, *program.definitions)
         if statement.ast_type is ast.ASTType.Definition
-    }
+    }.union(constants(options))
     for statement in program.statements:
         if statement.ast_type is not ast.ASTType.Program:
             continue
         for parameter in statement.parameters:
-            if parameter.name in constants:
+            if parameter.name in names:
                 place = parameter.location.begin
                 raise ProgramError(
                     f"{place.filename}:{place.line}:{place.column}: the parameter {parameter.name} "

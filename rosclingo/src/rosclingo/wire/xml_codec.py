@@ -11,15 +11,14 @@ same value.
 from __future__ import annotations
 
 import json
-import re
 from typing import Callable, Dict, List, Mapping, Sequence, Tuple, Union
 from xml.sax.saxutils import escape, quoteattr
 
 from rosclingo.errors import XmlError, shorten
 from rosclingo.wire import commands as wire
+from rosclingo.wire.characters import carried, check_text
 from rosclingo.wire.xml_tree import MAX_ELEMENTS, Element, parse
 
-_ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _ELEMENTS, _TEXT = "elements", "text"  # what may be inside of an element, if not nothing
 _TRUTHS = {**{truth.value: truth for truth in wire.Truth}, "none": wire.Truth.FREE}
 
@@ -315,20 +314,3 @@ def _text(text: str) -> str:
 def _line(text: str) -> str:
     """Returns a text without the line breaks around it, which older nodes do not send."""
     return text[1:-1] if len(text) > 1 and text[0] == text[-1] == "\n" else text
-
-
-def carried(text: str) -> str:
-    """Returns a text with a replacement character for each one that XML cannot carry."""
-    return _ILLEGAL.sub("\ufffd", text)
-
-
-def check_text(text: str) -> str:
-    """Returns a text that XML can carry.
-
-    Raises:
-        XmlError: It has a control character, or another that XML has no way to write.
-    """
-    match = _ILLEGAL.search(text)
-    if match:
-        raise XmlError(f"XML cannot carry the character {match.group()!r}; remove it")
-    return text

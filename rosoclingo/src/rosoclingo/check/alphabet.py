@@ -24,7 +24,6 @@ from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.planner import Planner
 from rosoclingo.loop.vocabulary import ANY_EVENT
 from rosoclingo.loop.words import BUSY, INFO, QUEUE, SUCCESS
-from rosoclingo.single.dialects import Dialect2, detect
 
 OWN_SOURCES = frozenset({"commit", "save", QUEUE})
 """The sources of events that are rosoclingo's own."""
@@ -64,15 +63,6 @@ class Alphabet:
             for answer in answers
             if answer != SUCCESS
         ]
-
-
-def has_dialect_2(options: Options) -> bool:
-    """Whether encodings are written for the modes, and not only for the one-node system.
-
-    Raises:
-        RosclingoError: A file does not parse, or is of no dialect.
-    """
-    return detect(options) is Dialect2
 
 
 def read_alphabet(options: Options) -> Alphabet:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Sequence, Tuple
 
 from rosclingo.errors import OptionsError
-from rosclingo.solver.options import Options
+from rosclingo.solver.options import Options, constants
 from rosoclingo.check.findings import Words
 from rosoclingo.desk.command_line import parse_planner
 from rosoclingo.desk.inputs import CANCEL, GOAL, read_input
@@ -49,11 +49,8 @@ class Chosen:
     @property
     def steps(self) -> int:
         """The longest plan that was asked for; 0 if nothing was said."""
-        for option, value in zip(self.options.clingo, self.options.clingo[1:]):
-            name, _, text = value.partition("=")
-            if option == "-c" and name.strip() == "steps" and text.strip().isdigit():
-                return int(text)
-        return 0
+        text = constants(self.options.clingo).get("steps", "")
+        return int(text) if text.isdigit() else 0
 
 
 def parse(arguments: Sequence[str], *, knows_live: bool = True) -> Chosen:

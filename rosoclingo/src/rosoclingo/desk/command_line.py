@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Pattern, Sequence
 
 from rosclingo.errors import OptionsError
-from rosclingo.solver.options import Options, parse_options
+from rosclingo.solver.options import Options, constants, parse_options
 from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import GOAL, read_input
 from rosoclingo.desk.parts import SINGLE
@@ -166,8 +166,5 @@ def _number(most: float = float("inf")) -> Callable[[str], float]:
 def _mode_options(clingo: Sequence[str]) -> List[str]:
     """Returns those constants of the command line that are the mode's."""
     given = {"steps": str(_STEPS)}
-    for option, value in zip(clingo, clingo[1:]):
-        name, _, text = value.partition("=")
-        if option == "-c" and name.strip() in _OF_THE_MODE:
-            given[name.strip()] = text.strip()
+    given.update(pair for pair in constants(clingo).items() if pair[0] in _OF_THE_MODE)
     return [word for name, text in given.items() for word in ("-c", f"{name}={text}")]

@@ -17,8 +17,23 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import TermError, XmlError
 from rosclingo.solver.terms import parse_term, quote
+from rosclingo.wire.characters import check_text
 from rosclingo.wire.term_text import is_plain, last_number, number, split_term
-from rosclingo.wire.xml_codec import check_text
+
+EVENT = "event("
+"""How the atom of each external event begins."""
+
+SAVE = f"{EVENT}save,"
+"""Likewise, of those by which the planner learns what holds in the beginning."""
+
+PASSED = f"{EVENT}info,passed,"
+"""Likewise, of those that say that a step has gone by."""
+
+COMMIT = f"{EVENT}commit,"
+"""Likewise, of those that say that an action was published."""
+
+QUERY = "query("
+"""How the external begins by which a plan is asked for, see :func:`query`."""
 
 _READ = ("do(", "status(", "abort(")
 _FEEDBACK = "feedback("
@@ -148,12 +163,12 @@ def _action(text: str) -> Optional[Action]:
 
 def event(source: str, content: str, step: int) -> str:
     """Returns the atom of an external event."""
-    return f"event({source},{content},{step})"
+    return f"{EVENT}{source},{content},{step})"
 
 
 def query(step: int) -> str:
     """Returns the external by which a plan is asked for in which all is done by a step."""
-    return f"query({step})"
+    return f"{QUERY}{step})"
 
 
 def canonical(text: str) -> str:

@@ -34,7 +34,7 @@ from rosclingo.wire.commands import (
 )
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import ControllerError
-from rosoclingo.loop.atoms import event
+from rosoclingo.loop.atoms import EVENT, SAVE, event
 from rosoclingo.loop.solver import Solver
 
 _MOST_DECISIONS = 10_000  # that are remembered
@@ -200,7 +200,7 @@ class Controller:
             raise ControllerError(f"the controller's mode cannot be used: {reply.failure.message}")
         (answer,) = reply.answers
         assert isinstance(answer, Externals)
-        self._declared = {atom for atom, _ in answer.values if atom.startswith("event(")}
+        self._declared = {atom for atom, _ in answer.values if atom.startswith(EVENT)}
         # A mode may declare that it is true from the start; it is rosoclingo's to say so.
         self._true = {atom for atom, value in answer.values if value is not Truth.FALSE}
         self._true &= self._declared
@@ -335,7 +335,7 @@ class Controller:
 
 
 def _situation(info: Info, true: Set[str], symbols: Sequence[str]) -> str:
-    saved = [atom for atom in sorted(true) if atom.startswith("event(save,")]
+    saved = [atom for atom in sorted(true) if atom.startswith(SAVE)]
     answer = f"; answer set: {' '.join(symbols) or 'empty'}" if symbols else ""
     return (
         f"infos: {' '.join(info.events()) or 'none'}; saved: {' '.join(saved) or 'none'}" + answer

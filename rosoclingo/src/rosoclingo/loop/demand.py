@@ -16,6 +16,7 @@ from rosclingo.errors import shorten
 from rosclingo.wire.commands import AssignExternal, Command, Ground, Part, Truth
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.errors import PlannerError
+from rosoclingo.loop.atoms import EVENT
 
 Pair = Tuple[str, str]
 """Source and content of an event."""
@@ -97,7 +98,7 @@ class Demand:
     def learn_examples(self, externals: Iterable[str]) -> None:
         """Looks for examples of requests among the externals of a fresh solver."""
         if self.tells:
-            events = (split_term(atom)[1] for atom in externals if atom.startswith("event("))
+            events = (split_term(atom)[1] for atom in externals if atom.startswith(EVENT))
             self.examples = [arguments[1] for arguments in events if len(arguments) == _EVENT[1]]
 
     # What it is told.
@@ -142,7 +143,7 @@ class Demand:
         """
         return [
             Ground(tuple(Part("event", pair) for pair in pairs)),
-            *(AssignExternal(f"event({source},{value})", Truth.FALSE) for source, value in pairs),
+            *(AssignExternal(f"{EVENT}{source},{value})", Truth.FALSE) for source, value in pairs),
         ]
 
     def learn(self, pair: Pair, known: bool) -> None:

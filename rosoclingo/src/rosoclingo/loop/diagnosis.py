@@ -14,10 +14,10 @@ from rosclingo.errors import shorten
 from rosclingo.wire.commands import Ground, Part, Restart, Truth
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import LoopError, PlannerError
+from rosoclingo.loop.added import EMPTY_PARTS
 from rosoclingo.loop.atoms import event, query
 from rosoclingo.loop.demand import step_parts
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.planner import EMPTY_PARTS
 from rosoclingo.loop.state import State
 
 _SECONDS = 10.0  # how long it is looked for which of several goals cannot be reached

@@ -7,14 +7,11 @@ from typing import Dict, Iterable, List, Sequence, Set, Tuple, Union
 
 from rosclingo.wire.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.wire.term_text import last_number, split_term
-from rosoclingo.loop.atoms import event
+from rosoclingo.loop.atoms import EVENT, SAVE, event, query
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.planner import Planner
 from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.vocabulary import ToldVocabulary, Vocabulary
-
-SAVE = "event(save,"
-"""How the event begins by which the planner learns what holds in the beginning."""
 
 
 @dataclass
@@ -176,7 +173,7 @@ class PlannerExternals(ExternalsState):
 
     def note_assigned(self, atom: str, true: bool) -> None:
         """Takes note of an external that the mode itself has set."""
-        noted = self._true if atom.startswith("event(") else self._kept
+        noted = self._true if atom.startswith(EVENT) else self._kept
         if true:
             noted.add(atom)
         else:
@@ -251,7 +248,7 @@ class PlannerExternals(ExternalsState):
             for atom in self._by_step.pop(step, ())
             if atom not in self._true
             and atom not in self._kept
-            and atom not in (f"query({step})", event("info", "passed", step))
+            and atom not in (query(step), event("info", "passed", step))
         ]
         if release:
             self._planner.run(*release)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Callable, List, Optional, Union
 
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.recorded import RecordedSearches
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,10 @@ Item = Union[Taken, Answer]
 _LONGEST_HURRY = 0.2  # seconds
 
 
-class Inbox:
+class Inbox(RecordedSearches):
     """A queue that any thread fills and the loop's thread empties. Thread-safe.
+
+    A replay's inbox comes from a recording, which says how searches have ended, too.
 
     Attributes:
         hurry: Called by the loop's thread: with true when something has come that it waited for,
@@ -151,31 +153,6 @@ class Inbox:
         Args:
             waits: To be called if it does.
         """
-
-    @property
-    def knows_searches(self) -> bool:
-        """Whether it knows how searches end that depend on time, as that of a replay does."""
-        return False
-
-    def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
-        """Returns how the next of these searches ends, and removes it.
-
-        Args:
-            ways: In which of these ways.
-            number: How many answer sets have asked for something before, in the same search.
-
-        Returns:
-            None if the next one ends otherwise, or if there is none before the next decision.
-        """
-        return None
-
-    def is_search_due(self, *, improves: bool) -> bool:
-        """Whether there is one before the next decision; removes nothing.
-
-        Args:
-            improves: Whether the next one is to be for a better plan, or for a plan.
-        """
-        return False
 
     def measured(self, number: int, seconds: float) -> Optional[float]:
         """Returns how long an action took; in a replay, how long the recorded one did.

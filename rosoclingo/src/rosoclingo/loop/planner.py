@@ -3,46 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-import time
 from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
 
-from rosclingo.errors import shorten
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
-from rosoclingo.errors import PlannerError
-from rosoclingo.loop.atoms import query
+from rosoclingo.loop.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS
+from rosoclingo.loop.atoms import QUERY, query
 from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
-from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
+from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.recorded import RecordedSearches
+from rosoclingo.loop.requests import Requests, read_externals
+from rosoclingo.loop.searching import Searching
 from rosoclingo.loop.solver import Solver
-
-HAS = "rosoclingo_has"
-"""A term that is shown with an answer set in which there is an atom, be that shown or not."""
-
-SEEN = {"do": 3, "status": 3}
-"""What rosoclingo has to see of an answer set, with the number of arguments."""
-
-_SHOWS = " ".join(
-    f"#defined {name}/{arity}. #show {HAS}({name}) : {name}({'_,' * (arity - 1)}t)."
-    for name, arity in SEEN.items()
-)
-EMPTY_PARTS = (
-    wire.Add("state", ("t",), ""),
-    wire.Add("transition", ("t",), ""),
-    wire.Add("query", ("t",), _SHOWS),
-)
-"""What lets an encoding leave out a part that it does not need, and tells what it hides."""
-
-# Declares an external for each slot, because that is how a solver node shows its atoms.
-_SLOT = "rosoclingo_slot"
-_SLOTS = f"#defined rslot/1. #external {_SLOT}(ID) : rslot(ID)."
-
-_BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
-_MOST_ROUNDS = 10_000  # answer sets in a row that ask for something
-_AS_BEFORE = "as_before"  # as_before(K): the plan of search K is the one before
-_SAME_SECONDS = 0.05  # that it may take at least to count what is left of a plan
-_MANY = 20  # so many assignments after one that failed, it is quicker to ask for all externals
 
 
 @dataclasses.dataclass(frozen=True)
@@ -82,9 +55,9 @@ class Planner(PlannerState):
     def __init__(self, solver: Solver, patience: float = 0.0) -> None:
         super().__init__()
         self._solver = solver
+        self._requests = Requests(solver)
         self.patience = patience
-        self._compares = False  # whether the search begins with what is left of the plan before
-        self.recorded = Inbox()
+        self.recorded = RecordedSearches()
         self.note: Callable[[SearchEnded], None] = lambda _: None
         # A dialect's translation may be in between.
         self._is_translated = bool(getattr(solver, "events_are_facts", False))
@@ -117,9 +90,9 @@ class Planner(PlannerState):
         self._later = []
         self._kept = self.quality = None
         is_first = slots is None
-        self.run(wire.Restart(), *([wire.Add(_SLOT, (), _SLOTS)] if is_first else ()), *EMPTY_PARTS)
-        self.demand.begin(() if self._is_translated else self._programs())
-        base = [wire.Part("base"), *([wire.Part(_SLOT)] if is_first else ())]
+        self.run(wire.Restart(), *([SLOTS] if is_first else ()), *EMPTY_PARTS)
+        self.demand.begin(() if self._is_translated else self._requests.programs())
+        base = [wire.Part("base"), *([wire.Part(SLOT_PART)] if is_first else ())]
         first = [wire.Part("state", ("0",)), wire.Part("query", ("0",))]
         if self.demand:
             self.run(self.demand.ground(base))
@@ -131,14 +104,9 @@ class Planner(PlannerState):
             return list(slots)
         externals = self.externals()
         self.demand.learn_examples(externals)
-        declared = [atom for atom in externals if atom.startswith(f"{_SLOT}(")]
+        declared = [atom for atom in externals if atom.startswith(SLOT)]
         self.run(*(wire.ReleaseExternal(atom) for atom in declared))
         return [split_term(atom)[1][0] for atom in declared]
-
-    def _programs(self) -> Sequence[Tuple[str, int]]:
-        """Returns the program parts; none if the solver is one that cannot tell."""
-        reply = self._solver.run([wire.GetPrograms()])
-        return next((a.parts for a in reply.answers if isinstance(a, wire.Programs)), ())
 
     def ground_steps(self, steps: Iterable[int]) -> None:
         """Grounds state, transition and query of steps after step 0.
@@ -190,26 +158,13 @@ class Planner(PlannerState):
         commands = (*self.demand.take_pending(), *commands)
         if not commands:
             return wire.Reply()
-        self._note(commands)
-        reply = self._solver.run(commands)
-        while reply.failure is not None and _is_false_query(commands, reply.failure.index):
-            commands = commands[reply.failure.index + 1 :]  # what does not exist is false already
-            reply = self._solver.run(commands) if commands else wire.Reply()
-        if reply.failure is not None:
-            failure = reply.failure
-            raise PlannerError(
-                f"the planner refused <{failure.command}>: {failure.message}; check that its "
-                "encoding fits the mode, and that nothing else restarted it"
-            )
-        return reply
-
-    def _note(self, commands: Sequence[wire.Command]) -> None:
-        """Takes note of what may change the plan."""
         truths = [c for c in commands if isinstance(c, (wire.AssignExternal, wire.ReleaseExternal))]
-        if any(not command.name.startswith("query(") for command in truths):
+        if any(not command.name.startswith(QUERY) for command in truths):
             self._forget_plan()
+        return self._requests.run(commands)
 
     def _forget_plan(self) -> None:
+        """Takes note that something was told by which the plan may be another one."""
         self._kept = None
         self.demand.note_news()
 
@@ -231,9 +186,10 @@ class Planner(PlannerState):
         if self._kept is None:
             prefers = self.patience > 0 and self.demand.prefers and self.demand.searches > 0
             commands = self.demand.prepare(step, prefers=prefers)
-            self._compares = prefers and bool(commands)
             self.run(*commands)
-            outcome = self._solve_and_ground(stopped)
+            outcome, self.quality = self._searching().find(
+                stopped, self.quality, compares=prefers and bool(commands)
+            )
             needed = needed_horizon(outcome.symbols) if self.demand else None
             if needed is None or outcome.result is not wire.Result.SAT:
                 return outcome
@@ -261,180 +217,32 @@ class Planner(PlannerState):
             PlannerError: The encoding asks for what there is not.
         """
         self.run(self.demand.prepare_improving(step))
-        ended = self.recorded.search_due(*IMPROVING) or self._look_for_better(stopped)
-        self.note(ended)
-        if ended.how is Ended.NOTHING:
-            self.quality = None
-            return None
-        parts = self.demand.asked_for(ended.symbols)
-        if parts:
-            self.run(self.demand.ground(parts))
-        outcome = self._solve_and_ground(lambda: False, rounds=1)
-        self.quality, self._kept = ended.quality, None
-        is_better = ended.how is Ended.BETTER and outcome.result is wire.Result.SAT
-        return outcome if is_better else None
+        ended, better = self._searching().improve(stopped)
+        self.quality = ended.quality
+        if ended.how is not Ended.NOTHING:
+            self._kept = None
+        return better
 
-    def _look_for_better(self, stopped: Callable[[], bool]) -> SearchEnded:
-        """Finds out what the plan costs now, and looks for one that costs less."""
-        found: List[wire.Improvement] = []
-        outcome = self._solver.solve((self._same(),), None, found.append)
-        cost = self._cost(outcome, found)
-        if outcome.result is not wire.Result.SAT or not cost:
-            return SearchEnded(Ended.NOTHING)
-        before, symbols = cost, outcome.symbols
-        found.clear()
-        outcome = self._solver.solve((), stopped, found.append)
-        better = self._cost(outcome, found)
-        bound = better if outcome.result is wire.Result.SAT else self._bound()
-        if not better or better >= before:
-            return SearchEnded(Ended.AS_BEFORE, symbols, Quality(before, bound))
-        symbols = outcome.symbols or found[-1].symbols
-        return SearchEnded(Ended.BETTER, symbols, Quality(better, bound))
-
-    def _same(self) -> wire.Assumption:
-        """Returns the assumption that the plan is the one before, as far as it is left."""
-        return wire.Assumption(f"{_AS_BEFORE}({self.demand.searches})", True)
-
-    def _solve_and_ground(self, stopped: Callable[[], bool], rounds: int = 0) -> wire.Outcome:
-        """Searches until an answer set asks for nothing new.
-
-        Args:
-            stopped: Whether it has to end.
-            rounds: How many answer sets have asked for something already.
-
-        Returns:
-            How the last search ended; interrupted also if one before it was cut off.
-        """
-        bound: Optional[Tuple[int, ...]] = None  # if one was cut off
-        for number in range(rounds, _MOST_ROUNDS):
-            called = self.recorded.search_due(Ended.CALLED, number=number)
-            is_stopped = stopped() and not self.recorded.is_search_due(improves=False)
-            if called or is_stopped:  # while it was grounded
-                return self._be_called(number)
-            outcome, quality = self._solve(stopped, number)
-            if outcome.result is wire.Result.UNKNOWN:
-                return self._be_called(number)
-            if outcome.result is not wire.Result.SAT:
-                return outcome
-            if outcome.interrupted:
-                bound = quality.bound if quality else ()
-            if quality is not None and bound is not None:
-                quality = dataclasses.replace(quality, bound=bound)
-            parts = self.demand.asked_for(outcome.symbols) if self.demand else []
-            # An encoding that looks for better plans asks for something in each new one, and has
-            # decided then what that costs.
-            if parts or not self.demand.improves:
-                self.quality = quality
-            if not parts:
-                return dataclasses.replace(outcome, interrupted=bound is not None)
-            self.run(self.demand.ground(parts))
-        raise PlannerError(
-            f"{_MOST_ROUNDS} answer sets in a row of the planner have asked for something, the "
-            f"last for {shorten(str(parts[0]))}: does it ever stop asking?"
+    def _searching(self) -> Searching:
+        return Searching(
+            self._solver,
+            self.demand,
+            lambda parts: self.run(self.demand.ground(parts)),
+            patience=self.patience,
+            recorded=self.recorded,
+            note=self.note,
         )
-
-    def _be_called(self, number: int) -> wire.Outcome:
-        """Takes note that something has interrupted a search, which has its number."""
-        if self.demand and self.patience:
-            self.note(SearchEnded(Ended.CALLED, round=number))
-        return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
-
-    def _solve(
-        self, stopped: Callable[[], bool], number: int
-    ) -> Tuple[wire.Outcome, Optional[Quality]]:
-        """Searches until told to stop, or, with a model, for as long as is allowed.
-
-        Args:
-            stopped: Whether it has to end.
-            number: How many answer sets have asked for something before.
-
-        Returns:
-            How that has ended, and how good the answer set is, if that is known.
-        """
-        ended = self.recorded.search_due(Ended.CUT, Ended.FINISHED, number=number)
-        if ended is None:
-            outcome, quality = self._solve_in_time(stopped, number)
-            if outcome.result is not wire.Result.SAT or not self.patience:
-                return outcome, quality
-            how = Ended.CUT if outcome.interrupted else Ended.FINISHED
-            ended = SearchEnded(how, outcome.symbols, quality, number)
-        self.note(ended)
-        is_cut = ended.how is Ended.CUT
-        outcome = wire.Outcome(wire.Result.SAT, interrupted=is_cut, symbols=ended.symbols)
-        return outcome, ended.quality
-
-    def _solve_in_time(
-        self, stopped: Callable[[], bool], number: int
-    ) -> Tuple[wire.Outcome, Optional[Quality]]:
-        """Does what :meth:`_solve` says; with an answer set, ``interrupted`` is by the time."""
-        found: List[wire.Improvement] = []
-        limit = self.patience if not self.recorded.knows_searches else 0.0
-        end = time.monotonic() + limit
-        before: Tuple[Tuple[int, ...], Tuple[str, ...]] = (), ()  # what is left costs, and is
-        is_stopped = False
-
-        def has_to_end() -> bool:
-            nonlocal is_stopped
-            is_stopped = is_stopped or stopped()
-            has_plan = bool(limit and (found or before[0]))
-            return is_stopped or (has_plan and time.monotonic() > end)
-
-        if limit and self._compares and not number:
-            allowed, end = end, max(end, time.monotonic() + _SAME_SECONDS)
-            outcome = self._solver.solve((self._same(),), has_to_end, found.append)
-            end = allowed
-            if found:
-                symbols = outcome.symbols or found[-1].symbols
-                before = self._cost(outcome, found), symbols
-                found.clear()
-        outcome = self._solver.solve((), has_to_end, found.append)
-        is_cut = limit and outcome.interrupted and not is_stopped
-        cost = self._cost(outcome, found)
-        if not (is_cut and (found or before[0])):
-            return outcome, Quality(cost, cost) if cost else None
-        symbols = outcome.symbols or (found[-1].symbols if found else ())
-        if before[0] and not (cost and cost < before[0]):
-            cost, symbols = before
-        if self.demand.improves and not self.demand.asks(symbols):
-            # The plan stands, or is what an answer set before has decided: there is no other.
-            return wire.Outcome(wire.Result.SAT, symbols=symbols), Quality(cost, cost)
-        quality = Quality(cost, self._bound())
-        return wire.Outcome(wire.Result.SAT, interrupted=True, symbols=symbols), quality
-
-    def _cost(self, outcome: wire.Outcome, found: Sequence[wire.Improvement]) -> Tuple[int, ...]:
-        """Returns what the last answer set of a search costs; nothing if that is not known."""
-        if found and (found[-1].symbols == outcome.symbols or not outcome.symbols):
-            return found[-1].cost
-        # Over ROS, the result may be here before the costs. Who does not minimise is not asked.
-        is_known = bool(found) or self.demand.improves
-        return self._summary("costs") if is_known and outcome.symbols else ()
-
-    def _bound(self) -> Tuple[int, ...]:
-        """Returns what each answer set of the last search costs at least, if that is known."""
-        return self._summary("lower")
-
-    def _summary(self, name: str) -> Tuple[int, ...]:
-        for answer in self._solver.run([wire.GetStats()]).answers:
-            if isinstance(answer, wire.Stats):
-                return tuple(map(int, answer.values.get("summary", {}).get(name, ())))
-        return ()
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
         """Returns whether there is any, be it the best one or not; None if told to stop before."""
         if stopped():
             return None
         self.run()  # what is still to be told
-        found: List[wire.Improvement] = []
-        outcome = self._solver.solve((), lambda: bool(found) or stopped(), found.append)
-        if found or outcome.result is wire.Result.SAT:
-            return True
-        return False if outcome.result is wire.Result.UNSAT else None
+        return self._searching().has_answer_set(stopped)
 
     def externals(self) -> Dict[str, wire.Truth]:
         """Returns all externals with their values."""
-        (answer,) = self.run(wire.GetExternals()).answers
-        assert isinstance(answer, wire.Externals)
-        return dict(answer.values)
+        return read_externals(self.run(wire.GetExternals()))
 
     def set_query(self, query: str, value: wire.Truth) -> None:
         """Sets an external ``query(T)``: whether all has to be done at a horizon.
@@ -453,17 +261,7 @@ class Planner(PlannerState):
 
     def declare(self, pairs: Sequence[Pair]) -> None:
         """Asks an encoding that is told its events whether it knows them."""
-        rest = self.demand.questions(pairs)
-        while rest:
-            failure = self._solver.run(self.demand.ask(rest)).failure
-            if failure is not None and failure.index < 1:
-                raise PlannerError(f"the planner refused a request: {failure.message}")
-            known = len(rest) if failure is None else failure.index - 1
-            for pair in rest[:known]:
-                self.demand.learn(pair, True)
-            for pair in rest[known : known + 1]:
-                self.demand.learn(pair, False)
-            rest = rest[known + 1 :]
+        self._requests.declare(self.demand, pairs)
 
     def tell(self, atoms: Sequence[str]) -> List[Tuple[str, str]]:
         """Makes events true: by their externals, or in the way in which the encoding is told them.
@@ -498,51 +296,15 @@ class Planner(PlannerState):
         Returns:
             The other atoms, each with the reason.
         """
-        missing: List[Tuple[str, str]] = []
-        rest = list(atoms)
-        while rest:
-            batch = _batch(rest)
-            commands = [wire.AssignExternal(atom, value) for atom in batch]
-            self.run()  # what is still to be told
-            self._note(commands)
-            reply = self._solver.run(commands)
-            done = len(batch)
-            if reply.failure is not None:
-                index, message = reply.failure.index, reply.failure.message
-                if index < 0 and len(batch) > 1:
-                    raise PlannerError(f"the planner refused a request: {message}")
-                index = max(index, 0)
-                missing.append((batch[index], message))
-                done = index + 1
-            rest = rest[done:]
-            if reply.failure is not None and len(rest) > _MANY:
-                declared = self.externals()
-                unknown = [atom for atom in rest if atom not in declared]
-                missing += [(atom, f"there is no external {atom}") for atom in unknown]
-                rest = [atom for atom in rest if atom in declared]
-        return missing
-
-
-def _is_false_query(commands: Sequence[wire.Command], index: int) -> bool:
-    command = commands[index] if index >= 0 else None
-    return (
-        isinstance(command, wire.AssignExternal)
-        and command.value is wire.Truth.FALSE
-        and command.name.startswith("query(")
-    )
+        if not atoms:
+            return []
+        self.run()  # what is still to be told
+        if not all(atom.startswith(QUERY) for atom in atoms):
+            self._forget_plan()
+        return self._requests.assign(atoms, value)
 
 
 def _pair(atom: str) -> Pair:
     """Returns the source and the content of an event."""
     source, content, _ = split_term(atom)[1]
     return source, content
-
-
-def _batch(atoms: Sequence[str]) -> List[str]:
-    """Returns the first atoms, as many as fit into one request; at least one."""
-    size = 0
-    for number, atom in enumerate(atoms):
-        size += len(atom)
-        if number and size > _BATCH_CHARACTERS:
-            return list(atoms[:number])
-    return list(atoms)

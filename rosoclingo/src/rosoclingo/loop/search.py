@@ -5,8 +5,8 @@ from __future__ import annotations
 from rosclingo.wire.commands import Outcome, Result
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop import diagnosis
+from rosoclingo.loop.added import HAS, SEEN
 from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.planner import HAS, SEEN
 from rosoclingo.loop.state import State
 
 _FIRST_DOUBT = 8  # searches without a plan, after which the program itself is looked at

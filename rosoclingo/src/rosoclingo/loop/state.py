@@ -11,10 +11,10 @@ from rosclingo.wire.term_text import last_number
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop import journal
 from rosoclingo.loop.arrivals import EXPECTED, Arrival, Arrivals, ArrivalsState
-from rosoclingo.loop.atoms import Action, Plan, event
+from rosoclingo.loop.atoms import SAVE, Action, Plan, event
 from rosoclingo.loop.durations import Durations, DurationsState
 from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.externals import SAVE, ExternalsState, PlannerExternals
+from rosoclingo.loop.externals import ExternalsState, PlannerExternals
 from rosoclingo.loop.goals import STATUSES, Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.mail import Mail, MailSnapshot

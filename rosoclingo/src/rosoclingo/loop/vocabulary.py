@@ -12,6 +12,7 @@ from typing import ClassVar, Collection, Dict, Iterable, List, Optional, Sequenc
 
 from rosclingo.errors import shorten
 from rosclingo.wire.term_text import number, split_term
+from rosoclingo.loop.atoms import EVENT
 from rosoclingo.loop.demand import Demand, Pair
 
 ANY_EVENT = "_,_"
@@ -44,8 +45,8 @@ class Vocabulary:
             grounded: How many steps are grounded.
         """
         for atom in externals:
-            if atom.startswith("event("):  # there may be a million, too many for split_term
-                self._pairs.add(atom[len("event(") : atom.rindex(",")])
+            if atom.startswith(EVENT):  # there may be a million, too many for split_term
+                self._pairs.add(atom[len(EVENT) : atom.rindex(",")])
         self._grounded = grounded
 
     def knows(self, pairs: Sequence[Pair], grounded: int) -> bool:

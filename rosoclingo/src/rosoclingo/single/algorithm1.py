@@ -16,6 +16,7 @@ from typing import Any, Callable, Mapping, Optional, Sequence, Type
 import clingo
 
 from rosclingo.errors import OptionsError
+from rosclingo.solver.options import constants
 from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.controller import Info
@@ -211,14 +212,12 @@ def last_step(clingo_options: Sequence[str]) -> Optional[int]:
     Raises:
         OptionsError: It is no number from 1 on.
     """
-    last = None
-    for option, value in zip(clingo_options, clingo_options[1:]):
-        name, _, text = value.partition("=")
-        if option == "-c" and name.strip() == "steps":
-            if not text.strip().isdigit() or int(text) < 1:
-                raise OptionsError(f"option -c {value}: steps is a number from 1 on")
-            last = int(text)
-    return last
+    text = constants(clingo_options).get("steps")
+    if text is None:
+        return None
+    if not text.isdigit() or int(text) < 1:
+        raise OptionsError(f"option -c steps={text}: steps is a number from 1 on")
+    return int(text)
 
 
 def commands_for(

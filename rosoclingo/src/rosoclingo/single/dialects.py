@@ -20,15 +20,14 @@ from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.atoms import event
-from rosoclingo.loop.planner import HAS
+from rosoclingo.loop.added import HAS, SLOT
+from rosoclingo.loop.atoms import EVENT, PASSED, QUERY, event
 from rosoclingo.loop.solver import Forwarding, Solver
 from rosoclingo.loop.vocabulary import ANY_EVENT
 
-_ANY_ATOM = f"event({ANY_EVENT},"
-_PASSED = "event(info,passed,"
+_ANY_ATOM = f"{EVENT}{ANY_EVENT},"
+_HORIZON = "horizon("
 _PARTS_1_0 = frozenset({("set_event", 3), ("commit", 3), ("finalize", 1)})
-_SLOT = "rosoclingo_slot("  # of the external that the planner declares for each slot when it begins
 
 
 class Dialect2(Forwarding):
@@ -83,9 +82,9 @@ class _Translation(Dialect2, abc.ABC):
             transitions = [part for part in command.parts if part.name == "transition"]
             self._open.update(part.parameters[0] for part in transitions)
         elif isinstance(command, wire.ReleaseExternal):
-            virtual = command.name.startswith((_ANY_ATOM, _PASSED))
+            virtual = command.name.startswith((_ANY_ATOM, PASSED))
             return [] if virtual else [command]
-        elif isinstance(command, wire.AssignExternal) and command.name.startswith("event("):
+        elif isinstance(command, wire.AssignExternal) and command.name.startswith(EVENT):
             return self._tell(command)
         return [command]
 
@@ -93,7 +92,7 @@ class _Translation(Dialect2, abc.ABC):
         source, content, step = split_term(command.name)[1]
         if command.value is not wire.Truth.TRUE:
             return []  # what has happened has happened, and nothing else is true
-        if command.name.startswith(_PASSED):
+        if command.name.startswith(PASSED):
             is_open = step in self._open
             self._open.discard(step)
             return [_grounding(self.passes, step)] if is_open else []
@@ -189,9 +188,9 @@ class PaperDialect(_Translation):
 
     def _name(self, atom: str) -> str:
         """Returns the paper's name of an external of the dialect 2.0."""
-        if atom.startswith("query("):
-            return f"horizon{atom[len('query') :]}"
-        if atom.startswith("event("):
+        if atom.startswith(QUERY):
+            return f"{_HORIZON}{atom[len(QUERY) :]}"
+        if atom.startswith(EVENT):
             source, content, step = split_term(atom)[1]
             if source in self._slots:
                 return f"event(request,({source},{content}),{step})"
@@ -200,14 +199,14 @@ class PaperDialect(_Translation):
     def _translate_back(self, externals: wire.Externals) -> wire.Externals:
         translated = []
         for atom, value in super()._translate_back(externals).values:
-            if atom.startswith(_SLOT):
+            if atom.startswith(SLOT):
                 self._slots.add(split_term(atom)[1][0])
             translated.append((self._name_back(atom), value))
         return wire.Externals(tuple(translated))
 
     def _name_back(self, atom: str) -> str:
-        if atom.startswith("horizon("):
-            return f"query{atom[len('horizon') :]}"
+        if atom.startswith(_HORIZON):
+            return f"{QUERY}{atom[len(_HORIZON) :]}"
         name, arguments = split_term(atom)
         if name == "event" and arguments[:1] == ["request"] and len(arguments) == 3:
             name, request = split_term(arguments[1])

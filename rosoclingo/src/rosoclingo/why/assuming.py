@@ -19,8 +19,7 @@ from rosclingo.wire.commands import (
     Truth,
 )
 from rosoclingo.errors import InterruptedQuestionError
-from rosoclingo.loop.atoms import query
-from rosoclingo.loop.externals import SAVE
+from rosoclingo.loop.atoms import SAVE, query
 from rosoclingo.loop.planner import Planner
 from rosoclingo.why.copy import ENDS, Answer, Copy, Deadline, Verdict
 from rosoclingo.why.situation import Situation

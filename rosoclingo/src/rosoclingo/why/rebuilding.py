@@ -18,14 +18,11 @@ from rosclingo.wire.commands import (
 )
 from rosclingo.wire.term_text import last_number
 from rosoclingo.errors import InterruptedQuestionError, PlannerError
-from rosoclingo.loop.atoms import query
-from rosoclingo.loop.externals import SAVE
+from rosoclingo.loop.atoms import PASSED, SAVE, query
 from rosoclingo.loop.planner import Planner
 from rosoclingo.single.dialects import Dialect2, PaperDialect
 from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
 from rosoclingo.why.situation import Situation
-
-PASSED = "event(info,passed,"
 
 
 class RebuildingCopy(Copy):

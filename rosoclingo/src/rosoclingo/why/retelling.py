@@ -17,13 +17,10 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumption, GetPrograms, Improvement, Part, Programs, Result
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
-from rosoclingo.loop.atoms import Action, Plan, event
-from rosoclingo.loop.externals import SAVE
+from rosoclingo.loop.atoms import COMMIT, PASSED, SAVE, Action, Plan, event
 from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
-from rosoclingo.why.rebuilding import PASSED, RebuildingCopy
+from rosoclingo.why.rebuilding import RebuildingCopy
 from rosoclingo.why.situation import Situation
-
-_COMMIT = "event(commit,"
 
 
 class RetellingCopy(RebuildingCopy):
@@ -99,7 +96,7 @@ class RetellingCopy(RebuildingCopy):
         steps = {last_number(atom) or 0 for atom in happened}
         last = max(steps, default=0)
         past: Tuple[Tuple[str, str, int], ...] = ()
-        has_acted = any(atom.startswith(_COMMIT) for atom in happened)
+        has_acted = any(atom.startswith(COMMIT) for atom in happened)
         found = None
         if len(steps) <= 1 or not has_acted:
             self._planner.begin(saved, self.slots)

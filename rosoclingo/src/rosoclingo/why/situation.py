@@ -15,8 +15,8 @@ from rosclingo.wire.commands import (
     Truth,
 )
 from rosclingo.wire.term_text import last_number, number, split_term
-from rosoclingo.loop.atoms import event, query
-from rosoclingo.loop.externals import SAVE
+from rosoclingo.loop.added import SLOT_PART
+from rosoclingo.loop.atoms import SAVE, event, query
 from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.state import State
 
@@ -186,7 +186,7 @@ class _Log:
             self._assign(command.name, command.value is Truth.TRUE)
         elif isinstance(command, ReleaseExternal):
             name, arguments = split_term(command.name)
-            if name == "rosoclingo_slot":
+            if name == SLOT_PART:
                 self.slots += arguments
             self._assign(command.name, False)
 

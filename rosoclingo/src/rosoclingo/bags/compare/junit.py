@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import List, NamedTuple, Tuple
 from xml.etree import ElementTree
 
-from rosclingo.wire.xml_codec import carried
+from rosclingo.wire.characters import carried
 from rosoclingo.bags.compare.comparison import Comparison
 from rosoclingo.bags.compare.text_report import describe, describe_goal
 from rosoclingo.bags.errors import BagWriteError

@@ -1,0 +1,32 @@
+r"""Which characters the way to a solver node carries: those that XML has a way to write.
+
+This needs no XML itself, so that who only checks a text needs no parser.
+
+>>> carried("a\0b"), check_text("go(c3)")
+('a�b', 'go(c3)')
+"""
+
+from __future__ import annotations
+
+import re
+
+from rosclingo.errors import XmlError
+
+_ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def carried(text: str) -> str:
+    """Returns a text with a replacement character for each one that XML cannot carry."""
+    return _ILLEGAL.sub("\ufffd", text)
+
+
+def check_text(text: str) -> str:
+    """Returns a text that XML can carry.
+
+    Raises:
+        XmlError: It has a control character, or another that XML has no way to write.
+    """
+    match = _ILLEGAL.search(text)
+    if match:
+        raise XmlError(f"XML cannot carry the character {match.group()!r}; remove it")
+    return text

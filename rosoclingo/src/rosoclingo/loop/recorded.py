@@ -1,0 +1,39 @@
+"""What a replay knows of searches before they begin."""
+
+from __future__ import annotations
+
+from typing import Optional
+
+from rosoclingo.loop.journal import Ended, SearchEnded
+
+
+class RecordedSearches:
+    """How searches end that depend on time; this one knows of none, as in a run that is new.
+
+    A replay's inbox knows them. Thread-safe.
+    """
+
+    @property
+    def knows_searches(self) -> bool:
+        """Whether it knows all of them, so that time ends none."""
+        return False
+
+    def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
+        """Returns how the next of these searches ends, and removes it.
+
+        Args:
+            ways: In which of these ways.
+            number: How many answer sets have asked for something before, in the same search.
+
+        Returns:
+            None if the next one ends otherwise, or if there is none before the next decision.
+        """
+        return None
+
+    def is_search_due(self, *, improves: bool) -> bool:
+        """Whether there is one before the next decision; removes nothing.
+
+        Args:
+            improves: Whether the next one is to be for a better plan, or for a plan.
+        """
+        return False

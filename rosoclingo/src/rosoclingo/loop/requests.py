@@ -1,0 +1,122 @@
+"""Requests to the planner's solver: in parts that it takes, and around what it does not know."""
+
+from __future__ import annotations
+
+from typing import Dict, List, Sequence, Tuple
+
+from rosclingo.wire import commands as wire
+from rosoclingo.errors import PlannerError
+from rosoclingo.loop.atoms import QUERY
+from rosoclingo.loop.demand import Demand, Pair
+from rosoclingo.loop.solver import Solver
+
+_BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
+_MANY = 20  # so many assignments after one that failed, it is quicker to ask for all externals
+
+
+class Requests:
+    """Has a solver run commands, and remembers nothing of that. One thread makes the calls."""
+
+    def __init__(self, solver: Solver) -> None:
+        self._solver = solver
+
+    def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
+        """Runs commands; a ``query(T)`` that there is not is false already.
+
+        Raises:
+            PlannerError: A command failed.
+        """
+        reply = self._solver.run(commands)
+        while reply.failure is not None and _is_false_query(commands, reply.failure.index):
+            commands = commands[reply.failure.index + 1 :]
+            reply = self._solver.run(commands) if commands else wire.Reply()
+        if reply.failure is not None:
+            failure = reply.failure
+            raise PlannerError(
+                f"the planner refused <{failure.command}>: {failure.message}; check that its "
+                "encoding fits the mode, and that nothing else restarted it"
+            )
+        return reply
+
+    def programs(self) -> Sequence[Tuple[str, int]]:
+        """Returns the program parts; none if the solver is one that cannot tell."""
+        reply = self._solver.run([wire.GetPrograms()])
+        return next((a.parts for a in reply.answers if isinstance(a, wire.Programs)), ())
+
+    def assign(self, atoms: Sequence[str], value: wire.Truth) -> List[Tuple[str, str]]:
+        """Assigns a value to those atoms that are externals.
+
+        Returns:
+            The other atoms, each with the reason.
+
+        Raises:
+            PlannerError: The solver refuses a whole request.
+        """
+        missing: List[Tuple[str, str]] = []
+        rest = list(atoms)
+        while rest:
+            batch = _batch(rest)
+            reply = self._solver.run([wire.AssignExternal(atom, value) for atom in batch])
+            done = len(batch)
+            if reply.failure is not None:
+                index, message = reply.failure.index, reply.failure.message
+                if index < 0 and len(batch) > 1:
+                    raise PlannerError(f"the planner refused a request: {message}")
+                index = max(index, 0)
+                missing.append((batch[index], message))
+                done = index + 1
+            rest = rest[done:]
+            if reply.failure is not None and len(rest) > _MANY:
+                declared = read_externals(self.run([wire.GetExternals()]))
+                unknown = [atom for atom in rest if atom not in declared]
+                missing += [(atom, f"there is no external {atom}") for atom in unknown]
+                rest = [atom for atom in rest if atom in declared]
+        return missing
+
+    def declare(self, demand: Demand, pairs: Sequence[Pair]) -> None:
+        """Asks an encoding that is told its events whether it knows them.
+
+        Args:
+            demand: Learns the answers, and is not asked what it knows.
+            pairs: The events.
+
+        Raises:
+            PlannerError: The solver refuses a whole request.
+        """
+        rest = demand.questions(pairs)
+        while rest:
+            failure = self._solver.run(demand.ask(rest)).failure
+            if failure is not None and failure.index < 1:
+                raise PlannerError(f"the planner refused a request: {failure.message}")
+            known = len(rest) if failure is None else failure.index - 1
+            for pair in rest[:known]:
+                demand.learn(pair, True)
+            for pair in rest[known : known + 1]:
+                demand.learn(pair, False)
+            rest = rest[known + 1 :]
+
+
+def read_externals(reply: wire.Reply) -> Dict[str, wire.Truth]:
+    """Returns all externals with their values, of the reply to who has asked for these alone."""
+    (answer,) = reply.answers
+    assert isinstance(answer, wire.Externals)
+    return dict(answer.values)
+
+
+def _is_false_query(commands: Sequence[wire.Command], index: int) -> bool:
+    command = commands[index] if index >= 0 else None
+    return (
+        isinstance(command, wire.AssignExternal)
+        and command.value is wire.Truth.FALSE
+        and command.name.startswith(QUERY)
+    )
+
+
+def _batch(atoms: Sequence[str]) -> List[str]:
+    """Returns the first atoms, as many as fit into one request; at least one."""
+    size = 0
+    for number, atom in enumerate(atoms):
+        size += len(atom)
+        if number and size > _BATCH_CHARACTERS:
+            return list(atoms[:number])
+    return list(atoms)

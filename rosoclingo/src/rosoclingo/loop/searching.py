@@ -1,0 +1,250 @@
+"""How the planner's solver searches: for how long, what plans cost, and what a replay knows of it.
+
+What is found in a given time depends on how quick the machine is. So all that ends a search in that
+way is noted, and a replay takes the outcome from there instead of searching.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from typing import Callable, List, Optional, Sequence, Tuple
+
+from rosclingo.errors import shorten
+from rosclingo.wire import commands as wire
+from rosoclingo.errors import PlannerError
+from rosoclingo.loop.demand import Demand
+from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
+from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.recorded import RecordedSearches
+from rosoclingo.loop.solver import Solver
+
+_MOST_ROUNDS = 10_000  # answer sets in a row that ask for something
+_AS_BEFORE = "as_before"  # as_before(K): the plan of search K is the one before
+_SAME_SECONDS = 0.05  # that it may take at least to count what is left of a plan
+
+
+class Searching:
+    """One search of the planner's, for a plan or for a better one.
+
+    The planner is told all before that, and is told nothing meanwhile.
+    """
+
+    def __init__(
+        self,
+        solver: Solver,
+        demand: Demand,
+        ground: Callable[[Sequence[wire.Part]], object],
+        *,
+        patience: float,
+        recorded: RecordedSearches,
+        note: Callable[[SearchEnded], None],
+    ) -> None:
+        """Prepares a search.
+
+        Args:
+            solver: The planner's solver.
+            demand: What its encoding asks for.
+            ground: Grounds parts that an answer set asks for.
+            patience: After how many seconds it ends if it optimises and has found a plan; 0 for
+                when it is through.
+            recorded: Knows in a replay how it ends, if that depends on time.
+            note: Called with how it has ended, likewise.
+        """
+        self._solver = solver
+        self._demand = demand
+        self._ground = ground
+        self._patience = patience
+        self._recorded = recorded
+        self._note = note
+
+    def find(
+        self,
+        stopped: Callable[[], bool],
+        quality: Optional[Quality],
+        *,
+        compares: bool = False,
+        rounds: int = 0,
+    ) -> Tuple[wire.Outcome, Optional[Quality]]:
+        """Searches until an answer set asks for nothing new.
+
+        Args:
+            stopped: Whether it has to end.
+            quality: How good the plan before is, which may be found again.
+            compares: Whether to begin with what is left of the plan before.
+            rounds: How many answer sets have asked for something already.
+
+        Returns:
+            How the last search ended; interrupted also if one before it was cut off. And how good
+            the plan is, if that is known.
+
+        Raises:
+            PlannerError: The encoding asks for what there is not, or without end.
+        """
+        bound: Optional[Tuple[int, ...]] = None  # if one was cut off
+        for number in range(rounds, _MOST_ROUNDS):
+            called = self._recorded.search_due(Ended.CALLED, number=number)
+            is_stopped = stopped() and not self._recorded.is_search_due(improves=False)
+            if called or is_stopped:  # while it was grounded
+                return self._be_called(number), quality
+            outcome, found = self._solve(stopped, number, compares=compares and not number)
+            if outcome.result is wire.Result.UNKNOWN:
+                return self._be_called(number), quality
+            if outcome.result is not wire.Result.SAT:
+                return outcome, quality
+            if outcome.interrupted:
+                bound = found.bound if found else ()
+            if found is not None and bound is not None:
+                found = dataclasses.replace(found, bound=bound)
+            parts = self._demand.asked_for(outcome.symbols) if self._demand else []
+            # An encoding that looks for better plans asks for something in each new one, and has
+            # decided then what that costs.
+            if parts or not self._demand.improves:
+                quality = found
+            if not parts:
+                return dataclasses.replace(outcome, interrupted=bound is not None), quality
+            self._ground(parts)
+        raise PlannerError(
+            f"{_MOST_ROUNDS} answer sets in a row of the planner have asked for something, the "
+            f"last for {shorten(str(parts[0]))}: does it ever stop asking?"
+        )
+
+    def improve(self, stopped: Callable[[], bool]) -> Tuple[SearchEnded, Optional[wire.Outcome]]:
+        """Looks for a better plan than the one that stands.
+
+        Args:
+            stopped: Whether it has to end, once it is known what that one costs; what it has found
+                is taken then.
+
+        Returns:
+            How it has ended, and the better plan; None if none was found.
+
+        Raises:
+            PlannerError: The encoding asks for what there is not.
+        """
+        ended = self._recorded.search_due(*IMPROVING) or self._look_for_better(stopped)
+        self._note(ended)
+        if ended.how is Ended.NOTHING:
+            return ended, None
+        parts = self._demand.asked_for(ended.symbols)
+        if parts:
+            self._ground(parts)
+        outcome, _ = self.find(lambda: False, ended.quality, rounds=1)
+        is_better = ended.how is Ended.BETTER and outcome.result is wire.Result.SAT
+        return ended, outcome if is_better else None
+
+    def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
+        """Returns whether there is any, be it the best one or not; None if told to stop before."""
+        found: List[wire.Improvement] = []
+        outcome = self._solver.solve((), lambda: bool(found) or stopped(), found.append)
+        if found or outcome.result is wire.Result.SAT:
+            return True
+        return False if outcome.result is wire.Result.UNSAT else None
+
+    def _look_for_better(self, stopped: Callable[[], bool]) -> SearchEnded:
+        """Finds out what the plan costs now, and looks for one that costs less."""
+        found: List[wire.Improvement] = []
+        outcome = self._solver.solve((self._same(),), None, found.append)
+        cost = self._cost(outcome, found)
+        if outcome.result is not wire.Result.SAT or not cost:
+            return SearchEnded(Ended.NOTHING)
+        before, symbols = cost, outcome.symbols
+        found.clear()
+        outcome = self._solver.solve((), stopped, found.append)
+        better = self._cost(outcome, found)
+        bound = better if outcome.result is wire.Result.SAT else self._bound()
+        if not better or better >= before:
+            return SearchEnded(Ended.AS_BEFORE, symbols, Quality(before, bound))
+        symbols = outcome.symbols or found[-1].symbols
+        return SearchEnded(Ended.BETTER, symbols, Quality(better, bound))
+
+    def _same(self) -> wire.Assumption:
+        """Returns the assumption that the plan is the one before, as far as it is left."""
+        return wire.Assumption(f"{_AS_BEFORE}({self._demand.searches})", True)
+
+    def _be_called(self, number: int) -> wire.Outcome:
+        """Takes note that something has interrupted a search, which has its number."""
+        if self._demand and self._patience:
+            self._note(SearchEnded(Ended.CALLED, round=number))
+        return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
+
+    def _solve(
+        self, stopped: Callable[[], bool], number: int, *, compares: bool
+    ) -> Tuple[wire.Outcome, Optional[Quality]]:
+        """Searches until told to stop, or, with a model, for as long as is allowed.
+
+        Args:
+            stopped: Whether it has to end.
+            number: How many answer sets have asked for something before.
+            compares: Whether to begin with what is left of the plan before.
+
+        Returns:
+            How that has ended, and how good the answer set is, if that is known.
+        """
+        ended = self._recorded.search_due(Ended.CUT, Ended.FINISHED, number=number)
+        if ended is None:
+            outcome, quality = self._solve_in_time(stopped, compares=compares)
+            if outcome.result is not wire.Result.SAT or not self._patience:
+                return outcome, quality
+            how = Ended.CUT if outcome.interrupted else Ended.FINISHED
+            ended = SearchEnded(how, outcome.symbols, quality, number)
+        self._note(ended)
+        is_cut = ended.how is Ended.CUT
+        outcome = wire.Outcome(wire.Result.SAT, interrupted=is_cut, symbols=ended.symbols)
+        return outcome, ended.quality
+
+    def _solve_in_time(
+        self, stopped: Callable[[], bool], *, compares: bool
+    ) -> Tuple[wire.Outcome, Optional[Quality]]:
+        """Does what :meth:`_solve` says; with an answer set, ``interrupted`` is by the time."""
+        found: List[wire.Improvement] = []
+        limit = self._patience if not self._recorded.knows_searches else 0.0
+        end = time.monotonic() + limit
+        before: Tuple[Tuple[int, ...], Tuple[str, ...]] = (), ()  # what is left costs, and is
+        is_stopped = False
+
+        def has_to_end() -> bool:
+            nonlocal is_stopped
+            is_stopped = is_stopped or stopped()
+            has_plan = bool(limit and (found or before[0]))
+            return is_stopped or (has_plan and time.monotonic() > end)
+
+        if limit and compares:
+            allowed, end = end, max(end, time.monotonic() + _SAME_SECONDS)
+            outcome = self._solver.solve((self._same(),), has_to_end, found.append)
+            end = allowed
+            if found:
+                symbols = outcome.symbols or found[-1].symbols
+                before = self._cost(outcome, found), symbols
+                found.clear()
+        outcome = self._solver.solve((), has_to_end, found.append)
+        is_cut = limit and outcome.interrupted and not is_stopped
+        cost = self._cost(outcome, found)
+        if not (is_cut and (found or before[0])):
+            return outcome, Quality(cost, cost) if cost else None
+        symbols = outcome.symbols or (found[-1].symbols if found else ())
+        if before[0] and not (cost and cost < before[0]):
+            cost, symbols = before
+        if self._demand.improves and not self._demand.asks(symbols):
+            # The plan stands, or is what an answer set before has decided: there is no other.
+            return wire.Outcome(wire.Result.SAT, symbols=symbols), Quality(cost, cost)
+        quality = Quality(cost, self._bound())
+        return wire.Outcome(wire.Result.SAT, interrupted=True, symbols=symbols), quality
+
+    def _cost(self, outcome: wire.Outcome, found: Sequence[wire.Improvement]) -> Tuple[int, ...]:
+        """Returns what the last answer set of a search costs; nothing if that is not known."""
+        if found and (found[-1].symbols == outcome.symbols or not outcome.symbols):
+            return found[-1].cost
+        # Over ROS, the result may be here before the costs. Who does not minimise is not asked.
+        is_known = bool(found) or self._demand.improves
+        return self._summary("costs") if is_known and outcome.symbols else ()
+
+    def _bound(self) -> Tuple[int, ...]:
+        """Returns what each answer set of the last search costs at least, if that is known."""
+        return self._summary("lower")
+
+    def _summary(self, name: str) -> Tuple[int, ...]:
+        for answer in self._solver.run([wire.GetStats()]).answers:
+            if isinstance(answer, wire.Stats):
+                return tuple(map(int, answer.values.get("summary", {}).get(name, ())))
+        return ()
