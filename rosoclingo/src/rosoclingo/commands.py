@@ -122,7 +122,7 @@ class ROSCommands:
         for action in repeated:
             state.commit_again(action)
         for actuator in state.plan.aborts(number):
-            if state.mail.can_be_aborted(actuator):
+            if state.acting.can_be_aborted(actuator):
                 state.publish_abort(actuator)
         commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in unknown]
         for atom, _ in state.externals.make_true_soon(passed + commits):

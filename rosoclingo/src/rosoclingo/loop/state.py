@@ -10,6 +10,7 @@ from rosclingo.wire.commands import Result
 from rosclingo.wire.term_text import last_number
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop import journal
+from rosoclingo.loop.acting import Acting
 from rosoclingo.loop.arrivals import EXPECTED, Arrival, Arrivals, ArrivalsState
 from rosoclingo.loop.atoms import Action, Plan, event
 from rosoclingo.loop.durations import Durations, DurationsState
@@ -91,6 +92,7 @@ class State(Progress):
         externals: What is known of the planner's externals.
         goals: The goals.
         tokens: What each actuator was told to do last.
+        acting: Who acts in the step.
         mail: What has come from outside.
         arrivals: When goals will be served.
         durations: How long actions have taken.
@@ -134,17 +136,20 @@ class State(Progress):
         planner.recorded, planner.note = inbox, self.note
         self.arrivals = Arrivals()
         self.durations = Durations()
+        self.acting = Acting(self.externals, environment)
         self.mail = Mail(
             inbox,
             self.goals,
             self.externals,
             self.tokens,
-            environment,
+            self.acting,
+            environment=environment,
             note=self.note,
             answered=self.answered,
         )
         self.waiting = Waiting(
             self.mail,
+            self.acting,
             self.goals,
             environment,
             self.note,
@@ -201,6 +206,7 @@ class State(Progress):
         self.goals.set_slots(slots, keep=again is not None)
         self.externals.begin(self.goals.slots)
         self.mail.begin(keep=again is not None)
+        self.acting.begin(keep=again is not None)
         if self.mail.dynamic and not self.goals.slots:
             self.mail.rejection = "the planner's encoding has no slots for goals, rslot(ID)"
             self.goals.end_waiting("rejected", self.mail.rejection)
@@ -275,13 +281,13 @@ class State(Progress):
                     self.arrivals.place(slot, self.environment.world_now())
         self._tell_durations(step)
         self.goals.tell_positions()
-        if self.mail.is_over:
-            self.externals.make_true(self.mail.end_step(step))
+        if self.acting.is_over:
+            self.externals.make_true(self.acting.end_step(step))
 
     def _assign_pending_messages(self, step: int) -> None:
         messages = self.mail.take_messages(step)
         new = {atom: pair for atom, pair in messages.items() if not self.externals.is_true(atom)}
-        answers = [atom for atom, (source, _) in new.items() if self.mail.is_acting(source)]
+        answers = [atom for atom, (source, _) in new.items() if self.acting.actor(source)]
         others = [atom for atom in new if atom not in answers]
         self.after_message |= bool(others)
         missing = self.externals.make_true(answers) + self.externals.make_true(
@@ -358,8 +364,8 @@ class State(Progress):
         """
         if step == self.step:
             return []
-        busy = self.mail.end_step(self.step)
-        self.mail.begin_step()
+        busy = self.acting.end_step(self.step)
+        self.mail.messages += self.acting.begin_step()
         self._free_slots()
         gone = range(self.step, step)
         self.step = step
@@ -391,7 +397,7 @@ class State(Progress):
         Raises:
             PlannerError: A busy actuator has another one.
         """
-        repeated = [action for action in actions if self.mail.goes_on(action.actuator)]
+        repeated = [action for action in actions if self.acting.goes_on(action.actuator)]
         for action in repeated:
             doing = self.tokens.last[action.actuator].action
             if action.name != doing:
@@ -406,7 +412,7 @@ class State(Progress):
     def commit(self, action: Action) -> None:
         """Sends an action, which its actuator is to answer, and remembers it as published."""
         self.commit_again(action)
-        self.mail.acts(action.actuator)
+        self.acting.begin_action(action.actuator)
         self.arrivals.begin(action, self.plan, self.environment.world_now())
         self.environment.publish(action.actuator, action.name)
         self.note(journal.ActionPublished(action.actuator, action.name))
@@ -539,7 +545,7 @@ class State(Progress):
         may = planner.patience > 0 and planner.demand.improves
         if not may or quality is None or quality.is_best:
             return False
-        return self.shows_plan and bool(self.ahead()) and self.mail.pending_actions
+        return self.shows_plan and bool(self.ahead()) and self.acting.pending_actions
 
     def _is_called(self) -> bool:
         """Whether something has come that a search for a better plan has to end for."""
@@ -585,7 +591,7 @@ class State(Progress):
         if not self.externals.reset(self._fluents(step)) and "reset" not in self._warned:
             self._warn_of_forgetting(step)
         self._published.clear()
-        self.mail.reset()
+        self.acting.reset()
         self._free_slots()
         self.goals.some_ended = False
         self.step = 0

@@ -6,6 +6,7 @@ import time
 from typing import Callable, Optional
 
 from rosoclingo.errors import ShutdownError
+from rosoclingo.loop.acting import Acting
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goals
 from rosoclingo.loop.inbox import Message
@@ -30,6 +31,7 @@ class Waiting:
     def __init__(
         self,
         mail: Mail,
+        acting: Acting,
         goals: Goals,
         environment: Environment,
         note: Callable[[Event], None],
@@ -43,6 +45,7 @@ class Waiting:
 
         Args:
             mail: What has come.
+            acting: Who acts in the step.
             goals: The goals.
             environment: Where warnings go.
             note: Adds an event to the journal.
@@ -55,6 +58,7 @@ class Waiting:
         """
         self.reminded = False
         self._mail = mail
+        self._acting = acting
         self._goals = goals
         self._environment = environment
         self._note = note
@@ -82,7 +86,7 @@ class Waiting:
         mail.take(may_ask=True)
         if self._is_told_to_stop():
             return
-        if not (mail.pending_actions or mail.has_news):
+        if not (self._acting.pending_actions or mail.has_news):
             line = f"waiting in step {step}: the plan has no action for now"
             told = self._goals.tell(line)
             if told:
@@ -125,13 +129,13 @@ class Waiting:
             return
         self._look_at = self._environment.now() + LOOK_SECONDS
         self._correct()
-        for actuator, seconds in self._mail.late(_REMINDER_SECONDS):
+        for actuator, seconds in self._acting.late(_REMINDER_SECONDS):
             self._environment.warn(
                 f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "
                 "run, and does its terminal say why it waits?"
             )
         if self._action_timeout > 0:
-            for actuator in self._mail.overdue(self._action_timeout):
+            for actuator in self._acting.overdue(self._action_timeout):
                 self._environment.warn(
                     f"{actuator} has not answered for {self._action_timeout:g} s "
                     "(~action_timeout): nobody waits for it any more"
@@ -146,7 +150,7 @@ class Waiting:
         """
         goals = self._goals
         has_slot = goals.waiting and goals.has_free_slot(next_step=True)
-        if self._mail.pending_actions or not (has_slot or self._mail.keeps_answers):
+        if self._acting.pending_actions or not (has_slot or self._acting.keeps_answers):
             return False
         if not self.reminded:
             self.reminded = True
