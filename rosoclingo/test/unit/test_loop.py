@@ -13,6 +13,7 @@ from conftest import PACKAGE, System
 from rosclingo.wire.commands import Truth
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ControllerError, PlannerError
+from rosoclingo.loop.beginning import reset
 from rosoclingo.loop.inbox import Message
 
 Make = Callable[..., System]
@@ -175,7 +176,7 @@ def test_the_past_stays_the_past(run: Callable[..., System]) -> None:
         "initialize", "ground(1)", "ground(2)", "solve", "commit_actions(1)", "commit_actions(2)"
     )
     assert sorted(externals(system)) == ["event(info,passed,0)", "event(info,passed,1)"]
-    system.loop.state.reset(2)
+    reset(system.loop.state, 2)
     assert externals(system) == ["event(save,at(1),0)"]
     assert system.loop.state.step == 0
 

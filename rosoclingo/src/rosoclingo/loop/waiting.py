@@ -36,7 +36,6 @@ class Waiting:
         environment: Environment,
         note: Callable[[Event], None],
         *,
-        improve: Callable[[], bool],
         correct: Callable[[], None],
         check: Callable[[], None],
         action_timeout: float,
@@ -49,8 +48,6 @@ class Waiting:
             goals: The goals.
             environment: Where warnings go.
             note: Adds an event to the journal.
-            improve: Called when there is nothing to do: does what is worth doing then, until
-                something comes, and returns whether there was anything.
             correct: Called now and then; tells clients what takes longer than they were told.
             check: Called now and then; raises an error if a solver went away.
             action_timeout: From when on nobody waits for an action's answer, in seconds since
@@ -62,7 +59,6 @@ class Waiting:
         self._goals = goals
         self._environment = environment
         self._note = note
-        self._improve = improve
         self._correct = correct
         self._check = check
         self._action_timeout = action_timeout
@@ -70,18 +66,20 @@ class Waiting:
         self._look_at = 0.0  # when it is time to look again
         self._planning_since: Optional[float] = None
 
-    def wait(self, step: int) -> None:
+    def wait(self, step: int, improve: Callable[[], bool]) -> None:
         """Waits for something that the controller does not know of.
 
         Args:
             step: The current step.
+            improve: Called when there is nothing to do: does what is worth doing then, until
+                something comes, and returns whether there was anything.
 
         Raises:
             ShutdownError: The node is shutting down.
             RosclingoError: A solver went away.
         """
         mail = self._mail
-        while mail.inbox.is_search_due(improves=True) and self._improve():
+        while mail.inbox.is_search_due(improves=True) and improve():
             pass  # a replay has what came then already
         mail.take(may_ask=True)
         if self._is_told_to_stop():
@@ -98,7 +96,7 @@ class Waiting:
             if not noted:
                 noted = True
                 self._note(LoopWaits())
-            if self._improve():
+            if improve():
                 if self._is_told_to_stop():
                     return
                 continue

@@ -16,6 +16,7 @@ from rosclingo.wire.commands import (
 )
 from rosclingo.wire.term_text import last_number, number, split_term
 from rosoclingo.loop.atoms import event, query
+from rosoclingo.loop.beginning import known_to_hold
 from rosoclingo.loop.externals import SAVE
 from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.state import State
@@ -79,7 +80,7 @@ class Situation:
             others=tuple(atom for atom in externals.kept if atom != query(state.horizon)),
             tells=state.planner.demand.tells,
         )
-        known = state.known_to_hold() if state.step > _HISTORY else None
+        known = known_to_hold(state) if state.step > _HISTORY else None
         return situation if known is None else situation.since(*known)
 
     def since(self, step: int, fluents: Iterable[str]) -> Situation:
