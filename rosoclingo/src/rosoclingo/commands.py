@@ -13,8 +13,9 @@ from clingo import Symbol, SymbolType
 
 from rosclingo.wire.commands import AssignExternal, Truth
 from rosoclingo.errors import ControllerError
-from rosoclingo.loop import diagnosis
+from rosoclingo.loop import beginning, diagnosis, publishing
 from rosoclingo.loop.atoms import event, query
+from rosoclingo.loop.improving import improve
 from rosoclingo.loop.search import search
 from rosoclingo.loop.state import State
 from rosoclingo.loop.words import SOLVER
@@ -31,7 +32,7 @@ class ROSCommands:
 
     def initialize(self) -> None:
         """Grounds base, state(0) and query(0) on a fresh planner, and reads the slots."""
-        self.state.begin(self.planner.begin(self.state.saved()))
+        beginning.begin(self.state, self.planner.begin(self.state.saved()))
 
     def ground(self, step: Symbol) -> None:
         """Grounds the state, transition and query of a step, unless they are grounded already.
@@ -114,16 +115,14 @@ class ROSCommands:
         state, number = self.state, _step(step)
         passed = state.move_to(number)
         unknown = [a for a in state.plan.actions(number) if not state.is_published(a)]
-        new, repeated = state.split(unknown)
+        new, repeated = publishing.split(state, unknown)
         # The robot first: what the planner is told now, it needs only for its next search.
-        state.dispatch(new)
-        for action in new:
-            state.commit(action)
+        publishing.publish(state, new)
         for action in repeated:
-            state.commit_again(action)
+            state.note_published(action)
         for actuator in state.plan.aborts(number):
-            if state.mail.can_be_aborted(actuator):
-                state.publish_abort(actuator)
+            if state.acting.can_be_aborted(actuator):
+                publishing.publish_abort(state, actuator)
         commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in unknown]
         for atom, _ in state.externals.make_true_soon(passed + commits):
             if atom in commits:
@@ -135,7 +134,7 @@ class ROSCommands:
                 )
         if new:
             state.goals.tell(f"step {step} of {state.horizon}")
-        state.tell_arrivals()
+        state.timing.tell_clients()
 
     def release_step(self, step: Symbol) -> None:
         """Releases the externals of a step that were not made true."""
@@ -143,7 +142,7 @@ class ROSCommands:
 
     def reset(self, step: Symbol) -> None:
         """Makes the fluents of a step the initial ones, and forgets what happened until then."""
-        self.state.reset(_step(step))
+        beginning.reset(self.state, _step(step))
 
     def publish(self) -> None:
         """Publishes the whole plan as one message; the loop is through then."""
@@ -156,7 +155,7 @@ class ROSCommands:
         self.planner.run()  # tells what is still to be told, while nobody waits
         self.state.externals.release_now()
         self.state.show_told()
-        self.state.waiting.wait(self.state.step)
+        self.state.waiting.wait(self.state.step, lambda: improve(self.state))
 
     def exit(self) -> None:
         """Ends the node, with the reason: there is no plan within the maximal horizon.

@@ -22,6 +22,7 @@ from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import Simulation
+from rosoclingo.loop.improving import improve
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.journal import (
     IMPROVING,
@@ -97,7 +98,7 @@ def test_a_better_plan_takes_the_place_of_the_first(mode: str) -> None:
 def test_without_patience_nothing_is_looked_for(system: Callable[..., System]) -> None:
     """Nor while nobody acts, or by an encoding that has not opted in."""
     run = simulation("recording", AT_ONCE)
-    assert not run.loop.state.improve()
+    assert not improve(run.loop.state)
     line = system("dynamic.incremental.recording")
     line.loop.state.planner.patience = AT_ONCE
     line.start()

@@ -19,6 +19,7 @@ from rosoclingo.desk.simulation import Simulation
 from rosoclingo.loop.durations import Durations
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.journal import ActionTook
+from rosoclingo.loop.publishing import publish_abort
 from rosoclingo.loop.replay_inbox import ReplayInbox, decode, encode
 from rosoclingo.store.store import Store
 
@@ -112,7 +113,7 @@ def abort_first(run: Simulation) -> Callable[[], bool]:
 
     def aborting() -> bool:
         if len(run.published) == 1:
-            run.loop.state.publish_abort("robot")
+            publish_abort(run.loop.state, "robot")
         return turn()
 
     return aborting

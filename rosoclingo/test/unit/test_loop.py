@@ -13,6 +13,7 @@ from conftest import PACKAGE, System
 from rosclingo.wire.commands import Truth
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ControllerError, PlannerError
+from rosoclingo.loop.beginning import reset
 from rosoclingo.loop.inbox import Message
 
 Make = Callable[..., System]
@@ -156,13 +157,13 @@ def test_pending_actions_until_the_right_one_answers(run: Callable[..., System])
     commands.solve()
     commands.commit_actions(Number(1))
     assert system.world.published == [("robot", "go(2)")]
-    assert state.mail.pending_actions
+    assert state.acting.pending_actions
     system.send("camera", "success")
     state.mail.take(may_ask=True)
-    assert state.mail.pending_actions
+    assert state.acting.pending_actions
     system.send("robot", "success")
     state.mail.take(may_ask=True)
-    assert not state.mail.pending_actions
+    assert not state.acting.pending_actions
     assert state.mail.new_messages
     # Nothing is published twice.
     commands.commit_actions(Number(1))
@@ -175,7 +176,7 @@ def test_the_past_stays_the_past(run: Callable[..., System]) -> None:
         "initialize", "ground(1)", "ground(2)", "solve", "commit_actions(1)", "commit_actions(2)"
     )
     assert sorted(externals(system)) == ["event(info,passed,0)", "event(info,passed,1)"]
-    system.loop.state.reset(2)
+    reset(system.loop.state, 2)
     assert externals(system) == ["event(save,at(1),0)"]
     assert system.loop.state.step == 0
 

@@ -15,6 +15,7 @@ from test_seconds import draw_map, replay
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Outcome, Result
+from rosoclingo.loop import improving
 from rosoclingo.loop.atoms import Plan
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner import Planner
@@ -107,13 +108,15 @@ FLEETS = [(RESET, 5), (SINGLE, 11), (RESET, 1), (SINGLE, 3)]
 
 
 @pytest.mark.parametrize(("mode", "seed"), [FLEETS[number] for number in draws(range(2), 4)])
-def test_a_random_fleet(mode: str, seed: int, tmp_path: Path) -> None:
+def test_a_random_fleet(
+    mode: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In two modes; an input comes after a while, be it a search for a better plan or not."""
     fleet = Fleet(mode, seed, tmp_path)
     state, left = fleet.loop.state, random.Random(seed)
     state.planner.patience = AT_ONCE
-    called = state._is_called
-    state._is_called = lambda: left.random() < 0.3 or called()  # type: ignore[method-assign]
+    called = improving.is_called
+    monkeypatch.setattr(improving, "is_called", lambda one: left.random() < 0.3 or called(one))
     fleet._ask()
     failure = fleet.run()
     assert failure is None, failure

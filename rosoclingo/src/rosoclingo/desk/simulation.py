@@ -103,7 +103,7 @@ class Simulation(System):
     def _pass(self) -> bool:
         """Lets time pass until somebody answers, or the loop wants to look who does not."""
         moments = list(self._due.values())
-        if not self._is_patient and self.loop.state.mail.silent():
+        if not self._is_patient and self.loop.state.acting.silent():
             moments.append(self.clock + LOOK_SECONDS)
         if not moments:
             return False

@@ -14,6 +14,7 @@ from rosclingo.errors import shorten
 from rosclingo.wire.commands import Ground, Part, Restart, Truth
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import LoopError, PlannerError
+from rosoclingo.loop import beginning
 from rosoclingo.loop.added import EMPTY_PARTS
 from rosoclingo.loop.atoms import event, query
 from rosoclingo.loop.demand import step_parts
@@ -205,12 +206,12 @@ def _begin_again(state: State) -> None:
         LoopError: That is not possible.
     """
     told = shorten(", ".join(state.externals.told), 500)
-    if state.can_begin_again():
+    if beginning.can_begin_again(state):
         state.environment.warn(
             f"the program has no answer set any more, even without a goal, after {told or 'a step'}"
             f": the planner begins again with what it knew before step {state.step}"
         )
-        state.begin_again()
+        beginning.begin_again(state)
         return
     part = _contradictory_part(state, lambda: state.mail.inbox.closed)
     if part is not None:

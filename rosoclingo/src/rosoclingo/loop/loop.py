@@ -169,7 +169,7 @@ class Loop:
         needed = state.needed_horizon
         info = Info(
             state.result,
-            mail.pending_actions,
+            state.acting.pending_actions,
             mail.tell(),
             state.goals.some_ended,
             needed,

@@ -1,13 +1,14 @@
-"""What has come from outside and waits for the planner, and which actuators have answered."""
+"""What has come from outside, and waits for the planner."""
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Callable, Dict, List, Optional, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
 from rosoclingo.loop import journal
+from rosoclingo.loop.acting import Acting, Actor
 from rosoclingo.loop.atoms import canonical, event
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.environment import Environment
@@ -22,32 +23,6 @@ from rosoclingo.loop.words import BUSY, FAILURE, QUEUE, TIMEOUT, UNKNOWN
 _RESERVED_IDS = ("commit", "save")
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
 _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
-
-
-@dataclass(frozen=True)
-class Acting:
-    """That an actuator acts in the current step.
-
-    Attributes:
-        began: When, in seconds of the environment's clock; in a snapshot, of one that stands at 0
-            then.
-        reminded: When it was said last that it does not answer, likewise.
-        is_overdue: Whether its time is over.
-        answer: What it has answered.
-        goes_on: Whether it was busy in the step before.
-        is_busy: Whether it is busy in this step, so that its answer belongs to the next one.
-    """
-
-    began: float
-    reminded: float
-    is_overdue: bool = False
-    answer: Optional[str] = None
-    goes_on: bool = False
-    is_busy: bool = False
-
-    def since(self, time: float) -> Acting:
-        """Returns the same with seconds since a time."""
-        return replace(self, began=self.began - time, reminded=self.reminded - time)
 
 
 @dataclass
@@ -82,7 +57,7 @@ class MailSnapshot:
     state: MailState
     cancels: Tuple[str, ...]
     held: Tuple[Key, ...]
-    acting: Dict[str, Acting]
+    acting: Dict[str, Actor]
 
 
 class Mail(MailState):
@@ -105,8 +80,9 @@ class Mail(MailState):
         goals: Goals,
         externals: PlannerExternals,
         tokens: Tokens,
-        environment: Environment,
+        acting: Acting,
         *,
+        environment: Environment,
         note: Callable[[journal.Event], None],
         answered: Callable[[str, str], None],
     ) -> None:
@@ -117,7 +93,8 @@ class Mail(MailState):
             goals: The goals.
             externals: What the planner's encoding knows.
             tokens: What each actuator was told to do last.
-            environment: Where warnings go, and the clock.
+            acting: Who acts, and so may answer.
+            environment: Where warnings go.
             note: Adds an event to the journal.
             answered: Called with who has answered its action, and what.
         """
@@ -127,21 +104,20 @@ class Mail(MailState):
         self.cancels: List[Goal] = []
         self._externals = externals
         self._tokens = tokens
+        self._acting = acting
         self._environment = environment
         self._note = note
         self._answered = answered
         self._held: List[Taken] = []  # nobody can say yet whether the planner knows it
-        self._acting: Dict[str, Acting] = {}
         self._command_began: Optional[float] = None  # that which is carried out
 
     def snapshot(self) -> MailSnapshot:
         """Returns what has come and is not told yet, and who acts."""
-        now = self._environment.now()
         return MailSnapshot(
             self,
             tuple(goal.id for goal in self.cancels),
             tuple(map(key_of, self._held)),
-            {actuator: one.since(now) for actuator, one in self._acting.items()},
+            self._acting.snapshot(),
         )
 
     def restore(self, saved: MailSnapshot, goals: Dict[str, Goal]) -> None:
@@ -154,8 +130,7 @@ class Mail(MailState):
         take_over(self, saved.state)
         self.cancels = [goals[key] for key in saved.cancels]
         self._held = [_item(key, goals) for key in saved.held]
-        now = self._environment.now()
-        self._acting = {actuator: one.since(-now) for actuator, one in saved.acting.items()}
+        self._acting.restore(saved.acting)
 
     @property
     def goals_spoken_of(self) -> List[Goal]:
@@ -166,31 +141,10 @@ class Mail(MailState):
     # What the controller is told.
 
     @property
-    def pending_actions(self) -> bool:
-        """Whether the step has to wait for an actuator's answer; may ask the planner."""
-        return bool(self._awaited) and not self.is_over
-
-    @property
-    def _awaited(self) -> List[str]:
-        """The actuators that have not answered, but for those who are known to be busy."""
-        return [a for a, one in self._acting.items() if one.answer is None and not one.is_busy]
-
-    @property
-    def is_over(self) -> bool:
-        """Whether somebody who acts is through with the step, and all others can be busy."""
-        is_through = len(self._awaited) < len(self._acting)
-        return is_through and all(self._externals.declares(a, BUSY) for a in self._awaited)
-
-    @property
     def new_messages(self) -> bool:
         """Whether there is something for ``assign_messages`` to do; may ask the planner."""
         has_come = bool(self.messages or self.cancels or self.new_goals or self._held)
-        return has_come or (bool(self._awaited) and self.is_over)
-
-    @property
-    def keeps_answers(self) -> bool:
-        """Whether somebody has answered who is busy: that is told in the next step."""
-        return any(one.is_busy and one.answer is not None for one in self._acting.values())
+        return has_come or self._acting.leaves_some_busy
 
     def tell(self) -> bool:
         """Returns :attr:`new_messages` for the controller, and remembers what it knows of now."""
@@ -213,11 +167,6 @@ class Mail(MailState):
         if not keep:
             self.messages.clear()
             self.cancels.clear()
-        self._acting = {
-            actuator: replace(one, is_busy=True)
-            for actuator, one in self._acting.items()
-            if keep and one.goes_on and (one.is_busy or one.answer is None)
-        }
 
     def explain(self, slot: str, request: str, step: int) -> str:
         """Returns the reason why a goal is rejected that the planner declares no external for."""
@@ -335,8 +284,8 @@ class Mail(MailState):
         except TermError as err:
             dropped.append(str(err))
             return False
-        acting, said = self._acting.get(source), value
-        if acting and value in (UNKNOWN, TIMEOUT):
+        actor, said = self._acting.actor(source), value
+        if actor and value in (UNKNOWN, TIMEOUT):
             if self._hold(message, [(source, value)], may_ask):
                 return True
             if not self._externals.knows([(source, value)]):
@@ -350,23 +299,23 @@ class Mail(MailState):
         elif value == BUSY and self._externals.is_declared(source, BUSY):
             reason = "who is busy, rosoclingo says itself"
         elif not self._externals.knows([(source, value)]):
-            if acting and acting.answer is None:
-                self._acting[source] = replace(acting, answer=value)
+            if actor and actor.answer is None:
+                self._acting.answer(source, value)
                 self._answered(source, said)
                 self._tokens.take(source, said)
                 self._warn_of_undeclared_answer(source, said)
-                return not acting.is_busy
+                return not actor.is_busy
             reason = "the planner's encoding declares no such event"
-        elif acting and acting.answer is not None and acting.answer != value:
-            reason = f"it has answered {shorten(acting.answer)} already"
+        elif actor and actor.answer is not None and actor.answer != value:
+            reason = f"it has answered {shorten(actor.answer)} already"
         else:
-            if acting:
-                self._acting[source] = replace(acting, answer=value)
+            if actor:
+                self._acting.answer(source, value)
                 self._answered(source, said)
             if value != said == UNKNOWN:
                 self._warn_of_unknown(source)
             self._tokens.take(source, said)
-            if acting and acting.is_busy:
+            if actor and actor.is_busy:
                 return False
             self.messages.append((source, value))
             return True
@@ -405,92 +354,6 @@ class Mail(MailState):
         return True
 
     # What the commands do.
-
-    def begin_step(self) -> None:
-        """Nobody acts yet in the step that begins, but those who go on, with their answers."""
-        self._keep_busy(is_busy=False)
-        for actuator, one in self._acting.items():
-            if one.answer is not None and self._externals.knows([(actuator, one.answer)]):
-                self.messages.append((actuator, one.answer))
-
-    def reset(self) -> None:
-        """Nobody acts in the first step, and those who go on do so in the next one."""
-        self._keep_busy(is_busy=True)
-
-    def _keep_busy(self, *, is_busy: bool) -> None:
-        self._acting = {
-            actuator: replace(one, goes_on=True, is_busy=is_busy)
-            for actuator, one in self._acting.items()
-            if one.is_busy
-        }
-
-    def end_step(self, step: int) -> List[str]:
-        """Notes that who has not answered, and can be busy, is so from now on.
-
-        Returns:
-            The events that say so.
-        """
-        busy = [a for a in self._awaited if self._externals.declares(a, BUSY)]
-        for actuator in busy:
-            self._acting[actuator] = replace(self._acting[actuator], is_busy=True)
-        return [event(actuator, BUSY, step) for actuator in busy]
-
-    def goes_on(self, actuator: str) -> bool:
-        """Whether an actuator was busy in the step before, so that it is told nothing new."""
-        one = self._acting.get(actuator)
-        return one is not None and one.goes_on
-
-    def acts(self, actuator: str) -> None:
-        """Notes that an actuator was told to act: what it answered was to another action."""
-        now = self._environment.now()
-        self._acting[actuator] = Acting(now, now)
-
-    def can_be_aborted(self, actuator: str) -> bool:
-        """Whether an actuator that can be busy has not answered; may ask the planner."""
-        one = self._acting.get(actuator)
-        acts = one is not None and one.answer is None
-        return acts and self._externals.declares(actuator, BUSY)
-
-    def is_acting(self, actuator: str) -> bool:
-        """Whether an actuator acts in the current step, or has answered in it."""
-        return actuator in self._acting
-
-    def silent(self) -> List[Tuple[str, float]]:
-        """Returns the actuators without an answer, and for how many seconds they were told to act.
-
-        One whose time is over is none of them.
-        """
-        now = self._environment.now()
-        return [(actuator, now - one.began) for actuator, one in self._silent()]
-
-    def overdue(self, seconds: float) -> List[str]:
-        """Returns the actuators without an answer since so many seconds; each action's once."""
-        now = self._environment.now()
-        late = {name: one for name, one in self._silent() if now - one.began >= seconds}
-        for name, one in late.items():
-            self._acting[name] = replace(one, is_overdue=True)
-        return list(late)
-
-    def late(self, seconds: float) -> List[Tuple[str, float]]:
-        """Returns the actuators without an answer, and for how many seconds they were told to act.
-
-        Args:
-            seconds: Longest silence; each actuator is returned again after so much more of it.
-        """
-        now = self._environment.now()
-        late = []
-        for actuator, one in self._silent():
-            if now - one.reminded >= seconds:
-                self._acting[actuator] = replace(one, reminded=now)
-                late.append((actuator, now - one.began))
-        return late
-
-    def _silent(self) -> List[Tuple[str, Acting]]:
-        return [
-            (actuator, one)
-            for actuator, one in self._acting.items()
-            if one.answer is None and not one.is_overdue
-        ]
 
     def note_goals(self) -> None:
         """Takes note that goals wait for which there is a slot."""

@@ -7,6 +7,7 @@ from rosoclingo.errors import PlannerError
 from rosoclingo.loop import diagnosis
 from rosoclingo.loop.added import HAS, SEEN
 from rosoclingo.loop.atoms import Plan
+from rosoclingo.loop.journal import PlanFound
 from rosoclingo.loop.state import State
 
 _FIRST_DOUBT = 8  # searches without a plan, after which the program itself is looked at
@@ -25,13 +26,38 @@ def search(state: State) -> None:
     state.result = outcome.result
     if outcome.result is Result.SAT:
         _look(state, outcome)
-        state.found(Plan(outcome.symbols), is_best=not outcome.interrupted)
+        take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
     elif outcome.result is Result.UNSAT and state.planner.needed is not None:
         state.failures = 0  # there is a plan, for a horizon farther away
     elif outcome.result is Result.UNSAT:
         state.failures += 1
         if _is_in_doubt(state) and diagnosis.mend_contradiction(state):
             state.result = None  # search again
+
+
+def take_plan(state: State, plan: Plan, is_best: bool = True) -> None:
+    """Takes a new plan.
+
+    Args:
+        state: What is known.
+        plan: The plan.
+        is_best: Whether the search was through, and did not end because of its time; what is
+            known of its quality may say that a search before was not.
+    """
+    quality = state.planner.quality
+    is_best = is_best if quality is None else quality.is_best
+    state.plan, state.shows_plan = plan, True
+    state.externals.told.clear()
+    state.planned, state.tries, state.after_message = state.horizon, 0, False
+    state.failures = 0
+    state.waiting.end_planning()
+    state.note(PlanFound(tuple(map(str, state.ahead())), is_best, quality))
+    state.goals.tell(f"plan {state.horizon} step{'' if state.horizon == 1 else 's'}")
+    for slot, line in plan.feedback():
+        goal = state.goals.occupant(slot)
+        if goal is not None:
+            goal.tell(line)
+    state.timing.tell_clients()
 
 
 def _is_in_doubt(state: State) -> bool:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
+from dataclasses import dataclass
+from typing import Callable, Dict, List, Optional, Tuple
 
-from rosclingo.errors import shorten
-from rosclingo.wire.commands import Result
-from rosclingo.wire.term_text import last_number
-from rosoclingo.errors import PlannerError
 from rosoclingo.loop import journal
-from rosoclingo.loop.arrivals import EXPECTED, Arrival, Arrivals, ArrivalsState
-from rosoclingo.loop.atoms import SAVE, Action, Plan, event
+from rosoclingo.loop.acting import Acting
+from rosoclingo.loop.arrivals import Arrival, Arrivals, ArrivalsState
+from rosoclingo.loop.atoms import event
 from rosoclingo.loop.durations import Durations, DurationsState
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.externals import ExternalsState, PlannerExternals
@@ -19,47 +16,12 @@ from rosoclingo.loop.goals import STATUSES, Goal, GoalClient, Goals, GoalsSnapsh
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.mail import Mail, MailSnapshot
 from rosoclingo.loop.planner import Planner, PlannerState
+from rosoclingo.loop.progress import Progress
 from rosoclingo.loop.snapshot import take_over
+from rosoclingo.loop.timing import Timing
 from rosoclingo.loop.tokens import Tokens, TokensState
 from rosoclingo.loop.waiting import Waiting
-from rosoclingo.loop.words import ABORT, BUSY, INFO, SUCCESS, TIMEOUT, UNKNOWN
-
-_MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
-_MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step
-
-
-@dataclass
-class Progress:
-    """How far the run is: what :class:`State` itself has to be saved.
-
-    Attributes:
-        plan: The last plan found.
-        shows_plan: Whether the plan's steps are those that are counted now.
-        step: The current step: that of the last ``status_update`` or ``commit_actions``.
-        horizon: The step T for which ``query(T)`` was made true last.
-        result: The result of the last command, if that was a search.
-        ended: Whether the loop is through with its work.
-        planned: The horizon of the last plan since the planner was initialised; -1 without one.
-        failures: How many searches in a row have found that there is no plan.
-        visible: What of that which has to be seen, an answer set of the planner has shown.
-        after_message: Whether a message was told since the last search.
-        tries: How often it was looked for the reason why there is no plan, since there was one.
-    """
-
-    plan: Plan = field(default_factory=Plan)
-    shows_plan: bool = False
-    step: int = 0
-    horizon: int = 0
-    result: Optional[Result] = None
-    ended: bool = False
-    planned: int = -1
-    failures: int = 0
-    visible: Set[str] = field(default_factory=set)
-    after_message: bool = False
-    tries: int = 0
-    _again: Optional[List[str]] = None  # what the planner is to begin with next
-    _published: Set[Action] = field(default_factory=set)  # since the last reset
-    _warned: Set[str] = field(default_factory=set)  # the kinds of what is said once
+from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -91,10 +53,13 @@ class State(Progress):
         externals: What is known of the planner's externals.
         goals: The goals.
         tokens: What each actuator was told to do last.
+        acting: Who acts in the step.
         mail: What has come from outside.
         arrivals: When goals will be served.
         durations: How long actions have taken.
-        waiting: How it is waited for that.
+        timing: What follows from these two.
+        waiting: How it is waited for what comes.
+        begin_mode: Has the mode begin again, so that it initialises the planner next.
         environment: Where actions and log messages go.
         abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
     """
@@ -124,7 +89,7 @@ class State(Progress):
         """
         super().__init__()
         self.abort_unreachable = abort_unreachable
-        self._begin_mode = begin_mode
+        self.begin_mode = begin_mode
         self.planner = planner
         self.environment = environment
         self.externals = PlannerExternals(planner)
@@ -134,22 +99,35 @@ class State(Progress):
         planner.recorded, planner.note = inbox, self.note
         self.arrivals = Arrivals()
         self.durations = Durations()
+        self.timing = Timing(
+            self.arrivals,
+            self.durations,
+            progress=self,
+            goals=self.goals,
+            externals=self.externals,
+            tokens=self.tokens,
+            inbox=inbox,
+            environment=environment,
+            note=self.note,
+        )
+        self.acting = Acting(self.externals, environment)
         self.mail = Mail(
             inbox,
             self.goals,
             self.externals,
             self.tokens,
-            environment,
+            self.acting,
+            environment=environment,
             note=self.note,
-            answered=self.answered,
+            answered=self.timing.end_action,
         )
         self.waiting = Waiting(
             self.mail,
+            self.acting,
             self.goals,
             environment,
             self.note,
-            improve=self.improve,
-            correct=self.correct_arrivals,
+            correct=self._correct_arrivals,
             check=check,
             action_timeout=action_timeout,
         )
@@ -191,43 +169,16 @@ class State(Progress):
             self.environment.show_told(self.tokens.run, self.tokens.told)
         return goals
 
-    def begin(self, slots: Sequence[str]) -> None:
-        """Takes note that the planner is initialised: nothing has happened yet.
-
-        Args:
-            slots: The ids that the planner has for goals.
-        """
-        again, self._again = self._again, None
-        self.goals.set_slots(slots, keep=again is not None)
-        self.externals.begin(self.goals.slots)
-        self.mail.begin(keep=again is not None)
-        if self.mail.dynamic and not self.goals.slots:
-            self.mail.rejection = "the planner's encoding has no slots for goals, rslot(ID)"
-            self.goals.end_waiting("rejected", self.mail.rejection)
-        self.step = self.horizon = 0
-        self.plan, self.shows_plan = Plan(), False
-        self.planned, self.failures = -1, 0
-        self.visible.clear()
-        self.durations.told.clear()
-        self._published.clear()
-        self._free_slots()
-        if again:
-            self.externals.make_true(again)
-
     @property
     def needed_horizon(self) -> Optional[int]:
         """The horizon that the plan needs, if that is beyond the one that is asked for."""
         needed = self.planner.needed
         return needed if needed is not None and needed > self.horizon else None
 
-    def saved(self) -> List[str]:
-        """Returns the events ``event(save,F,0)`` that the planner is to begin with."""
-        return [atom for atom in self._again or () if atom.startswith(SAVE)]
-
     def warn_once(self, kind: str, text: str) -> None:
         """Logs a warning, but only the first of its kind."""
-        if kind not in self._warned:
-            self._warned.add(kind)
+        if not self.has_warned(kind):
+            self.note_warned(kind)
             self.environment.warn(text)
 
     def note(self, event: journal.Event) -> None:
@@ -273,82 +224,21 @@ class State(Progress):
                     self.goals.remove(goal)
                 else:
                     self.arrivals.place(slot, goal.came)
-        self._tell_durations(step)
+        self.timing.tell_planner(step)
         self.goals.tell_positions()
-        if self.mail.is_over:
-            self.externals.make_true(self.mail.end_step(step))
+        if self.acting.is_over:
+            self.externals.make_true(self.acting.end_step(step))
 
     def _assign_pending_messages(self, step: int) -> None:
         messages = self.mail.take_messages(step)
         new = {atom: pair for atom, pair in messages.items() if not self.externals.is_true(atom)}
-        answers = [atom for atom, (source, _) in new.items() if self.mail.is_acting(source)]
+        answers = [atom for atom, (source, _) in new.items() if self.acting.actor(source)]
         others = [atom for atom in new if atom not in answers]
         self.after_message |= bool(others)
         missing = self.externals.make_true(answers) + self.externals.make_true(
             others, from_outside=True
         )
         self.mail.drop([(*new[atom], reason) for atom, reason in missing])
-
-    def _tell_durations(self, step: int) -> None:
-        """Tells the planner which actions take longer or shorter than it believes."""
-        for kind, seconds in self.durations.news():
-            content = f"lasts({kind},{seconds})"
-            if self.externals.declares(INFO, content):
-                self.externals.make_true([event(INFO, content, step)])
-                self.durations.told[kind] = seconds
-            else:
-                self.durations.unknown.add(kind)
-
-    def can_begin_again(self) -> bool:
-        """Whether the planner can begin again with what it knew before the current step."""
-        can = self.mail.dynamic and self.planned >= 0 and self.externals.can_be_saved()
-        return can and bool(self.known())
-
-    def known(self) -> List[str]:
-        """Returns what held before the current step, as the events of a beginning."""
-        if self.step == 0:
-            return self.externals.saved
-        return [event("save", fluent, 0) for fluent in self._fluents(self.step - 1)]
-
-    def _fluents(self, step: int) -> List[str]:
-        """Returns what the plan says that holds in a step.
-
-        An encoding that is told its events shows that only for the step of the search. After it
-        there may be steps without actions, which change nothing.
-        """
-        if self.planner.demand.tells:
-            return self.plan.last_fluents(step)
-        return self.plan.fluents(step)
-
-    def known_to_hold(self) -> Optional[Tuple[int, List[str]]]:
-        """Returns the last step gone by after which it is known what holds, and what that is.
-
-        Returns:
-            None if that is not known, or could not be told by events ``event(save,F,0)``.
-        """
-        if not self.shows_plan:
-            return None
-        new = (last_number(atom) or 0 for atom in self.externals.told)
-        step = min([self.step, *new]) - 1
-        if self.planner.demand.tells:
-            step = self.plan.last_shown(step)
-        fluents = self.plan.fluents(step)
-        if not fluents or not self.externals.can_save(fluents):
-            return None
-        return step, fluents
-
-    def begin_again(self) -> None:
-        """Begins the mode again, and the planner with what it knew before the current step.
-
-        Goals stay as they are; those that came in this step are told again.
-        """
-        again = self.known()
-        for goal in self.goals.open:
-            for content in (goal.request, "cancel"):
-                if self.externals.is_true(event(goal.slot or "", content, self.step)):
-                    again.append(event(goal.slot or "", content, 0))
-        self._again = again
-        self._begin_mode()
 
     def move_to(self, step: int) -> List[str]:
         """Makes a step the current one.
@@ -358,26 +248,20 @@ class State(Progress):
         """
         if step == self.step:
             return []
-        busy = self.mail.end_step(self.step)
-        self.mail.begin_step()
-        self._free_slots()
+        busy = self.acting.end_step(self.step)
+        self.mail.messages += self.acting.begin_step()
+        self.free_slots()
         gone = range(self.step, step)
         self.step = step
         tells = self.externals.declares("info", "passed")
         return [*busy, *(event("info", "passed", past) for past in gone if tells)]
 
-    def _free_slots(self) -> None:
+    def free_slots(self) -> None:
+        """Has goals that have ended give up their slots, as a step begins."""
         self.waiting.reminded = False
         self.goals.free_slots()
         if self.goals.waiting and self.goals.has_free_slot():
             self.mail.note_goals()
-
-    def dispatch(self, actions: Sequence[Action]) -> None:
-        """Gives actions their tokens, and shows them; they are committed next."""
-        for action in actions:
-            self.tokens.begin(action)
-        if actions:
-            self.show_told()
 
     def show_told(self) -> None:
         """Shows what each actuator was told last, if that or its answer is new."""
@@ -385,115 +269,9 @@ class State(Progress):
             self.tokens.changed = False
             self.environment.show_told(self.tokens.run, self.tokens.told)
 
-    def split(self, actions: Sequence[Action]) -> Tuple[List[Action], List[Action]]:
-        """Returns which actions are new, and which repeat what busy actuators do.
-
-        Raises:
-            PlannerError: A busy actuator has another one.
-        """
-        repeated = [action for action in actions if self.mail.goes_on(action.actuator)]
-        for action in repeated:
-            doing = self.tokens.last[action.actuator].action
-            if action.name != doing:
-                raise PlannerError(
-                    f"the plan has {shorten(str(action))}, and {shorten(action.actuator)} is still "
-                    f"busy with {shorten(doing)}: an encoding that declares "
-                    f"#external {shorten(event(action.actuator, BUSY, self.step))} has to repeat "
-                    "that, after a reset too; see docs/protocol.md, Steps without a barrier"
-                )
-        return [action for action in actions if action not in repeated], repeated
-
-    def commit(self, action: Action) -> None:
-        """Sends an action, which its actuator is to answer, and remembers it as published."""
-        self.commit_again(action)
-        self.mail.acts(action.actuator)
-        self.arrivals.begin(action, self.plan, self.environment.world_now())
-        self.environment.publish(action.actuator, action.name)
-        self.note(journal.ActionPublished(action.actuator, action.name))
-
-    def commit_again(self, action: Action) -> None:
-        """Remembers an action as published that its actuator has been told before."""
-        self._published.add(action)
-
-    def publish_abort(self, actuator: str) -> None:
-        """Tells an actuator to end what it does, once in a step; nobody answers that."""
-        abort = Action(actuator, ABORT, self.step)
-        if abort not in self._published and not self.tokens.is_aborted(actuator):
-            self._published.add(abort)
-            self.tokens.abort(actuator)
-            self.show_told()
-            self.environment.publish(actuator, abort.name)
-
-    def is_published(self, action: Action) -> bool:
-        """Whether an action was published since the last reset."""
-        return action in self._published
-
-    def found(self, plan: Plan, is_best: bool = True) -> None:
-        """Takes a new plan.
-
-        Args:
-            plan: The plan.
-            is_best: Whether the search was through, and did not end because of its time; what is
-                known of its quality may say that a search before was not.
-        """
-        quality = self.planner.quality
-        is_best = is_best if quality is None else quality.is_best
-        self.plan, self.shows_plan = plan, True
-        self.externals.told.clear()
-        self.planned, self.tries, self.after_message = self.horizon, 0, False
-        self.failures = 0
-        self.waiting.end_planning()
-        self.note(journal.PlanFound(tuple(map(str, self.ahead())), is_best, quality))
-        self.goals.tell(f"plan {self.horizon} step{'' if self.horizon == 1 else 's'}")
-        for slot, line in plan.feedback():
-            goal = self.goals.occupant(slot)
-            if goal is not None:
-                goal.tell(line)
-        self.tell_arrivals()
-
-    def answered(self, actuator: str, value: str) -> None:
-        """Takes note of the answer to an action, which the planner is told later.
-
-        If it is a success, and the encoding has said what such actions are called, it is learned
-        how long it took; not if the clock stands still.
-        """
-        done = self.arrivals.end(actuator)
-        is_aborted = self.tokens.is_aborted(actuator)
-        if done is None or not done.kind or value != SUCCESS or is_aborted:
-            return
-        number = self.tokens.last[actuator].number
-        measured = max(0.0, self.environment.world_now() - done.began)
-        seconds = self.mail.inbox.measured(number, measured)
-        if seconds:
-            self.note(journal.ActionTook(actuator, done.kind, number, seconds))
-            self.durations.learn(done.kind, done.seconds, seconds)
-
-    def tell_arrivals(self, moved: float = _MOVED_STEP_SECONDS) -> None:
-        """Tells clients when their goals will be served, if that is not what they were told.
-
-        That depends on the time, and nothing else depends on it.
-
-        Args:
-            moved: By how many seconds a time has to have moved.
-        """
-        now, told = self.environment.world_now(), self.arrivals.told
-        plan = self.plan if self.shows_plan else Plan()
-        times = self.arrivals.expected(plan, self.step, self._published, now)
-        for slot in set(told).difference(times):
-            del told[slot]
-        for goal in self.goals.open:
-            slot = goal.slot or ""
-            time = times.get(slot)
-            if time is None or (slot in told and abs(time - told[slot]) < moved):
-                continue
-            told[slot] = time
-            for line in self.arrivals.lines(plan, slot, time, now):
-                goal.tell(line, again=line.startswith(EXPECTED))
-
-    def correct_arrivals(self) -> None:
-        """Does the same while actions go on that should have ended, and shows it."""
-        if self.arrivals.told:
-            self.tell_arrivals(_MOVED_SECONDS)
+    def _correct_arrivals(self) -> None:
+        """Tells clients what takes longer than they were told, and shows it."""
+        if self.timing.correct():
             self.show_plan()
 
     def show_plan(self) -> None:
@@ -510,52 +288,6 @@ class State(Progress):
         if quality != (self._shown[-1] if self._shown else None):
             self.environment.show_quality(quality)
         self._shown = shown
-
-    def improve(self) -> bool:
-        """Looks for a better plan, as long as nothing comes, if there may be one.
-
-        Called while there is nothing else to do. In a replay it is done if it was done then.
-
-        Returns:
-            Whether it has looked.
-        """
-        inbox = self.mail.inbox
-        if not (
-            inbox.is_search_due(improves=True) if inbox.knows_searches else self._may_improve()
-        ):
-            return False
-        inbox.begin_improving()
-        outcome = self.planner.improve(self.step, self._is_called)
-        if outcome is not None:
-            self.found(Plan(outcome.symbols))
-            if any(not self.is_published(action) for action in self.plan.actions(self.step)):
-                self.waiting.stop()  # they begin at once
-        self.show_plan()
-        return True
-
-    def _may_improve(self) -> bool:
-        """Whether somebody acts by a plan that may not be the best."""
-        planner, quality = self.planner, self.planner.quality
-        may = planner.patience > 0 and planner.demand.improves
-        if not may or quality is None or quality.is_best:
-            return False
-        return self.shows_plan and bool(self.ahead()) and self.mail.pending_actions
-
-    def _is_called(self) -> bool:
-        """Whether something has come that a search for a better plan has to end for."""
-        self.waiting.look_at_actuators()
-        return self.interrupted()
-
-    def ahead(self) -> List[Action]:
-        """Returns the actions of the plan from the current step up to the horizon.
-
-        A plan may have more: after a reset, steps beyond the horizon are still grounded. The steps
-        of a plan from before a reset are others.
-        """
-        if not self.shows_plan:
-            return []
-        actions = self.plan.actions_from(self.step)
-        return [action for action in actions if action.step <= max(self.step, self.horizon)]
 
     def set_status(self, slot: str, word: str) -> None:
         """Sets the status of the goal in a slot as the plan says."""
@@ -578,31 +310,4 @@ class State(Progress):
             f"whether {told.actuator} has done {told.action} is unknown"
             for told in self.tokens.told
             if told.answer in (UNKNOWN, TIMEOUT) and told.step == self.step
-        )
-
-    def reset(self, step: int) -> None:
-        """Makes the fluents of a step the initial ones, and forgets what happened."""
-        if not self.externals.reset(self._fluents(step)) and "reset" not in self._warned:
-            self._warn_of_forgetting(step)
-        self._published.clear()
-        self.mail.reset()
-        self._free_slots()
-        self.goals.some_ended = False
-        self.step = 0
-        self.shows_plan = False
-
-    def _warn_of_forgetting(self, step: int) -> None:
-        if not self.externals.can_be_saved():
-            lacks = "its encoding declares no #external event(save,F,0)"
-        elif not self._fluents(step):
-            if self.plan.last_shown(step) >= 0 or not self.plan.actions_from(0):
-                return  # it may be that nothing holds
-            lacks = f"its answer set shows no holds(F,{step})"
-        else:
-            lacks = "its encoding declares #external event(save,F,0) for other fluents than hold"
-        self.warn_once(
-            "reset",
-            f"a reset keeps nothing of what the planner knows, because {lacks}: for the planner, "
-            "all is as in the beginning again, wherever the robot is; a mode recording needs no "
-            "reset",
         )

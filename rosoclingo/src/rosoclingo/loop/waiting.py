@@ -6,6 +6,7 @@ import time
 from typing import Callable, Optional
 
 from rosoclingo.errors import ShutdownError
+from rosoclingo.loop.acting import Acting
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goals
 from rosoclingo.loop.inbox import Message
@@ -30,11 +31,11 @@ class Waiting:
     def __init__(
         self,
         mail: Mail,
+        acting: Acting,
         goals: Goals,
         environment: Environment,
         note: Callable[[Event], None],
         *,
-        improve: Callable[[], bool],
         correct: Callable[[], None],
         check: Callable[[], None],
         action_timeout: float,
@@ -43,11 +44,10 @@ class Waiting:
 
         Args:
             mail: What has come.
+            acting: Who acts in the step.
             goals: The goals.
             environment: Where warnings go.
             note: Adds an event to the journal.
-            improve: Called when there is nothing to do: does what is worth doing then, until
-                something comes, and returns whether there was anything.
             correct: Called now and then; tells clients what takes longer than they were told.
             check: Called now and then; raises an error if a solver went away.
             action_timeout: From when on nobody waits for an action's answer, in seconds since
@@ -55,10 +55,10 @@ class Waiting:
         """
         self.reminded = False
         self._mail = mail
+        self._acting = acting
         self._goals = goals
         self._environment = environment
         self._note = note
-        self._improve = improve
         self._correct = correct
         self._check = check
         self._action_timeout = action_timeout
@@ -66,23 +66,25 @@ class Waiting:
         self._look_at = 0.0  # when it is time to look again
         self._planning_since: Optional[float] = None
 
-    def wait(self, step: int) -> None:
+    def wait(self, step: int, improve: Callable[[], bool]) -> None:
         """Waits for something that the controller does not know of.
 
         Args:
             step: The current step.
+            improve: Called when there is nothing to do: does what is worth doing then, until
+                something comes, and returns whether there was anything.
 
         Raises:
             ShutdownError: The node is shutting down.
             RosclingoError: A solver went away.
         """
         mail = self._mail
-        while mail.inbox.is_search_due(improves=True) and self._improve():
+        while mail.inbox.is_search_due(improves=True) and improve():
             pass  # a replay has what came then already
         mail.take(may_ask=True)
         if self._is_told_to_stop():
             return
-        if not (mail.pending_actions or mail.has_news):
+        if not (self._acting.pending_actions or mail.has_news):
             line = f"waiting in step {step}: the plan has no action for now"
             told = self._goals.tell(line)
             if told:
@@ -94,7 +96,7 @@ class Waiting:
             if not noted:
                 noted = True
                 self._note(LoopWaits())
-            if self._improve():
+            if improve():
                 if self._is_told_to_stop():
                     return
                 continue
@@ -125,13 +127,13 @@ class Waiting:
             return
         self._look_at = self._environment.now() + LOOK_SECONDS
         self._correct()
-        for actuator, seconds in self._mail.late(_REMINDER_SECONDS):
+        for actuator, seconds in self._acting.late(_REMINDER_SECONDS):
             self._environment.warn(
                 f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "
                 "run, and does its terminal say why it waits?"
             )
         if self._action_timeout > 0:
-            for actuator in self._mail.overdue(self._action_timeout):
+            for actuator in self._acting.overdue(self._action_timeout):
                 self._environment.warn(
                     f"{actuator} has not answered for {self._action_timeout:g} s "
                     "(~action_timeout): nobody waits for it any more"
@@ -146,7 +148,7 @@ class Waiting:
         """
         goals = self._goals
         has_slot = goals.waiting and goals.has_free_slot(next_step=True)
-        if self._mail.pending_actions or not (has_slot or self._mail.keeps_answers):
+        if self._acting.pending_actions or not (has_slot or self._acting.keeps_answers):
             return False
         if not self.reminded:
             self.reminded = True

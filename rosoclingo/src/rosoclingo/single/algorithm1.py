@@ -21,6 +21,7 @@ from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.controller import Info
 from rosoclingo.loop.goals import Stage as GoalStage
+from rosoclingo.loop.publishing import publish_abort
 from rosoclingo.loop.snapshot import decode, encode
 from rosoclingo.loop.state import State
 from rosoclingo.single.dialects import Dialect2, PaperDialect
@@ -238,7 +239,7 @@ def commands_for(
             """Publishes the actions of a step that are not published yet, and its aborts."""
             super().commit_actions(step)
             for actuator in self.state.plan.aborts(step.number):
-                self.state.publish_abort(actuator)
+                publish_abort(self.state, actuator)
 
     class PaperCommands(Commands):
         """Of an encoding that does not say how goals end: they do when the plan is through."""

@@ -17,6 +17,7 @@ from rosclingo.wire.commands import (
 from rosclingo.wire.term_text import last_number, number, split_term
 from rosoclingo.loop.added import SLOT_PART
 from rosoclingo.loop.atoms import SAVE, event, query
+from rosoclingo.loop.beginning import known_to_hold
 from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.state import State
 
@@ -75,11 +76,11 @@ class Situation:
             last=max([last or 0, state.step, state.horizon, *externals.grounded]),
             goals=tuple((goal.slot or "", goal.request) for goal in goals.open),
             queued=tuple(goal.request for goal in unplaced if goal.stage is not Stage.ENDED),
-            silent=tuple(state.mail.silent()),
+            silent=tuple(state.acting.silent()),
             others=tuple(atom for atom in externals.kept if atom != query(state.horizon)),
             tells=state.planner.demand.tells,
         )
-        known = state.known_to_hold() if state.step > _HISTORY else None
+        known = known_to_hold(state) if state.step > _HISTORY else None
         return situation if known is None else situation.since(*known)
 
     def since(self, step: int, fluents: Iterable[str]) -> Situation:

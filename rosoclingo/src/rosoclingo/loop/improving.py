@@ -1,0 +1,43 @@
+"""The search for a better plan, while there is nothing else to do."""
+
+from __future__ import annotations
+
+from rosoclingo.loop.atoms import Plan
+from rosoclingo.loop.search import take_plan
+from rosoclingo.loop.state import State
+
+
+def improve(state: State) -> bool:
+    """Looks for a better plan, as long as nothing comes, if there may be one.
+
+    Called while there is nothing else to do. In a replay it is done if it was done then.
+
+    Returns:
+        Whether it has looked.
+    """
+    inbox = state.mail.inbox
+    if not (inbox.is_search_due(improves=True) if inbox.knows_searches else _may_improve(state)):
+        return False
+    inbox.begin_improving()
+    outcome = state.planner.improve(state.step, lambda: is_called(state))
+    if outcome is not None:
+        take_plan(state, Plan(outcome.symbols))
+        if any(not state.is_published(action) for action in state.plan.actions(state.step)):
+            state.waiting.stop()  # they begin at once
+    state.show_plan()
+    return True
+
+
+def _may_improve(state: State) -> bool:
+    """Whether somebody acts by a plan that may not be the best."""
+    planner, quality = state.planner, state.planner.quality
+    may = planner.patience > 0 and planner.demand.improves
+    if not may or quality is None or quality.is_best:
+        return False
+    return state.shows_plan and bool(state.ahead()) and state.acting.pending_actions
+
+
+def is_called(state: State) -> bool:
+    """Whether something has come that a search for a better plan has to end for."""
+    state.waiting.look_at_actuators()
+    return state.interrupted()

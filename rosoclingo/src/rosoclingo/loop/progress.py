@@ -1,0 +1,102 @@
+"""How far a run is: the plan, the step, and what was published."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import AbstractSet, List, Optional, Set
+
+from rosclingo.wire.commands import Result
+from rosoclingo.loop.atoms import SAVE, Action, Plan
+
+
+@dataclass
+class Progress:
+    """How far a run is: what of :class:`.State` itself is saved.
+
+    Attributes:
+        plan: The last plan found.
+        shows_plan: Whether the plan's steps are those that are counted now.
+        step: The current step: that of the last ``status_update`` or ``commit_actions``.
+        horizon: The step T for which ``query(T)`` was made true last.
+        result: The result of the last command, if that was a search.
+        ended: Whether the loop is through with its work.
+        planned: The horizon of the last plan since the planner was initialised; -1 without one.
+        failures: How many searches in a row have found that there is no plan.
+        visible: What of that which has to be seen, an answer set of the planner has shown.
+        after_message: Whether a message was told since the last search.
+        tries: How often it was looked for the reason why there is no plan, since there was one.
+    """
+
+    plan: Plan = field(default_factory=Plan)
+    shows_plan: bool = False
+    step: int = 0
+    horizon: int = 0
+    result: Optional[Result] = None
+    ended: bool = False
+    planned: int = -1
+    failures: int = 0
+    visible: Set[str] = field(default_factory=set)
+    after_message: bool = False
+    tries: int = 0
+    _again: Optional[List[str]] = None  # what the planner is to begin with next
+    _published: Set[Action] = field(default_factory=set)  # since the last reset
+    _warned: Set[str] = field(default_factory=set)  # the kinds of what is said once
+
+    def begin_with(self, events: List[str]) -> None:
+        """Takes note of the events that the planner is to begin with when it begins again."""
+        self._again = events
+
+    def saved(self) -> List[str]:
+        """Returns the events ``event(save,F,0)`` that the planner is to begin with."""
+        return [atom for atom in self._again or () if atom.startswith(SAVE)]
+
+    def take_beginning(self) -> Optional[List[str]]:
+        """Returns the events that the planner begins with, once; None if it begins anew."""
+        again, self._again = self._again, None
+        return again
+
+    def begin_steps(self) -> None:
+        """Takes note that the planner is initialised: nothing has happened yet."""
+        self.step = self.horizon = 0
+        self.plan, self.shows_plan = Plan(), False
+        self.planned, self.failures = -1, 0
+        self.visible.clear()
+        self._published.clear()
+
+    def forget_steps(self) -> None:
+        """Takes note of a reset: the current step is step 0, and those of the plan are others."""
+        self._published.clear()
+        self.step = 0
+        self.shows_plan = False
+
+    def ahead(self) -> List[Action]:
+        """Returns the actions of the plan from the current step up to the horizon.
+
+        A plan may have more: after a reset, steps beyond the horizon are still grounded. The steps
+        of a plan from before a reset are others.
+        """
+        if not self.shows_plan:
+            return []
+        actions = self.plan.actions_from(self.step)
+        return [action for action in actions if action.step <= max(self.step, self.horizon)]
+
+    @property
+    def published(self) -> AbstractSet[Action]:
+        """Which actions were published since the last reset."""
+        return self._published
+
+    def is_published(self, action: Action) -> bool:
+        """Whether an action was published since the last reset."""
+        return action in self._published
+
+    def note_published(self, action: Action) -> None:
+        """Remembers an action as published."""
+        self._published.add(action)
+
+    def has_warned(self, kind: str) -> bool:
+        """Whether a warning of a kind was logged, which is said once."""
+        return kind in self._warned
+
+    def note_warned(self, kind: str) -> None:
+        """Remembers a kind of warning as logged."""
+        self._warned.add(kind)

@@ -1,0 +1,123 @@
+"""What follows from how long actions take: what clients are told, and what the planner learns."""
+
+from __future__ import annotations
+
+from typing import Callable
+
+from rosoclingo.loop.arrivals import EXPECTED, Arrivals
+from rosoclingo.loop.atoms import Plan, event
+from rosoclingo.loop.durations import Durations
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.externals import PlannerExternals
+from rosoclingo.loop.goals import Goals
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.journal import ActionTook, Event
+from rosoclingo.loop.progress import Progress
+from rosoclingo.loop.tokens import Tokens
+from rosoclingo.loop.words import INFO, SUCCESS
+
+_MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
+_MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step
+
+
+class Timing:
+    """Tells clients when goals will be served, and the planner how long actions take.
+
+    Only the loop's thread uses it, or who asks whether its search is to stop.
+    """
+
+    def __init__(
+        self,
+        arrivals: Arrivals,
+        durations: Durations,
+        *,
+        progress: Progress,
+        goals: Goals,
+        externals: PlannerExternals,
+        tokens: Tokens,
+        inbox: Inbox,
+        environment: Environment,
+        note: Callable[[Event], None],
+    ) -> None:
+        """Tells nobody yet.
+
+        Args:
+            arrivals: When goals will be served.
+            durations: How long actions have taken.
+            progress: The plan, and the step.
+            goals: The goals.
+            externals: What the planner's encoding knows.
+            tokens: What each actuator was told to do last.
+            inbox: Knows in a replay how long actions took.
+            environment: Where the clock of the world is.
+            note: Adds an event to the journal.
+        """
+        self._arrivals = arrivals
+        self._durations = durations
+        self._progress = progress
+        self._goals = goals
+        self._externals = externals
+        self._tokens = tokens
+        self._inbox = inbox
+        self._environment = environment
+        self._note = note
+
+    def end_action(self, actuator: str, value: str) -> None:
+        """Takes note of the answer to an action, which the planner is told later.
+
+        If it is a success, and the encoding has said what such actions are called, it is learned
+        how long it took; not if the clock stands still.
+        """
+        done = self._arrivals.end(actuator)
+        is_aborted = self._tokens.is_aborted(actuator)
+        if done is None or not done.kind or value != SUCCESS or is_aborted:
+            return
+        number = self._tokens.last[actuator].number
+        measured = max(0.0, self._environment.world_now() - done.began)
+        seconds = self._inbox.measured(number, measured)
+        if seconds:
+            self._note(ActionTook(actuator, done.kind, number, seconds))
+            self._durations.learn(done.kind, done.seconds, seconds)
+
+    def tell_planner(self, step: int) -> None:
+        """Tells the planner which actions take longer or shorter than it believes."""
+        for kind, seconds in self._durations.news():
+            content = f"lasts({kind},{seconds})"
+            if self._externals.declares(INFO, content):
+                self._externals.make_true([event(INFO, content, step)])
+                self._durations.told[kind] = seconds
+            else:
+                self._durations.unknown.add(kind)
+
+    def tell_clients(self, moved: float = _MOVED_STEP_SECONDS) -> None:
+        """Tells clients when their goals will be served, if that is not what they were told.
+
+        That depends on the time, and nothing else depends on it.
+
+        Args:
+            moved: By how many seconds a time has to have moved.
+        """
+        now, told, progress = self._environment.world_now(), self._arrivals.told, self._progress
+        plan = progress.plan if progress.shows_plan else Plan()
+        times = self._arrivals.expected(plan, progress.step, progress.published, now)
+        for slot in set(told).difference(times):
+            del told[slot]
+        for goal in self._goals.open:
+            slot = goal.slot or ""
+            time = times.get(slot)
+            if time is None or (slot in told and abs(time - told[slot]) < moved):
+                continue
+            told[slot] = time
+            for line in self._arrivals.lines(plan, slot, time, now):
+                goal.tell(line, again=line.startswith(EXPECTED))
+
+    def correct(self) -> bool:
+        """Tells clients while actions go on that should have ended.
+
+        Returns:
+            Whether a client was told a time before.
+        """
+        if not self._arrivals.told:
+            return False
+        self.tell_clients(_MOVED_SECONDS)
+        return True
