@@ -15,6 +15,8 @@ from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import run as run_check
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.plan import run
+from rosoclingo.drawing.errors import GraphError
+from rosoclingo.drawing.graph import read_graph
 from rosoclingo.loop.planner import Planner
 from rosoclingo.store.started_with import started_with
 
@@ -72,6 +74,14 @@ def test_the_events_of_an_encoding_that_is_told(tmp_path: Path) -> None:
     file.write_text("&diff { ready-0 } >= 1.")
     options = parse_options(["-f", f"{EXAMPLES}/line_demand.lp", "-f", str(file), "--theory=dl"])
     assert "visit(1)" in read_alphabet(options).requests
+
+
+def test_the_map_of_an_encoding(tmp_path: Path) -> None:
+    file = tmp_path / "map.lp"
+    file.write_text("connection(a,b). position((a;b),10,0). &diff { ready-0 } >= 1.")
+    assert read_graph([str(file)], (), "dl").edges == (("a", "b"),)
+    with pytest.raises(GraphError, match="no definition found"):
+        read_graph([str(file)])
 
 
 def test_without_the_option(seconds: str) -> None:
