@@ -320,6 +320,16 @@ def test_control(page: Page) -> None:
     )
 
 
+@of("rosclingo/README.md", "Difference constraints")
+def test_difference_constraints(page: Page) -> None:
+    page.type("roscore")
+    page.type("run.py")
+    said = page.run("istart.py")
+    assert "solving with horizon 21\n##### result\nresult: sat\n" in said
+    assert "'dl(begin(join),17)'" in said
+    assert said.count(",knife)") == 1
+
+
 @of("rosclingo/README.md", "Use it from Python")
 def test_use_it_from_python(page: Page) -> None:
     (page.folder / "a.lp").write_text(

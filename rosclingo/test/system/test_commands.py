@@ -321,15 +321,19 @@ def seconds_computed(node: Terminal) -> float:
         (["--no-such-option"], ["--no-such-option", "unknown option"]),
         (["-f", "wrong.lp"], ["wrong.lp:2:3-4: error: syntax error"]),
         (["-f", "unsafe.lp"], ["unsafe.lp:1:3-4", "unsafe"]),
+        (["--theory", "lp"], ["--theory does not know 'lp'", "it knows dl"]),
+        (["--theory", "dl"], ["--theory dl", "python -m pip install clingo-dl"]),
     ],
 )
 def test_bad_start(tmp_path: Path, arguments: List[str], pieces: List[str]) -> None:
     """Needs no master: what is wrong is said at once."""
     (tmp_path / "wrong.lp").write_text("a.\nb c.\n")
     (tmp_path / "unsafe.lp").write_text("a(X).\n")
+    (tmp_path / "clingodl.py").write_text("raise ImportError\n")  # as if it were not installed
     ended = subprocess.run(
         ["rosrun", "rosclingo", "run.py", *arguments],
         cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": f"{tmp_path}:{os.environ['PYTHONPATH']}"},
         capture_output=True,
         text=True,
         timeout=TIMEOUT,

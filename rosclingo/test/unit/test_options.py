@@ -9,7 +9,7 @@ import pytest
 
 from rosclingo.errors import OptionsError
 from rosclingo.solver.engine import Engine
-from rosclingo.solver.options import USAGE, Options, constants, parse_options
+from rosclingo.solver.options import USAGE, Options, arguments, constants, parse_options
 from rosclingo.wire.commands import Ground, Part
 
 
@@ -50,6 +50,17 @@ def test_files(arguments: List[str], files: Tuple[str, ...]) -> None:
     assert parse_options(arguments) == Options(files=files)
 
 
+@pytest.mark.parametrize("words", [["--theory", "dl"], ["--theory=dl"]])
+def test_a_theory(words: List[str]) -> None:
+    assert parse_options([*words, "-t", "2"]) == Options(clingo=("-t", "2"), theory="dl")
+    assert list(arguments(words)) == [("--theory", "dl")]
+
+
+def test_a_theory_without_a_name() -> None:
+    with pytest.raises(OptionsError, match="option --theory needs a name"):
+        parse_options(["--theory="])
+
+
 def test_an_absolute_path(folder: Path) -> None:
     assert parse_options(["-f", str(folder / "a")]).files == (str(folder / "a.lp"),)
 
@@ -71,7 +82,7 @@ def test_a_missing_file_next_to_others(folder: Path) -> None:
         parse_options(["-f", str(folder / "nowhere" / "missing.lp")])
 
 
-@pytest.mark.parametrize("option", ["-f", "--file", "-c", "--const"])
+@pytest.mark.parametrize("option", ["-f", "--file", "-c", "--const", "--theory"])
 def test_a_missing_value(option: str) -> None:
     with pytest.raises(OptionsError, match=f"option {option} needs a value"):
         parse_options(["-f", "a.lp", option])
@@ -80,8 +91,9 @@ def test_a_missing_value(option: str) -> None:
 @pytest.mark.parametrize("option", ["-h", "--help"])
 def test_help(option: str) -> None:
     assert parse_options(["-f", "a.lp", option, "-f"]).help
-    for piece in ("-f FILE", "--file FILE", "-h, --help", "-c NAME=TERM", "-t N", "~load_path"):
+    for piece in ("-f FILE", "--file FILE", "--theory dl", "-h, --help", "-c NAME=TERM", "-t N"):
         assert piece in USAGE
+    assert "~load_path" in USAGE
 
 
 def test_all_else_is_for_clingo() -> None:

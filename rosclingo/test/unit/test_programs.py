@@ -381,8 +381,8 @@ def test_check_uses_what_is_known() -> None:
     theory = programs.parse_part("p", (), "#theory t { x {}; &y/0 : x, any }.")
     atom = programs.parse_part("q", (), "&y { a }.")
     with pytest.raises(ProgramError, match="no definition found for theory atom"):
-        programs.check(atom, (), ())
-    programs.check(atom, theory.definitions, ())
+        programs.check(atom, (), Options())
+    programs.check(atom, theory.definitions, Options())
 
 
 def test_no_files_do_not_read_standard_input() -> None:

@@ -25,6 +25,7 @@ from rosclingo.solver.controls import Messages, atoms_after, new_control
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Policy, Program
 from rosclingo.solver.terms import parse_term
+from rosclingo.solver.theories import make_theory
 from rosclingo.solver.watch import Watch
 from rosclingo.wire import commands as wire
 
@@ -65,7 +66,7 @@ class Engine:
             rereads: Whether a restart looks whether the files have changed.
 
         Raises:
-            OptionsError: clingo refuses an option.
+            OptionsError: clingo refuses an option, or there is no such theory.
             ProgramError: A file does not parse or is not safe.
         """
         self.policy = policy if policy is not None else default_policy(options)
@@ -172,11 +173,12 @@ class Engine:
         watch: Watch,
         improved: Callable[[wire.Improvement], None],
     ) -> wire.Outcome:
+        self._theory.prepare(self._control)
         best: Optional[List[int]] = None
         symbols: Sequence[clingo.Symbol] = ()
         with self._control.solve(assumptions, yield_=True) as handle:
             for model in handle:
-                symbols = model.symbols(shown=True)
+                symbols = self._theory.symbols(model)
                 cost = model.cost
                 if cost and (best is None or cost < best):
                     best = cost
@@ -217,17 +219,20 @@ class Engine:
         messages = Messages()
         with scripts.using(namespace):
             if program is not last:
-                programs.check(program, (), options.clingo)
+                programs.check(program, (), options)
             control = new_control(options.clingo, messages)
+            theory = make_theory(options.theory)
+            theory.register(control)
             externals = _ExternalValues()
             control.register_observer(externals)
-            program.add_to(control)
+            program.add_to(control, theory)
         if program is not last:
             for remark in program.remarks:
                 self._log(remark)
         self._program = program
         self._scripts = namespace
-        self._control = control
+        self._control = control  # the old one goes before its theory
+        self._theory = theory
         self._messages = messages
         self._externals = externals
         self._parts: Set[Tuple[str, int]] = {("base", 0)} | program.parts
@@ -245,8 +250,8 @@ class Engine:
         self._take(programs.parse_files([command.file], self.policy))
 
     def _take(self, program: Program) -> None:
-        programs.check(program, self._definitions, self._options.clingo)
-        program.add_to(self._control)
+        programs.check(program, self._definitions, self._options)
+        program.add_to(self._control, self._theory)
         self._parts |= program.parts
         self._definitions += program.definitions
 

@@ -1,4 +1,4 @@
-"""The command line of a solver node: encodings, and what is handed to clingo."""
+"""The command line of a solver node: encodings, a theory, and what is handed to clingo."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from rosclingo.errors import OptionsError, TermError
 from rosclingo.solver.terms import parse_term
 
 USAGE = """\
-usage: run.py [-f FILE]... [clingo options] [ROS remappings]
+usage: run.py [-f FILE]... [--theory dl] [clingo options] [ROS remappings]
 
 Runs clingo as a ROS node, with a service ~control and an action at the node's own name.
 
   -f FILE, --file FILE  load the encoding FILE, or FILE.lp if FILE is not a file; repeatable
+  --theory dl           take difference constraints, as of clingo-dl, if that package is installed
   -h, --help            print this text
 
 All else is handed to clingo, for instance:
@@ -27,7 +28,8 @@ All else is handed to clingo, for instance:
 
 Private parameters: ~allow_scripts, ~load_path, ~max_request_bytes (see docs/protocol.md).
 """
-_OPTION = re.compile(r"(?:(--file|--const|--cons)(?:=(.*))?|(-[fc])(.+)?)", re.DOTALL)
+_OPTION = re.compile(r"(?:(--file|--const|--cons|--theory)(?:=(.*))?|(-[fc])(.+)?)", re.DOTALL)
+_NAMES = {"--file": "-f", "--const": "-c", "--cons": "-c"}  # of the same options
 _MOST_CHOICES = 20  # files of a folder that are named, where one is missing
 
 
@@ -39,18 +41,20 @@ class Options:
         files: Paths of the encodings, which exist.
         clingo: Options for clingo, in their order.
         help: Whether the user asked for the usage.
+        theory: The name of the theory that extends clingo; "" for none.
     """
 
     files: Tuple[str, ...] = ()
     clingo: Tuple[str, ...] = ()
     help: bool = False
+    theory: str = ""
 
 
 class Argument(NamedTuple):
     """An option with its value, or one word of what clingo gets.
 
     Attributes:
-        option: ``-f`` or ``-c``, however it was spelled; else empty.
+        option: ``-f``, ``-c`` or ``--theory``, however it was spelled; else empty.
         value: The value of the option, or the word.
     """
 
@@ -74,7 +78,7 @@ def arguments(words: Iterable[str]) -> Iterator[Argument]:
         value = next(rest, None) if value is None else value
         if value is None:
             raise OptionsError(f"option {word} needs a value after it")
-        yield Argument("-f" if name in ("-f", "--file") else "-c", value)
+        yield Argument(_NAMES.get(name, name), value)
 
 
 def parse_options(words: Sequence[str]) -> Options:
@@ -85,18 +89,23 @@ def parse_options(words: Sequence[str]) -> Options:
     """
     files: List[str] = []
     clingo: List[str] = []
+    theory = ""
     for option, value in arguments(words):
         if option == "-f":
             files.append(_existing(value))
         elif option == "-c":
             clingo += ["-c", _checked_const(value)]
+        elif option == "--theory":
+            if not value:
+                raise OptionsError(f"option {option} needs a name, such as {option} dl")
+            theory = value
         elif value in ("-h", "--help"):
             return Options(help=True)
         elif value.endswith(".lp") and not value.startswith("-"):
             raise OptionsError(f"'{value}' needs -f before it to be loaded as an encoding")
         else:
             clingo.append(value)
-    return Options(tuple(files), tuple(clingo))
+    return Options(tuple(files), tuple(clingo), theory=theory)
 
 
 def constants(clingo: Sequence[str]) -> Dict[str, str]:

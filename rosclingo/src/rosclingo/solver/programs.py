@@ -17,8 +17,9 @@ from clingo import ast
 from rosclingo.errors import ForbiddenError, ProgramError, SolverError
 from rosclingo.solver import lexical, scripts
 from rosclingo.solver.controls import Messages, new_control
-from rosclingo.solver.options import constants
+from rosclingo.solver.options import Options, constants
 from rosclingo.solver.terms import quote
+from rosclingo.solver.theories import Theory, make_theory
 
 _IDENTIFIER = re.compile(r"[_']*[a-z][A-Za-z0-9_']*")
 
@@ -69,15 +70,27 @@ class Program:
     texts: Dict[str, str] = field(default_factory=dict)
     remarks: List[str] = field(default_factory=list)
 
-    def add_to(self, control: clingo.Control, run_scripts: bool = True) -> None:
+    def add_to(
+        self,
+        control: clingo.Control,
+        theory: Optional[Theory] = None,
+        *,
+        run_scripts: bool = True,
+    ) -> None:
         """Adds the statements to a solver, which runs its scripts unless told not to.
 
+        Args:
+            control: The solver.
+            theory: What extends it.
+            run_scripts: Whether it runs its scripts.
+
         Raises:
-            ProgramError: A script fails; then nothing was added.
+            ProgramError: A script fails, or the theory cannot read an atom; then nothing was added.
         """
+        statements = self.statements if theory is None else theory.rewritten(self.statements)
         try:
             with ast.ProgramBuilder(control) as builder:
-                for statement in [*(self.scripts if run_scripts else ()), *self.statements]:
+                for statement in [*(self.scripts if run_scripts else ()), *statements]:
                     builder.add(statement)
         except RuntimeError as err:
             raise ProgramError(scripts.reason(str(err).strip())) from err
@@ -133,13 +146,13 @@ def parse_part(
     return program
 
 
-def check(program: Program, known: Iterable[ast.AST], options: Sequence[str]) -> None:
+def check(program: Program, known: Iterable[ast.AST], options: Options) -> None:
     """Checks that clingo accepts a program, without touching the solver that it is meant for.
 
     Args:
         program: The program.
         known: Constants and theories of the programs that the solver has already.
-        options: The solver's command line, for the constants that it sets.
+        options: The solver's command line, for the constants and the theory that it sets.
 
     Raises:
         OptionsError: clingo refuses an option.
@@ -147,16 +160,19 @@ def check(program: Program, known: Iterable[ast.AST], options: Sequence[str]) ->
             a constant, or the like; the message quotes line and column.
     """
     known = [*known]
-    _check_parameters(program, known, options)
+    _check_parameters(program, known, options.clingo)
     messages = Messages()
-    scratch = new_control(options, messages)
+    scratch = new_control(options.clingo, messages)
+    theory = make_theory(options.theory)
+    theory.register(scratch)
     Program(statements=[*known]).add_to(scratch)
-    program.add_to(scratch, run_scripts=False)
+    program.add_to(scratch, theory, run_scripts=False)
     try:
         # Grounding a part that nothing defines checks the rules and instantiates none.
         scratch.ground([("_rosclingo_check", [])])
     except RuntimeError as err:
-        raise ProgramError(messages.text() or str(err)) from err
+        text = messages.text() or str(err)
+        raise ProgramError(text + theory.remedy(text)) from err
 
 
 def _check_parameters(program: Program, known: Sequence[ast.AST], options: Sequence[str]) -> None:

@@ -18,6 +18,7 @@ from clingo import ast
 from rosclingo.solver.controls import Messages, new_control
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Program, parse_files
+from rosclingo.solver.theories import make_theory
 from rosclingo.wire.term_text import last_number, number, split_term
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.loop.demand import Pair
@@ -157,7 +158,9 @@ def _alone(program: Program, rule: ast.AST, options: Options) -> Set[Pair]:
 
 def _happening(program: Program, rules: Sequence[ast.AST], options: Options) -> Set[Pair]:
     control = new_control(options.clingo, Messages())
-    program.add_to(control)
+    theory = make_theory(options.theory)
+    theory.register(control)
+    program.add_to(control, theory)
     with ast.ProgramBuilder(control) as builder:
         builder.add(ast.Program(program.statements[0].location, "base", []))
         for rule in rules:

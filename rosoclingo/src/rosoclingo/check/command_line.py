@@ -17,9 +17,10 @@ from rosoclingo.loop.demand import Pair
 _EPISODES = 50
 
 _EPILOG = """\
-All else is handed to clingo, such as -c NAME=TERM or -t N; -c steps=N, the longest plan, and -c r=N
-are the mode's as well. Exit status: 0 if nothing was found; 1 if something was; 2 if the command
-line, a goal or a message is wrong."""
+With --theory dl, the encoding may have difference constraints, as with the solver node. All else
+is handed to clingo, such as -c NAME=TERM or -t N; -c steps=N, the longest plan, and -c r=N are the
+mode's as well. Exit status: 0 if nothing was found; 1 if something was; 2 if the command line, a
+goal or a message is wrong."""
 
 
 @dataclass(frozen=True)

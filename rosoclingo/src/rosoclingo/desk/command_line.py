@@ -20,9 +20,10 @@ _WHY_SECONDS = 5.0
 _OF_THE_MODE = ("steps", "r")  # constants
 
 _EPILOG = """\
-All else is handed to clingo, such as -c NAME=TERM or -t N; -c steps=N, the longest plan, and -c r=N
-are the mode's as well. Exit status: 0; 1 if there is no plan, or a goal was not reached; 2 if the
-command line, a file, a goal or a message is wrong."""
+With --theory dl, the encoding may have difference constraints, as with the solver node. All else
+is handed to clingo, such as -c NAME=TERM or -t N; -c steps=N, the longest plan, and -c r=N are the
+mode's as well. Exit status: 0; 1 if there is no plan, or a goal was not reached; 2 if the command
+line, a file, a goal or a message is wrong."""
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:

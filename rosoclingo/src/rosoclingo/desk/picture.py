@@ -72,7 +72,7 @@ def draw_plan(desk: Simulation, plan: Plan, options: Options, title: str, file: 
 
 def _graph(options: Options) -> Optional[Graph]:
     try:
-        return read_graph(options.files, options.clingo)
+        return read_graph(options.files, options.clingo, options.theory)
     except GraphError:
         return None
 

@@ -8,6 +8,9 @@ from typing import Dict, List, Mapping, Sequence, Tuple
 
 import clingo
 
+from rosclingo.errors import RosclingoError
+from rosclingo.solver.programs import parse_files
+from rosclingo.solver.theories import make_theory
 from rosoclingo.drawing.errors import GraphError
 
 _METRES = 0.1  # in a unit of position/3
@@ -31,17 +34,18 @@ class Graph:
     starts: Mapping[str, str]
 
 
-def read_graph(files: Sequence[str], options: Sequence[str] = ()) -> Graph:
+def read_graph(files: Sequence[str], options: Sequence[str] = (), theory: str = "") -> Graph:
     """Grounds an instance and takes ``connection/2``, ``position/3`` and ``start/2`` out of it.
 
     Args:
         files: Encodings that together are the instance; positions are in decimetres.
         options: Options for clingo, such as constants.
+        theory: The name of the theory that extends clingo; "" for none.
 
     Raises:
         GraphError: The files do not parse, or do not say where all waypoints are.
     """
-    atoms = _ground(files, options)
+    atoms = _ground(files, options, theory)
     where = " ".join(files)
     places: Dict[str, Point] = {}
     for atom in _named(atoms, "position", 3):
@@ -68,16 +72,19 @@ def read_graph(files: Sequence[str], options: Sequence[str] = ()) -> Graph:
     return Graph(places, tuple((a, b) for a, b in sorted(pairs)), starts)
 
 
-def _ground(files: Sequence[str], options: Sequence[str]) -> List[clingo.Symbol]:
+def _ground(files: Sequence[str], options: Sequence[str], theory: str) -> List[clingo.Symbol]:
     for file in files:
         if not Path(file).is_file():
             raise GraphError(f"there is no file {file}; check the path")
     said: List[str] = []
     solver = clingo.Control(list(options), logger=lambda _, text: said.append(text.strip()))
     try:
-        for file in files:
-            solver.load(file)
+        extension = make_theory(theory)
+        extension.register(solver)
+        parse_files(files).add_to(solver, extension)
         solver.ground([("base", [])])
+    except RosclingoError as err:
+        raise GraphError(str(err)) from err
     except RuntimeError as err:
         raise GraphError("\n".join(said) or f"{' '.join(files)}: {err}") from err
     # Copied, because the atoms vanish together with their solver.

@@ -22,14 +22,15 @@ from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
 from rosoclingo.single.dialects import detect, says_status
 
 _USAGE = """\
-usage: run-1.0.py --file FILE... [clingo options] [_action_timeout:=SECONDS]
-                  [_abort_unreachable:=true] [_patience:=SECONDS]
+usage: run-1.0.py --file FILE... [--theory dl] [clingo options]
+                  [_action_timeout:=SECONDS] [_abort_unreachable:=true] [_patience:=SECONDS]
                   [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false]
                   [_store:=FILE] [_resume:=fresh] [ROS remappings]
 
 Plans and executes in one process, as the paper has it; a controller and a planner are not needed.
 
   -f FILE, --file FILE  load the encoding FILE, or FILE.lp if FILE is not a file; repeatable
+  --theory dl           take difference constraints, as of clingo-dl, if that package is installed
   -c steps=N            end when there is no plan within N steps; without it, there is no such limit
   -h, --help            print this text
 
