@@ -17,7 +17,7 @@ from topics import Listener, Publisher
 from rosclingo.ros.master import Master
 from rosclingo.ros.ports import free_port
 
-TIMEOUT = 60.0  # seconds; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 POLL = 0.05  # seconds
 
 # By which rosrun finds executables.

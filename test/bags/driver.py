@@ -22,7 +22,7 @@ from rosoclingo.msg import (
     ROSoClingoOut,
 )
 
-TIMEOUT = 60.0  # seconds; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 
 
 class Driver:

@@ -17,7 +17,7 @@ from rosclingo.srv import ROSClingoControl
 from rosclingo.wire.commands import Reply
 from rosclingo.wire.xml_codec import decode_reply
 
-TIMEOUT = 30.0  # seconds; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 
 # 12 pigeons in 11 holes: clingo searches for minutes.
 PIGEONS = "1 { at(P,H) : H=1..11 } 1 :- P=1..12. :- at(P,H), at(Q,H), P&lt;Q."

@@ -31,7 +31,7 @@ from rosclingo.wire.commands import (
     Truth,
 )
 
-TIMEOUT = 20.0  # seconds; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 
 # With the assumption long, clingo searches for minutes; without it, the answer comes at once.
 PROGRAM = """

@@ -26,7 +26,7 @@ from rosoclingo.msg import (
 )
 from rosoclingo.srv import GetGoalInformation
 
-TIMEOUT = 60.0  # seconds; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 # How much comes at once: a lot for one mode, since inbox and action server are the same in all, and
 # else what is more than there is room for.
 GOALS, MESSAGES = (200, 10_000) if "--flood" in sys.argv else (40, 1_000)

@@ -22,7 +22,7 @@ from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Bring, Orders
 from rosoclingo_interfaces.errors import LineError
 
-TIMEOUT = 20.0  # seconds; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 
 
 class TestClient(unittest.TestCase):

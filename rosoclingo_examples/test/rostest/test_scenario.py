@@ -17,7 +17,7 @@ from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
-TIMEOUT = 60.0  # seconds; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 ROUTES = {
     1: "c6 c5 o9 pickup(1) c5 c6 open1 c1 c2 c3 o14 deliver(1)",
     2: "c6 c5 o9 pickup(1) c5 c6 c5 c4 c3 o14 deliver(1)",

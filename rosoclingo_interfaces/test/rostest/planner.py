@@ -17,7 +17,7 @@ from rosoclingo.msg import (
     ROSoClingoToken,
 )
 
-TIMEOUT = 20.0  # seconds of wall time; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds of wall time; no more than a bound for what never comes
 
 
 class Planner:

@@ -15,7 +15,7 @@ from rosoclingo_interfaces.execution import Execution
 from rosoclingo_interfaces.executor import Executor
 from rosoclingo_interfaces.interface import ActionInterface
 
-TIMEOUT = 20.0  # seconds; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 
 
 class Robot(ActionInterface):

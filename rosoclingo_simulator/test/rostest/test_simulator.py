@@ -24,7 +24,7 @@ from tf2_msgs.msg import TFMessage
 
 from rosoclingo_simulator.srv import Obstacle
 
-TIMEOUT = 60.0  # seconds of wall time; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds of wall time; no more than a bound for what never comes
 SPEED = 5.0
 START = (7.0, -8.0, 1.0)
 EAST = (11.0, -8.0, 0.0)

@@ -6,7 +6,7 @@ import threading
 import time
 from typing import Any, Callable
 
-TIMEOUT = 30.0  # seconds of wall time; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds of wall time; no more than a bound for what never comes
 POLL = 0.01
 
 

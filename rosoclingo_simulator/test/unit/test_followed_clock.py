@@ -11,7 +11,7 @@ import pytest
 from rosoclingo_simulator.simulator.followed_clock import FollowedClock
 
 STEP = 0.05
-TIMEOUT = 10.0  # seconds of wall time; no more than a bound for what never comes
+TIMEOUT = 180.0  # seconds of wall time; no more than a bound for what never comes
 
 
 class Wall:
