@@ -21,6 +21,7 @@ from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError, StoreError
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.inbox import Message
 from rosoclingo.loop.journal import LoopWaits, NumberedRecord, Record
 from rosoclingo.store.commands import RecordedSolver
 from rosoclingo.store.database import Database, put_aside
@@ -155,6 +156,86 @@ def test_two_nodes_with_one_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         Store(tmp_path / "a.store")
     store.close()
     Store(tmp_path / "a.store").close()
+
+
+def test_a_store_that_another_node_has_is_not_put_aside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rosoclingo.store.database._WAIT_SECONDS", 0.1)
+    store = Store(tmp_path / "a.store")
+    done: List[str] = []
+    with pytest.raises(StoreError, match="another node that still runs uses it"):
+        put_aside(tmp_path / "a.store", lambda: done.append("done"))
+    assert not done
+    store.add(Message("info", "open(1)"))
+    store.close()
+    assert put_aside(tmp_path / "a.store", lambda: done.append("done"))
+    assert done
+
+
+@pytest.mark.parametrize("crash", range(1, 6))
+@pytest.mark.parametrize("is_damaged", [False, True])
+def test_the_process_dies_while_a_store_is_put_aside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, crash: int, *, is_damaged: bool
+) -> None:
+    """Before or after each change of the folder: the next one puts aside what is left."""
+    _, made = run_to(tmp_path, REQUESTS)
+    file, old = tmp_path / "b.store", Store(made)
+    old.add(Message("info", "open(1)"))
+    copy(made, file)  # with a log, as of a process that has died
+    old.close()
+    if is_damaged:
+        file.write_bytes(b"a letter of some length, which is no store of a run")
+    points: List[object] = []
+    done: List[str] = []
+
+    def point() -> None:
+        points.append(None)
+        if len(points) == crash:
+            raise Crash
+
+    def dies(change: Callable[..., object]) -> Callable[..., None]:
+        def call(*arguments: object) -> None:
+            point()
+            change(*arguments)
+            point()
+
+        return call
+
+    with monkeypatch.context() as patch, contextlib.suppress(Crash):
+        patch.setattr(Path, "rename", dies(Path.rename))
+        patch.setattr(Path, "unlink", dies(Path.unlink))
+        put_aside(file, lambda: done.append("first"))
+    assert bool(done) == (crash == 5)  # of the log and of the file
+    if not done:
+        put_aside(file, lambda: done.append("second"))
+    assert done
+    assert not {"b.store", "b.store-wal"}.intersection(one.name for one in tmp_path.iterdir())
+    with contextlib.closing(Store(file)) as new:
+        assert new.snapshot is None
+        assert not new.goals
+    if not is_damaged:
+        with contextlib.closing(Store(tmp_path / "b.store.old1")) as kept:
+            assert list(kept.goals) == ["1", "2"]
+            assert [item for _, item in kept.inputs(lambda _: None)] == [Message("info", "open(1)")]
+
+
+def test_a_log_without_its_file(tmp_path: Path) -> None:
+    """It would be taken for the log of a new file, and the old run would go on."""
+    _, made = run_to(tmp_path, REQUESTS)
+    old, file = Store(made), tmp_path / "b.store"
+    old.add(Message("info", "open(1)"))
+    copy(made, file)
+    old.close()
+    file.unlink()
+    with pytest.raises(StoreError, match=r"b.store is gone, but its log b.store-wal is there"):
+        Store(file)
+    assert put_aside(file) == tmp_path / "b.store.old1"
+    assert (tmp_path / "b.store.old1-wal").exists()
+    store = Store(file)
+    assert store.snapshot is None
+    store.close()
+    assert put_aside(file) == tmp_path / "b.store.old2"
 
 
 def test_another_encoding(tmp_path: Path) -> None:
