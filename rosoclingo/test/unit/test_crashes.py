@@ -24,6 +24,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import SINGLE, find_mode, make_parts
+from rosoclingo.errors import StoreError
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.solver import Forwarding, Solver
@@ -162,6 +163,32 @@ def test_a_solver_that_does_not_come_back(folder: Path) -> None:
     runs.parts = replace(runs.parts, planner=mortal)
     with pytest.raises(ServiceError, match="there is no solver"):
         runs.run(world())
+
+
+def test_a_solver_comes_back_with_something_else(folder: Path) -> None:
+    """The run is refused as at a start: its goals stay open, and go on with what they had."""
+    runs, calm, disturbed, file = Runs(folder, DYN_RESET), world(), world(), folder / "a.store"
+    runs.run(calm)
+    before = runs.started_with
+
+    def wait() -> None:
+        runs.started_with = {"the file line.lp of planner": "12ab"}
+
+    runs.wait = wait
+    mortal = Mortal(runs.parts.planner)
+    runs.parts = replace(runs.parts, planner=mortal)
+    mortal.lost_at = {30}
+    with closing(Store(file)) as store:
+        loop = (life := Life(disturbed, store, runs.make(store))).loop
+        assert isinstance(loop, StoredLoop)
+        with pytest.raises(StoreError, match=r"something else: .*the file line.lp") as error:
+            life.live()
+        loop.end(str(error.value))
+        assert loop.is_refused
+    assert any(client.words and not client.end() for client in disturbed.clients.values())
+    runs.started_with = before
+    runs.run(disturbed, file=file)
+    assert outcome(disturbed) == outcome(calm)
 
 
 def test_what_a_plan_costs_is_shown_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -240,7 +240,9 @@ class StoredLoop(Loop):
             raise err
         self._outbox.warn(f"{err}; waits until that node is there, and gives it its commands again")
         self._wait_for_solvers()
+        was_refused, self.is_refused = self.is_refused, True  # goals stay open if they are others
         self._store.check(self._started_with())
+        self.is_refused = was_refused
 
     def _way(self, goal: Goal) -> Callable[[GoalClient], GoalClient]:
         return lambda client: StoredClient(client, self._outbox, goal.id)
