@@ -29,6 +29,7 @@ from rosoclingo.store.fields import Fields, read
 from rosoclingo.store.outbox import Outbox
 from rosoclingo.store.started_with import started_with
 from rosoclingo.store.store import Changes, Store
+from rosoclingo.store.stored_loop import StoredLoop
 
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 REQUESTS = ["visit(2)", "visit(1)"]
@@ -278,6 +279,46 @@ def test_a_full_disk(tmp_path: Path) -> None:
     assert is_open == {key for key, one in world.clients.items() if one.known and not one.end()}
     runs.run(world, file=file)
     assert outcome(world) == outcome(calm)
+
+
+@pytest.mark.parametrize("goes_on", [False, True])
+def test_a_disk_that_is_full_from_the_beginning(tmp_path: Path, *, goes_on: bool) -> None:
+    """The node cannot begin, which is told from an end that comes later."""
+    runs, world, file = Runs(tmp_path, RECORDING), World(REQUESTS), tmp_path / "a.store"
+    full: List[bool] = []
+
+    def point(what: str) -> None:
+        if full:
+            raise sqlite3.OperationalError("database or disk is full")
+
+    def fails(when: str) -> StoredLoop:
+        with contextlib.closing(Store(file, point=point)) as store:
+            life = Life(world, store, runs.make(store))
+            loop = life.loop
+            assert isinstance(loop, StoredLoop)
+            prepare, waits = loop.prepare, life.wait
+
+            def begin() -> None:
+                full.extend([True] * (when == "begin"))
+                prepare()
+
+            def wait(timeout: float) -> bool:
+                full.extend([True] * (when == "later" and bool(world.effects)))
+                return waits(timeout)
+
+            loop.prepare = begin  # type: ignore[method-assign]
+            life.wait = wait  # type: ignore[method-assign]
+            with pytest.raises(StoreError, match="there is no more room") as error:
+                life.live()
+            loop.end(str(error.value))
+            full.clear()
+            return loop
+
+    if goes_on:
+        assert not fails("later").is_refused
+    assert fails("begin").is_refused
+    runs.run(world, file=file)
+    assert all(client.end() == ["succeeded"] for client in world.clients.values())
 
 
 def test_a_goal_that_cannot_be_stored(tmp_path: Path) -> None:

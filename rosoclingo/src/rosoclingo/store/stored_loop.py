@@ -216,7 +216,8 @@ class StoredLoop(Loop):
             controller = LastingController(controller, _Back("controller", self))
         self._planner.written = lambda: store.commands
         self._saved: Optional[LoopSnapshot] = None
-        self.is_refused = store.snapshot is not None  # until it is sure that it can go on
+        self._is_unsure = store.snapshot is not None  # whether it can go on with that
+        self._has_begun = False  # which is written
         inbox.looked = self._outbox.flush
         inbox.waits = self._wait
         self._saved_at = 0.0
@@ -240,9 +241,14 @@ class StoredLoop(Loop):
             raise err
         self._outbox.warn(f"{err}; waits until that node is there, and gives it its commands again")
         self._wait_for_solvers()
-        was_refused, self.is_refused = self.is_refused, True  # goals stay open if they are others
+        was_unsure, self._is_unsure = self._is_unsure, True  # goals stay open if they are others
         self._store.check(self._started_with())
-        self.is_refused = was_refused
+        self._is_unsure = was_unsure
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether it is not sure that it can use its store, or go on with the run in it."""
+        return self._is_unsure or (not self._has_begun and self._store.failure is not None)
 
     def _way(self, goal: Goal) -> Callable[[GoalClient], GoalClient]:
         return lambda client: StoredClient(client, self._outbox, goal.id)
@@ -328,18 +334,20 @@ class StoredLoop(Loop):
             self._store.begin(started_with)
             super().prepare()
             self._save()
+            self._has_begun = True
             return
         self._store.check(started_with)
         self._controller.restore(self._saved.controller)
         self._planner.restore()
         self._saved = None
-        self.is_refused = False
+        self._is_unsure = False
         state = self.state
         state.note(NodeResumed(LOOP, seconds=time.monotonic() - self._begun))
         for event in self._recalled:
             state.note(event)
         state.show_plan()
         self._save()
+        self._has_begun = True
         if self._has_published():
             self._commands.publish()  # for those who come late: the topic is another process's
             self._save()
