@@ -22,7 +22,7 @@ from rosoclingo.errors import PlannerError, StoreError
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Message
-from rosoclingo.loop.journal import LoopWaits, NumberedRecord, Record
+from rosoclingo.loop.journal import LOOP, LoopWaits, NodeResumed, NumberedRecord, Record
 from rosoclingo.store.commands import RecordedSolver
 from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.fields import Fields, read
@@ -319,6 +319,39 @@ def test_a_disk_that_is_full_from_the_beginning(tmp_path: Path, *, goes_on: bool
     assert fails("begin").is_refused
     runs.run(world, file=file)
     assert all(client.end() == ["succeeded"] for client in world.clients.values())
+
+
+@pytest.mark.parametrize(
+    ("resumed", "unsure"),
+    [
+        ([], ["late"]),
+        ([(20.0, 20.0)], ["late"]),  # and it died at once
+        ([(20.0, 21.9), (40.0, 40.1), (41.0, 41.1)], ["late"]),
+        ([(20.0, 22.0)], []),  # it has lived for so long that the results have left it
+        ([(20.0, 22.0), (40.0, 40.1)], []),
+        ([(10.5, 10.6)], ["late"]),
+        ([(11.5, 14.0)], []),
+    ],
+)
+def test_of_which_ends_clients_may_not_know(
+    tmp_path: Path, resumed: List[Tuple[float, float]], unsure: List[str]
+) -> None:
+    """A result that is published again may be lost again, if the process dies again."""
+    file, now = tmp_path / "a.store", [0.0]
+    runs = Runs(tmp_path, RECORDING)
+    with contextlib.closing(Store(file, now=lambda: now[0])) as store:
+        for name, now[0] in (("early", 5.0), ("late", 10.0)):
+            store.add(Goal("visit(2)", (), name))
+            times = [NumberedRecord(LoopWaits(), 0, 0, int(now[0]), now[0])]
+            store.write(Changes(records=times, words={name: ("succeeded", "")}))
+        for number, (begin, last) in enumerate(resumed, 10):
+            for node, when in ((LOOP, begin), ("planner", last)):
+                event = NumberedRecord(NodeResumed(node), 0, 0, 2 * number + (node != LOOP), when)
+                store.write(Changes(records=[event]))
+    with contextlib.closing(Store(file)) as store:
+        loop = Life(World([]), store, runs.make(store)).loop
+        assert isinstance(loop, StoredLoop)
+        assert [one.id for one in loop.unsure()] == unsure
 
 
 def test_a_goal_that_cannot_be_stored(tmp_path: Path) -> None:

@@ -33,7 +33,6 @@ from rosoclingo.store.outbox import Outbox, StoredClient
 from rosoclingo.store.store import Changes, KnownGoal, Store
 
 _LATEST_SECONDS = 0.2  # so much work may be lost, besides the decision that is carried out
-_DRAINED_SECONDS = 2.0  # so long after it was published, a result has left the process for sure
 
 
 class StoredInbox(Inbox):
@@ -315,7 +314,7 @@ class StoredLoop(Loop):
 
     def unsure(self) -> List[KnownGoal]:
         """Returns the goals that ended so late that their clients may not know it."""
-        return [one for one in self.ended() if one.time >= self._store.last - _DRAINED_SECONDS]
+        return [one for one in self.ended() if one.time >= self._store.unsure_since]
 
     def ended(self) -> List[KnownGoal]:
         """Returns the goals of which it is known how they have ended, in that order."""
