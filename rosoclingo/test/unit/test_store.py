@@ -13,7 +13,7 @@ from random import Random
 from typing import Callable, Deque, Dict, List, Optional, Set, Tuple
 
 import pytest
-from crashes import Crash, Life, Runs, World, outcome
+from crashes import Client, Crash, Life, Runs, World, outcome
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
@@ -278,6 +278,49 @@ def test_a_full_disk(tmp_path: Path) -> None:
     store.close()
     assert is_open == {key for key, one in world.clients.items() if one.known and not one.end()}
     runs.run(world, file=file)
+    assert outcome(world) == outcome(calm)
+
+
+def test_nothing_leaves_of_a_run_that_is_refused(tmp_path: Path) -> None:
+    """And what comes meanwhile is kept for the run with what it was started with."""
+    runs, calm, file = Runs(tmp_path, RECORDING), World(REQUESTS), tmp_path / "a.store"
+    world = World(REQUESTS)
+    points = list(runs.run(calm))
+    crash = points.index("before publication") + 2
+
+    def point(what: str) -> None:
+        points.append(what)
+        if len(points) == crash:
+            raise Crash
+
+    points.clear()
+    with contextlib.closing(Store(file, point=point)) as store, pytest.raises(Crash):
+        Life(world, store, runs.make(store)).live()
+    assert world._open
+    before, runs.started_with = runs.started_with, {"the file line.lp of planner": "12ab"}
+    heard: List[object] = []
+    with contextlib.closing(Store(file)) as store:
+        life = Life(world, store, runs.make(store))
+        loop = life.loop
+        assert isinstance(loop, StoredLoop)
+        with pytest.MonkeyPatch.context() as patch:
+            for what in ("hear", "turn"):
+                patch.setattr(world, what, lambda *said: heard.append(said))
+            goals = loop.resume(lambda known: world.clients[known.id])
+            waiting = Goal("visit(4)", (), "3", late := Client())
+            life.put(waiting)
+            life.cancel(waiting)  # in another thread, as it were
+            with pytest.raises(StoreError, match="with something else") as error:
+                loop.prepare()
+            loop.end(str(error.value))
+    assert not heard
+    assert not late.words
+    assert list(goals) == ["1"]
+    runs.started_with = before
+    world.clients["3"] = late
+    runs.run(world, file=file)
+    assert late.words == ["canceled"]
+    del world.clients["3"]
     assert outcome(world) == outcome(calm)
 
 

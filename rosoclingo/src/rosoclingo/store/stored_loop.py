@@ -327,15 +327,16 @@ class StoredLoop(Loop):
             StoreError: The nodes were started with something else than before.
             PlannerError: The planner does not become what it was.
         """
-        self._outbox.begin()
         started_with = self._started_with()
+        if self._saved is not None:
+            self._store.check(started_with)
+        self._outbox.begin()
         if self._saved is None:
             self._store.begin(started_with)
             super().prepare()
             self._save()
             self._has_begun = True
             return
-        self._store.check(started_with)
         self._controller.restore(self._saved.controller)
         self._planner.restore()
         self._saved = None
