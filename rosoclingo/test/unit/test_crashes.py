@@ -7,16 +7,16 @@ has the seed, and repeats it. With FULL=1, a solver is lost at each call, and no
 from __future__ import annotations
 
 import os
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
-from typing import Any, Iterator, List, Optional, Sequence, Set
+from typing import Any, Callable, Iterator, List, Optional, Sequence, Set
 
 import pytest
 from conftest import PACKAGE
-from crashes import Crash, Life, Runs, World, outcome
+from crashes import Client, Crash, Life, Runs, World, outcome
 from draws import draws
 
 from rosclingo.errors import ServiceError
@@ -26,6 +26,7 @@ from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import SINGLE, find_mode, make_parts
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.controller import Controller
+from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.solver import Forwarding, Solver
 from rosoclingo.store.store import Store
@@ -149,6 +150,65 @@ def test_a_solver_is_lost_at_each_call(folder: Path, encoding: str, *, is_planne
         runs.run(disturbed)
         assert outcome(disturbed) == outcome(calm), number
         assert waits[0] == often
+
+
+class Searching(Forwarding):
+    """A solver in whose searches something happens, which looks whether to stop then."""
+
+    def __init__(self, solver: Solver, happens: Callable[[int], None]) -> None:
+        super().__init__(solver)
+        self._happens = happens
+        self._searches = 0
+
+    def solve(
+        self,
+        assumptions: Sequence[wire.Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[wire.Improvement], None] = lambda _: None,
+    ) -> wire.Outcome:
+        if stopped is not None:
+            self._searches += 1
+            for number in range(3):
+                self._happens(3 * self._searches + number)
+                stopped()
+        return super().solve(assumptions, stopped, improved)
+
+
+@pytest.mark.parametrize("dies", [False, True])
+@pytest.mark.parametrize("encoding", ["line.lp", "line_demand.lp"])
+def test_a_rejection_does_not_wait_for_a_search(folder: Path, encoding: str, *, dies: bool) -> None:
+    """And if the process dies in that search, the journal tells of the goal nevertheless."""
+    runs, calm, disturbed, file = Runs(folder, DYN_RESET, encoding), world(), world(), folder / "a"
+    runs.run(calm)
+    client = disturbed.clients["new"] = Client()
+    lives: List[Life] = []
+    words: List[List[str]] = []
+    begin = 3 * 4  # in the fourth search
+
+    def happens(number: int) -> None:
+        if number == begin:
+            lives[-1].put(Goal("visit(98)", ("some",), "new", client))
+        if number == begin + 2 and not words:
+            words.append(list(client.words))
+            if dies:
+                raise Crash
+
+    runs.parts = replace(runs.parts, planner=Searching(runs.parts.planner, happens))
+    with closing(Store(file)) as store:
+        lives.append(Life(disturbed, store, runs.make(store)))
+        client.note = lives[-1].loop.state.note
+        with suppress(Crash):
+            lives[-1].live()
+    assert words == [["rejected"]]
+    runs.parts = replace(runs.parts, planner=runs._engine)
+    runs.run(disturbed, file=file)
+    assert client.words == ["rejected"]
+    del disturbed.clients["new"]
+    assert outcome(disturbed) == outcome(calm)
+    with closing(Store(file)) as store:
+        told = [record.event for record in store.records]
+    about = [one for one in told if getattr(one, "goal", "") == "new"]
+    assert [type(one).__name__ for one in about] == ["GoalArrived", "StatusSet"]
 
 
 def test_a_solver_that_does_not_come_back(folder: Path) -> None:

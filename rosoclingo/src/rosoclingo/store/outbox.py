@@ -192,15 +192,23 @@ class Outbox(Environment):
         return not self._held
 
     def flush(self) -> None:
-        """Lets out what rests on nothing that is to be written, such as feedback.
+        """Lets out what rests on nothing that the loop knows, such as feedback.
+
+        That goals are rejected is written before, without the loop's snapshot, in which the search
+        may be half done for which it would wait. Whoever goes on from there knows these goals no
+        more, and has the journal tell of them.
 
         Raises:
-            StoreError: What came before could not be written.
+            StoreError: It cannot be written, or what came before could not.
         """
         if threading.get_ident() != self._owner:
             return
         if self._store.failure is not None:
             raise self._store.failure
+        if self._held.words and all(word == "rejected" for word, _ in self._held.words.values()):
+            with self._lock:
+                words, self._held.words = self._held.words, {}
+                self._store.write(Changes(words=words))
         if self._held.releases and not self.is_urgent:
             releases, self._held.releases = self._held.releases, []
             self._release(releases)

@@ -18,6 +18,7 @@ from rosoclingo.loop.journal import (
     LOOP,
     CommandDone,
     Event,
+    GoalArrived,
     NodeResumed,
     Reason,
     Status,
@@ -220,7 +221,7 @@ class StoredLoop(Loop):
         inbox.looked = self._outbox.flush
         inbox.waits = self._wait
         self._saved_at = 0.0
-        self._recalled: List[Event] = []  # what the journal does not tell yet
+        self._untold: List[Event] = []  # by the journal, of goals that have ended
         # What the controller knew before the decision that is carried out, and the result of a
         # search that it was told; None as soon as its command may have changed something else.
         self._before: Optional[Tuple[str, Optional[Result]]] = None
@@ -276,7 +277,7 @@ class StoredLoop(Loop):
         for goal in goals.values():
             end = known.get(goal.id)
             if end is not None and end.word and goal.stage is not Stage.ENDED:
-                self._recall(goal)
+                self._end(goal, end)
                 self.state.goals.some_ended = True
 
         def find(identifier: str) -> Optional[Goal]:
@@ -289,8 +290,11 @@ class StoredLoop(Loop):
                 goal.reroute(self._way(goal))
             elif new.reason == Reason.RECALLED:
                 goal = Goal(new.request, new.information, new.id)
-                self._recall(goal)
+                self._end(goal, new)
             else:
+                if new.word == "rejected":
+                    arrived = GoalArrived(new.id, new.request, new.information)
+                    self._tell_end(new, arrived)
                 return None
             goals[identifier] = goal
             return goal
@@ -302,15 +306,20 @@ class StoredLoop(Loop):
                 self._inbox.put_known(item, number)
         return {key: goal for key, goal in goals.items() if goal.stage is not Stage.ENDED}
 
-    def _recall(self, goal: Goal) -> None:
-        """Takes note that another thread had recalled a goal, which the loop had not taken note of.
+    def _end(self, goal: Goal, known: KnownGoal) -> None:
+        """Takes note that a goal has ended, of which the snapshot does not know.
 
-        The journal tells it, unless that has been told.
+        Another thread had recalled it, or it was rejected in a search.
         """
-        goal.stage, goal.recalled = Stage.ENDED, True
-        told = (record.event for record in self._store.records)
+        goal.stage, goal.recalled = Stage.ENDED, known.reason == Reason.RECALLED
+        self._tell_end(known)
+
+    def _tell_end(self, goal: KnownGoal, *before: Event) -> None:
+        """Has the journal tell how a goal has ended, with what was before, unless it was told."""
+        told = (*(record.event for record in self._store.records), *self._untold)
         if not any(isinstance(one, StatusSet) and one.goal == goal.id for one in told):
-            self._recalled.append(StatusSet(goal.id, Status.CANCELED, "", Reason.RECALLED))
+            end = StatusSet(goal.id, Status(goal.word), "", Reason.of(goal.reason))
+            self._untold += [*before, end]
 
     def unsure(self) -> List[KnownGoal]:
         """Returns the goals that ended so late that their clients may not know it."""
@@ -343,7 +352,7 @@ class StoredLoop(Loop):
         self._is_unsure = False
         state = self.state
         state.note(NodeResumed(LOOP, seconds=time.monotonic() - self._begun))
-        for event in self._recalled:
+        for event in self._untold:
             state.note(event)
         state.show_plan()
         self._save()
