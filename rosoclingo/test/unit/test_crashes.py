@@ -1,7 +1,8 @@
 """Whatever is written or sent when the process dies, the run goes on as if it had not.
 
-CRASHES=10000 in the environment makes at least so many random kills; the name of a test that fails
-has the seed, and repeats it. With FULL=1, a solver is lost at each call, and not at some.
+CRASHES=10000 in the environment makes at least so many random kills, and pytest's -rP prints how
+many there were in how many runs; the name of a test that fails has the seed, and repeats it. With
+FULL=1, a solver is lost at each call, and not at some.
 """
 
 from __future__ import annotations
@@ -27,22 +28,25 @@ from rosoclingo.desk.parts import SINGLE, find_mode, make_parts
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.inbox import Message
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.solver import Forwarding, Solver
 from rosoclingo.store.store import Store
 from rosoclingo.store.stored_loop import StoredLoop
 
 REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)"]
+CANCELS = {"3": "accepted", "4": ""}
 ENDS = {"1": ["succeeded"], "2": ["rejected"], "3": ["canceled"], "4": ["canceled"]}
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 CASES = [(DYN_RESET, "line_demand.lp"), (RECORDING, "line.lp"), (SINGLE, "line_1.0.lp")]
 UNHEARD = ["after plan", "after note", "after feedback"]
-KILLS = 30  # in a run
+KILLS = 30  # of a seed
 SEEDS = -(-int(os.environ.get("CRASHES", "60")) // KILLS)
 
 
 def world() -> World:
-    return World(REQUESTS, {"3": "accepted", "4": ""})
+    return World(REQUESTS, CANCELS)
 
 
 @pytest.fixture
@@ -89,12 +93,24 @@ def test_a_second_crash_in_the_recovery(folder: Path) -> None:
 
 @pytest.mark.parametrize("seed", range(SEEDS))
 def test_random_kills(seed: int, folder: Path) -> None:
-    runs, calm, chance = Runs(folder, DYN_RESET), world(), Random(seed)
+    """There are runs until so many kills were made: one may be through before it is killed again.
+
+    A message has no acknowledgement. One that has come is told once.
+    """
+    runs, calm, chance, count = Runs(folder, DYN_RESET), world(), Random(seed), 0
     runs.run(calm)
-    kills = [chance.randrange(1, 40) for _ in range(KILLS)]
-    disturbed = world()
-    runs.run(disturbed, kills)
-    assert outcome(disturbed) == outcome(calm)
+    while runs.kills < KILLS:
+        kills = [chance.randrange(1, 40) for _ in range(KILLS - runs.kills)]
+        disturbed, file = World(REQUESTS, CANCELS, [Message("info", "close(6)")]), runs.file()
+        runs.run(disturbed, kills, file)
+        assert outcome(disturbed) == outcome(calm)
+        with closing(Store(file)) as store:
+            told = [record.event for record in store.records]
+            assert any("closed(6)" in command for command in store.commands)
+        messages = [one for one in told if isinstance(one, MessageArrived) and one.source == "info"]
+        assert [one.value for one in messages] == ["close(6)"]
+        count += 1
+    print(f"seed {seed}: {runs.kills} kills in {count} runs")
 
 
 class Mortal(Forwarding):
