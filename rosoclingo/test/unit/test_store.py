@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import importlib
 import json
 import shutil
 import sqlite3
+import sys
 from collections import deque
 from pathlib import Path
 from random import Random
-from typing import Callable, Deque, Dict, List, Optional, Set, Tuple
+from typing import Callable, Deque, Dict, List, Optional, Sequence, Set, Tuple
+from unittest.mock import MagicMock
 
 import pytest
 from crashes import Client, Crash, Life, Runs, World, outcome
 
+from rosclingo.errors import ServiceError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
@@ -29,7 +33,7 @@ from rosoclingo.store.fields import Fields, read
 from rosoclingo.store.outbox import Outbox
 from rosoclingo.store.started_with import started_with
 from rosoclingo.store.store import Changes, Store
-from rosoclingo.store.stored_loop import StoredLoop
+from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 REQUESTS = ["visit(2)", "visit(1)"]
@@ -526,6 +530,69 @@ def test_writes_and_size(tmp_path: Path) -> None:
     goals = 2 * 20  # each is written when it comes
     assert writes[1] - writes[0] <= 2 * (steps[1] - steps[0]) + goals
     assert rows[1] == rows[0]
+
+
+class Trips(World):
+    """A client that asks for the next trip when the one before has ended; the store is measured."""
+
+    def __init__(self, trips: int, steps: Sequence[int]) -> None:
+        super().__init__(["visit(6)", "visit(1)"] * trips)
+        self.pages: List[int] = []
+        self.rows: List[Dict[str, int]] = []
+        self._steps = list(steps)
+
+    def turn(self, life: Life) -> None:
+        if len(self.effects) in self._steps[:1]:
+            self._steps.pop(0)
+            database = life.store._database
+            self.pages += database._connection.execute("PRAGMA page_count").fetchone()
+            self.rows.append({part: len(rows) for part, rows in database._known.items()})
+        to_ask = self._to_ask
+        if self._open:
+            self._to_ask = []
+        super().turn(life)
+        self._to_ask = to_ask
+
+
+@pytest.mark.long
+def test_a_file_does_not_grow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As soon as it has as many events and ended goals as are kept."""
+    monkeypatch.setattr("rosoclingo.store.store._MOST_EVENTS", 100)
+    monkeypatch.setattr("rosoclingo.store.store._MOST_ENDED", 10)
+    world = Trips(60, [200, 590])
+    Runs(tmp_path, DYN_RESET).run(world)
+    assert len(world.effects) == 600
+    assert world.rows[0] == world.rows[1]
+    assert world.pages[1] <= 1.1 * world.pages[0]
+    assert world.pages[1] * PAGE < 2**20
+
+
+@pytest.mark.parametrize("seconds", [3.0, 0.0])
+def test_how_long_is_waited_for_a_solver(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: float
+) -> None:
+    """As ``~solver_timeout`` says; the messages are not there without a build, nor needed."""
+    for module in ("rosoclingo.msg", "rosoclingo.ros.storing"):
+        monkeypatch.setitem(sys.modules, module, MagicMock())
+    monkeypatch.delitem(sys.modules, "rosoclingo.ros.storing")
+    storing = importlib.import_module("rosoclingo.ros.storing")
+    monkeypatch.setattr("rospy.get_param", lambda name, *_: {"~solver_timeout": seconds}[name])
+    waited: List[float] = []
+    lost = ServiceError("there is no planner")
+
+    def wait(time: float) -> None:
+        waited.append(time)
+        raise lost
+
+    runs = Runs(tmp_path, DYN_RESET)
+    with contextlib.closing(Store(tmp_path / "a.store")) as store:
+        inbox = StoredInbox(store)
+        stored = storing.Storing(store, inbox, dict, wait)
+        parts = runs.parts
+        loop = stored.loop(parts.decider(), parts.planner, parts.commands, Environment())
+        with pytest.raises(ServiceError, match="there is no planner"):
+            loop.wait_for_solver(lost)
+    assert waited == ([seconds] if seconds else [])
 
 
 class Listening(Environment):
