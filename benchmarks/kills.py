@@ -509,9 +509,13 @@ def _run(trial: Trial, arguments: argparse.Namespace) -> None:
     else:
         for seed in range(arguments.seed, arguments.seed + arguments.rounds):
             before = len(trial.wrong)
-            trial.round(some_kills(seed))
-            if len(trial.wrong) > before:
-                print(f"that was --seed {seed}", flush=True)
+            is_right = False
+            try:
+                trial.round(some_kills(seed))
+                is_right = len(trial.wrong) == before
+            finally:  # also if a goal does not end
+                if not is_right:
+                    print(f"{trial.about}: that was --seed {seed}", flush=True)
 
 
 def main() -> int:

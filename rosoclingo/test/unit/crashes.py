@@ -11,7 +11,7 @@ from rosoclingo.desk.parts import EXAMPLES, Parts, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.inbox import Answer
+from rosoclingo.loop.inbox import Answer, Message
 from rosoclingo.loop.journal import Event, Status, StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.tokens import Told
@@ -51,19 +51,25 @@ class World:
     """Clients and a robot that outlive the process, and judge what it does.
 
     The robot does a token once, and answers it again whenever it is shown as open. A client sends a
-    goal again that nobody knows.
+    goal again that nobody knows. A message is sent once, unless it has not come.
 
     Attributes:
         effects: What was done, in order.
         latched: What who comes late hears of actions; None if there is nothing.
     """
 
-    def __init__(self, requests: Sequence[str], cancel: Mapping[str, str] = {}) -> None:
+    def __init__(
+        self,
+        requests: Sequence[str],
+        cancel: Mapping[str, str] = {},
+        messages: Sequence[Message] = (),
+    ) -> None:
         """Nothing has happened yet.
 
         Args:
             requests: What is asked for; the ids are the numbers, from 1.
             cancel: By their ids, what is cancelled; as soon as it has a status, if one is given.
+            messages: What is said besides, when the first goal is known.
         """
         self.effects: List[Tuple[str, str]] = []
         self.latched: Optional[str] = None
@@ -71,6 +77,7 @@ class World:
         self._requests = dict(zip(self.clients, requests))
         self._to_ask = list(self.clients)
         self._to_cancel = dict(cancel)
+        self._to_send = list(messages)
         self._done: Dict[str, Tuple[str, int]] = {}  # the last token of each actuator
         self._open: List[Tuple[str, int]] = []  # tokens without an answer
 
@@ -82,7 +89,10 @@ class World:
                 self.effects.append((one.actuator, one.action))
 
     def turn(self, life: Life) -> None:
-        """Something happens while the loop waits: a goal, a cancel request, or an answer."""
+        """Something happens while the loop waits: a message, a goal, a cancel, or an answer."""
+        if self._to_send and life.known:
+            self._send(life, self._to_send[0])
+            return
         for key in list(self._to_ask):
             if key in life.known or self.clients[key].end():
                 self._to_ask.remove(key)
@@ -100,6 +110,13 @@ class World:
                 return
         for run, number in self._open[:1]:
             life.put(Answer(run, number, "success"))
+
+    def _send(self, life: Life, message: Message) -> None:
+        try:
+            life.put(message)
+        finally:
+            if message in (item for _, item in life.store.inputs(lambda _: None)):
+                self._to_send.remove(message)
 
 
 class Life(StoredInbox, System):
@@ -150,11 +167,16 @@ class Life(StoredInbox, System):
 
 
 class Runs:
-    """Runs of an encoding in a mode, one after the other."""
+    """Runs of an encoding in a mode, one after the other.
+
+    Attributes:
+        kills: How often the process has died, in all of them.
+    """
 
     def __init__(self, folder: Path, mode: str, encoding: str = "line.lp", steps: int = 30) -> None:
         self._folder = folder
         self._count = 0
+        self.kills = 0
         self.wait: Optional[Callable[[], None]] = None
         self.started_with = {"the options of planner": "none"}
         options = Options((str(Path(EXAMPLES) / encoding),))
@@ -187,7 +209,8 @@ class Runs:
 
         Args:
             world: What is around it.
-            crashes: How many points each life has; the last one has no end.
+            crashes: How many points each life has; the last one has no end, and may be one before
+                all of these are used.
             file: The store.
             most_pages: How large it may become; 0 for as large as it needs.
 
@@ -214,6 +237,7 @@ class Runs:
                 Life(world, store, self.make(store)).live()
                 return points
             except Crash:
+                self.kills += 1
                 continue
             finally:
                 if store is not None:

@@ -1,22 +1,23 @@
 """Whatever is written or sent when the process dies, the run goes on as if it had not.
 
-CRASHES=10000 in the environment makes at least so many random kills; the name of a test that fails
-has the seed, and repeats it. With FULL=1, a solver is lost at each call, and not at some.
+CRASHES=10000 in the environment makes at least so many random kills, and pytest's -rP prints how
+many there were in how many runs; the name of a test that fails has the seed, and repeats it. With
+FULL=1, a solver is lost at each call, and not at some.
 """
 
 from __future__ import annotations
 
 import os
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
-from typing import Any, Iterator, List, Optional, Sequence, Set
+from typing import Any, Callable, Iterator, List, Optional, Sequence, Set
 
 import pytest
 from conftest import PACKAGE
-from crashes import Crash, Life, Runs, World, outcome
+from crashes import Client, Crash, Life, Runs, World, outcome
 from draws import draws
 
 from rosclingo.errors import ServiceError
@@ -24,23 +25,28 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import SINGLE, find_mode, make_parts
+from rosoclingo.errors import StoreError
 from rosoclingo.loop.controller import Controller
+from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.inbox import Message
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.solver import Forwarding, Solver
 from rosoclingo.store.store import Store
 from rosoclingo.store.stored_loop import StoredLoop
 
 REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)"]
+CANCELS = {"3": "accepted", "4": ""}
 ENDS = {"1": ["succeeded"], "2": ["rejected"], "3": ["canceled"], "4": ["canceled"]}
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 CASES = [(DYN_RESET, "line_demand.lp"), (RECORDING, "line.lp"), (SINGLE, "line_1.0.lp")]
 UNHEARD = ["after plan", "after note", "after feedback"]
-KILLS = 30  # in a run
+KILLS = 30  # of a seed
 SEEDS = -(-int(os.environ.get("CRASHES", "60")) // KILLS)
 
 
 def world() -> World:
-    return World(REQUESTS, {"3": "accepted", "4": ""})
+    return World(REQUESTS, CANCELS)
 
 
 @pytest.fixture
@@ -87,12 +93,24 @@ def test_a_second_crash_in_the_recovery(folder: Path) -> None:
 
 @pytest.mark.parametrize("seed", range(SEEDS))
 def test_random_kills(seed: int, folder: Path) -> None:
-    runs, calm, chance = Runs(folder, DYN_RESET), world(), Random(seed)
+    """There are runs until so many kills were made: one may be through before it is killed again.
+
+    A message has no acknowledgement. One that has come is told once.
+    """
+    runs, calm, chance, count = Runs(folder, DYN_RESET), world(), Random(seed), 0
     runs.run(calm)
-    kills = [chance.randrange(1, 40) for _ in range(KILLS)]
-    disturbed = world()
-    runs.run(disturbed, kills)
-    assert outcome(disturbed) == outcome(calm)
+    while runs.kills < KILLS:
+        kills = [chance.randrange(1, 40) for _ in range(KILLS - runs.kills)]
+        disturbed, file = World(REQUESTS, CANCELS, [Message("info", "close(6)")]), runs.file()
+        runs.run(disturbed, kills, file)
+        assert outcome(disturbed) == outcome(calm)
+        with closing(Store(file)) as store:
+            told = [record.event for record in store.records]
+            assert any("closed(6)" in command for command in store.commands)
+        messages = [one for one in told if isinstance(one, MessageArrived) and one.source == "info"]
+        assert [one.value for one in messages] == ["close(6)"]
+        count += 1
+    print(f"seed {seed}: {runs.kills} kills in {count} runs")
 
 
 class Mortal(Forwarding):
@@ -150,6 +168,65 @@ def test_a_solver_is_lost_at_each_call(folder: Path, encoding: str, *, is_planne
         assert waits[0] == often
 
 
+class Searching(Forwarding):
+    """A solver in whose searches something happens, which looks whether to stop then."""
+
+    def __init__(self, solver: Solver, happens: Callable[[int], None]) -> None:
+        super().__init__(solver)
+        self._happens = happens
+        self._searches = 0
+
+    def solve(
+        self,
+        assumptions: Sequence[wire.Assumption] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[wire.Improvement], None] = lambda _: None,
+    ) -> wire.Outcome:
+        if stopped is not None:
+            self._searches += 1
+            for number in range(3):
+                self._happens(3 * self._searches + number)
+                stopped()
+        return super().solve(assumptions, stopped, improved)
+
+
+@pytest.mark.parametrize("dies", [False, True])
+@pytest.mark.parametrize("encoding", ["line.lp", "line_demand.lp"])
+def test_a_rejection_does_not_wait_for_a_search(folder: Path, encoding: str, *, dies: bool) -> None:
+    """And if the process dies in that search, the journal tells of the goal nevertheless."""
+    runs, calm, disturbed, file = Runs(folder, DYN_RESET, encoding), world(), world(), folder / "a"
+    runs.run(calm)
+    client = disturbed.clients["new"] = Client()
+    lives: List[Life] = []
+    words: List[List[str]] = []
+    begin = 3 * 4  # in the fourth search
+
+    def happens(number: int) -> None:
+        if number == begin:
+            lives[-1].put(Goal("visit(98)", ("some",), "new", client))
+        if number == begin + 2 and not words:
+            words.append(list(client.words))
+            if dies:
+                raise Crash
+
+    runs.parts = replace(runs.parts, planner=Searching(runs.parts.planner, happens))
+    with closing(Store(file)) as store:
+        lives.append(Life(disturbed, store, runs.make(store)))
+        client.note = lives[-1].loop.state.note
+        with suppress(Crash):
+            lives[-1].live()
+    assert words == [["rejected"]]
+    runs.parts = replace(runs.parts, planner=runs._engine)
+    runs.run(disturbed, file=file)
+    assert client.words == ["rejected"]
+    del disturbed.clients["new"]
+    assert outcome(disturbed) == outcome(calm)
+    with closing(Store(file)) as store:
+        told = [record.event for record in store.records]
+    about = [one for one in told if getattr(one, "goal", "") == "new"]
+    assert [type(one).__name__ for one in about] == ["GoalArrived", "StatusSet"]
+
+
 def test_a_solver_that_does_not_come_back(folder: Path) -> None:
     runs = Runs(folder, DYN_RESET)
 
@@ -162,6 +239,32 @@ def test_a_solver_that_does_not_come_back(folder: Path) -> None:
     runs.parts = replace(runs.parts, planner=mortal)
     with pytest.raises(ServiceError, match="there is no solver"):
         runs.run(world())
+
+
+def test_a_solver_comes_back_with_something_else(folder: Path) -> None:
+    """The run is refused as at a start: its goals stay open, and go on with what they had."""
+    runs, calm, disturbed, file = Runs(folder, DYN_RESET), world(), world(), folder / "a.store"
+    runs.run(calm)
+    before = runs.started_with
+
+    def wait() -> None:
+        runs.started_with = {"the file line.lp of planner": "12ab"}
+
+    runs.wait = wait
+    mortal = Mortal(runs.parts.planner)
+    runs.parts = replace(runs.parts, planner=mortal)
+    mortal.lost_at = {30}
+    with closing(Store(file)) as store:
+        loop = (life := Life(disturbed, store, runs.make(store))).loop
+        assert isinstance(loop, StoredLoop)
+        with pytest.raises(StoreError, match=r"something else: .*the file line.lp") as error:
+            life.live()
+        loop.end(str(error.value))
+        assert loop.is_refused
+    assert any(client.words and not client.end() for client in disturbed.clients.values())
+    runs.started_with = before
+    runs.run(disturbed, file=file)
+    assert outcome(disturbed) == outcome(calm)
 
 
 def test_what_a_plan_costs_is_shown_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

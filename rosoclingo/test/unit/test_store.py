@@ -4,30 +4,36 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import importlib
 import json
 import shutil
 import sqlite3
+import sys
 from collections import deque
 from pathlib import Path
 from random import Random
-from typing import Callable, Deque, Dict, List, Optional, Set, Tuple
+from typing import Callable, Deque, Dict, List, Optional, Sequence, Set, Tuple
+from unittest.mock import MagicMock
 
 import pytest
-from crashes import Crash, Life, Runs, World, outcome
+from crashes import Client, Crash, Life, Runs, World, outcome
 
+from rosclingo.errors import ServiceError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError, StoreError
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.journal import LoopWaits, NumberedRecord, Record
+from rosoclingo.loop.inbox import Message
+from rosoclingo.loop.journal import LOOP, LoopWaits, NodeResumed, NumberedRecord, Record
 from rosoclingo.store.commands import RecordedSolver
 from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.fields import Fields, read
 from rosoclingo.store.outbox import Outbox
 from rosoclingo.store.started_with import started_with
 from rosoclingo.store.store import Changes, Store
+from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 REQUESTS = ["visit(2)", "visit(1)"]
@@ -157,6 +163,86 @@ def test_two_nodes_with_one_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     Store(tmp_path / "a.store").close()
 
 
+def test_a_store_that_another_node_has_is_not_put_aside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rosoclingo.store.database._WAIT_SECONDS", 0.1)
+    store = Store(tmp_path / "a.store")
+    done: List[str] = []
+    with pytest.raises(StoreError, match="another node that still runs uses it"):
+        put_aside(tmp_path / "a.store", lambda: done.append("done"))
+    assert not done
+    store.add(Message("info", "open(1)"))
+    store.close()
+    assert put_aside(tmp_path / "a.store", lambda: done.append("done"))
+    assert done
+
+
+@pytest.mark.parametrize("crash", range(1, 6))
+@pytest.mark.parametrize("is_damaged", [False, True])
+def test_the_process_dies_while_a_store_is_put_aside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, crash: int, *, is_damaged: bool
+) -> None:
+    """Before or after each change of the folder: the next one puts aside what is left."""
+    _, made = run_to(tmp_path, REQUESTS)
+    file, old = tmp_path / "b.store", Store(made)
+    old.add(Message("info", "open(1)"))
+    copy(made, file)  # with a log, as of a process that has died
+    old.close()
+    if is_damaged:
+        file.write_bytes(b"a letter of some length, which is no store of a run")
+    points: List[object] = []
+    done: List[str] = []
+
+    def point() -> None:
+        points.append(None)
+        if len(points) == crash:
+            raise Crash
+
+    def dies(change: Callable[..., object]) -> Callable[..., None]:
+        def call(*arguments: object) -> None:
+            point()
+            change(*arguments)
+            point()
+
+        return call
+
+    with monkeypatch.context() as patch, contextlib.suppress(Crash):
+        patch.setattr(Path, "rename", dies(Path.rename))
+        patch.setattr(Path, "unlink", dies(Path.unlink))
+        put_aside(file, lambda: done.append("first"))
+    assert bool(done) == (crash == 5)  # of the log and of the file
+    if not done:
+        put_aside(file, lambda: done.append("second"))
+    assert done
+    assert not {"b.store", "b.store-wal"}.intersection(one.name for one in tmp_path.iterdir())
+    with contextlib.closing(Store(file)) as new:
+        assert new.snapshot is None
+        assert not new.goals
+    if not is_damaged:
+        with contextlib.closing(Store(tmp_path / "b.store.old1")) as kept:
+            assert list(kept.goals) == ["1", "2"]
+            assert [item for _, item in kept.inputs(lambda _: None)] == [Message("info", "open(1)")]
+
+
+def test_a_log_without_its_file(tmp_path: Path) -> None:
+    """It would be taken for the log of a new file, and the old run would go on."""
+    _, made = run_to(tmp_path, REQUESTS)
+    old, file = Store(made), tmp_path / "b.store"
+    old.add(Message("info", "open(1)"))
+    copy(made, file)
+    old.close()
+    file.unlink()
+    with pytest.raises(StoreError, match=r"b.store is gone, but its log b.store-wal is there"):
+        Store(file)
+    assert put_aside(file) == tmp_path / "b.store.old1"
+    assert (tmp_path / "b.store.old1-wal").exists()
+    store = Store(file)
+    assert store.snapshot is None
+    store.close()
+    assert put_aside(file) == tmp_path / "b.store.old2"
+
+
 def test_another_encoding(tmp_path: Path) -> None:
     runs, file = run_to(tmp_path, REQUESTS)
     runs.started_with = {"the file line.lp of planner": "12ab"}
@@ -197,6 +283,122 @@ def test_a_full_disk(tmp_path: Path) -> None:
     assert is_open == {key for key, one in world.clients.items() if one.known and not one.end()}
     runs.run(world, file=file)
     assert outcome(world) == outcome(calm)
+
+
+def test_nothing_leaves_of_a_run_that_is_refused(tmp_path: Path) -> None:
+    """And what comes meanwhile is kept for the run with what it was started with."""
+    runs, calm, file = Runs(tmp_path, RECORDING), World(REQUESTS), tmp_path / "a.store"
+    world = World(REQUESTS)
+    points = list(runs.run(calm))
+    crash = points.index("before publication") + 2
+
+    def point(what: str) -> None:
+        points.append(what)
+        if len(points) == crash:
+            raise Crash
+
+    points.clear()
+    with contextlib.closing(Store(file, point=point)) as store, pytest.raises(Crash):
+        Life(world, store, runs.make(store)).live()
+    assert world._open
+    before, runs.started_with = runs.started_with, {"the file line.lp of planner": "12ab"}
+    heard: List[object] = []
+    with contextlib.closing(Store(file)) as store:
+        life = Life(world, store, runs.make(store))
+        loop = life.loop
+        assert isinstance(loop, StoredLoop)
+        with pytest.MonkeyPatch.context() as patch:
+            for what in ("hear", "turn"):
+                patch.setattr(world, what, lambda *said: heard.append(said))
+            goals = loop.resume(lambda known: world.clients[known.id])
+            waiting = Goal("visit(4)", (), "3", late := Client())
+            life.put(waiting)
+            life.cancel(waiting)  # in another thread, as it were
+            with pytest.raises(StoreError, match="with something else") as error:
+                loop.prepare()
+            loop.end(str(error.value))
+    assert not heard
+    assert not late.words
+    assert list(goals) == ["1"]
+    runs.started_with = before
+    world.clients["3"] = late
+    runs.run(world, file=file)
+    assert late.words == ["canceled"]
+    del world.clients["3"]
+    assert outcome(world) == outcome(calm)
+
+
+@pytest.mark.parametrize("goes_on", [False, True])
+def test_a_disk_that_is_full_from_the_beginning(tmp_path: Path, *, goes_on: bool) -> None:
+    """The node cannot begin, which is told from an end that comes later."""
+    runs, world, file = Runs(tmp_path, RECORDING), World(REQUESTS), tmp_path / "a.store"
+    full: List[bool] = []
+
+    def point(what: str) -> None:
+        if full:
+            raise sqlite3.OperationalError("database or disk is full")
+
+    def fails(when: str) -> StoredLoop:
+        with contextlib.closing(Store(file, point=point)) as store:
+            life = Life(world, store, runs.make(store))
+            loop = life.loop
+            assert isinstance(loop, StoredLoop)
+            prepare, waits = loop.prepare, life.wait
+
+            def begin() -> None:
+                full.extend([True] * (when == "begin"))
+                prepare()
+
+            def wait(timeout: float) -> bool:
+                full.extend([True] * (when == "later" and bool(world.effects)))
+                return waits(timeout)
+
+            loop.prepare = begin  # type: ignore[method-assign]
+            life.wait = wait  # type: ignore[method-assign]
+            with pytest.raises(StoreError, match="there is no more room") as error:
+                life.live()
+            loop.end(str(error.value))
+            full.clear()
+            return loop
+
+    if goes_on:
+        assert not fails("later").is_refused
+    assert fails("begin").is_refused
+    runs.run(world, file=file)
+    assert all(client.end() == ["succeeded"] for client in world.clients.values())
+
+
+@pytest.mark.parametrize(
+    ("resumed", "unsure"),
+    [
+        ([], ["late"]),
+        ([(20.0, 20.0)], ["late"]),  # and it died at once
+        ([(20.0, 21.9), (40.0, 40.1), (41.0, 41.1)], ["late"]),
+        ([(20.0, 22.0)], []),  # it has lived for so long that the results have left it
+        ([(20.0, 22.0), (40.0, 40.1)], []),
+        ([(10.5, 10.6)], ["late"]),
+        ([(11.5, 14.0)], []),
+    ],
+)
+def test_of_which_ends_clients_may_not_know(
+    tmp_path: Path, resumed: List[Tuple[float, float]], unsure: List[str]
+) -> None:
+    """A result that is published again may be lost again, if the process dies again."""
+    file, now = tmp_path / "a.store", [0.0]
+    runs = Runs(tmp_path, RECORDING)
+    with contextlib.closing(Store(file, now=lambda: now[0])) as store:
+        for name, now[0] in (("early", 5.0), ("late", 10.0)):
+            store.add(Goal("visit(2)", (), name))
+            times = [NumberedRecord(LoopWaits(), 0, 0, int(now[0]), now[0])]
+            store.write(Changes(records=times, words={name: ("succeeded", "")}))
+        for number, (begin, last) in enumerate(resumed, 10):
+            for node, when in ((LOOP, begin), ("planner", last)):
+                event = NumberedRecord(NodeResumed(node), 0, 0, 2 * number + (node != LOOP), when)
+                store.write(Changes(records=[event]))
+    with contextlib.closing(Store(file)) as store:
+        loop = Life(World([]), store, runs.make(store)).loop
+        assert isinstance(loop, StoredLoop)
+        assert [one.id for one in loop.unsure()] == unsure
 
 
 def test_a_goal_that_cannot_be_stored(tmp_path: Path) -> None:
@@ -328,6 +530,69 @@ def test_writes_and_size(tmp_path: Path) -> None:
     goals = 2 * 20  # each is written when it comes
     assert writes[1] - writes[0] <= 2 * (steps[1] - steps[0]) + goals
     assert rows[1] == rows[0]
+
+
+class Trips(World):
+    """A client that asks for the next trip when the one before has ended; the store is measured."""
+
+    def __init__(self, trips: int, steps: Sequence[int]) -> None:
+        super().__init__(["visit(6)", "visit(1)"] * trips)
+        self.pages: List[int] = []
+        self.rows: List[Dict[str, int]] = []
+        self._steps = list(steps)
+
+    def turn(self, life: Life) -> None:
+        if len(self.effects) in self._steps[:1]:
+            self._steps.pop(0)
+            database = life.store._database
+            self.pages += database._connection.execute("PRAGMA page_count").fetchone()
+            self.rows.append({part: len(rows) for part, rows in database._known.items()})
+        to_ask = self._to_ask
+        if self._open:
+            self._to_ask = []
+        super().turn(life)
+        self._to_ask = to_ask
+
+
+@pytest.mark.long
+def test_a_file_does_not_grow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As soon as it has as many events and ended goals as are kept."""
+    monkeypatch.setattr("rosoclingo.store.store._MOST_EVENTS", 100)
+    monkeypatch.setattr("rosoclingo.store.store._MOST_ENDED", 10)
+    world = Trips(60, [200, 590])
+    Runs(tmp_path, DYN_RESET).run(world)
+    assert len(world.effects) == 600
+    assert world.rows[0] == world.rows[1]
+    assert world.pages[1] <= 1.1 * world.pages[0]
+    assert world.pages[1] * PAGE < 2**20
+
+
+@pytest.mark.parametrize("seconds", [3.0, 0.0])
+def test_how_long_is_waited_for_a_solver(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: float
+) -> None:
+    """As ``~solver_timeout`` says; the messages are not there without a build, nor needed."""
+    for module in ("rosoclingo.msg", "rosoclingo.ros.storing"):
+        monkeypatch.setitem(sys.modules, module, MagicMock())
+    monkeypatch.delitem(sys.modules, "rosoclingo.ros.storing")
+    storing = importlib.import_module("rosoclingo.ros.storing")
+    monkeypatch.setattr("rospy.get_param", lambda name, *_: {"~solver_timeout": seconds}[name])
+    waited: List[float] = []
+    lost = ServiceError("there is no planner")
+
+    def wait(time: float) -> None:
+        waited.append(time)
+        raise lost
+
+    runs = Runs(tmp_path, DYN_RESET)
+    with contextlib.closing(Store(tmp_path / "a.store")) as store:
+        inbox = StoredInbox(store)
+        stored = storing.Storing(store, inbox, dict, wait)
+        parts = runs.parts
+        loop = stored.loop(parts.decider(), parts.planner, parts.commands, Environment())
+        with pytest.raises(ServiceError, match="there is no planner"):
+            loop.wait_for_solver(lost)
+    assert waited == ([seconds] if seconds else [])
 
 
 class Listening(Environment):

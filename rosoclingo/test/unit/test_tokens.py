@@ -68,6 +68,16 @@ class Robot(System):
         return [(e.source, e.value) for e in events if isinstance(e, journal.MessageArrived)]
 
 
+def test_a_run_shows_itself_before_it_has_an_action() -> None:
+    """Who has answered an action of another run learns that nobody waits for that."""
+    one = robot(lambda _: None)
+    one.run()
+    assert one.shown == [(one.loop.state.tokens.run, [])]
+    two = robot(lambda _: None)
+    two.loop.restore(one.loop.snapshot(), lambda _: one.new_goal("none", (), "none"))
+    assert two.shown == one.shown
+
+
 def robot(play: Callable[[Robot], None], *files: str, mode: str = MODE) -> Robot:
     options = Options((LINE, *files))
     constants = () if mode == SINGLE else ("-c", "steps=30")
@@ -89,7 +99,7 @@ def test_an_answer_with_its_token(mode: str) -> None:
     assert made.messages == [("robot", "success")] * 3
     assert made.dropped == made.warnings == []
     # Each action is shown before it is published, and the last answer in the end.
-    told = [(one.number, one.action, one.answer) for _, [one] in made.shown]
+    told = [(one.number, one.action, one.answer) for _, [one] in made.shown[1:]]
     assert told == [
         (1, "go(2)", None), (2, "go(3)", None), (3, "go(4)", None), (3, "go(4)", "success"),
     ]  # fmt: skip
@@ -299,6 +309,6 @@ def test_an_abort() -> None:
     made._play = lambda robot: robot.reply("success")
     assert made.run() is None
     assert goal.words == ["accepted", "succeeded"]
-    told = [(one.number, one.action, one.aborted, one.answer) for _, [one] in made.shown]
+    told = [(one.number, one.action, one.aborted, one.answer) for _, [one] in made.shown[1:]]
     assert told[:2] == [(1, "go(2)", False, None), (1, "go(2)", True, None)]
     assert told[-1] == (2, "go(2)", False, "success")

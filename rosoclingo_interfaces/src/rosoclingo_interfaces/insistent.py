@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from dataclasses import dataclass
-from typing import Any, Callable, Dict, Iterable, Tuple
+from typing import Any, Callable, Dict, FrozenSet, Iterable, Tuple
 
 Key = Tuple[str, str, int]
 """What an answer is to: actuator, run and number."""
@@ -39,19 +39,26 @@ class Insistent:
         self._first_seconds = first_seconds
         self._changed = threading.Condition()  # guards the answers; held for moments only
         self._sent: Dict[Key, _Sent] = {}
+        self._open: FrozenSet[Key] = frozenset()  # what is to be answered
         threading.Thread(target=self._run, name="answers", daemon=True).start()
 
     def add(self, key: Key, answer: Any) -> None:
-        """Takes note of an answer that is about to be sent for the first time."""
+        """Takes note of an answer that is about to be sent for the first time.
+
+        One that nobody waits for any more, because its run is over, is sent once.
+        """
         with self._changed:
+            if key not in self._open:
+                return
             pause = self._first_seconds
             self._sent[key] = _Sent(answer, time.monotonic() + pause, pause)
             self._changed.notify()
 
     def keep(self, keys: Iterable[Key]) -> None:
-        """Forgets all answers but those to what is still to be answered."""
+        """Takes note of all that is still to be answered, and forgets the answers to the rest."""
         with self._changed:
-            self._sent = {key: self._sent[key] for key in keys if key in self._sent}
+            self._open = frozenset(keys)
+            self._sent = {key: sent for key, sent in self._sent.items() if key in self._open}
 
     def _run(self) -> None:
         while True:

@@ -147,8 +147,10 @@ class Loop:
         return self._controller.dynamic
 
     def prepare(self) -> None:
-        """Prepares the controller."""
+        """Prepares the controller, and shows that nobody was told anything in this run."""
         self._controller.prepare()
+        tokens = self.state.tokens
+        self._environment.show_told(tokens.run, tokens.told)
         if not self.dynamic:
             self.state.mail.refuse("the controller's mode is static: it takes no goals")
 

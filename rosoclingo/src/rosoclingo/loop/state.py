@@ -165,8 +165,7 @@ class State(Progress):
         take_over(self.arrivals, saved.arrivals)
         take_over(self.durations, saved.durations)
         self.waiting.reminded = saved.reminded
-        if self.tokens.last:
-            self.environment.show_told(self.tokens.run, self.tokens.told)
+        self.environment.show_told(self.tokens.run, self.tokens.told)
         return goals
 
     @property

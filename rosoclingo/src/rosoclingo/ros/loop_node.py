@@ -155,7 +155,7 @@ class Node:
 
     @property
     def is_refused(self) -> bool:
-        """Whether it is not sure that the loop can go on with the run in its store."""
+        """Whether it is not sure that the loop can use its store, or go on with the run in it."""
         return isinstance(self._loop, StoredLoop) and self._loop.is_refused
 
     def is_alive(self) -> bool:

@@ -107,8 +107,7 @@ def open_store() -> Optional[Store]:
         return None
     path = Path(file).expanduser().absolute()
     if resume:
-        forget("resume")  # a node that is started again goes on
-        aside = put_aside(path)
+        aside = put_aside(path, lambda: forget("resume"))  # a node that is started again goes on
         if aside is not None:
             rospy.logwarn("the store of before is now %s", aside)
     store = Store(path)

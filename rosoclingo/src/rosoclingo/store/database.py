@@ -26,6 +26,7 @@ _VERSION = 2  # of the format
 _WAIT_SECONDS = 5.0  # for a node that is just ending, and has the file
 _CHECKPOINT_PAGES = 256  # of 4 KiB: so long does the write-ahead log grow
 _BITS = 64
+_LOGS = ("-wal", "-shm")  # what is next to a file, as long as it is open or if its process has died
 
 
 class Database:
@@ -63,7 +64,7 @@ class Database:
         self._is_durable = True
         self._failure: Optional[StoreError] = None
         self._closed = False
-        with self._told("cannot be opened"):
+        with _told(self.path, "cannot be opened"):
             _make(path)
             self._connection = _connect(path)
         try:
@@ -87,7 +88,7 @@ class Database:
 
     def _open(self, most_pages: int) -> None:
         run = self._connection.execute
-        with self._told("cannot be opened"):
+        with _told(self.path, "cannot be opened"):
             run("PRAGMA locking_mode = EXCLUSIVE")
             (application,) = run("PRAGMA application_id").fetchone()
             (version,) = run("PRAGMA user_version").fetchone()
@@ -114,7 +115,7 @@ class Database:
         try:
             (said,) = run("PRAGMA integrity_check(1)").fetchone()
             if said != "ok":
-                raise self._damaged(said)
+                raise _damaged(self.path, said)
             for number, *row in run("SELECT id, part, key, value FROM row"):
                 part, key, value = map(str, row)
                 digest = _digest(number, part, key, value)
@@ -123,16 +124,13 @@ class Database:
                 self._next = max(self._next, number + 1)
             seals = run("SELECT sum FROM seal").fetchall()
         except sqlite3.Error as err:
-            raise self._damaged(err) from err
+            raise _damaged(self.path, err) from err
         if seals != [(str(self._seal),)]:
-            raise self._damaged("its rows were not written together")
-
-    def _damaged(self, reason: object) -> StoreError:
-        return StoreError(f"the store {self.path} is damaged: {reason}; {_FRESH}")
+            raise _damaged(self.path, "its rows were not written together")
 
     def read(self, part: str) -> Dict[str, str]:
         """Returns the rows of a part, in the order in which they were added."""
-        with self._lock, self._told("cannot be read"):
+        with self._lock, _told(self.path, "cannot be read"):
             rows = self._connection.execute(
                 "SELECT key, value FROM row WHERE part = ? ORDER BY id", (part,)
             )
@@ -166,7 +164,7 @@ class Database:
             if not (rows.changes or durable):
                 return
             try:
-                with self._told("cannot be written"):
+                with _told(self.path, "cannot be written"):
                     self._commit(rows, durable)
             except StoreError as err:
                 self._failure = err
@@ -190,26 +188,6 @@ class Database:
                 run("ROLLBACK")
             raise
         self._point(f"after {name}")
-
-    @contextlib.contextmanager
-    def _told(self, what: str) -> Iterator[None]:
-        """A context in which SQLite's errors become ours."""
-        try:
-            yield
-        except sqlite3.DatabaseError as err:
-            text = str(err)
-            begin = f"the store {self.path} {what}: "
-            if "locked" in text:
-                remedy = "another node that still runs uses it; give each a store of its own"
-            elif "full" in text:
-                remedy = "there is no more room; make some, and start again"
-            elif "malformed" in text or "not a database" in text:
-                raise self._damaged(text) from err
-            else:
-                remedy = f"{text}; is its folder there, and may this user write to it?"
-            raise StoreError(begin + remedy) from err
-        except OSError as err:
-            raise StoreError(f"the store {self.path} {what}: {err.strerror}") from err
 
 
 class Rows:
@@ -285,6 +263,12 @@ def _make(path: Path) -> None:
     """Makes a file without rows, unless there is one; it is there when it is whole."""
     if path.exists():
         return
+    log = path.with_name(f"{path.name}-wal")
+    if log.exists() and log.stat().st_size:
+        raise StoreError(
+            f"the store {path} is gone, but its log {log.name} is there, and has what was written "
+            f"last; put back the file, or remove the log, or {_FRESH}"
+        )
     new = path.with_name(f"{path.name}.new")
     if new.exists():  # a process has died meanwhile
         new.unlink()
@@ -320,22 +304,92 @@ def _sync_folder(path: Path) -> None:
             os.close(folder)
 
 
-def put_aside(path: Path) -> Optional[Path]:
+def put_aside(path: Path, done: Callable[[], None] = lambda: None) -> Optional[Path]:
     """Renames a store, so that another one can begin; returns its new name, if there was one.
 
+    If the process dies meanwhile, the file is in one of both places, and not without what its log
+    has, and no log is left where another file is to begin.
+
+    Args:
+        path: The file.
+        done: Called when nothing is left in its place, before this returns.
+
     Raises:
-        StoreError: It cannot be renamed.
+        StoreError: It cannot be renamed, or another node has it.
     """
-    if not path.exists():
+    logs = [path.with_name(path.name + suffix) for suffix in _LOGS]
+    if not any(map(os.path.lexists, (path, *logs))):
+        done()
         return None
     number = 1
-    while (aside := path.with_name(f"{path.name}.old{number}")).exists():
+    while any(os.path.lexists(f"{path}.old{number}{suffix}") for suffix in ("", *_LOGS)):
         number += 1
+    aside = path.with_name(f"{path.name}.old{number}")
     try:
-        for suffix in ("", "-wal", "-shm"):
-            old = path.with_name(path.name + suffix)
-            if old.exists():
-                old.rename(aside.with_name(aside.name + suffix))
+        with _reserved(path):
+            for log in logs:  # first, as a log that is left would be taken for that of a new file
+                if log.exists() and log.stat().st_size == 0:
+                    log.unlink()
+                elif log.exists():
+                    log.rename(aside.with_name(aside.name + log.name[len(path.name) :]))
+            if path.exists():
+                path.rename(aside)
+            _sync_folder(path)
     except OSError as err:
         raise StoreError(f"the store {path} cannot be kept aside: {err.strerror}") from err
+    done()
     return aside
+
+
+@contextlib.contextmanager
+def _reserved(path: Path) -> Iterator[None]:
+    """A context in which no other node has a file, if there is one, and its log is empty.
+
+    A file that is damaged, or no database at all, is nobody's.
+
+    Raises:
+        StoreError: Another node has it.
+    """
+    if not path.exists():
+        yield
+        return
+    with contextlib.closing(_connect(path)) as connection:
+        with _told(path, "cannot be kept aside"):
+            try:
+                connection.execute("PRAGMA locking_mode = EXCLUSIVE")
+                connection.execute("BEGIN EXCLUSIVE")
+                connection.execute("COMMIT")  # which keeps the lock
+                connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            except sqlite3.DatabaseError as err:
+                if not _is_damage(err):
+                    raise
+        yield
+
+
+def _is_damage(err: sqlite3.Error) -> bool:
+    """Whether SQLite says that a file is not what it was, or was never one of its own."""
+    return "malformed" in str(err) or "not a database" in str(err)
+
+
+@contextlib.contextmanager
+def _told(path: Path, what: str) -> Iterator[None]:
+    """A context in which SQLite's errors become ours."""
+    try:
+        yield
+    except sqlite3.DatabaseError as err:
+        text = str(err)
+        if "locked" in text:
+            remedy = "another node that still runs uses it; give each a store of its own"
+        elif "full" in text:
+            remedy = "there is no more room; make some, and start again"
+        elif _is_damage(err):
+            raise _damaged(path, text) from err
+        else:
+            remedy = f"{text}; is its folder there, and may this user write to it?"
+        raise StoreError(f"the store {path} {what}: {remedy}") from err
+    except OSError as err:
+        raise StoreError(f"the store {path} {what}: {err.strerror}") from err
+
+
+def _damaged(path: Path, reason: object) -> StoreError:
+    return StoreError(f"the store {path} is damaged: {reason}; {_FRESH}")

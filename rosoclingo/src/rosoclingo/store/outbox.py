@@ -45,12 +45,20 @@ class _Held:
     def __bool__(self) -> bool:
         return bool(self.records or self.releases)
 
+    def add(self, said: _Held) -> None:
+        """Adds what is said next."""
+        self.records += said.records
+        self.actions += said.actions
+        self.words.update(said.words)
+        self.accepted += said.accepted
+        self.releases += said.releases
+
 
 class Outbox(Environment):
     """An environment that lets no action, status, result or event out before it is written.
 
     What the loop's thread says, leaves when it is written what the loop knows; what others say, at
-    once. Thread-safe.
+    once. But nothing leaves of a run in the store before it is known that it goes on. Thread-safe.
     """
 
     def __init__(self, environment: Environment, store: Store) -> None:
@@ -63,6 +71,7 @@ class Outbox(Environment):
         self._environment = environment
         self._store = store
         self._owner: Optional[int] = None  # the loop's thread
+        self._is_unsure = store.snapshot is not None  # whether the run in the store goes on
         self._held = _Held()  # of the loop's thread; others add to its records
         # Guards the journal's number, and that its records leave in their order. Held while it is
         # written, and actions leave; whoever has it takes no lock of actionlib's or of a goal.
@@ -71,8 +80,10 @@ class Outbox(Environment):
         self._written: Deque[NumberedRecord] = deque()  # and have not left yet
 
     def begin(self) -> None:
-        """Takes note that the loop's thread is this one."""
-        self._owner = threading.get_ident()
+        """Takes note that the loop's thread is this one, and that it goes on."""
+        with self._lock:
+            self._owner = threading.get_ident()
+            self._is_unsure = False
 
     # What the loop calls.
 
@@ -156,19 +167,15 @@ class Outbox(Environment):
             with contextlib.suppress(StoreError):  # the loop's thread ends because of it
                 self._let_out_of_another(said)
             return
-        held = self._held
-        held.records += said.records
-        held.actions += said.actions
-        held.words.update(said.words)
-        held.accepted += said.accepted
-        held.releases += said.releases
+        self._held.add(said)
 
     def _let_out_of_another(self, said: _Held) -> None:
         """Lets out what another thread says."""
         with self._lock:
-            if self._held.records and any(map(_is_recall, said.records)):
-                # Who reads the journal goes by what the loop has done before.
-                self._held.records += said.records
+            # Who reads the journal goes by what the loop has done before.
+            waits_for_loop = self._held.records and any(map(_is_recall, said.records))
+            if self._is_unsure or waits_for_loop:
+                self._held.add(said)
                 return
             self._write(said, Changes())
             self._tell()
@@ -185,15 +192,23 @@ class Outbox(Environment):
         return not self._held
 
     def flush(self) -> None:
-        """Lets out what rests on nothing that is to be written, such as feedback.
+        """Lets out what rests on nothing that the loop knows, such as feedback.
+
+        That goals are rejected is written before, without the loop's snapshot, in which the search
+        may be half done for which it would wait. Whoever goes on from there knows these goals no
+        more, and has the journal tell of them.
 
         Raises:
-            StoreError: What came before could not be written.
+            StoreError: It cannot be written, or what came before could not.
         """
         if threading.get_ident() != self._owner:
             return
         if self._store.failure is not None:
             raise self._store.failure
+        if self._held.words and all(word == "rejected" for word, _ in self._held.words.values()):
+            with self._lock:
+                words, self._held.words = self._held.words, {}
+                self._store.write(Changes(words=words))
         if self._held.releases and not self.is_urgent:
             releases, self._held.releases = self._held.releases, []
             self._release(releases)

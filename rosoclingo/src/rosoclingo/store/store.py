@@ -26,6 +26,7 @@ _INPUT, _JOURNAL, _OUT = "input", "journal", "out"
 _ENDED = "ended"
 _STARTED_WITH = "started with"
 _MOST_EVENTS = 2_000  # of the journal; as many as the node's topic has for late subscribers
+_DRAINED_SECONDS = 2.0  # so long after it was published, a result has left the process for sure
 _MOST_ENDED = 1_000  # goals of which it is known how they have ended; as many as the node knows
 
 
@@ -87,7 +88,8 @@ class Store:
     Attributes:
         goals: The goals that were known when it was opened, and may be of interest, by their ids.
         ended: Why the run that was in the file has ended; None if it has not, or there was none.
-        last: When the last event in it was, in seconds of wall time.
+        unsure_since: Since when goals have ended of which their clients may not know it, in seconds
+            of wall time.
         snapshot: What the loop knew; None if it has not begun.
     """
 
@@ -115,7 +117,7 @@ class Store:
         self._database = Database(path, most_pages=most_pages, point=point)
         self._fields = Fields(LoopSnapshot)
         try:
-            self.last = max((record.time for record in self.records), default=0.0)
+            self.unsure_since = _unsure_since(self.records)
             self.ended: Optional[str] = self._database.read(_RUN).get(_ENDED)
             if self.ended is not None:
                 self._clear()
@@ -349,6 +351,21 @@ def _item(values: List[Any], goals: Callable[[str], Optional[Goal]]) -> Optional
 def _goal(identifier: str, text: str) -> KnownGoal:
     request, information, *others = json.loads(text)
     return KnownGoal(identifier, request, tuple(information), *others)
+
+
+def _unsure_since(records: Sequence[NumberedRecord]) -> float:
+    """Returns since when goals have ended of which their clients may not know it.
+
+    A process that goes on publishes results again, and may die before they have left it: then those
+    are unsure of which it was so when it began.
+    """
+    last = records[-1].time if records else 0.0
+    for event, before in zip(reversed(records), list(reversed(records))[1:]):
+        if isinstance(event.event, journal.NodeResumed) and event.event.node == journal.LOOP:
+            if last - event.time >= _DRAINED_SECONDS:
+                break
+            last = before.time
+    return last - _DRAINED_SECONDS
 
 
 def _record(number: int, text: str) -> NumberedRecord:

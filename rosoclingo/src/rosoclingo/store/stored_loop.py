@@ -18,6 +18,7 @@ from rosoclingo.loop.journal import (
     LOOP,
     CommandDone,
     Event,
+    GoalArrived,
     NodeResumed,
     Reason,
     Status,
@@ -33,7 +34,6 @@ from rosoclingo.store.outbox import Outbox, StoredClient
 from rosoclingo.store.store import Changes, KnownGoal, Store
 
 _LATEST_SECONDS = 0.2  # so much work may be lost, besides the decision that is carried out
-_DRAINED_SECONDS = 2.0  # so long after it was published, a result has left the process for sure
 
 
 class StoredInbox(Inbox):
@@ -216,11 +216,12 @@ class StoredLoop(Loop):
             controller = LastingController(controller, _Back("controller", self))
         self._planner.written = lambda: store.commands
         self._saved: Optional[LoopSnapshot] = None
-        self.is_refused = store.snapshot is not None  # until it is sure that it can go on
+        self._is_unsure = store.snapshot is not None  # whether it can go on with that
+        self._has_begun = False  # which is written
         inbox.looked = self._outbox.flush
         inbox.waits = self._wait
         self._saved_at = 0.0
-        self._recalled: List[Event] = []  # what the journal does not tell yet
+        self._untold: List[Event] = []  # by the journal, of goals that have ended
         # What the controller knew before the decision that is carried out, and the result of a
         # search that it was told; None as soon as its command may have changed something else.
         self._before: Optional[Tuple[str, Optional[Result]]] = None
@@ -240,7 +241,14 @@ class StoredLoop(Loop):
             raise err
         self._outbox.warn(f"{err}; waits until that node is there, and gives it its commands again")
         self._wait_for_solvers()
+        was_unsure, self._is_unsure = self._is_unsure, True  # goals stay open if they are others
         self._store.check(self._started_with())
+        self._is_unsure = was_unsure
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether it is not sure that it can use its store, or go on with the run in it."""
+        return self._is_unsure or (not self._has_begun and self._store.failure is not None)
 
     def _way(self, goal: Goal) -> Callable[[GoalClient], GoalClient]:
         return lambda client: StoredClient(client, self._outbox, goal.id)
@@ -269,7 +277,7 @@ class StoredLoop(Loop):
         for goal in goals.values():
             end = known.get(goal.id)
             if end is not None and end.word and goal.stage is not Stage.ENDED:
-                self._recall(goal)
+                self._end(goal, end)
                 self.state.goals.some_ended = True
 
         def find(identifier: str) -> Optional[Goal]:
@@ -282,8 +290,11 @@ class StoredLoop(Loop):
                 goal.reroute(self._way(goal))
             elif new.reason == Reason.RECALLED:
                 goal = Goal(new.request, new.information, new.id)
-                self._recall(goal)
+                self._end(goal, new)
             else:
+                if new.word == "rejected":
+                    arrived = GoalArrived(new.id, new.request, new.information)
+                    self._tell_end(new, arrived)
                 return None
             goals[identifier] = goal
             return goal
@@ -295,19 +306,24 @@ class StoredLoop(Loop):
                 self._inbox.put_known(item, number)
         return {key: goal for key, goal in goals.items() if goal.stage is not Stage.ENDED}
 
-    def _recall(self, goal: Goal) -> None:
-        """Takes note that another thread had recalled a goal, which the loop had not taken note of.
+    def _end(self, goal: Goal, known: KnownGoal) -> None:
+        """Takes note that a goal has ended, of which the snapshot does not know.
 
-        The journal tells it, unless that has been told.
+        Another thread had recalled it, or it was rejected in a search.
         """
-        goal.stage, goal.recalled = Stage.ENDED, True
-        told = (record.event for record in self._store.records)
+        goal.stage, goal.recalled = Stage.ENDED, known.reason == Reason.RECALLED
+        self._tell_end(known)
+
+    def _tell_end(self, goal: KnownGoal, *before: Event) -> None:
+        """Has the journal tell how a goal has ended, with what was before, unless it was told."""
+        told = (*(record.event for record in self._store.records), *self._untold)
         if not any(isinstance(one, StatusSet) and one.goal == goal.id for one in told):
-            self._recalled.append(StatusSet(goal.id, Status.CANCELED, "", Reason.RECALLED))
+            end = StatusSet(goal.id, Status(goal.word), "", Reason.of(goal.reason))
+            self._untold += [*before, end]
 
     def unsure(self) -> List[KnownGoal]:
         """Returns the goals that ended so late that their clients may not know it."""
-        return [one for one in self.ended() if one.time >= self._store.last - _DRAINED_SECONDS]
+        return [one for one in self.ended() if one.time >= self._store.unsure_since]
 
     def ended(self) -> List[KnownGoal]:
         """Returns the goals of which it is known how they have ended, in that order."""
@@ -320,24 +336,27 @@ class StoredLoop(Loop):
             StoreError: The nodes were started with something else than before.
             PlannerError: The planner does not become what it was.
         """
-        self._outbox.begin()
         started_with = self._started_with()
+        if self._saved is not None:
+            self._store.check(started_with)
+        self._outbox.begin()
         if self._saved is None:
             self._store.begin(started_with)
             super().prepare()
             self._save()
+            self._has_begun = True
             return
-        self._store.check(started_with)
         self._controller.restore(self._saved.controller)
         self._planner.restore()
         self._saved = None
-        self.is_refused = False
+        self._is_unsure = False
         state = self.state
         state.note(NodeResumed(LOOP, seconds=time.monotonic() - self._begun))
-        for event in self._recalled:
+        for event in self._untold:
             state.note(event)
         state.show_plan()
         self._save()
+        self._has_begun = True
         if self._has_published():
             self._commands.publish()  # for those who come late: the topic is another process's
             self._save()
