@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import time
 from contextlib import closing
 from pathlib import Path
 from random import Random
@@ -170,3 +172,28 @@ def test_what_was_learned_outlives_crashes(
     assert outcomes[0] == outcomes[1]
     assert learned[0] == learned[1]
     assert learned[0].means["go"] == pytest.approx(25 - 15 * 0.7**5)
+
+
+@pytest.mark.parametrize(("listens_after", "learns"), [(2.0, False), (1000.0, True)])
+def test_nothing_is_learned_from_a_time_in_which_nobody_listened(
+    listens_after: float, learns: bool, file: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The node is back after 600 s; an action that is answered then may have taken much less."""
+    world = TimedWorld(["visit(2)"])
+
+    def back_late(*arguments: Any, **parameters: Any) -> Store:
+        """Opens the store, of a node that was down for a while if it is not the first one."""
+        pause = 600.0 if "a.store" in os.listdir(tmp_path) else 0.0
+        world.clock += pause
+        return Store(*arguments, now=lambda: time.time() + pause, **parameters)
+
+    monkeypatch.setattr(Life, "world_now", lambda life: life._world.clock, raising=False)
+    monkeypatch.setattr("crashes.Store", back_late)
+    monkeypatch.setattr("rosoclingo.store.stored_loop._SHORT_PAUSE_SECONDS", listens_after)
+    runs, path = Runs(tmp_path, DYN_RESET, file), tmp_path / "a.store"
+    crash = runs.run(TimedWorld(["visit(2)"])).index("before publication") + 3
+    runs.run(world, [crash], file=path)
+    with closing(Store(path)) as written:
+        times = [seconds for _, seconds in took(written.records)]
+    assert any(seconds > 600 for seconds in times) == learns
+    assert bool(times) == learns

@@ -42,6 +42,11 @@ _TERMINAL = {
     GoalStatus.RECALLED, GoalStatus.LOST,
 }  # fmt: skip
 
+_NOT_CANCELED = {
+    GoalStatus.PREEMPTING: GoalStatus.ACTIVE,
+    GoalStatus.RECALLING: GoalStatus.PENDING,
+}
+
 _REMEMBERED_GOALS = 10_000  # ended goals for which a cancel request may still come
 
 # Messages of a topic kept for clients whose connection is being made: so many, and for so long.
@@ -248,6 +253,16 @@ class LowLatencyActionServer(actionlib.ActionServer):
                     return
                 goal_id = GoalID(stamp=goal_id.stamp)  # for all up to then
             super().internal_cancel_callback(goal_id)
+
+    def take_back_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
+        """Has a goal be none that is to be cancelled; in the callback, before anybody knows of it.
+
+        Args:
+            handle: The goal's, with which the callback was called.
+        """
+        with self.lock:
+            status = handle.status_tracker.status
+            status.status = _NOT_CANCELED[status.status]
 
     def publish_status(self) -> None:
         """Publishes the goals' statuses; called by actionlib at each change."""

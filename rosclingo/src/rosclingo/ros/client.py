@@ -272,8 +272,7 @@ class Client:
         # A control request or a goal of somebody else's ends a search too: it is interrupted then.
         ended = canceled or (result.interrupted and status.text != Stop.SHUTDOWN.value)
         if status.status != GoalStatus.SUCCEEDED and not ended:
-            word = GoalStatus.to_string(status.status)
-            raise ServiceError(f"{self.name} ended the goal as {word}: {status.text}")
+            raise ServiceError(f"{self.name} ended the goal as {_word(status)}: {status.text}")
         try:
             return Outcome(Result(result.result), result.interrupted, tuple(result.answerset))
         except ValueError as err:
@@ -293,3 +292,9 @@ class Client:
         except rospy.ROSException:
             return False
         return True
+
+
+def _word(status: GoalStatus) -> str:
+    """Returns the name of a status. actionlib has a method for that, which is not loaded here."""
+    constants = vars(GoalStatus).items()
+    return next(name for name, value in constants if name.isupper() and value == status.status)

@@ -23,7 +23,7 @@ it do next comes right after that. Times are in seconds of :meth:`.Environment.w
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Container, Dict, List, Optional
 
 from rosoclingo.loop.atoms import Action, Plan
@@ -57,12 +57,14 @@ class Doing:
         kind: What the encoding calls such actions; empty if it does not say how long they take.
         began: When it was published, in seconds of world time.
         seconds: How long it takes by the plan.
+        is_timed: Whether its answer will come when it is through.
     """
 
     action: str
     kind: str
     began: float
     seconds: int = 0
+    is_timed: bool = True
 
     @property
     def end(self) -> float:
@@ -112,6 +114,11 @@ class Arrivals(ArrivalsState):
     def end(self, actuator: str) -> Optional[Doing]:
         """Takes note that an actuator has answered, and returns what it has done."""
         return self.doing.pop(actuator, None)
+
+    def interrupt(self) -> None:
+        """Takes note that answers may have come late: nobody has listened for a while."""
+        for actuator, one in self.doing.items():
+            self.doing[actuator] = replace(one, is_timed=False)
 
     def expected(
         self, plan: Plan, step: int, published: Container[Action], now: float

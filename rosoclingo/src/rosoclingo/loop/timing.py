@@ -70,7 +70,7 @@ class Timing:
         """
         done = self._arrivals.end(actuator)
         is_aborted = self._tokens.is_aborted(actuator)
-        if done is None or not done.kind or value != SUCCESS or is_aborted:
+        if done is None or not done.kind or value != SUCCESS or is_aborted or not done.is_timed:
             return
         number = self._tokens.last[actuator].number
         measured = max(0.0, self._environment.world_now() - done.began)

@@ -233,8 +233,10 @@ class Node:
         # Runs under actionlib's lock: nothing here may wait.
         goal = self._goals.get(handle.get_goal_id().id)
         if goal is not None:
-            with contextlib.suppress(StoreError):  # the loop ends with that
+            try:
                 self._inbox.cancel(goal)
+            except StoreError:  # the loop ends with that, or has ended
+                self._server.take_back_cancel(handle)  # what is acknowledged is not lost
 
     def _on_get_information(self, request: GetGoalInformationRequest) -> Any:
         try:

@@ -90,6 +90,7 @@ class Store:
         ended: Why the run that was in the file has ended; None if it has not, or there was none.
         unsure_since: Since when goals have ended of which their clients may not know it, in seconds
             of wall time.
+        pause: How long ago the last event in it was when it was opened, in seconds of wall time.
         snapshot: What the loop knew; None if it has not begun.
     """
 
@@ -118,6 +119,7 @@ class Store:
         self._fields = Fields(LoopSnapshot)
         try:
             self.unsure_since = _unsure_since(self.records)
+            self.pause = now() - max((record.time for record in self.records), default=0.0)
             self.ended: Optional[str] = self._database.read(_RUN).get(_ENDED)
             if self.ended is not None:
                 self._clear()

@@ -10,6 +10,7 @@ import clingo
 
 from rosclingo.errors import ServiceError
 from rosclingo.wire.commands import Result
+from rosoclingo.errors import StoreError
 from rosoclingo.loop.controller import Decider, Info
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
@@ -33,6 +34,7 @@ from rosoclingo.store.lasting_controller import LastingController
 from rosoclingo.store.outbox import Outbox, StoredClient
 from rosoclingo.store.store import Changes, KnownGoal, Store
 
+_SHORT_PAUSE_SECONDS = 2.0  # so soon a node is back, and an action took as long as it seems
 _LATEST_SECONDS = 0.2  # so much work may be lost, besides the decision that is carried out
 
 
@@ -91,10 +93,16 @@ class StoredInbox(Inbox):
         super().put(item)
 
     def cancel(self, goal: Goal) -> None:
-        """Writes and adds a cancel request; the goal is recalled at once if it has no slot."""
+        """Writes and adds a cancel request; the goal is recalled at once if it has no slot.
+
+        Raises:
+            StoreError: It cannot be written, and is not added; the loop may have ended.
+        """
         with self._order:
+            if self._end is not None:
+                raise StoreError(self._end)
             item = Cancel(goal)
-            number = None if self._end is not None else self._store.add(item)
+            number = self._store.add(item)
             if self.recalls_at_once(item):
                 goal.recall()
             self.put_known(item, number)
@@ -274,6 +282,8 @@ class StoredLoop(Loop):
                     else GoalClient()
                 ),
             )
+            if self._store.pause > _SHORT_PAUSE_SECONDS:
+                self.state.arrivals.interrupt()
         for goal in goals.values():
             end = known.get(goal.id)
             if end is not None and end.word and goal.stage is not Stage.ENDED:
