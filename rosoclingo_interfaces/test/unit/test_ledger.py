@@ -265,6 +265,7 @@ def test_a_declaration_that_means_nothing(robot: Robot) -> None:
 def test_an_answer_is_sent_until_it_was_taken() -> None:
     sent: queue.Queue[str] = queue.Queue()
     insistent = Insistent(sent.put, first_seconds=0.001)
+    insistent.keep([("robot", RUN, 1), ("arm", RUN, 2)])
     insistent.add(("robot", RUN, 1), "success")
     insistent.add(("arm", RUN, 2), "failure")
     heard = {sent.get(timeout=TIMEOUT) for _ in range(4)}
@@ -275,6 +276,18 @@ def test_an_answer_is_sent_until_it_was_taken() -> None:
     assert [sent.get(timeout=TIMEOUT) for _ in range(4)][1:] == [
         "failure"
     ] * 3  # one was on its way
+    insistent.keep([])
+
+
+def test_an_answer_to_another_run_is_not_sent_again() -> None:
+    """An action may end when the run in which it began is over."""
+    sent: queue.Queue[str] = queue.Queue()
+    insistent = Insistent(sent.put, first_seconds=0.001)
+    insistent.keep([("robot", RUN, 1)])
+    insistent.keep([("robot", "b", 1)])
+    insistent.add(("robot", RUN, 1), "late")
+    insistent.add(("robot", "b", 1), "success")
+    assert [sent.get(timeout=TIMEOUT) for _ in range(3)] == ["success"] * 3
     insistent.keep([])
 
 
