@@ -317,6 +317,8 @@ def test_nothing_leaves_of_a_run_that_is_refused(tmp_path: Path) -> None:
             with pytest.raises(StoreError, match="with something else") as error:
                 loop.prepare()
             loop.end(str(error.value))
+            with pytest.raises(StoreError, match="with something else"):
+                life.cancel(waiting)  # which is not acknowledged then
     assert not heard
     assert not late.words
     assert list(goals) == ["1"]

@@ -13,7 +13,7 @@ from typing import Any, Callable, Dict, List
 import rospy
 import rostest
 from actionlib import CommState, ServerGoalHandle
-from actionlib_msgs.msg import GoalStatus
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.action_server import LowLatencyActionServer
@@ -27,6 +27,7 @@ TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 
 class TestClient(unittest.TestCase):
     server: LowLatencyActionServer
+    takes_back = False  # whether the next cancel request is not acknowledged
 
     @classmethod
     def setUpClass(cls) -> None:
@@ -56,6 +57,9 @@ class TestClient(unittest.TestCase):
     @classmethod
     def _on_cancel(cls, handle: ServerGoalHandle) -> None:
         cls.canceled.append(handle.get_goal().request)
+        if cls.takes_back:
+            cls.takes_back = False
+            cls.server.take_back_cancel(handle)
 
     @classmethod
     def _say(cls, line: str) -> None:
@@ -124,6 +128,28 @@ class TestClient(unittest.TestCase):
             self.assertEqual(self.said[-1], f"[{number}] {request}: canceled")
             with self.assertRaises(LineError):
                 self.client.cancel(number)
+
+    def test_a_cancel_request_that_is_not_acknowledged_is_sent_again(self) -> None:
+        """As when it cannot be written, because the disk is full or the node about to end."""
+        cls, request = type(self), "bring(5,6)"
+        heard: List[int] = []
+        statuses = rospy.Subscriber(
+            "rosoclingo/status",
+            GoalStatusArray,
+            lambda message: heard.extend(goal.status for goal in message.status_list),
+        )
+        handle = self.send(request)
+        handle.set_accepted()
+        cls.takes_back = True
+        self.client.cancel(int(self.last(request)[1:].split("]")[0]))
+        self.wait_for(lambda: not cls.takes_back)
+        heard.clear()
+        self.wait_for(lambda: GoalStatus.ACTIVE in heard)
+        self.wait_for(lambda: GoalStatus.PREEMPTING in heard)
+        self.assertEqual(self.canceled.count(request), 2)
+        statuses.unregister()
+        handle.set_canceled(ROSoClingoResult("canceled"), "why not")
+        self.wait_for(lambda: self.last(request).endswith(": canceled"))
 
     def test_another_process_goes_on(self) -> None:
         """The server does what is sent again only once, however long ago it was through with it."""
