@@ -15,7 +15,7 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Part, Result
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
-from rosoclingo.loop import journal
+from rosoclingo.loop import journal, waiting
 from rosoclingo.loop.goals import Goal, Stage
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.snapshot import decode, encode
@@ -27,6 +27,12 @@ INPUTS = 12
 
 Make = Callable[..., Loop]
 """Makes a loop of an inbox and an environment."""
+
+
+@pytest.fixture(autouse=True)
+def silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That a search goes on is told by wall time, which is another one in each run."""
+    monkeypatch.setattr(waiting, "_SILENT_SECONDS", float("inf"))
 
 
 class Client(Request):
