@@ -12,6 +12,7 @@ from rosoclingo.loop.journal import (
     Event,
     GoalArrived,
     MessageArrived,
+    PlanFound,
     Status,
     StatusSet,
 )
@@ -98,7 +99,9 @@ class FleetStory:
         self._places = places
         self._validator = Validator(graph)
         self._packages: Dict[str, str] = {}  # by goal
+        self._new: Dict[str, List[str]] = {}  # goals of no known slot: origin and destination
         self._slots: Dict[str, str] = {}  # the goals of the slots
+        self._plan: Tuple[str, ...] = ()
         self._begin = 0.0
         self._end = 0.0
         self._touched: List[str] = []
@@ -144,8 +147,13 @@ class FleetStory:
                 self._validator.request(event.goal, event.request)
                 self._packages[event.goal] = " ".join(event.information) or event.request
                 origin, destination = arguments(event.request, "bring")
+                self._new[event.goal] = [origin, destination]
                 self._say("", f"asked to bring {self._packages[event.goal]}", origin, destination)
+            elif isinstance(event, PlanFound):
+                self._plan = event.actions
             elif isinstance(event, ActionPublished):
+                for slot in arguments(event.action, "pickup"):
+                    self._find_slot(event.actuator, slot)
                 self._validator.action(event.actuator, event.action)
                 self.members[event.actuator].action = event.action
             elif isinstance(event, MessageArrived):
@@ -154,7 +162,11 @@ class FleetStory:
                     self._ends(event.source, event.value)
             elif isinstance(event, StatusSet):
                 self._validator.status(event.goal, event.status.value, event.slot or None)
-                self._slots[event.slot] = event.goal
+                self._new.pop(event.goal, None)
+                if event.status is Status.ACCEPTED:
+                    self._slots[event.slot] = event.goal
+                else:
+                    self._slots.pop(event.slot, None)
                 if event.status is Status.SUCCEEDED:
                     self._end = self._now()
 
@@ -190,6 +202,33 @@ class FleetStory:
             f"{_count(sum(member.waits for member in members), 'wait')}"
         )
 
+    def _find_slot(self, robot: str, slot: str) -> None:
+        """Finds out whose slot it is: a robot may pick a package up before its goal is accepted.
+
+        That is said at the end of the step. Until then it is the oldest new goal whose package is
+        where the robot is, and if there are several, one that is to go where the plan delivers it.
+        """
+        if slot in self._slots or robot not in self.members:
+            return
+        here, there = self._validator.positions[robot], self._where_delivered(robot, slot)
+        near = [goal for goal, (origin, _) in self._new.items() if origin == here]
+        near.sort(key=lambda goal: self._new[goal][1] != there)
+        for goal in near[:1]:
+            del self._new[goal]
+            self._slots[slot] = goal
+            self._validator.place(goal, slot)
+
+    def _where_delivered(self, robot: str, slot: str) -> str:
+        """Returns where a robot is before its delivery in the plan; empty if nobody knows."""
+        here = ""
+        steps = [arguments(action, "do") for action in self._plan]
+        for actuator, action, _ in sorted(steps, key=lambda step: int(step[2])):
+            if actuator == robot and action == f"deliver({slot})":
+                return here
+            if actuator == robot:
+                here = "".join(arguments(action, "go")) or here
+        return ""
+
     def _ends(self, robot: str, answer: str) -> None:
         member = self.members[robot]
         action, member.action = member.action, ""
@@ -199,7 +238,7 @@ class FleetStory:
             self._say(robot, f"{action} fails")
         for kind, name in ((Kind.PICKUP, "pickup"), (Kind.DELIVERY, "deliver")):
             for slot in arguments(action, name) if answer == SUCCESS else ():
-                package = self._packages[self._slots[slot]]
+                package = self._packages.get(self._slots.get(slot, ""), f"package {slot}")
                 member.deliveries += kind is Kind.DELIVERY
                 office = self._validator.positions[robot]
                 trace.happen(kind, package, self._places[office])
