@@ -139,6 +139,7 @@ class Delivery:
     def __init__(self) -> None:
         graph = Map.read(OFFICE)
         graph.starts = {"mailbot": "c1", "mailbot2": "c5"}
+        graph.durations = {"pickup": 1}  # so that it is planned in seconds
         self.story = FleetStory(graph, {"o1": (16.0, -4.0), "o3": (16.0, -11.0)})
         for robot in graph.starts:
             self.story.moves(robot, 10.0, (0.0, 0.0), 0.0)
@@ -174,6 +175,25 @@ def test_a_fleet(capsys: pytest.CaptureFixture[str]) -> None:
     assert [(event.kind, event.place) for event in events] == [
         (Kind.PICKUP, (16.0, -4.0)),
         (Kind.DELIVERY, (16.0, -11.0)),
+    ]
+
+
+def test_a_fleet_is_asked_for_what_is_due(capsys: pytest.CaptureFixture[str]) -> None:
+    """Or for something else: somebody else may ask, too."""
+    told = Delivery()
+    told.story.learns(GoalArrived("soon", "bring(o3,o1,urgent)", ("milk",)))
+    told.story.learns(GoalArrived("due", "bring(o3, o1, by(60))", ("post",)))
+    told.story.learns(GoalArrived("strange", "clean(o3)"))
+    told.story.learns(StatusSet("strange", Status.REJECTED))
+    for slot, goal in (("2", "soon"), ("3", "due")):
+        told.story.learns(StatusSet(goal, Status.ACCEPTED, slot))
+    assert told.story.open == 3
+    assert all("has not ended" in text for text in told.story.wrong())
+    lines = [line[10:].strip() for line in capsys.readouterr().out.splitlines()]
+    assert lines[1:] == [
+        "asked to bring milk from o3 to o1, urgent",
+        "asked to bring post from o3 to o1, by(60)",
+        "asked for clean(o3)",
     ]
 
 

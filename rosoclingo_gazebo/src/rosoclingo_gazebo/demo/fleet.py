@@ -113,6 +113,12 @@ class FleetStory:
             return all(member.trace.path for member in self.members.values())
 
     @property
+    def open(self) -> int:
+        """How many requests have not ended, of whomever."""
+        with self._lock:
+            return sum(not goal.ended for goal in self._validator.goals.values())
+
+    @property
     def seconds(self) -> float:
         """How much simulated time has passed since :meth:`begins`."""
         with self._lock:
@@ -146,9 +152,7 @@ class FleetStory:
             if isinstance(event, GoalArrived):
                 self._validator.request(event.goal, event.request)
                 self._packages[event.goal] = " ".join(event.information) or event.request
-                origin, destination = arguments(event.request, "bring")
-                self._new[event.goal] = [origin, destination]
-                self._say("", f"asked to bring {self._packages[event.goal]}", origin, destination)
+                self._ask(event.goal, arguments(event.request, "bring"))
             elif isinstance(event, PlanFound):
                 self._plan = event.actions
             elif isinstance(event, ActionPublished):
@@ -202,6 +206,16 @@ class FleetStory:
             f"{_count(sum(member.waits for member in members), 'wait')}"
         )
 
+    def _ask(self, goal: str, terms: Sequence[str]) -> None:
+        """Somebody asks to bring something, with the terms of the request; or for another thing."""
+        package = self._packages[goal]
+        if len(terms) < 2:
+            self._say("", f"asked for {package}")
+            return
+        self._new[goal] = list(terms[:2])
+        where, when = f"from {terms[0]} to {terms[1]}", "".join(f", {term}" for term in terms[2:])
+        self._say("", f"asked to bring {package} {where}{when}")
+
     def _find_slot(self, robot: str, slot: str) -> None:
         """Finds out whose slot it is: a robot may pick a package up before its goal is accepted.
 
@@ -243,14 +257,10 @@ class FleetStory:
                 office = self._validator.positions[robot]
                 trace.happen(kind, package, self._places[office])
                 word = "picks up" if kind is Kind.PICKUP else "delivers"
-                self._say(robot, f"{word} {package}", office)
+                self._say(robot, f"{word} {package} at {office}")
 
-    def _say(self, robot: str, what: str, *places: str) -> None:
-        where = f"from {' to '.join(places)}" if len(places) > 1 else "".join(places)
-        at = "at " if len(places) == 1 else ""
-        print(
-            f"{self._now() - self._begin:6.0f} s  {robot:9} {what} {at}{where}".rstrip(), flush=True
-        )
+    def _say(self, robot: str, what: str) -> None:
+        print(f"{self._now() - self._begin:6.0f} s  {robot:9} {what}", flush=True)
 
     def _now(self) -> float:
         return max(
