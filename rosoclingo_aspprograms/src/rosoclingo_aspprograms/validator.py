@@ -167,7 +167,8 @@ class Validator:
         blocked: The edges that are blocked as far as whoever plans knows.
         positions: Where each robot is.
         loads: The goal whose package a robot carries.
-        lost: The robots of which nobody knows where they are, or what they have.
+        lost: The robots of which nobody knows where they are, or what they have. In a fleet, also
+            those that have failed to go on two ways in a row, as they are stuck.
         goals: All goals, by what the caller names them with.
         delivered: How many packages have arrived at their destination.
     """
@@ -187,6 +188,8 @@ class Validator:
         self._freed: Set[Edge] = set()  # unblocked since then
         self._excused: Dict[str, Edge] = {}  # who was sent where a way had just been unblocked
         self._doubtful: Set[Edge] = set()  # which then failed: in the same step, it counts as free
+        self._foiled: Dict[str, Set[Edge]] = {}  # where robots have failed since their last success
+        self._closers: Dict[Edge, str] = {}  # that is blocked for no other reason
 
     # What is told.
 
@@ -223,6 +226,7 @@ class Validator:
                 self.positions[found[0]] = found[1]
             elif blocked:
                 self._announced.add(frozenset(blocked))
+                self._closers.pop(frozenset(blocked), None)
             elif freed:
                 self._freed.add(frozenset(freed))
                 self.blocked.discard(frozenset(freed))
@@ -361,8 +365,11 @@ class Validator:
     def _answer(self, robot: str, value: str) -> None:
         name, term = self._pending.pop(robot)
         excused = self._excused.pop(robot, None)
+        if value == "success":
+            self._forgive(robot)
         if value in ("unknown", "timeout"):
             self.lost.add(robot)
+            self._forgive(robot)
             parcel = self._in_slot(term)
             if name != "go" and parcel is not None:
                 parcel.place, parcel.missing = "", True
@@ -372,11 +379,12 @@ class Validator:
             edge = frozenset((self.positions[robot], term))
             if value == "success":
                 self.positions[robot] = term
-            elif edge == excused:
-                self._doubtful.add(edge)
-            else:
-                self._announced.add(edge)
-                self._doubtful.discard(edge)
+            elif not self._is_stuck(robot, edge):
+                if edge == excused:
+                    self._doubtful.add(edge)
+                else:
+                    self._announced.add(edge)
+                    self._doubtful.discard(edge)
             return
         parcel = self._in_slot(term)
         if value != "success" or parcel is None:
@@ -388,6 +396,33 @@ class Validator:
             del self.loads[robot]
             parcel.place = self.positions[robot]
             self.delivered += parcel.place == parcel.destination
+
+    def _is_stuck(self, robot: str, edge: Edge) -> bool:
+        """A robot has failed on a way; if it is the second one in a row, that is due to the robot.
+
+        Then it is lost, and the ways are free again of which nothing else says that they are
+        blocked. That is so if there are other robots.
+        """
+        if len(self.graph.starts) == 1:
+            return False
+        if self._foiled.setdefault(robot, set()) - {edge}:
+            self.lost.add(robot)
+            for one in [one for one, closer in self._closers.items() if closer == robot]:
+                for known in (self.blocked, self._announced, self._doubtful):
+                    known.discard(one)
+            self._forgive(robot)
+            return True
+        self._foiled[robot].add(edge)
+        if self._closers.get(edge, robot) != robot:
+            del self._closers[edge]
+        if edge not in self.blocked | self._announced:
+            self._closers[edge] = robot
+        return False
+
+    def _forgive(self, robot: str) -> None:
+        """What a robot has failed to do is no sign any more that it is stuck."""
+        self._foiled.pop(robot, None)
+        self._closers = {edge: one for edge, one in self._closers.items() if one != robot}
 
     def _open(self) -> bool:
         return any(not parcel.ended for parcel in self.goals.values())

@@ -154,6 +154,94 @@ def test_nobody_knows_whether_an_action_was_done() -> None:
     assert any("on a robot" in text for text in _violations([*LOST[:-1], *GOOD[18:19]]))
 
 
+def _pair() -> Validator:
+    """Returns a validator of two robots at a waypoint with three ways on, and a request."""
+    hall = Map({"a", "b", "c"}, {frozenset(("hall", office)) for office in "abc"})
+    hall.starts = {"one": "hall", "other": "hall"}
+    validator = Validator(hall, immediate=True)
+    validator.request("goal", "bring(a,b)")
+    validator.status("goal", "accepted", "1")
+    return validator
+
+
+def _go(validator: Validator, robot: str, target: str, answer: str = "failure") -> None:
+    validator.action(robot, f"go({target})")
+    validator.message(robot, answer)
+
+
+A, B = frozenset(("hall", "a")), frozenset(("hall", "b"))
+
+
+def test_a_robot_that_is_stuck() -> None:
+    """It has failed on two ways in a row: these are free then, and it does nothing more."""
+    validator = _pair()
+    _go(validator, "one", "a")
+    assert validator.believed() == {A}
+    assert not validator.lost
+    _go(validator, "one", "b")
+    assert validator.lost == {"one"}
+    assert validator.believed() == set()
+    _go(validator, "other", "a", "success")
+    assert validator.violations == []
+    validator.action("one", "go(c)")
+    assert validator.violations == ["one is to do go(c), and nobody knows where it is"]
+
+
+def test_a_robot_that_has_come_away_is_not_stuck() -> None:
+    validator = _pair()
+    for target, answer in (
+        ("a", "failure"),
+        ("c", "success"),
+        ("hall", "success"),
+        ("b", "failure"),
+    ):
+        _go(validator, "one", target, answer)
+    assert not validator.lost
+    assert validator.believed() == {A, B}
+
+
+def test_a_robot_that_fails_on_the_same_way_is_not_stuck() -> None:
+    validator = _pair()
+    for _ in range(3):
+        _go(validator, "one", "a")
+        validator.message("info", "unblocked(a,hall)")
+    assert not validator.lost
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_what_others_say_of_a_way_stays(first: bool) -> None:
+    """A robot that is stuck is no reason to believe otherwise, before that or afterwards."""
+    validator = _pair()
+    _go(validator, "one", "a")
+    if first:
+        validator.message("info", "blocked(hall,a)")
+    _go(validator, "one", "b")
+    if not first:
+        validator.message("info", "blocked(hall,a)")
+    assert validator.lost == {"one"}
+    assert validator.believed() == {A}
+
+
+def test_what_another_robot_has_found_stays() -> None:
+    validator = _pair()
+    for robot in ("one", "other"):
+        validator.action(robot, "go(a)")
+    for robot in ("one", "other"):
+        validator.message(robot, "failure")
+    _go(validator, "one", "b")
+    assert validator.lost == {"one"}
+    assert validator.believed() == {A}
+
+
+def test_a_robot_that_is_alone_is_not_stuck() -> None:
+    validator = Validator(Map.grid(2, 2), immediate=True)
+    validator.request("a", "bring(1,2)")
+    for target in ("1", "c(2)", "c(3)"):
+        _go(validator, "mailbot", target)
+    assert not validator.lost
+    assert len(validator.believed()) == 3
+
+
 def test_an_unknown_robot() -> None:
     validator = Validator(Map.grid(2, 2))
     validator.action("postman", "go(1)")

@@ -7,7 +7,7 @@ import threading
 import uuid
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Tuple, Union
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
@@ -38,27 +38,43 @@ def parse_line(line: str, with_object: bool) -> Union[Bring, int]:
 
     Args:
         line: ``FROM TO`` for a request, or ``ID`` to cancel one.
-        with_object: Whether a request also names an object: ``FROM TO OBJECT``.
+        with_object: Whether a request also names an object: ``FROM TO OBJECT``, and after it may
+            say ``urgent``, or ``by SECONDS``.
 
     Raises:
         LineError: The line is none of these.
     """
     words = line.split()
-    if len(words) == 1 and words[0].isascii() and words[0].isdigit() and len(words[0]) < 10:
+    if len(words) == 1 and _is_number(words[0]):
         return int(words[0])
-    if len(words) != (3 if with_object else 2):
-        form, example = (
-            ("FROM TO OBJECT", "o9 o14 box_of_chocolate") if with_object else ("FROM TO", "1 3")
+    when = _when(words[3:])
+    if len(words[:3]) != (3 if with_object else 2) or when is None:
+        form = (
+            "FROM TO OBJECT, such as o9 o14 box_of_chocolate, then urgent or by SECONDS if it is"
+            if with_object
+            else "FROM TO, such as 1 3"
         )
-        raise LineError(
-            f"expected {form}, such as {example}, or the ID of a request to cancel it, "
-            f"not {quote(line)}"
-        )
+        raise LineError(f"expected {form}, or the ID of a request to cancel it, not {quote(line)}")
     try:
         origin, destination = (parse_term(word) for word in words[:2])
     except TermError as err:
         raise LineError(str(err)) from err
-    return Bring(f"bring({origin},{destination})", tuple(words[2:]))
+    return Bring(f"bring({origin},{destination}{when})", tuple(words[2:3]))
+
+
+def _when(words: Sequence[str]) -> Optional[str]:
+    """Returns what follows on origin and destination in the request; None if words are wrong."""
+    if not words:
+        return ""
+    if words == ["urgent"]:
+        return ",urgent"
+    if len(words) == 2 and words[0] == "by" and _is_number(words[1]):
+        return f",by({int(words[1])})"
+    return None
+
+
+def _is_number(word: str) -> bool:
+    return word.isascii() and word.isdigit() and len(word) < 10
 
 
 @dataclass

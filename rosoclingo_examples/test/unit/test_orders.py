@@ -24,6 +24,9 @@ from rosoclingo_interfaces.errors import LineError, StoreError
         ("1 3 box", True, Bring("bring(1,3)", ("box",))),
         ("o9 o14 box_of_chocolate", True, Bring("bring(o9,o14)", ("box_of_chocolate",))),
         ("o9 o14 5%&(Größe)", True, Bring("bring(o9,o14)", ("5%&(Größe)",))),
+        ("o9 o14 box urgent", True, Bring("bring(o9,o14,urgent)", ("box",))),
+        ("o9 o14 box by 60", True, Bring("bring(o9,o14,by(60))", ("box",))),
+        ("o9 o14 urgent", True, Bring("bring(o9,o14)", ("urgent",))),
         ("7", False, 7),
         ("0012", True, 12),
     ],
@@ -34,7 +37,12 @@ def test_lines(line: str, with_object: bool, meant: object) -> None:
 
 @pytest.mark.parametrize("with_object", [False, True])
 @pytest.mark.parametrize(
-    "line", ["x", "-1", "1 2 3 4", "1 X y", "1) (2 y", "1 2) y", "²", "1" * 10, "o9,o14", "", "1.5"]
+    "line",
+    [
+        *("x", "-1", "1 2 3 4", "1 X y", "1) (2 y", "1 2) y", "²", "1" * 10, "o9,o14", "", "1.5"),
+        *("1 2 y by", "1 2 y by x", "1 2 y by -1", "1 2 y by ²", "1 2 y by " + "1" * 10),
+        *("1 2 y by 1 z", "1 2 y urgent z"),
+    ],
 )
 def test_wrong_lines(line: str, with_object: bool) -> None:
     with pytest.raises(LineError):
@@ -46,6 +54,8 @@ def test_a_wrong_line_says_what_is_expected() -> None:
         parse_line("fetch it now", with_object=False)
     with pytest.raises(LineError, match="FROM TO OBJECT, such as o9 o14 box_of_chocolate"):
         parse_line("o9 o14", with_object=True)
+    with pytest.raises(LineError, match="chocolate, then urgent or by SECONDS if it is, or the ID"):
+        parse_line("o9 o14 box by noon", with_object=True)
     with pytest.raises(LineError, match="'O9' is not a ground term"):
         parse_line("O9 o14", with_object=False)
 

@@ -50,11 +50,15 @@ def test_a_fleet(terminals: Terminals, tmp_path: Path) -> None:
     terminals.start(
         "roslaunch", "rosoclingo_gazebo", "mailbot_fleet.launch", "robots:=2", "speed:=15"
     )
+    asking = "echo o9 o14 box urgent | rosrun rosoclingo_examples mailbot.py"
+    somebody = terminals.start("sh", "-c", asking)
     demo = terminals.start(
         "rosrun", "rosoclingo_gazebo", "fleet_demo.py",
         "_robots:=2", "_packages:=3", "_seed:=2", f"_output:={tmp_path / 'a'}",
     )  # fmt: skip
     assert demo.wait(120.0) == 0, demo.output
-    assert "3 packages delivered by 2 robots" in demo.output
+    assert "asked to bring box from o9 to o14, urgent" in demo.output
+    assert somebody.wait() == 0, somebody.output
+    assert "4 packages delivered by 2 robots" in demo.output
     assert demo.output.count("picks up package") == demo.output.count("delivers package") == 3
     assert {file.name for file in (tmp_path / "a").iterdir()} == {"fleet.png", "fleet.svg"}

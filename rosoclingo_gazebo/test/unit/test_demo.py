@@ -15,6 +15,7 @@ from rosoclingo.loop.journal import (
     Event,
     GoalArrived,
     MessageArrived,
+    PlanFound,
     Record,
     Status,
     StatusSet,
@@ -138,6 +139,7 @@ class Delivery:
     def __init__(self) -> None:
         graph = Map.read(OFFICE)
         graph.starts = {"mailbot": "c1", "mailbot2": "c5"}
+        graph.durations = {"pickup": 1}  # so that it is planned in seconds
         self.story = FleetStory(graph, {"o1": (16.0, -4.0), "o3": (16.0, -11.0)})
         for robot in graph.starts:
             self.story.moves(robot, 10.0, (0.0, 0.0), 0.0)
@@ -174,6 +176,66 @@ def test_a_fleet(capsys: pytest.CaptureFixture[str]) -> None:
         (Kind.PICKUP, (16.0, -4.0)),
         (Kind.DELIVERY, (16.0, -11.0)),
     ]
+
+
+def test_a_fleet_is_asked_for_what_is_due(capsys: pytest.CaptureFixture[str]) -> None:
+    """Or for something else: somebody else may ask, too."""
+    told = Delivery()
+    told.story.learns(GoalArrived("soon", "bring(o3,o1,urgent)", ("milk",)))
+    told.story.learns(GoalArrived("due", "bring(o3, o1, by(60))", ("post",)))
+    told.story.learns(GoalArrived("strange", "clean(o3)"))
+    told.story.learns(StatusSet("strange", Status.REJECTED))
+    for slot, goal in (("2", "soon"), ("3", "due")):
+        told.story.learns(StatusSet(goal, Status.ACCEPTED, slot))
+    assert told.story.open == 3
+    assert all("has not ended" in text for text in told.story.wrong())
+    lines = [line[10:].strip() for line in capsys.readouterr().out.splitlines()]
+    assert lines[1:] == [
+        "asked to bring milk from o3 to o1, urgent",
+        "asked to bring post from o3 to o1, by(60)",
+        "asked for clean(o3)",
+    ]
+
+
+def test_a_fleet_picks_up_before_a_request_is_accepted(capsys: pytest.CaptureFixture[str]) -> None:
+    """It is accepted only when the step ends, be it that its slot had another one before."""
+    told = Delivery()
+    for action in ("go(o1)", "pickup(1)", "go(c1)", "go(o3)", "deliver(1)"):
+        told.act(action)
+    told.story.learns(StatusSet("goal", Status.SUCCEEDED, "1"))
+    for goal, request in (
+        ("up", "bring(o3,o2)"),
+        ("down", "bring(o3,o1)"),
+        ("far", "bring(o1,o3)"),
+    ):
+        told.story.learns(GoalArrived(goal, request, (goal,)))
+    plan = ["pickup(2)", "go(c1)", "go(o1)", "deliver(2)"]
+    actions = [f"do(mailbot,{action},{step})" for step, action in enumerate(plan, 6)]
+    told.story.learns(PlanFound(("do(mailbot2,go(o9),6)", *actions)))
+    told.act("pickup(2)")
+    for slot, goal in (("1", "up"), ("2", "down"), ("3", "far")):
+        told.story.learns(StatusSet(goal, Status.ACCEPTED, slot))
+    for action in plan[1:]:
+        told.act(action)
+    told.story.learns(StatusSet("down", Status.SUCCEEDED, "2"))
+    wrong = told.story.wrong()
+    assert len(wrong) == 2
+    assert all("has not ended" in text for text in wrong)
+    said = capsys.readouterr().out
+    assert "picks up down at o3" in said
+    assert "delivers down at o1" in said
+
+
+@pytest.mark.parametrize("asked", ["bring(o1,o3)", "bring(o2,o3)", ""])
+def test_a_fleet_picks_up_what_nobody_has_asked_for(asked: str) -> None:
+    told = Delivery()
+    told.act("go(o1)")
+    told.act("pickup(1)", "failure")
+    if asked:
+        told.story.learns(GoalArrived("other", asked, ("other",)))
+        told.story.learns(StatusSet("other", Status.CANCELED))
+    told.act("pickup(2)")
+    assert "mailbot is to do pickup(2): no goal is in this slot" in told.story.wrong()
 
 
 def test_what_is_wrong_with_a_fleet(capsys: pytest.CaptureFixture[str]) -> None:

@@ -194,6 +194,19 @@ def test_a_package_is_carried_and_delivered(situation: Situation) -> None:
     assert box.points[0][0] == pytest.approx(8, abs=1)
 
 
+@pytest.mark.parametrize("text", ["bring(a,c,urgent)", "bring(a,c,by(60))"])
+def test_a_package_that_is_due(situation: Situation, text: str) -> None:
+    situation.begin_goal("goal", text)
+    assert places(situation) == [("a to c", "a")]
+    act(situation, "pickup(1)")
+    assert places(situation) == [("a to c", "r")]
+    act(situation, "go(b)")
+    act(situation, "go(c)")
+    act(situation, "deliver(1)")
+    situation.end_goal("goal", succeeded=True)
+    assert places(situation) == [("a to c", "c")]
+
+
 def test_no_marker_changes_whether_it_moves_along(situation: Situation) -> None:
     locked: Dict[Tuple[str, int], bool] = {}
 

@@ -17,7 +17,7 @@ Edge = FrozenSet[str]
 
 @dataclass
 class Package:
-    """A thing that a goal ``bring(O,P)`` is about.
+    """A thing that a goal ``bring(O,P)`` or ``bring(O,P,W)`` is about.
 
     Attributes:
         label: What to write on it.
@@ -82,8 +82,8 @@ class Situation:
     def begin_goal(self, goal: str, request: str) -> None:
         """A goal was sent."""
         term = parse_term(request)
-        if goal and term.match("bring", 2):
-            origin, destination = (str(argument) for argument in term.arguments)
+        if goal and (term.match("bring", 2) or term.match("bring", 3)):
+            origin, destination = (str(argument) for argument in term.arguments[:2])
             label = f"{origin} to {destination}"
             self._open[goal] = Package(label, origin, destination, place=origin)
 

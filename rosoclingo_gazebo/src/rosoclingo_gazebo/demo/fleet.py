@@ -12,6 +12,7 @@ from rosoclingo.loop.journal import (
     Event,
     GoalArrived,
     MessageArrived,
+    PlanFound,
     Status,
     StatusSet,
 )
@@ -98,7 +99,9 @@ class FleetStory:
         self._places = places
         self._validator = Validator(graph)
         self._packages: Dict[str, str] = {}  # by goal
+        self._new: Dict[str, List[str]] = {}  # goals of no known slot: origin and destination
         self._slots: Dict[str, str] = {}  # the goals of the slots
+        self._plan: Tuple[str, ...] = ()
         self._begin = 0.0
         self._end = 0.0
         self._touched: List[str] = []
@@ -108,6 +111,12 @@ class FleetStory:
         """Whether all robots have said where they are."""
         with self._lock:
             return all(member.trace.path for member in self.members.values())
+
+    @property
+    def open(self) -> int:
+        """How many requests have not ended, of whomever."""
+        with self._lock:
+            return sum(not goal.ended for goal in self._validator.goals.values())
 
     @property
     def seconds(self) -> float:
@@ -143,9 +152,12 @@ class FleetStory:
             if isinstance(event, GoalArrived):
                 self._validator.request(event.goal, event.request)
                 self._packages[event.goal] = " ".join(event.information) or event.request
-                origin, destination = arguments(event.request, "bring")
-                self._say("", f"asked to bring {self._packages[event.goal]}", origin, destination)
+                self._ask(event.goal, arguments(event.request, "bring"))
+            elif isinstance(event, PlanFound):
+                self._plan = event.actions
             elif isinstance(event, ActionPublished):
+                for slot in arguments(event.action, "pickup"):
+                    self._find_slot(event.actuator, slot)
                 self._validator.action(event.actuator, event.action)
                 self.members[event.actuator].action = event.action
             elif isinstance(event, MessageArrived):
@@ -154,7 +166,11 @@ class FleetStory:
                     self._ends(event.source, event.value)
             elif isinstance(event, StatusSet):
                 self._validator.status(event.goal, event.status.value, event.slot or None)
-                self._slots[event.slot] = event.goal
+                self._new.pop(event.goal, None)
+                if event.status is Status.ACCEPTED:
+                    self._slots[event.slot] = event.goal
+                else:
+                    self._slots.pop(event.slot, None)
                 if event.status is Status.SUCCEEDED:
                     self._end = self._now()
 
@@ -190,6 +206,43 @@ class FleetStory:
             f"{_count(sum(member.waits for member in members), 'wait')}"
         )
 
+    def _ask(self, goal: str, terms: Sequence[str]) -> None:
+        """Somebody asks to bring something, with the terms of the request; or for another thing."""
+        package = self._packages[goal]
+        if len(terms) < 2:
+            self._say("", f"asked for {package}")
+            return
+        self._new[goal] = list(terms[:2])
+        where, when = f"from {terms[0]} to {terms[1]}", "".join(f", {term}" for term in terms[2:])
+        self._say("", f"asked to bring {package} {where}{when}")
+
+    def _find_slot(self, robot: str, slot: str) -> None:
+        """Finds out whose slot it is: a robot may pick a package up before its goal is accepted.
+
+        That is said at the end of the step. Until then it is the oldest new goal whose package is
+        where the robot is, and if there are several, one that is to go where the plan delivers it.
+        """
+        if slot in self._slots or robot not in self.members:
+            return
+        here, there = self._validator.positions[robot], self._where_delivered(robot, slot)
+        near = [goal for goal, (origin, _) in self._new.items() if origin == here]
+        near.sort(key=lambda goal: self._new[goal][1] != there)
+        for goal in near[:1]:
+            del self._new[goal]
+            self._slots[slot] = goal
+            self._validator.place(goal, slot)
+
+    def _where_delivered(self, robot: str, slot: str) -> str:
+        """Returns where a robot is before its delivery in the plan; empty if nobody knows."""
+        here = ""
+        steps = [arguments(action, "do") for action in self._plan]
+        for actuator, action, _ in sorted(steps, key=lambda step: int(step[2])):
+            if actuator == robot and action == f"deliver({slot})":
+                return here
+            if actuator == robot:
+                here = "".join(arguments(action, "go")) or here
+        return ""
+
     def _ends(self, robot: str, answer: str) -> None:
         member = self.members[robot]
         action, member.action = member.action, ""
@@ -199,19 +252,15 @@ class FleetStory:
             self._say(robot, f"{action} fails")
         for kind, name in ((Kind.PICKUP, "pickup"), (Kind.DELIVERY, "deliver")):
             for slot in arguments(action, name) if answer == SUCCESS else ():
-                package = self._packages[self._slots[slot]]
+                package = self._packages.get(self._slots.get(slot, ""), f"package {slot}")
                 member.deliveries += kind is Kind.DELIVERY
                 office = self._validator.positions[robot]
                 trace.happen(kind, package, self._places[office])
                 word = "picks up" if kind is Kind.PICKUP else "delivers"
-                self._say(robot, f"{word} {package}", office)
+                self._say(robot, f"{word} {package} at {office}")
 
-    def _say(self, robot: str, what: str, *places: str) -> None:
-        where = f"from {' to '.join(places)}" if len(places) > 1 else "".join(places)
-        at = "at " if len(places) == 1 else ""
-        print(
-            f"{self._now() - self._begin:6.0f} s  {robot:9} {what} {at}{where}".rstrip(), flush=True
-        )
+    def _say(self, robot: str, what: str) -> None:
+        print(f"{self._now() - self._begin:6.0f} s  {robot:9} {what}", flush=True)
 
     def _now(self) -> float:
         return max(

@@ -6,13 +6,15 @@ nothing was wrong.
 
 from __future__ import annotations
 
+import json
+import threading
 from functools import partial
 from pathlib import Path
 from typing import List, NoReturn
 
 import rospkg
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String
 
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import subscriber
@@ -37,6 +39,7 @@ _SECONDS_TO_COME = 60.0  # of wall time, for the nodes
 _SECONDS_TO_END = 600.0  # of simulated time, in which some request ends
 _SECONDS_TO_PASS = 30.0  # of wall time, in which there is some simulated time
 _MOST_ROBOTS = 4
+_LENGTHS = "lengths.lp"  # with this file it is planned in seconds
 
 
 class FleetDemo:
@@ -59,6 +62,8 @@ class FleetDemo:
         self._places = graph.places
         rooms = Map.read(office)
         rooms.starts = dict(graph.starts)
+        self._rooms = rooms
+        self._is_known = threading.Event()  # whether it is planned in seconds
         self.story = FleetStory(rooms, graph.places)
         self._due = random_orders(
             sorted(rooms.offices),
@@ -76,6 +81,7 @@ class FleetDemo:
                 subscriber(f"simulator/{robot}/touches", Bool, partial(self._on_touches, robot))
                 for robot in graph.starts
             ),
+            subscriber("rosoclingo/about", String, self._on_about),
             subscriber("rosoclingo/journal", ROSoClingoEvent, self._on_event),
         ]
 
@@ -86,7 +92,7 @@ class FleetDemo:
         self.story.begins()
         self._wait()
         wrong: List[str] = []
-        if self._due or self._orders.open:
+        if self._due or self._orders.open or self.story.open:
             wrong.append(
                 f"no request has ended in {_SECONDS_TO_END:g} s of simulated time, or that stands"
             )
@@ -112,7 +118,8 @@ class FleetDemo:
 
     def _ready(self) -> bool:
         connected = all(topic.get_num_connections() for topic in self._topics)
-        return bool(connected and self.story.there and self._client.there())
+        known = connected and self._is_known.is_set()
+        return bool(known and self.story.there and self._client.there())
 
     def _wait(self) -> None:
         """Asks for what is due, until all has ended, or nothing goes on."""
@@ -121,7 +128,7 @@ class FleetDemo:
             now = self.story.seconds
             while self._due and self._due[0][0] <= now:
                 self._client.send(self._due.pop(0)[1])
-            before, left = left, len(self._due) + len(self._orders.open)
+            before, left = left, len(self._due) + len(self._orders.open) + self.story.open
             if left != before:
                 since = now
             if not left or now - since > _SECONDS_TO_END:
@@ -140,6 +147,13 @@ class FleetDemo:
     def _on_touches(self, robot: str, message: Bool) -> None:
         if message.data:
             self.story.touches(robot)
+
+    def _on_about(self, message: String) -> None:
+        """Finds out whether it is planned in seconds: then requests may say when."""
+        files = json.loads(message.data)["files"]
+        if any(Path(file).name == _LENGTHS for file in files):
+            self._rooms.durations.update(pickup=1, deliver=1)
+        self._is_known.set()
 
     def _on_event(self, message: ROSoClingoEvent) -> None:
         self.story.learns(decode(message))
