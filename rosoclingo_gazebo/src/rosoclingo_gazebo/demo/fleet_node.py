@@ -82,7 +82,6 @@ class FleetDemo:
                 for robot in graph.starts
             ),
             subscriber("rosoclingo/about", String, self._on_about),
-            subscriber("rosoclingo/journal", ROSoClingoEvent, self._on_event),
         ]
 
     def run(self) -> List[str]:
@@ -153,7 +152,11 @@ class FleetDemo:
         files = json.loads(message.data)["files"]
         if any(Path(file).name == _LENGTHS for file in files):
             self._rooms.durations.update(pickup=1, deliver=1)
-        self._is_known.set()
+        if not self._is_known.is_set():
+            # Only now, as it begins with what others have asked for before.
+            journal = subscriber("rosoclingo/journal", ROSoClingoEvent, self._on_event)
+            self._topics.append(journal)
+            self._is_known.set()
 
     def _on_event(self, message: ROSoClingoEvent) -> None:
         self.story.learns(decode(message))
