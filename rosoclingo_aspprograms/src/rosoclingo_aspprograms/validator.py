@@ -186,7 +186,9 @@ class Validator:
         self._pending: Dict[str, Tuple[str, str]] = {}  # robots that act: action and its argument
         self._announced: Set[Edge] = set()  # blocked since the last answer
         self._freed: Set[Edge] = set()  # unblocked since then
-        self._excused: Dict[str, Edge] = {}  # who was sent where a way had just been unblocked
+        self._excused: Dict[
+            str, Edge
+        ] = {}  # who is on a way that was unblocked just before or since
         self._doubtful: Set[Edge] = set()  # which then failed: in the same step, it counts as free
         self._foiled: Dict[str, Set[Edge]] = {}  # where robots have failed since their last success
         self._closers: Dict[Edge, str] = {}  # that is blocked for no other reason
@@ -228,9 +230,14 @@ class Validator:
                 self._announced.add(frozenset(blocked))
                 self._closers.pop(frozenset(blocked), None)
             elif freed:
-                self._freed.add(frozenset(freed))
-                self.blocked.discard(frozenset(freed))
-                self._doubtful.discard(frozenset(freed))
+                edge = frozenset(freed)
+                self._freed.add(edge)
+                self.blocked.discard(edge)
+                self._doubtful.discard(edge)
+                # If a move there fails in this step, the way counts as free, and if later, not.
+                for robot, (name, target) in self._pending.items():
+                    if name == "go" and edge == frozenset((self.positions[robot], target)):
+                        self._excused[robot] = edge
             if not (self._pending or self._open()):
                 self.settle()
         elif identifier in self._pending:

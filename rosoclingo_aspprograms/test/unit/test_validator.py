@@ -279,6 +279,24 @@ def test_what_was_freed_may_fail_once_more() -> None:
         assert validator.believed() == {frozenset(("c(1)", "c(2)"))}
 
 
+def test_a_move_may_fail_in_the_step_in_which_its_way_is_freed() -> None:
+    """Although another robot answers between the announcement and the failure."""
+    graph = Map.grid(2, 1)
+    graph.starts = {"one": "c(1)", "other": "c(1)"}
+    validator = Validator(graph)
+    validator.request("a", "bring(1,2)")
+    for robot, place in (("one", "c(2)"), ("other", "1")):
+        validator.action(robot, f"go({place})")
+    validator.message("info", "unblocked(c(1),c(2))")
+    validator.message("other", "success")
+    validator.message("one", "failure")
+    validator.action("one", "go(c(2))")
+    assert validator.violations == []
+    validator.message("one", "failure")
+    validator.action("one", "go(c(2))")
+    assert "blocked" in validator.violations[-1]
+
+
 def test_two_robots_may_not_pick_up_the_same_package() -> None:
     graph = Map.read(OFFICE)
     graph.starts = {"one": "o1", "other": "o1"}
