@@ -5,8 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Callable, List, Optional
 
+import pytest
 from episode import OFFICE, PAPER, SINGLE, Episode
 
+from rosclingo.solver.options import Options
+from rosoclingo.desk.inputs import read_input
+from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.simulation import Simulation
 from rosoclingo_aspprograms.validator import Map
 
 
@@ -163,3 +168,20 @@ def test_a_package_on_its_way_back_is_requested_again() -> None:
     _run(episode, turn)
     assert episode.actions == _walk("c1 o1 pickup(o1,o2) c1 c2 c1 c2 o2 deliver(o1,o2)")
     assert [goal.words[-1] for goal in goals] == ["canceled", "succeeded"]
+
+
+@pytest.mark.parametrize("way", ["c5,o9", "o9,c5"])
+def test_the_only_way_is_free_again_in_the_step_in_which_it_was_found_blocked(way: str) -> None:
+    """While there is no plan, the horizon grows, and whatever is announced belongs to this step."""
+    inputs = [
+        read_input("goal:bring(o9,o14)"),
+        read_input("mailbot:failure", "3"),
+        read_input(f"info:unblocked({way})", "in:60"),
+    ]
+    parts = make_parts(SINGLE, Options((OFFICE, PAPER)), ["-c", "steps=60"])
+    simulation = Simulation(parts.loop, inputs)
+    assert simulation.run() is None
+    assert [action for _, action in simulation.published] == _walk(
+        "c6 c5 o9 o9 pickup(o9,o14) c5 c4 c3 o14 deliver(o9,o14)"
+    )
+    assert simulation.goals[0].words == ["accepted", "succeeded"]
