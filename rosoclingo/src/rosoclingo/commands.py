@@ -13,10 +13,10 @@ from clingo import Symbol, SymbolType
 
 from rosclingo.wire.commands import AssignExternal, Truth
 from rosoclingo.errors import ControllerError
-from rosoclingo.loop import beginning, diagnosis, publishing
+from rosoclingo.loop import beginning, diagnosis, publishing, statuses
 from rosoclingo.loop.atoms import event, query
 from rosoclingo.loop.improving import improve
-from rosoclingo.loop.search import search
+from rosoclingo.loop.search import search, settle
 from rosoclingo.loop.state import State
 from rosoclingo.loop.words import SOLVER
 
@@ -107,8 +107,7 @@ class ROSCommands:
         """Sets the goals' statuses as the plan has them in a step."""
         state, number = self.state, _step(step)
         state.externals.make_true(state.move_to(number))
-        for slot, word in state.plan.statuses(number):
-            state.set_status(slot, word)
+        statuses.update(state, number)
 
     def commit_actions(self, step: Symbol) -> None:
         """Publishes the actions of a step that are not published yet."""
@@ -141,8 +140,15 @@ class ROSCommands:
         self.state.externals.release_later(_step(step))
 
     def reset(self, step: Symbol) -> None:
-        """Makes the fluents of a step the initial ones, and forgets what happened until then."""
-        beginning.reset(self.state, _step(step))
+        """Makes the fluents of a step the initial ones, and forgets what happened until then.
+
+        A mode that resets before the actions of the step are answered waits here for that.
+        """
+        number = _step(step)
+        if statuses.is_unsettled(self.state):
+            self.commit_actions(step)
+            settle(self.state, number)
+        beginning.reset(self.state, number)
 
     def publish(self) -> None:
         """Publishes the whole plan as one message; the loop is through then."""

@@ -84,6 +84,11 @@ class Acting:
         return is_through and all(self._externals.declares(a, BUSY) for a in self._awaited)
 
     @property
+    def is_awaited(self) -> bool:
+        """Whether an actuator has not answered, but for those that are known to be busy."""
+        return bool(self._awaited)
+
+    @property
     def _awaited(self) -> List[str]:
         """The actuators that have not answered, but for those who are known to be busy."""
         return [a for a, one in self._actors.items() if one.answer is None and not one.is_busy]

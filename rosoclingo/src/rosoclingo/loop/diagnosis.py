@@ -47,6 +47,7 @@ def end(state: State) -> None:
     goals = state.goals.open
     state.environment.miss_plan(goals)
     if state.step and state.step >= steps:
+        goals = goals or state.goals.queued
         late = f"; it is too late for {_requests(goals)}" if goals else ""
         raise LoopError(f"the mode ended after its last step, {steps}{late}{ELSEWHERE}")
     reason = f"the planner has {NO_PLAN} of {steps} steps"

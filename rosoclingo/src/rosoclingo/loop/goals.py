@@ -187,6 +187,7 @@ _TRANSITIONS: Mapping[str, Mapping[Stage, Tuple[str, ...]]] = {
     "aborted": {Stage.PENDING: ("accepted", "aborted"), Stage.ACTIVE: ("aborted",)},
 }
 STATUSES = frozenset(_TRANSITIONS)
+TERMINAL_STATUSES = STATUSES - {"accepted"}
 
 
 @dataclass(frozen=True)
@@ -357,6 +358,11 @@ class Goals:
             goal is None or (next_step and goal.stage is Stage.ENDED)
             for goal in self._slots.values()
         )
+
+    @property
+    def wait_for_next_step(self) -> bool:
+        """Whether a goal has no slot, and none is free before the next step begins."""
+        return self.waiting and not self.has_free_slot() and self.has_free_slot(next_step=True)
 
     def place(self) -> List[Tuple[str, Goal]]:
         """Gives the free slots to the goals that are first in the queue, and returns these."""

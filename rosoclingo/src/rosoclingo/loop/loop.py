@@ -14,7 +14,7 @@ import clingo
 from rosclingo.errors import RosclingoError, ServiceError
 from rosclingo.wire.commands import Result
 from rosoclingo.errors import ControllerError, LoopError, PlannerError, ShutdownError
-from rosoclingo.loop import diagnosis
+from rosoclingo.loop import diagnosis, statuses
 from rosoclingo.loop.controller import Decider, Info
 from rosoclingo.loop.dispatch import DispatchError, bind
 from rosoclingo.loop.environment import Environment
@@ -167,6 +167,7 @@ class Loop:
         if state.ended:
             state.waiting.rest()
         state.mail.take(may_ask=True)
+        statuses.release(state)
         mail = state.mail
         needed = state.needed_horizon
         info = Info(

@@ -25,6 +25,7 @@ class Progress:
         visible: What of that which has to be seen, an answer set of the planner has shown.
         after_message: Whether a message was told since the last search.
         tries: How often it was looked for the reason why there is no plan, since there was one.
+        held: The steps whose terminal statuses wait for the answers to their actions.
     """
 
     plan: Plan = field(default_factory=Plan)
@@ -38,6 +39,7 @@ class Progress:
     visible: Set[str] = field(default_factory=set)
     after_message: bool = False
     tries: int = 0
+    held: List[int] = field(default_factory=list)
     _again: Optional[List[str]] = None  # what the planner is to begin with next
     _published: Set[Action] = field(default_factory=set)  # since the last reset
     _warned: Set[str] = field(default_factory=set)  # the kinds of what is said once
@@ -62,10 +64,12 @@ class Progress:
         self.planned, self.failures = -1, 0
         self.visible.clear()
         self._published.clear()
+        self.held.clear()
 
     def forget_steps(self) -> None:
         """Takes note of a reset: the current step is step 0, and those of the plan are others."""
         self._published.clear()
+        self.held.clear()
         self.step = 0
         self.shows_plan = False
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from rosclingo.wire.commands import Outcome, Result
+from rosclingo.wire.commands import Outcome, Result, Truth
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop import diagnosis
+from rosoclingo.loop import diagnosis, statuses
 from rosoclingo.loop.added import HAS, SEEN
-from rosoclingo.loop.atoms import Plan
+from rosoclingo.loop.atoms import Plan, query
 from rosoclingo.loop.journal import PlanFound
 from rosoclingo.loop.state import State
 
@@ -27,12 +27,35 @@ def search(state: State) -> None:
     if outcome.result is Result.SAT:
         _look(state, outcome)
         take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
+        if statuses.needs_next_step(state):
+            state.result = Result.UNSAT  # no plan with this horizon serves the goals that wait
     elif outcome.result is Result.UNSAT and state.planner.needed is not None:
         state.failures = 0  # there is a plan, for a horizon farther away
     elif outcome.result is Result.UNSAT:
         state.failures += 1
         if _is_in_doubt(state) and diagnosis.mend_contradiction(state):
             state.result = None  # search again
+
+
+def settle(state: State, step: int) -> None:
+    """Waits for the answers in the current step, and finds out what holds after it.
+
+    Args:
+        state: What is known.
+        step: The current step, whose actions are published.
+    """
+    state.waiting.wait_for_answers()
+    state.assign_answers(step)
+    asked = query(state.horizon)
+    is_asked = asked in state.externals.kept
+    if is_asked:  # what holds does not depend on it, and there may be no plan
+        state.planner.set_query(asked, Truth.FALSE)
+    outcome = state.planner.search(step, state.horizon, lambda: state.mail.inbox.closed)
+    if outcome.result is Result.SAT:
+        take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
+        statuses.release(state)
+    if is_asked:
+        state.planner.set_query(asked, Truth.TRUE)
 
 
 def take_plan(state: State, plan: Plan, is_best: bool = True) -> None:

@@ -12,7 +12,7 @@ from rosoclingo.loop.atoms import event
 from rosoclingo.loop.durations import Durations, DurationsState
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.externals import ExternalsState, PlannerExternals
-from rosoclingo.loop.goals import STATUSES, Goal, GoalClient, Goals, GoalsSnapshot
+from rosoclingo.loop.goals import Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.mail import Mail, MailSnapshot
 from rosoclingo.loop.planner import Planner, PlannerState
@@ -21,7 +21,6 @@ from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.timing import Timing
 from rosoclingo.loop.tokens import Tokens, TokensState
 from rosoclingo.loop.waiting import Waiting
-from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -225,6 +224,14 @@ class State(Progress):
                     self.arrivals.place(slot, goal.came)
         self.timing.tell_planner(step)
         self.goals.tell_positions()
+        self._tell_busy(step)
+
+    def assign_answers(self, step: int) -> None:
+        """Makes the events of all messages true, and says who is busy: the step is over."""
+        self._assign_pending_messages(step)
+        self._tell_busy(step)
+
+    def _tell_busy(self, step: int) -> None:
         if self.acting.is_over:
             self.externals.make_true(self.acting.end_step(step))
 
@@ -287,26 +294,3 @@ class State(Progress):
         if quality != (self._shown[-1] if self._shown else None):
             self.environment.show_quality(quality)
         self._shown = shown
-
-    def set_status(self, slot: str, word: str) -> None:
-        """Sets the status of the goal in a slot as the plan says."""
-        goal = self.goals.occupant(slot)
-        if goal is None:
-            return
-        if word not in STATUSES:
-            self.environment.warn(
-                f"the plan has status({slot},{word},{self.step}), where only "
-                f"{', '.join(sorted(STATUSES))} are allowed"
-            )
-        else:
-            reason = f"the planner's status in step {self.step}"
-            doubts = "" if word != "aborted" else self._doubts()
-            self.goals.end(goal, word, f"{reason}: {doubts}" if doubts else reason)
-
-    def _doubts(self) -> str:
-        """Returns which actions of the current step may have been done or not."""
-        return " and ".join(
-            f"whether {told.actuator} has done {told.action} is unknown"
-            for told in self.tokens.told
-            if told.answer in (UNKNOWN, TIMEOUT) and told.step == self.step
-        )

@@ -104,6 +104,24 @@ class Waiting:
             self._look()
             mail.take(may_ask=True)
 
+    def wait_for_answers(self) -> None:
+        """Waits until the step has to wait for no actuator any more.
+
+        Raises:
+            ShutdownError: The node is shutting down.
+            RosclingoError: A solver went away.
+        """
+        mail = self._mail
+        mail.take(may_ask=True)
+        if self._acting.pending_actions:
+            self._note(LoopWaits())
+        while self._acting.pending_actions:
+            if mail.inbox.closed:
+                raise ShutdownError(Reason.SHUTDOWN)
+            mail.inbox.wait(max(0.0, self._look_at - self._environment.now()))
+            self._look()
+            mail.take(may_ask=True)
+
     def stop(self) -> None:
         """Ends the wait, since there is something to do in the step: the mode hears of news."""
         self._stops = True

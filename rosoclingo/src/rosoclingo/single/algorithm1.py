@@ -24,6 +24,7 @@ from rosoclingo.loop.goals import Stage as GoalStage
 from rosoclingo.loop.publishing import publish_abort
 from rosoclingo.loop.snapshot import decode, encode
 from rosoclingo.loop.state import State
+from rosoclingo.loop.statuses import set_status
 from rosoclingo.single.dialects import Dialect2, PaperDialect
 
 
@@ -251,9 +252,10 @@ def commands_for(
                 goal = self.state.goals.occupant(slot)
                 if goal is None or goal.stage is GoalStage.ENDED:
                     continue
-                self.state.set_status(slot, "accepted")
+                set_status(self.state, slot, "accepted", step.number)
                 if step.number == self.state.horizon:
-                    self.state.set_status(slot, "canceled" if goal.cancel_told else "succeeded")
+                    word = "canceled" if goal.cancel_told else "succeeded"
+                    set_status(self.state, slot, word, step.number)
 
     ends_with_plan = issubclass(dialect, PaperDialect) and not has_status
     return PaperCommands if ends_with_plan else Commands

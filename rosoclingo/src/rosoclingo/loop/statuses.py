@@ -1,0 +1,92 @@
+"""Sets the statuses of goals: no goal ends before the robot has done what that rests on.
+
+The plan says ``status(ID,S,T)``, and the mode says by ``status_update(T)`` that step T's are to be
+set. A mode may do so before the actions of the step are published, and an action may fail. So
+terminal statuses are held until nothing of the step is left to be done, answered or planned with,
+and are set as the plan has them then.
+"""
+
+from __future__ import annotations
+
+from rosclingo.wire.term_text import split_term
+from rosoclingo.loop.goals import STATUSES, TERMINAL_STATUSES
+from rosoclingo.loop.state import State
+from rosoclingo.loop.words import TIMEOUT, UNKNOWN
+
+
+def update(state: State, step: int) -> None:
+    """Sets the goals' statuses as the plan has them in a step; terminal ones as :func:`release`."""
+    for slot, word in state.plan.statuses(step):
+        if word not in TERMINAL_STATUSES:
+            set_status(state, slot, word, step)
+        elif step not in state.held:
+            state.held.append(step)
+    release(state)
+
+
+def release(state: State) -> None:
+    """Ends goals by the terminal statuses that were held, if the plan still has these.
+
+    Does nothing while the current step is not settled.
+    """
+    if not state.held or is_unsettled(state):
+        return
+    held = list(state.held)
+    state.held.clear()
+    for step in held:
+        for slot, word in state.plan.statuses(step):
+            if word in TERMINAL_STATUSES:
+                set_status(state, slot, word, step)
+
+
+def is_unsettled(state: State) -> bool:
+    """Whether the current step has actions that are to be published, answered or planned with.
+
+    The last means that the planner knows an answer, or an input, and has not planned since then.
+    """
+    if state.acting.is_awaited:
+        return True
+    if not all(map(state.is_published, state.plan.actions(state.step))):
+        return True
+    if any(state.acting.actor(source) for source, _ in state.mail.messages):
+        return True
+    return any(
+        from_outside or state.acting.actor(split_term(atom)[1][0])
+        for atom, from_outside in state.externals.told.items()
+    )
+
+
+def needs_next_step(state: State) -> bool:
+    """Whether goals wait for the next step, and the plan ends in this one.
+
+    They do if all slots belong to goals that have ended in this step, and the mode, which was told
+    so, searches again in the place of moving on.
+    """
+    if not state.waiting.reminded or state.horizon > state.step or is_unsettled(state):
+        return False
+    return state.goals.wait_for_next_step
+
+
+def set_status(state: State, slot: str, word: str, step: int) -> None:
+    """Sets the status of the goal in a slot as the plan says for a step."""
+    goal = state.goals.occupant(slot)
+    if goal is None:
+        return
+    if word not in STATUSES:
+        state.environment.warn(
+            f"the plan has status({slot},{word},{step}), where only "
+            f"{', '.join(sorted(STATUSES))} are allowed"
+        )
+        return
+    reason = f"the planner's status in step {step}"
+    doubts = "" if word != "aborted" else _doubts(state)
+    state.goals.end(goal, word, f"{reason}: {doubts}" if doubts else reason)
+
+
+def _doubts(state: State) -> str:
+    """Returns which actions of the current step may have been done or not."""
+    return " and ".join(
+        f"whether {told.actuator} has done {told.action} is unknown"
+        for told in state.tokens.told
+        if told.answer in (UNKNOWN, TIMEOUT) and told.step == state.step
+    )

@@ -1,0 +1,134 @@
+"""Modes in the style of ROSoClingo 2.0: they give the statuses of a step before its actions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, List
+
+import pytest
+
+from rosclingo.solver.options import Options
+from rosoclingo.desk.parts import EXAMPLES, make_parts
+from rosoclingo.desk.system import System
+from rosoclingo.errors import LoopError
+
+MODE = str(Path(__file__).resolve().parents[1] / "modes_2_0" / "dynamic.lp")
+LINE = f"{EXAMPLES}/line.lp"
+
+
+class Robot(System):
+    """A robot on a line that answers as it is told, in order, and then succeeds."""
+
+    def __init__(
+        self, *constants: str, slots: int = 1, encoding: str = LINE, **parameters: Any
+    ) -> None:
+        options = [word for constant in ("steps=40", *constants) for word in ("-c", constant)]
+        if any(constant.startswith("steps=") for constant in constants):
+            options = options[2:]
+        planner = Options((encoding,), ("-c", f"slots={slots}"))
+        self.answers: List[str] = []
+        self.at_answers: List[List[List[str]]] = []
+        super().__init__(make_parts(MODE, planner, options).loop, **parameters)
+
+    def turn(self) -> bool:
+        for actuator in sorted(self.acting):
+            self.at_answers.append([goal.words[:] for goal in self.goals])
+            self.answer(actuator, self.answers.pop(0) if self.answers else "success")
+        return bool(self._items)
+
+
+def test_a_goal_succeeds_after_the_answer() -> None:
+    """Not by the plan: the first two attempts at the last action fail."""
+    robot = Robot()
+    goal = robot.request("visit(3)")
+    robot.answers = ["success", "failure", "failure", "success"]
+    assert robot.run() is None
+    assert [action for _, action in robot.published] == ["go(2)", "go(3)", "go(3)", "go(3)"]
+    assert robot.at_answers == [[["accepted"]]] * 4
+    assert goal.words == ["accepted", "succeeded"]
+
+
+def test_a_goal_succeeds_after_an_answer_that_the_encoding_does_not_declare(tmp_path: Path) -> None:
+    file = tmp_path / "line.lp"
+    text = Path(LINE).read_text()
+    declared = "#external event(robot,(success;failure),t)."
+    assert declared in text
+    file.write_text(text.replace(declared, "#defined event/3."))
+    robot = Robot(encoding=str(file))
+    goal = robot.request("visit(2)")
+    assert robot.run() is None
+    assert robot.at_answers == [[["accepted"]]]
+    assert goal.words == ["accepted", "succeeded"]
+
+
+def test_a_cancel_request_comes_while_the_status_is_held() -> None:
+    """The status that the plan has when the action is answered counts."""
+    robot = Robot()
+    goal = robot.request("visit(2)")
+
+    def turn() -> bool:
+        if robot.acting:
+            robot.cancel(goal)
+            robot.answer("robot")
+        return bool(robot._items)
+
+    robot.turn = turn  # type: ignore[method-assign]
+    assert robot.run() is None
+    assert goal.words == ["accepted", "canceled"]
+
+
+def test_a_status_is_given_without_actions() -> None:
+    robot = Robot()
+    goal = robot.request("visit(1)")
+    assert robot.run() is None
+    assert robot.published == []
+    assert goal.words == ["accepted", "succeeded"]
+
+
+@pytest.mark.parametrize("resets", ["none", "every", "goal"])
+def test_ten_goals_one_after_the_other_in_one_slot(resets: str) -> None:
+    robot = Robot(f"resets={resets}", "steps=100")
+    targets = [3, 2, 2, 5, 1, 1, 4, 6, 2, 3]
+
+    def turn() -> bool:
+        for actuator in sorted(robot.acting):
+            robot.answer(actuator)
+        if not robot._items and len(robot.goals) < len(targets):
+            robot.request(f"visit({targets[len(robot.goals)]})")
+        return bool(robot._items)
+
+    robot.turn = turn  # type: ignore[method-assign]
+    assert robot.run() is None
+    assert [goal.words for goal in robot.goals] == [["accepted", "succeeded"]] * 10
+
+
+def test_ten_goals_at_once_in_one_slot() -> None:
+    robot = Robot("steps=100")
+    for target in (3, 2, 2, 5, 1, 1, 4, 6, 2, 3):
+        robot.request(f"visit({target})")
+    assert robot.run() is None
+    assert [goal.words[-1] for goal in robot.goals] == ["succeeded"] * 10
+
+
+def test_a_goal_that_waits_at_the_last_step() -> None:
+    """It ends as one does that comes too late, with the mode."""
+    robot = Robot("steps=2")
+    first, second = robot.request("visit(3)"), robot.request("visit(1)")
+    failure = robot.run()
+    assert isinstance(failure, LoopError)
+    assert first.words == ["accepted", "succeeded"]
+    assert second.words == ["accepted", "aborted"]
+    assert second.reason.startswith("the mode ended after its last step, 2; it is too late for vis")
+
+
+@pytest.mark.parametrize("early", [1, 2])
+@pytest.mark.parametrize("resets", ["every", "goal"])
+def test_a_reset_before_the_answers(resets: str, early: int) -> None:
+    """What failed has not happened, and is planned again."""
+    robot = Robot(f"resets={resets}", "r=1", f"early={early}")
+    goal = robot.request("visit(4)")
+    robot.answers = ["failure", "success", "failure", "success"]
+    assert robot.run() is None
+    actions = [action for _, action in robot.published]
+    assert actions == ["go(2)", "go(2)", "go(3)", "go(3)", "go(4)"]
+    assert goal.words == ["accepted", "succeeded"]
