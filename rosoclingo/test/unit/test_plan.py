@@ -458,3 +458,15 @@ def test_the_command_without_ros(tmp_path: Path) -> None:
         "goal 1, visit(2), succeeds in step 1",
         "[]",
     ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "meant"),
+    [
+        (["--event", "info:opne(3)"], "did you mean open(3)?"),
+        (["--simulate", "--at", "1", "inof:open(3)"], "did you mean id info, value open(3)?"),
+        (["--simulate", "--at", "1", "robot:sucess"], "did you mean success?"),
+    ],
+)
+def test_a_message_that_was_misspelt(plan: Any, arguments: List[str], meant: str) -> None:
+    assert meant in plan(LINE, "--goal", "visit(3)", *arguments).err
