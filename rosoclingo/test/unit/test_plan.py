@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import subprocess
@@ -14,6 +15,7 @@ import pytest
 
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
+from rosoclingo.bags.text import PROGRESS, say
 from rosoclingo.desk import progress
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
@@ -255,6 +257,28 @@ def test_progress(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
     with progress.Progress(place):
         assert asked.wait(30)
     assert "0 s: step 3, horizon 7\n" in capsys.readouterr().err
+
+
+class Tty(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_progress_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A line is rewritten in place, and gone when something else is printed, and in the end."""
+    screen = Tty()
+    monkeypatch.setattr(sys, "stderr", screen)
+    PROGRESS.show("2 s: step 10")
+    PROGRESS.show("4 s: step 9")
+    say("plan.py", "a warning")
+    PROGRESS.show("6 s: step 9" + 200 * "x")
+    PROGRESS.clear()
+    PROGRESS.clear()
+    rows = [row.split("\r") for row in screen.getvalue().split("\n")]
+    shown = "2 s: step 10", "4 s: step 9 "
+    assert rows[0] == ["", shown[0], "", shown[1], "", " " * 11, "plan.py: a warning"]
+    assert [len(text) for text in rows[1]] == [0, 79, 0, 79, 0]
+    assert rows[1][3].isspace()
 
 
 def test_a_simulation_that_would_not_end(plan: Any) -> None:

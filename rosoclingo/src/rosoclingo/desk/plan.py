@@ -12,7 +12,7 @@ import sys
 from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.bags.text import lines, say
+from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.inputs import GOAL
 from rosoclingo.desk.outcome import DROPPED, Plan, current_plan, reasons, refused, unreached
@@ -241,7 +241,7 @@ def _warn(text: str) -> None:
 
 
 def _print(text: str) -> None:
-    print(lines(text))
+    PROGRESS.print(lines(text), sys.stdout)
 
 
 if __name__ == "__main__":
