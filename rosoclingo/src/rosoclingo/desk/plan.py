@@ -151,7 +151,7 @@ class Desk(Simulation):
 
     def _show(self) -> None:
         self.plan = current_plan(self)
-        if self.plan is not None and not self._chosen.json:
+        if self.plan is not None and not self._chosen.json and not self._refuses_all:
             self._print_plan(self.plan)
         self._tell_all()
 
@@ -159,6 +159,11 @@ class Desk(Simulation):
         self._is_shown = True
         for entry in self.journal if self._tells else ():
             self._story.hear(entry)
+
+    @property
+    def _refuses_all(self) -> bool:
+        """Whether all goals were rejected, so that the plan is one for nothing."""
+        return bool(self.goals) and all(goal.words == ["rejected"] for goal in self.goals)
 
     def _print_plan(self, plan: Plan) -> None:
         searches = "1 search" if plan.searches == 1 else f"{plan.searches} searches"
