@@ -494,3 +494,31 @@ def test_the_command_without_ros(tmp_path: Path) -> None:
 )
 def test_a_message_that_was_misspelt(plan: Any, arguments: List[str], meant: str) -> None:
     assert meant in plan(LINE, "--goal", "visit(3)", *arguments).err
+
+
+def test_two_goals_of_one_slot(plan: Any) -> None:
+    said = plan(LINE, "-c", "slots=1", "--goal", "visit(1)", "--goal", "visit(3)")
+    assert said.lines[-2:] == [
+        "goal 1, visit(1), succeeds in step 0",
+        "goal 2, visit(3), succeeds in step 3",
+    ]
+    shown = plan(LINE, "-c", "slots=1", "--goal", "visit(1)", "--goal", "visit(3)", "--json")
+    assert json.loads(shown.out)["plan"]["succeeds"] == {"1": 0, "2": 3}
+
+
+@pytest.mark.parametrize("simulates", [False, True])
+def test_no_plan_is_shown_if_all_goals_are_rejected(plan: Any, simulates: bool) -> None:
+    run_it = ["--simulate"] if simulates else []
+    refused = plan(LINE, "--goal", "visit(98)", "--goal", "visit(99)", *run_it)
+    assert "plan:" not in refused.out
+    assert refused.err.count("rejected the goal visit(9") == 2
+    some = plan(LINE, "--goal", "visit(99)", "--goal", "visit(1)", *run_it)
+    assert some.lines[0].startswith("plan: nothing to do, ")  # for the second goal
+
+
+def test_a_goal_that_is_recalled_before_it_is_taken(plan: Any) -> None:
+    said = plan(LINE, "-c", "slots=1", "--simulate", "--goal", "visit(3)", "--goal", "visit(5)",
+                "--at", "0", "cancel:2")  # fmt: skip
+    come = said.lines.index("goal 2 comes: visit(5)")
+    assert said.lines[come + 1] == "goal 2, visit(5), is canceled: recalled before it had a slot"
+    assert "?" not in said.out

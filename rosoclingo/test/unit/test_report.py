@@ -3,6 +3,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
@@ -90,6 +91,34 @@ def test_the_page_has_the_answers() -> None:
     assert answer == {
         "seconds": 2, "step": 2, "question": "goal 1", "text": "It waits.", "duration": 0.25,
     }  # fmt: skip
+
+
+def test_goals_of_one_slot_and_request_have_names_of_their_own() -> None:
+    journal = Journal()
+    for goal in "ab":
+        journal.goal(goal, "visit(3)").status(goal, "accepted", "1").plan("do(r,a,1)")
+        structure = '{"slot": "1", "request": "visit(3)"}'
+        journal.add("why", "goal 1", "It waits.", (structure,), 0.25)
+        journal.add("why", "goal visit(3)", "It waits.", (structure,), 0.25)
+        journal.add("why", "goal 1", "It waits.", ("[" * 5000,), 0.25)
+        journal.add("why", "goal 1", "It waits.", ("[1]",), 0.25)
+        journal.plan().status(goal, "succeeded", "1")
+    found = Page(page_of(journal.recording())).data
+    assert [row["name"] for row in rows(found["goals"])] == ["visit(3)", "visit(3) (2)"]
+    first, second = ["goal visit(3)"] * 2, ["goal visit(3) (2)"] * 2
+    unknown = ["goal 1"] * 2
+    assert [row["question"] for row in rows(found["answers"])] == [
+        *first, *unknown, *second, *unknown,
+    ]  # fmt: skip
+    assert ["goal", "visit(3) (2)"] in [
+        cause for row in rows(found["changes"]) for cause in row["causes"]
+    ]
+
+
+def test_what_has_no_rows_is_no_empty_card() -> None:
+    page = page_of(Journal().goal("g", "x").recording())
+    assert '<section id="restarts"></section>' in page  # its script fills it, if there are some
+    assert re.search(r"section:empty \{\s+display: none;", page)
 
 
 def test_the_page_says_with_what_the_nodes_were_started() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import List, Optional, Tuple
 
@@ -12,7 +13,7 @@ from rosclingo.solver.options import Options
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report import picture
 from rosoclingo.bags.report.picture import COLOURS, THICK, Row, draw_rows, label
-from rosoclingo.bags.report.run import OPEN
+from rosoclingo.bags.report.run import OPEN, numbered
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.desk.outcome import Plan
 from rosoclingo.desk.simulation import Simulation
@@ -81,10 +82,12 @@ def _draw_bars(desk: Simulation, plan: Plan, title: str, file: Path) -> None:
     last = max((action.step for action in plan.actions), default=0)
     rows: List[Row] = []
     labels: List[Tuple[str, float, int]] = []
+    requests: Counter[str] = Counter()
     for goal in desk.goals:
-        step = plan.succeeds.get(plan.slots.get(goal.id, ""))
+        step = plan.succeeds.get(goal.id)
         colour = COLOURS[OPEN if step is None else "succeeded"]
-        labels.append((goal.request, 0, len(rows)))
+        requests[goal.request] += 1
+        labels.append((numbered(goal.request, requests[goal.request]), 0, len(rows)))
         rows.append(("" if rows else "goals", [(0, last if step is None else step, colour)], THICK))
     for actuator in dict.fromkeys(action.actuator for action in plan.actions):
         own = [action for action in plan.actions if action.actuator == actuator]

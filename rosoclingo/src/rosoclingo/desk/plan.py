@@ -173,10 +173,9 @@ class Desk(Simulation):
         for step, actions in plan.steps.items():
             _print(f"{step:6}  {', '.join(f'{a.actuator}: {a.name}' for a in actions)}")
         for goal in self.goals:
-            slot = plan.slots.get(goal.id)
-            if slot in plan.succeeds:
-                _print(f"{_name(goal)}, succeeds in step {plan.succeeds[slot]}")
-            elif goal.stage is not Stage.ENDED and slot is None:
+            if goal.id in plan.succeeds:
+                _print(f"{_name(goal)}, succeeds in step {plan.succeeds[goal.id]}")
+            elif goal.stage is not Stage.ENDED and goal.id not in plan.slots:
                 _print(f"{_name(goal)}, waits for a slot; the encoding has {len(plan.slots)}")
 
     def _values(self, wrong: Sequence[str], why: Sequence[str]) -> Dict[str, Any]:
@@ -188,7 +187,7 @@ class Desk(Simulation):
                 "searches": plan.searches,
                 "seconds": plan.seconds,
                 "actions": [[a.step, a.actuator, a.name] for a in plan.actions],
-                "succeeds": {g.id: plan.succeeds[s] for g, s in self._placed(plan)},
+                "succeeds": plan.succeeds,
             },
             "goals": [
                 {
@@ -212,10 +211,6 @@ class Desk(Simulation):
                 for entry in (self.journal if self._chosen.simulate else ())
             ],
         }  # fmt: skip
-
-    def _placed(self, plan: Plan) -> List[Any]:
-        pairs = [(goal, plan.slots.get(goal.id, "")) for goal in self.goals]
-        return [(goal, slot) for goal, slot in pairs if slot in plan.succeeds]
 
 
 def _draw(chosen: argparse.Namespace, desk: Desk, plan: Plan) -> None:

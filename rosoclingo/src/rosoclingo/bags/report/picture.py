@@ -59,7 +59,7 @@ def _draw_time_line(axes: Any, run: Statistics) -> None:
     goals = _placed(run.goals, run.ended, (run.ended - run.began) / (12 if is_labelled else 700))
     draw_rows(axes, _rows(run, goals), run.began, run.ended, "s")
     for goal, number in goals if is_labelled else ():
-        label(axes, goal.request, goal.came, number)
+        label(axes, goal.name, goal.came, number)
     for restart in run.restarts:
         axes.axvline(restart.seconds, color=COLOURS["restart"], linewidth=1.2)
     outcomes = sorted({goal.outcome for goal in run.goals})
