@@ -393,6 +393,18 @@ def test_a_picture_with_bars(plan: Any, tmp_path: Path) -> None:
     assert [text for text in shown if text.isalpha()] == ["steps", "goals", "robot"]
 
 
+def test_a_picture_with_many_bars_is_wide_enough_for_their_labels(
+    plan: Any, tmp_path: Path
+) -> None:
+    file = tmp_path / "plan.svg"
+    plan(LINE, "-c", "cells=30", "-c", "steps=29", "--mode", "dynamic.fixed.recording",
+         "--goal", "visit(30)", "--picture", str(file))  # fmt: skip
+    width = float(re.findall(r'width="([\d.]+)pt"', file.read_text())[0])
+    letters = 29 * len("go(30)")
+    assert width > 5.0 * letters  # points, of letters that are 8 points high
+    assert len([text for text in texts(file) if text.startswith("go(")]) == 29
+
+
 def test_a_picture_of_a_run(plan: Any, tmp_path: Path) -> None:
     file = tmp_path / "run.png"
     said = plan(LINE, "--goal", "visit(3)", "--simulate", "--json", "--picture", str(file))

@@ -12,11 +12,12 @@ from typing import Any, Dict, List, Tuple
 import pytest
 from bag_maker import Maker, run_without, source
 from journals import Journal, long_journal
+from matplotlib.figure import Figure
 
 from rosoclingo.bags.model import Program, Recording
 from rosoclingo.bags.report.command import main
 from rosoclingo.bags.report.page import data, render
-from rosoclingo.bags.report.picture import COLOURS, draw
+from rosoclingo.bags.report.picture import COLOURS, draw, label
 from rosoclingo.bags.report.statistics import compute
 
 HOSTILE = "</script><img src=x onerror=alert(1)><!--<script>&lt;\u2028'\"@SCRIPT@"
@@ -199,6 +200,16 @@ def test_restarts_are_marked(tmp_path: Path) -> None:
     draw(Journal().action("r", "a").compute(), "run", plain)
     assert COLOURS["restart"] in marked.read_text()
     assert COLOURS["restart"] not in plain.read_text()
+
+
+def test_a_label_does_not_reach_into_the_next_bar() -> None:
+    axes = Figure().subplots()
+    axes.set_xlim(0, 10)
+    label(axes, 50 * "x", 2, 0, 3)
+    label(axes, "y", 3, 0)
+    first, second = axes.texts
+    assert first.get_clip_box().x1 == pytest.approx(axes.transData.transform((3, 0))[0])
+    assert second.get_clip_box().x1 == axes.bbox.x1
 
 
 @pytest.mark.parametrize("steps", [0, 12, 1_000])
