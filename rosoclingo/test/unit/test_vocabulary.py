@@ -133,12 +133,18 @@ MESSAGES = [
         ("comit do(robot,go(1))", ""),
     ],
 )
-@pytest.mark.parametrize("kind", ["full", "told"])
+@pytest.mark.parametrize("kind", ["full", "asked", "examples"])
 def test_a_message_that_was_meant(kind: str, message: str, meant: str) -> None:
     vocabulary: Union[Vocabulary, ToldVocabulary] = Vocabulary()
-    if kind == "told":
-        pairs = [tuple(split_term(atom)[1][:2]) for atom in MESSAGES]
-        vocabulary = ToldVocabulary(Demand(tells=True, declared=dict.fromkeys(pairs, True)), ["1"])
+    if kind != "full":
+        pairs = [(source, content) for source, content, _ in (split_term(m)[1] for m in MESSAGES)]
+        demand = Demand(tells=True)
+        if kind == "asked":
+            demand.declared = {**dict.fromkeys(pairs, True), ("info", "burning(2)"): False}
+        else:
+            atoms = [f"event({','.join(pair)})" for pair in pairs]
+            demand.learn_examples([*atoms, "query(1)"], ["1"])
+        vocabulary = ToldVocabulary(demand, ["1"])
     vocabulary.learn(MESSAGES, 3)
     said = vocabulary.suggest(*message.split(" "), others=("1", "2", "commit"))
     assert said == (f"; did you mean {meant}?" if meant else "")

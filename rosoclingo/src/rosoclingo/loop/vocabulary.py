@@ -151,9 +151,9 @@ class ToldVocabulary:
         return no_request_like(content, [c for (s, c), known in declared if known and s == source])
 
     def suggest(self, source: str, content: str, others: Collection[str]) -> str:
-        """Does what :meth:`Vocabulary.suggest` does, with what the encoding was asked about."""
-        known = [pair for pair, known in self._demand.declared.items() if known]
-        return suggest(source, content, _messages(known, others))
+        """Does what :meth:`Vocabulary.suggest` does, with examples and what was asked about."""
+        asked = [pair for pair, known in self._demand.declared.items() if known]
+        return suggest(source, content, _messages([*self._demand.messages, *asked], others))
 
 
 def _is_one_of(term: str, known: Collection[str]) -> bool:
