@@ -117,6 +117,20 @@ def test_unknown_requests_and_messages_leave_no_trace(system: Callable[..., Syst
     assert run.loop.state.step == 1
 
 
+def test_examples_of_messages(system: Callable[..., System]) -> None:
+    """Nobody is asked about them, and none that is known is excluded by them."""
+    run = told(system, "recording").start()
+    assert run.goal("visit(2)").wait() == "succeeded"
+    for source, value, meant in (
+        ("info", "clsoe(3)", "close(3)"),
+        ("inof", "open(3)", "id info, value open(3)"),
+        ("robot", "sucess", "success"),
+    ):
+        run.send(source, value)
+        hint = f"; did you mean {meant}?"
+        run.world.wait_for(lambda world, hint=hint: any(hint in said for said in world.warnings))
+
+
 def without_examples(folder: Path) -> str:
     """Writes the encoding without its examples of requests."""
     file = folder / "line.lp"

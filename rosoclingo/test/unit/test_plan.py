@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import subprocess
@@ -14,6 +15,7 @@ import pytest
 
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
+from rosoclingo.bags.text import PROGRESS, say
 from rosoclingo.desk import progress
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
@@ -257,6 +259,28 @@ def test_progress(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
     assert "0 s: step 3, horizon 7\n" in capsys.readouterr().err
 
 
+class Tty(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_progress_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A line is rewritten in place, and gone when something else is printed, and in the end."""
+    screen = Tty()
+    monkeypatch.setattr(sys, "stderr", screen)
+    PROGRESS.show("2 s: step 10")
+    PROGRESS.show("4 s: step 9")
+    say("plan.py", "a warning")
+    PROGRESS.show("6 s: step 9" + 200 * "x")
+    PROGRESS.clear()
+    PROGRESS.clear()
+    rows = [row.split("\r") for row in screen.getvalue().split("\n")]
+    shown = "2 s: step 10", "4 s: step 9 "
+    assert rows[0] == ["", shown[0], "", shown[1], "", " " * 11, "plan.py: a warning"]
+    assert [len(text) for text in rows[1]] == [0, 79, 0, 79, 0]
+    assert rows[1][3].isspace()
+
+
 def test_a_simulation_that_would_not_end(plan: Any) -> None:
     said = plan(LINE, "--goal", "visit(3)", "--simulate", "--fail", "go", "--mode",
                 "dynamic.incremental.reset", "--most-steps", "12")  # fmt: skip
@@ -369,6 +393,18 @@ def test_a_picture_with_bars(plan: Any, tmp_path: Path) -> None:
     assert [text for text in shown if text.isalpha()] == ["steps", "goals", "robot"]
 
 
+def test_a_picture_with_many_bars_is_wide_enough_for_their_labels(
+    plan: Any, tmp_path: Path
+) -> None:
+    file = tmp_path / "plan.svg"
+    plan(LINE, "-c", "cells=30", "-c", "steps=29", "--mode", "dynamic.fixed.recording",
+         "--goal", "visit(30)", "--picture", str(file))  # fmt: skip
+    width = float(re.findall(r'width="([\d.]+)pt"', file.read_text())[0])
+    letters = 29 * len("go(30)")
+    assert width > 5.0 * letters  # points, of letters that are 8 points high
+    assert len([text for text in texts(file) if text.startswith("go(")]) == 29
+
+
 def test_a_picture_of_a_run(plan: Any, tmp_path: Path) -> None:
     file = tmp_path / "run.png"
     said = plan(LINE, "--goal", "visit(3)", "--simulate", "--json", "--picture", str(file))
@@ -458,3 +494,43 @@ def test_the_command_without_ros(tmp_path: Path) -> None:
         "goal 1, visit(2), succeeds in step 1",
         "[]",
     ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "meant"),
+    [
+        (["--event", "info:opne(3)"], "did you mean open(3)?"),
+        (["--simulate", "--at", "1", "inof:open(3)"], "did you mean id info, value open(3)?"),
+        (["--simulate", "--at", "1", "robot:sucess"], "did you mean success?"),
+    ],
+)
+def test_a_message_that_was_misspelt(plan: Any, arguments: List[str], meant: str) -> None:
+    assert meant in plan(LINE, "--goal", "visit(3)", *arguments).err
+
+
+def test_two_goals_of_one_slot(plan: Any) -> None:
+    said = plan(LINE, "-c", "slots=1", "--goal", "visit(1)", "--goal", "visit(3)")
+    assert said.lines[-2:] == [
+        "goal 1, visit(1), succeeds in step 0",
+        "goal 2, visit(3), succeeds in step 3",
+    ]
+    shown = plan(LINE, "-c", "slots=1", "--goal", "visit(1)", "--goal", "visit(3)", "--json")
+    assert json.loads(shown.out)["plan"]["succeeds"] == {"1": 0, "2": 3}
+
+
+@pytest.mark.parametrize("simulates", [False, True])
+def test_no_plan_is_shown_if_all_goals_are_rejected(plan: Any, simulates: bool) -> None:
+    run_it = ["--simulate"] if simulates else []
+    refused = plan(LINE, "--goal", "visit(98)", "--goal", "visit(99)", *run_it)
+    assert "plan:" not in refused.out
+    assert refused.err.count("rejected the goal visit(9") == 2
+    some = plan(LINE, "--goal", "visit(99)", "--goal", "visit(1)", *run_it)
+    assert some.lines[0].startswith("plan: nothing to do, ")  # for the second goal
+
+
+def test_a_goal_that_is_recalled_before_it_is_taken(plan: Any) -> None:
+    said = plan(LINE, "-c", "slots=1", "--simulate", "--goal", "visit(3)", "--goal", "visit(5)",
+                "--at", "0", "cancel:2")  # fmt: skip
+    come = said.lines.index("goal 2 comes: visit(5)")
+    assert said.lines[come + 1] == "goal 2, visit(5), is canceled: recalled before it had a slot"
+    assert "?" not in said.out

@@ -3,6 +3,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
@@ -11,11 +12,12 @@ from typing import Any, Dict, List, Tuple
 import pytest
 from bag_maker import Maker, run_without, source
 from journals import Journal, long_journal
+from matplotlib.figure import Figure
 
 from rosoclingo.bags.model import Program, Recording
 from rosoclingo.bags.report.command import main
 from rosoclingo.bags.report.page import data, render
-from rosoclingo.bags.report.picture import COLOURS, draw
+from rosoclingo.bags.report.picture import COLOURS, draw, label
 from rosoclingo.bags.report.statistics import compute
 
 HOSTILE = "</script><img src=x onerror=alert(1)><!--<script>&lt;\u2028'\"@SCRIPT@"
@@ -90,6 +92,34 @@ def test_the_page_has_the_answers() -> None:
     assert answer == {
         "seconds": 2, "step": 2, "question": "goal 1", "text": "It waits.", "duration": 0.25,
     }  # fmt: skip
+
+
+def test_goals_of_one_slot_and_request_have_names_of_their_own() -> None:
+    journal = Journal()
+    for goal in "ab":
+        journal.goal(goal, "visit(3)").status(goal, "accepted", "1").plan("do(r,a,1)")
+        structure = '{"slot": "1", "request": "visit(3)"}'
+        journal.add("why", "goal 1", "It waits.", (structure,), 0.25)
+        journal.add("why", "goal visit(3)", "It waits.", (structure,), 0.25)
+        journal.add("why", "goal 1", "It waits.", ("[" * 5000,), 0.25)
+        journal.add("why", "goal 1", "It waits.", ("[1]",), 0.25)
+        journal.plan().status(goal, "succeeded", "1")
+    found = Page(page_of(journal.recording())).data
+    assert [row["name"] for row in rows(found["goals"])] == ["visit(3)", "visit(3) (2)"]
+    first, second = ["goal visit(3)"] * 2, ["goal visit(3) (2)"] * 2
+    unknown = ["goal 1"] * 2
+    assert [row["question"] for row in rows(found["answers"])] == [
+        *first, *unknown, *second, *unknown,
+    ]  # fmt: skip
+    assert ["goal", "visit(3) (2)"] in [
+        cause for row in rows(found["changes"]) for cause in row["causes"]
+    ]
+
+
+def test_what_has_no_rows_is_no_empty_card() -> None:
+    page = page_of(Journal().goal("g", "x").recording())
+    assert '<section id="restarts"></section>' in page  # its script fills it, if there are some
+    assert re.search(r"section:empty \{\s+display: none;", page)
 
 
 def test_the_page_says_with_what_the_nodes_were_started() -> None:
@@ -170,6 +200,16 @@ def test_restarts_are_marked(tmp_path: Path) -> None:
     draw(Journal().action("r", "a").compute(), "run", plain)
     assert COLOURS["restart"] in marked.read_text()
     assert COLOURS["restart"] not in plain.read_text()
+
+
+def test_a_label_does_not_reach_into_the_next_bar() -> None:
+    axes = Figure().subplots()
+    axes.set_xlim(0, 10)
+    label(axes, 50 * "x", 2, 0, 3)
+    label(axes, "y", 3, 0)
+    first, second = axes.texts
+    assert first.get_clip_box().x1 == pytest.approx(axes.transData.transform((3, 0))[0])
+    assert second.get_clip_box().x1 == axes.bbox.x1
 
 
 @pytest.mark.parametrize("steps", [0, 12, 1_000])

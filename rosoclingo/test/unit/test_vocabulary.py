@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import List, Union
+
 import pytest
 
+from rosclingo.wire.term_text import split_term
 from rosoclingo.loop.demand import Demand
-from rosoclingo.loop.vocabulary import ToldVocabulary, Vocabulary
+from rosoclingo.loop.vocabulary import ToldVocabulary, Vocabulary, explain
 
 OFFICES = [f"o{number}" for number in range(1, 15)]
 REQUESTS = [f"bring({o},{p})" for o in OFFICES for p in OFFICES if o != p]
@@ -72,3 +75,76 @@ def test_any_in_an_example_stands_for_every_term() -> None:
     assert not is_asked("bring(o1,o2,by(30,40))")
     assert not is_asked("bring(o3,o2,by(30))")
     assert "o3 is unknown as the first argument" in vocabulary.explain("1", "bring(o3,o2,by(30))")
+
+
+@pytest.mark.parametrize("vocabulary", [full(), told()], ids=["full", "told"])
+@pytest.mark.parametrize("typed", ["bring(o14,o99)", "bring(o9,o99)", "bring(o99,o9)"])
+def test_nothing_senseless_is_suggested(vocabulary: Vocabulary, typed: str) -> None:
+    """A request that repeats an argument, which no known one does."""
+    meant = vocabulary.explain("1", typed).partition("; did you mean ")[2][:-1]
+    assert meant in REQUESTS
+
+
+def grid(repeats: bool) -> List[str]:
+    places = range(1, 5)
+    return [f"bring({o},{p})" for o in places for p in places if repeats or o != p]
+
+
+@pytest.mark.parametrize("repeats", [False, True])
+@pytest.mark.parametrize("are_examples", [False, True])
+def test_the_closest_number(repeats: bool, are_examples: bool) -> None:
+    said = explain("bring(4,99)", grid(repeats), are_examples=are_examples)
+    assert said.endswith(f"did you mean bring(4,{4 if repeats else 3})?")
+    said = explain("bring(98,99)", grid(repeats), are_examples=are_examples)
+    assert said.endswith(f"did you mean bring(4,{4 if repeats else 3})?")
+
+
+def test_any_in_an_example_may_be_equal_to_others() -> None:
+    known = ["move(any,any,a)", "move(any,any,b)"]
+    assert explain("move(3,3,aa)", known, are_examples=True).endswith("did you mean move(3,3,a)?")
+    assert explain("move(3,4,aa)", known, are_examples=True).endswith("did you mean move(3,4,a)?")
+
+
+MESSAGES = [
+    "event(info,blocked(c3,c4),3)", "event(info,blocked(c4,c3),3)", "event(info,passed,3)",
+    "event(robot,success,3)", "event(robot,failure,3)", "event(robot,busy,3)",
+    "event(arm(1,left),grasped,3)", "event(commit,do(robot,go(1)),3)", "event(1,visit(3),3)",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("message", "meant"),
+    [
+        ("info blokced(c3,c4)", "blocked(c3,c4)"),
+        ("info blocked(c3,c44)", "blocked(c3,c4)"),
+        ("inof blocked(c3,c4)", "id info, value blocked(c3,c4)"),
+        ("inof blokced(c3,c4)", "id info, value blocked(c3,c4)"),
+        ("robot blocked(c3,c4)", "id info, value blocked(c3,c4)"),
+        ("robot sucess", "success"),
+        ("robt success", "id robot, value success"),
+        ("base success", "id robot, value success"),
+        ("arm(1,lft) grasped", "id arm(1,left), value grasped"),
+        ("info burning(1)", ""),
+        ("info blocked(c3,c4)", ""),
+        ("info passd", ""),
+        ("robot bussy", ""),
+        ("commit do(robot,go(2))", ""),
+        ("2 visit(3)", ""),
+        ("comit do(robot,go(1))", ""),
+    ],
+)
+@pytest.mark.parametrize("kind", ["full", "asked", "examples"])
+def test_a_message_that_was_meant(kind: str, message: str, meant: str) -> None:
+    vocabulary: Union[Vocabulary, ToldVocabulary] = Vocabulary()
+    if kind != "full":
+        pairs = [(source, content) for source, content, _ in (split_term(m)[1] for m in MESSAGES)]
+        demand = Demand(tells=True)
+        if kind == "asked":
+            demand.declared = {**dict.fromkeys(pairs, True), ("info", "burning(2)"): False}
+        else:
+            atoms = [f"event({','.join(pair)})" for pair in pairs]
+            demand.learn_examples([*atoms, "query(1)"], ["1"])
+        vocabulary = ToldVocabulary(demand, ["1"])
+    vocabulary.learn(MESSAGES, 3)
+    said = vocabulary.suggest(*message.split(" "), others=("1", "2", "commit"))
+    assert said == (f"; did you mean {meant}?" if meant else "")

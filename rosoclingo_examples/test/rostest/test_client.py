@@ -17,7 +17,13 @@ from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.action_server import LowLatencyActionServer
-from rosoclingo.msg import ROSoClingoAction, ROSoClingoFeedback, ROSoClingoGoal, ROSoClingoResult
+from rosoclingo.msg import (
+    ROSoClingoAction,
+    ROSoClingoActionResult,
+    ROSoClingoFeedback,
+    ROSoClingoGoal,
+    ROSoClingoResult,
+)
 from rosoclingo_examples.client import Client
 from rosoclingo_examples.orders import Bring, Orders
 from rosoclingo_interfaces.errors import LineError
@@ -112,6 +118,24 @@ class TestClient(unittest.TestCase):
                 lambda r=request, t=text: any(r in s and s.endswith(t) for s in self.said)
             )
         self.assertFalse(self.orders.all_as_asked)
+
+    def test_a_result_that_comes_again(self) -> None:
+        """As of a server that was killed: nothing is said, and no error is logged."""
+        handle = self.send("bring(7,1)")
+        handle.set_accepted()
+        handle.set_succeeded(ROSoClingoResult("succeeded"), "")
+        self.wait_for(lambda: self.last("bring(7,1)").endswith(": succeeded"))
+        heard: List[Any] = []
+        # It hears of each result after the client, which has opened the topic before.
+        results = rospy.Subscriber("rosoclingo/result", ROSoClingoActionResult, heard.append)
+        said = len(self.said)
+        with self.assertLogs("rosout") as logged:
+            rospy.loginfo("begins")
+            self.server.publish_result_again(handle, ROSoClingoResult("succeeded"))
+            self.wait_for(lambda: heard)
+        self.assertEqual([record.levelname for record in logged.records], ["INFO"])
+        self.assertEqual(len(self.said), said)
+        results.unregister()
 
     def test_cancel_as_soon_as_sent(self) -> None:
         """actionlib alone would take the goal for lost."""

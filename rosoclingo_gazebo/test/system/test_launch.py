@@ -111,6 +111,54 @@ def test_missing_packages_are_named_before_anything_starts(terminals: Terminals)
     assert "git clone -b noetic-devel" in started.output
     assert "Traceback" not in started.output
     assert "started with pid" not in started.output
+    said, _, by_roslaunch = started.output.partition("Nothing was started; what roslaunch says")
+    assert "RLException" in by_roslaunch
+    assert "RLException" not in said
+
+
+@pytest.mark.install_space
+@pytest.mark.skipif(not missing(NODES, NAVIGATION), reason="likewise: nothing is printed")
+def test_the_printed_lines_build_the_navigation_stack(terminals: Terminals, tmp_path: Path) -> None:
+    """They are typed literally; only sudo does nothing, and git makes a stack of empty packages."""
+    config = str(package("rosoclingo_gazebo") / "config" / "navigation")
+    check = terminals.run("rosrun", "rosoclingo_gazebo", "navigation_check.py", config)
+    build, source = (
+        "".join(line.strip(" ") for line in lines.splitlines(True) if line.startswith("  "))
+        for lines in check.output.partition("build it there:\n")[2].split("Then, in each terminal")
+    )
+    for name in NAVIGATION:
+        catkin_package(tmp_path / "stack" / name)
+    (tmp_path / "home").mkdir()
+    terminals.environment["HOME"] = str(tmp_path / "home")
+    bare = "set -e\nunset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH\n"
+    stubs = f"sudo() {{ :; }}\ngit() {{ cp -r {tmp_path}/stack ${{@: -1}}; }}\n"
+    built = terminals.run("bash", "-c", bare + stubs + build)
+    assert built.wait() == 0, built.output
+
+    find = "rospack find move_base\nrospack find rosoclingo_gazebo\n"
+    launch = f"roslaunch --nodes {' '.join(REAL)}\n"
+    stack_first = "source ~/navigation/devel/setup.bash\n"
+    for terminal in (source + find, stack_first + source + find + launch):
+        found = terminals.run("bash", "-c", bare + terminal)
+        assert found.wait() == 0, found.output
+        assert f"{tmp_path}/home/navigation/src/navigation/move_base\n" in found.output
+    assert found.output.endswith("/map_server\n/amcl\n/move_base\n")
+
+
+def catkin_package(folder: Path) -> None:
+    """Makes a package whose tests cannot be built without googletest, as those of map_server."""
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text(
+        f"<package format='2'><name>{folder.name}</name><version>1.0.0</version><description>-"
+        "</description><maintainer email='a@example.com'>-</maintainer><license>-</license>"
+        "<buildtool_depend>catkin</buildtool_depend></package>"
+    )
+    (folder / "CMakeLists.txt").write_text(
+        f"cmake_minimum_required(VERSION 3.0.2)\nproject({folder.name} NONE)\n"
+        "find_package(catkin REQUIRED)\ncatkin_package()\n"
+        'if(CATKIN_ENABLE_TESTING)\n  message(FATAL_ERROR "no googletest")\nendif()\n'
+    )
+    executable(folder / folder.name, "#!/bin/sh\n")
 
 
 def test_a_package_without_its_node_is_missing(

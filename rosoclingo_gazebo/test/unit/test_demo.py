@@ -23,6 +23,7 @@ from rosoclingo.loop.journal import (
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.orders import Bring
 from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
+from rosoclingo_gazebo.demo.labels import Box, place
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.story import BOOK, LETTER, Story
 from rosoclingo_gazebo.demo.trace import Kind, Trace
@@ -281,3 +282,25 @@ def test_the_picture(tmp_path: Path) -> None:
     assert "30 s: go(b) fails" in text
     assert text.count("s: planner") == 3
     assert "a node is killed" in text
+
+
+def test_labels_hide_nothing() -> None:
+    """As many as there are on a picture, most of them about the same places."""
+    dice = np.random.default_rng(1)
+    places = dice.uniform((50, 50), (1050, 750), (12, 2))
+    anchors = [tuple(places[number % 12]) for number in range(45)]
+    sizes = [(float(width), 16.0) for width in dice.integers(60, 140, 45)]
+    marks = [Box.around(anchor, (17.0, 17.0)) for anchor in anchors[:12]]
+    frame = Box(0.0, 0.0, 1100.0, 800.0)
+    centres = place(anchors, sizes, marks, frame)
+    boxes = [Box.around(*both) for both in zip(centres, sizes)]
+    for number, box in enumerate(boxes):
+        assert box.overlap(frame) == pytest.approx(box.area)
+        assert not any(box.overlap(other) for other in (*marks, *boxes[:number]))
+    assert place(anchors, sizes, marks, frame) == centres
+
+
+def test_a_label_without_room_is_where_least_is_hidden() -> None:
+    frame = Box(0.0, 0.0, 100.0, 10.0)
+    centres = place([(50.0, 5.0)] * 12, [(40.0, 10.0)] * 12, [], frame)
+    assert len(centres) == 12

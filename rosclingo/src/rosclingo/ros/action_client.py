@@ -4,6 +4,10 @@ Delays: actionlib offers no way to ask for TCP_NODELAY, so the client opens each
 by :mod:`rosclingo.ros.low_latency`, before actionlib opens it.
 
 Cancel requests that come late: actionlib's client forgets that a goal has ended when it sends one.
+
+Results that come again: a server that was killed and goes on publishes one again of which it does
+not know whether it has left (docs/recovery.md, section "Guarantees"), and actionlib's client
+logs an error.
 """
 
 from __future__ import annotations
@@ -64,6 +68,14 @@ class LowLatencyActionClient(actionlib.ActionClient):
             subscriber(f"{name}/feedback", type(action.action_feedback)),
         ]
         super().__init__(name, spec)
+
+    def _result_cb(self, message: Any) -> None:
+        """Takes a result for those goals of its id that have not ended."""
+        with self.manager.list_mutex:
+            machines = [machine() for machine in self.manager.statuses]
+        for machine in machines:
+            if machine is not None and machine.state != CommState.DONE:
+                machine.update_result(message)
 
     def send_goal(
         self,

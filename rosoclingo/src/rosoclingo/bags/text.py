@@ -2,7 +2,67 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
+from typing import TextIO
+
+
+class ProgressLine:
+    """A line on stderr that says how far something is, rewritten in place on a terminal.
+
+    Elsewhere, such as in a file, each text is a line of its own. What else is printed meanwhile
+    goes through :meth:`print`, which takes the line away first; any thread may call all methods.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._shown = 0  # columns that are to be overwritten
+
+    def show(self, text: str) -> None:
+        """Says how far it is."""
+        with self._lock:
+            if not sys.stderr.isatty():
+                print(text, file=sys.stderr)
+                return
+            text = text[: _columns() - 1]  # a line that wraps cannot be rewritten
+            self._write(text)
+            self._shown = len(text)
+
+    def clear(self) -> None:
+        """Takes the line away, if it is on a terminal."""
+        with self._lock:
+            self._clear()
+
+    def print(self, text: str, file: TextIO) -> None:
+        """Prints a text in the place of the line."""
+        with self._lock:
+            self._clear()
+            print(text, file=file, flush=True)
+
+    def _clear(self) -> None:
+        if self._shown:
+            self._write("")
+            self._shown = 0
+
+    def _write(self, text: str) -> None:
+        rest = max(self._shown - len(text), 0)
+        sys.stderr.write(f"\r{text}{' ' * rest}\r")
+        sys.stderr.flush()
+
+
+PROGRESS = ProgressLine()
+"""The only one of the process."""
+
+
+def _columns() -> int:
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns or _COLUMNS
+    except OSError:
+        return _COLUMNS
+
+
+_COLUMNS = 80  # of a terminal that does not say so
 
 
 def one_line(text: str) -> str:
@@ -22,7 +82,7 @@ def compact(text: str) -> str:
 
 def say(program: str, text: str) -> None:
     """Prints a message of a program on stderr, which may have texts of a bag."""
-    print(lines(f"{program}: {text}"), file=sys.stderr)
+    PROGRESS.print(lines(f"{program}: {text}"), sys.stderr)
 
 
 def _escaped(letter: str) -> str:

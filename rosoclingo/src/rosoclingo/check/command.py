@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Iterator, NoReturn, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import OptionsError, RosclingoError
-from rosoclingo.bags.text import lines, say
+from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.check import live, static
 from rosoclingo.check.alphabet import Alphabet, read_alphabet
 from rosoclingo.check.command_line import Chosen, parse
@@ -60,7 +60,7 @@ def run(arguments: Sequence[str], look: Optional[Look] = None) -> int:
         for finding in checking.findings():
             count += not finding.is_hint
             hints += finding.is_hint
-            print(lines(str(finding)), flush=True)
+            PROGRESS.print(lines(str(finding)), sys.stdout)
     hinted = f", {hints} hint{'' if hints == 1 else 's'}" if hints else ""
     print(f"{checking.done()}: {count or 'nothing'} found{hinted}")
     return 1 if count else 0

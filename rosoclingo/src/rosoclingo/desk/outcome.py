@@ -24,7 +24,7 @@ class Plan:
         horizon: The step at which all is done.
         searches: How many searches it took.
         seconds: How long these took, in seconds of wall time.
-        succeeds: For each slot whose goal succeeds by the plan, in which step.
+        succeeds: For each goal that succeeds by the plan, or has succeeded, in which step.
         slots: For each goal that has a slot, by its number, the slot.
     """
 
@@ -54,11 +54,21 @@ def current_plan(simulation: Simulation) -> Optional[Plan]:
         for entry in simulation.journal
         if isinstance(entry.event, journal.CommandDone) and entry.event.is_search
     ]
-    succeeds: Dict[str, int] = {}
-    for step in range(state.horizon, -1, -1):
+    # A slot may have had other goals before.
+    planned: Dict[str, int] = {}
+    for step in range(state.horizon, state.step - 1, -1):
         for slot, word in state.plan.statuses(step):
             if word == "succeeded":
-                succeeds[slot] = step
+                planned[slot] = step
+    succeeds = {
+        entry.event.goal: entry.step
+        for entry in simulation.journal
+        if isinstance(entry.event, journal.StatusSet)
+        and entry.event.status is journal.Status.SUCCEEDED
+    }
+    for goal in simulation.goals:
+        if goal.stage is not Stage.ENDED and goal.slot in planned:
+            succeeds[goal.id] = planned[goal.slot]
     return Plan(
         tuple(a for a in state.plan.actions_from(0) if a.step <= state.horizon),
         state.horizon,
@@ -80,7 +90,7 @@ def unreached(simulation: Simulation, plan: Optional[Plan]) -> List[Request]:
         return open_goals
     if not plan.succeeds and plan.actions:
         return []
-    return [g for g in open_goals if g.id in plan.slots and plan.slots[g.id] not in plan.succeeds]
+    return [g for g in open_goals if g.id in plan.slots and g.id not in plan.succeeds]
 
 
 def refused(simulation: Simulation, failure: Optional[RosclingoError]) -> List[str]:

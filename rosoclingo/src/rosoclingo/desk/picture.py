@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import List, Optional, Tuple
 
@@ -12,7 +13,7 @@ from rosclingo.solver.options import Options
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report import picture
 from rosoclingo.bags.report.picture import COLOURS, THICK, Row, draw_rows, label
-from rosoclingo.bags.report.run import OPEN
+from rosoclingo.bags.report.run import OPEN, numbered
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.desk.outcome import Plan
 from rosoclingo.desk.simulation import Simulation
@@ -24,6 +25,7 @@ from rosoclingo.drawing.situation import Situation
 from rosoclingo.loop.journal import MessageArrived
 
 _WIDTH, _ROW = 14.0, 0.5  # inches
+_LETTER, _MOST_WIDTH = 0.07, 60.0  # likewise: of a label, and of a picture whose labels all fit
 
 
 def draw_run(simulation: Simulation, title: str, file: Path) -> None:
@@ -80,17 +82,21 @@ def _graph(options: Options) -> Optional[Graph]:
 def _draw_bars(desk: Simulation, plan: Plan, title: str, file: Path) -> None:
     last = max((action.step for action in plan.actions), default=0)
     rows: List[Row] = []
-    labels: List[Tuple[str, float, int]] = []
+    labels: List[Tuple[str, float, int, Optional[float]]] = []
+    requests: Counter[str] = Counter()
     for goal in desk.goals:
-        step = plan.succeeds.get(plan.slots.get(goal.id, ""))
+        step = plan.succeeds.get(goal.id)
         colour = COLOURS[OPEN if step is None else "succeeded"]
-        labels.append((goal.request, 0, len(rows)))
+        requests[goal.request] += 1
+        labels.append((numbered(goal.request, requests[goal.request]), 0, len(rows), None))
         rows.append(("" if rows else "goals", [(0, last if step is None else step, colour)], THICK))
     for actuator in dict.fromkeys(action.actuator for action in plan.actions):
         own = [action for action in plan.actions if action.actuator == actuator]
-        labels += [(action.name, action.step - 1, len(rows)) for action in own]
+        labels += [(action.name, action.step - 1, len(rows), action.step) for action in own]
         rows.append((actuator, [(a.step - 1, a.step, COLOURS["success"]) for a in own], THICK))
-    figure = Figure(figsize=(_WIDTH, (len(rows) + 2) * _ROW), layout="constrained")
+    longest = max((len(action.name) for action in plan.actions), default=0) + 2
+    width = min(max(_WIDTH, last * longest * _LETTER), _MOST_WIDTH)
+    figure = Figure(figsize=(width, (len(rows) + 2) * _ROW), layout="constrained")
     figure.suptitle(plain(title))
     axes = figure.subplots()
     draw_rows(axes, rows, 0, last, "steps")

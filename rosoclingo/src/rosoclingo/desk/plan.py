@@ -12,7 +12,7 @@ import sys
 from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.bags.text import lines, say
+from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.inputs import GOAL
 from rosoclingo.desk.outcome import DROPPED, Plan, current_plan, reasons, refused, unreached
@@ -151,7 +151,7 @@ class Desk(Simulation):
 
     def _show(self) -> None:
         self.plan = current_plan(self)
-        if self.plan is not None and not self._chosen.json:
+        if self.plan is not None and not self._chosen.json and not self._refuses_all:
             self._print_plan(self.plan)
         self._tell_all()
 
@@ -159,6 +159,11 @@ class Desk(Simulation):
         self._is_shown = True
         for entry in self.journal if self._tells else ():
             self._story.hear(entry)
+
+    @property
+    def _refuses_all(self) -> bool:
+        """Whether all goals were rejected, so that the plan is one for nothing."""
+        return bool(self.goals) and all(goal.words == ["rejected"] for goal in self.goals)
 
     def _print_plan(self, plan: Plan) -> None:
         searches = "1 search" if plan.searches == 1 else f"{plan.searches} searches"
@@ -168,10 +173,9 @@ class Desk(Simulation):
         for step, actions in plan.steps.items():
             _print(f"{step:6}  {', '.join(f'{a.actuator}: {a.name}' for a in actions)}")
         for goal in self.goals:
-            slot = plan.slots.get(goal.id)
-            if slot in plan.succeeds:
-                _print(f"{_name(goal)}, succeeds in step {plan.succeeds[slot]}")
-            elif goal.stage is not Stage.ENDED and slot is None:
+            if goal.id in plan.succeeds:
+                _print(f"{_name(goal)}, succeeds in step {plan.succeeds[goal.id]}")
+            elif goal.stage is not Stage.ENDED and goal.id not in plan.slots:
                 _print(f"{_name(goal)}, waits for a slot; the encoding has {len(plan.slots)}")
 
     def _values(self, wrong: Sequence[str], why: Sequence[str]) -> Dict[str, Any]:
@@ -183,7 +187,7 @@ class Desk(Simulation):
                 "searches": plan.searches,
                 "seconds": plan.seconds,
                 "actions": [[a.step, a.actuator, a.name] for a in plan.actions],
-                "succeeds": {g.id: plan.succeeds[s] for g, s in self._placed(plan)},
+                "succeeds": plan.succeeds,
             },
             "goals": [
                 {
@@ -207,10 +211,6 @@ class Desk(Simulation):
                 for entry in (self.journal if self._chosen.simulate else ())
             ],
         }  # fmt: skip
-
-    def _placed(self, plan: Plan) -> List[Any]:
-        pairs = [(goal, plan.slots.get(goal.id, "")) for goal in self.goals]
-        return [(goal, slot) for goal, slot in pairs if slot in plan.succeeds]
 
 
 def _draw(chosen: argparse.Namespace, desk: Desk, plan: Plan) -> None:
@@ -241,7 +241,7 @@ def _warn(text: str) -> None:
 
 
 def _print(text: str) -> None:
-    print(lines(text))
+    PROGRESS.print(lines(text), sys.stdout)
 
 
 if __name__ == "__main__":

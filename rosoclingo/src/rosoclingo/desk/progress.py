@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 import time
 from typing import Callable
+
+from rosoclingo.bags.text import PROGRESS
 
 _SECONDS = 2.0
 
@@ -29,9 +30,10 @@ class Progress:
     def __exit__(self, *_: object) -> None:
         self._is_over.set()
         self._thread.join()
+        PROGRESS.clear()
 
     def _run(self) -> None:
         began = time.monotonic()
         while not self._is_over.wait(_SECONDS):
             seconds = time.monotonic() - began
-            print(f"{seconds:.0f} s: {self._place()}", file=sys.stderr)
+            PROGRESS.show(f"{seconds:.0f} s: {self._place()}")

@@ -40,6 +40,7 @@ class Story:
         self._plan: Planned = {}
         self._acting: Set[str] = set()
         self._requests: Dict[str, str] = {}
+        self._recalled: Dict[str, journal.StatusSet] = {}  # before the loop has taken the goal
         self._tellers: Mapping[type, Callable[[Entry, Any], List[str]]] = {
             journal.GoalArrived: self._on_goal,
             journal.CancelArrived: lambda _, e: [f"{self._goal(e.goal)} is to be cancelled"],
@@ -76,11 +77,14 @@ class Story:
         self._say(f"step {self._elapsed} of {before + entry.horizon}, at {entry.seconds:g} s")
 
     def _goal(self, identifier: str) -> str:
-        return f"goal {identifier}, {self._requests.get(identifier, '?')},"
+        request = self._requests.get(identifier)
+        return f"goal {identifier}" if request is None else f"goal {identifier}, {request},"
 
-    def _on_goal(self, _: Entry, event: journal.GoalArrived) -> List[str]:
+    def _on_goal(self, entry: Entry, event: journal.GoalArrived) -> List[str]:
         self._requests[event.goal] = event.request
-        return [f"goal {event.goal} comes: {event.request}"]
+        recalled = self._recalled.pop(event.goal, None)
+        ended = [] if recalled is None else self._on_status(entry, recalled)
+        return [f"goal {event.goal} comes: {event.request}", *ended]
 
     def _on_message(self, entry: Entry, event: journal.MessageArrived) -> List[str]:
         if event.source not in self._acting:
@@ -130,6 +134,9 @@ class Story:
         return [f"{event.actuator}: {event.action}"]
 
     def _on_status(self, _: Entry, event: journal.StatusSet) -> List[str]:
+        if event.reason == journal.Reason.RECALLED and event.goal not in self._requests:
+            self._recalled[event.goal] = event
+            return []
         goal = self._goal(event.goal)
         if event.status is Status.ACCEPTED:
             return [f"{goal} is accepted, in slot {event.slot}"]

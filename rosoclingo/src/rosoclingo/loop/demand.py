@@ -37,6 +37,7 @@ class Demand:
         tells: Whether the encoding is told its events by grounding.
         declared: Whether it knows a pair, for each that it was asked about.
         examples: Requests that it has declared as examples.
+        messages: Messages likewise, with which those are compared that it does not know.
         improves: Whether a better plan can be looked for while the one that was found is executed.
         prefers: Whether a search can begin with what is left of the plan before.
     """
@@ -44,6 +45,7 @@ class Demand:
     tells: bool = False
     declared: Dict[Pair, bool] = field(default_factory=dict)
     examples: List[str] = field(default_factory=list)
+    messages: List[Pair] = field(default_factory=list)
     improves: bool = False
     prefers: bool = False
     _searches: bool = False  # whether it has the part for that
@@ -95,11 +97,19 @@ class Demand:
         """Returns the command that grounds a step, and all that it asks for."""
         return self.ground(step_parts(step))
 
-    def learn_examples(self, externals: Iterable[str]) -> None:
-        """Looks for examples of requests among the externals of a fresh solver."""
-        if self.tells:
-            events = (split_term(atom)[1] for atom in externals if atom.startswith(EVENT))
-            self.examples = [arguments[1] for arguments in events if len(arguments) == _EVENT[1]]
+    def learn_examples(self, externals: Iterable[str], slots: Sequence[str]) -> None:
+        """Looks for examples of requests and messages among the externals of a fresh solver.
+
+        Args:
+            externals: The externals, as clingo prints them.
+            slots: The ids that its encoding has for goals.
+        """
+        if not self.tells:
+            return
+        events = (split_term(atom)[1] for atom in externals if atom.startswith(EVENT))
+        pairs = [(event[0], event[1]) for event in events if len(event) == _EVENT[1]]
+        self.examples = [content for source, content in pairs if source in slots]
+        self.messages = [pair for pair in pairs if pair[0] not in slots]
 
     # What it is told.
 

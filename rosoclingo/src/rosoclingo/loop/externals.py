@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Dict, Iterable, List, Sequence, Set, Tuple, Union
+from typing import Collection, Dict, Iterable, List, Sequence, Set, Tuple, Union
 
 from rosclingo.wire.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.wire.term_text import last_number, split_term
@@ -97,6 +97,16 @@ class PlannerExternals(ExternalsState):
     def explain(self, source: str, content: str) -> str:
         """Says why the planner does not know an event."""
         return self._vocabulary.explain(source, content)
+
+    def suggest(self, source: str, content: str, others: Collection[str]) -> str:
+        """Returns the words by which it is asked whether another message was meant.
+
+        Args:
+            source: The id of a message that the planner does not know.
+            content: Its value.
+            others: The sources of events that are no messages.
+        """
+        return self._vocabulary.suggest(source, content, others)
 
     def declares(self, source: str, content: str) -> bool:
         """Whether the encoding declares an event itself; asks the planner if that is not known."""

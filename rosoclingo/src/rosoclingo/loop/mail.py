@@ -306,6 +306,8 @@ class Mail(MailState):
                 self._warn_of_undeclared_answer(source, said)
                 return not actor.is_busy
             reason = "the planner's encoding declares no such event"
+            if len(dropped) < _LOGGED_DROPS:
+                reason += self._suggest(source, value)
         elif actor and actor.answer is not None and actor.answer != value:
             reason = f"it has answered {shorten(actor.answer)} already"
         else:
@@ -322,6 +324,10 @@ class Mail(MailState):
         dropped.append(f"{journal.naming(source, value)}{reason}")
         return False
 
+    def _suggest(self, source: str, value: str) -> str:
+        others = (*_RESERVED_IDS, QUEUE, *self._goals.slots)
+        return self._externals.suggest(source, value, others)
+
     def _warn_of_undeclared_answer(self, source: str, value: str) -> None:
         """Says that an answer ends its action, but that the planner cannot be told of it."""
         if source not in self._undeclared:
@@ -330,6 +336,7 @@ class Mail(MailState):
                 f"{shorten(source)} has answered {shorten(value)}: that ends its action, but the "
                 "planner is not told, because its encoding does not declare "
                 f"#external {shorten(f'event({source},{value},t)')}; this is said once"
+                f"{self._suggest(source, value)}"
             )
 
     def _warn_of_unknown(self, source: str) -> None:
@@ -377,7 +384,13 @@ class Mail(MailState):
         Args:
             messages: Id, value and reason of each.
         """
-        self._log_dropped([f"{journal.naming(s, v)}{shorten(why)}" for s, v, why in messages])
+        self._log_dropped(
+            [
+                f"{journal.naming(source, value)}{shorten(why)}"
+                + (self._suggest(source, value) if number < _LOGGED_DROPS else "")
+                for number, (source, value, why) in enumerate(messages)
+            ]
+        )
 
     def _log_dropped(self, dropped: List[str]) -> None:
         for reason in dropped:

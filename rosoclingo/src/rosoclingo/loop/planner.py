@@ -103,10 +103,11 @@ class Planner(PlannerState):
         if slots is not None:
             return list(slots)
         externals = self.externals()
-        self.demand.learn_examples(externals)
         declared = [atom for atom in externals if atom.startswith(SLOT)]
+        ids = [split_term(atom)[1][0] for atom in declared]
+        self.demand.learn_examples(externals, ids)
         self.run(*(wire.ReleaseExternal(atom) for atom in declared))
-        return [split_term(atom)[1][0] for atom in declared]
+        return ids
 
     def ground_steps(self, steps: Iterable[int]) -> None:
         """Grounds state, transition and query of steps after step 0.

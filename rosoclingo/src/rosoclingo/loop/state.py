@@ -244,6 +244,8 @@ class State(Progress):
         missing = self.externals.make_true(answers) + self.externals.make_true(
             others, from_outside=True
         )
+        if missing:
+            self.externals.read()  # by which the mail says what may have been meant
         self.mail.drop([(*new[atom], reason) for atom, reason in missing])
 
     def move_to(self, step: int) -> List[str]:

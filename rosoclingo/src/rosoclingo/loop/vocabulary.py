@@ -8,18 +8,25 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import ClassVar, Collection, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.loop.atoms import EVENT
 from rosoclingo.loop.demand import Demand, Pair
+from rosoclingo.loop.words import BUSY
+
+Messages = Dict[str, Set[str]]
+"""The values of messages that are known, for each id."""
 
 ANY_EVENT = "_,_"
 """Stands for the source and content of any event, of a source that declares none of its own."""
 
 _LONGEST = 200  # characters of a request for which it is looked what was meant
 _MOST_ALIKE = 1000  # requests, or arguments at a place, with which it is compared
+
+_OWN = frozenset(("_", "passed", BUSY))  # nobody says them, or rosoclingo alone does
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth")
 
@@ -36,6 +43,10 @@ class Vocabulary:
 
     _pairs: Set[str] = field(default_factory=set)
     _grounded: int = 0  # how many steps were grounded when they were seen
+
+    def __post_init__(self) -> None:
+        self._messages: Messages = {}  # that it has seen
+        self._sorted = 0  # how many pairs there were when these were looked for
 
     def learn(self, externals: Iterable[str], grounded: int) -> None:
         """Adds the events among the planner's externals.
@@ -71,6 +82,19 @@ class Vocabulary:
     def explain(self, source: str, content: str) -> str:
         """Says why there is no such event, by comparing it with those that there are."""
         return explain(content, [pair[len(source) + 1 :] for pair in self._of(f"{source},")])
+
+    def suggest(self, source: str, content: str, others: Collection[str]) -> str:
+        """Returns the words by which it is asked whether another message was meant.
+
+        Args:
+            source: The id of a message that there is not.
+            content: Its value.
+            others: The sources of events that are no messages.
+        """
+        if self._sorted != len(self._pairs):
+            self._messages = _messages(map(_split, self._pairs), others)
+            self._sorted = len(self._pairs)
+        return suggest(source, content, self._messages)
 
     def _of(self, prefix: str) -> List[str]:
         return sorted(pair for pair in self._pairs if pair.startswith(prefix)) if prefix else []
@@ -125,6 +149,11 @@ class ToldVocabulary:
             return explain(content, sorted(self._demand.examples), are_examples=True)
         declared = self._demand.declared.items()
         return no_request_like(content, [c for (s, c), known in declared if known and s == source])
+
+    def suggest(self, source: str, content: str, others: Collection[str]) -> str:
+        """Does what :meth:`Vocabulary.suggest` does, with examples and what was asked about."""
+        asked = [pair for pair, known in self._demand.declared.items() if known]
+        return suggest(source, content, _messages([*self._demand.messages, *asked], others))
 
 
 def _is_one_of(term: str, known: Collection[str]) -> bool:
@@ -182,6 +211,43 @@ def no_request_like(request: str, known: Sequence[str]) -> str:
     return f"there is no request like {shorten(request)}{example}"
 
 
+def suggest(source: str, content: str, known: Messages) -> str:
+    """Returns the words by which it is asked whether a known message was meant; none if none is.
+
+    >>> suggest("info", "opne(3)", {"info": {"open(3)", "open(4)"}, "robot": {"success"}})
+    '; did you mean open(3)?'
+    >>> suggest("inof", "open(3)", {"info": {"open(3)", "open(4)"}, "robot": {"success"}})
+    '; did you mean id info, value open(3)?'
+    """
+    if content in known.get(source, ()):
+        return ""
+    meant = _meant(content, sorted(known.get(source, ())), False)
+    if meant:
+        return f"; did you mean {shorten(meant)}?"
+    sources = sorted(other for other, contents in known.items() if content in contents)
+    source = _closest(source, sources or known) or next(iter(sources), "")
+    if not source:
+        return ""
+    meant = content if sources else _meant(content, sorted(known[source]), False)
+    return f"; did you mean id {shorten(source)}, value {shorten(meant)}?" if meant else ""
+
+
+def _messages(pairs: Iterable[Tuple[str, str]], others: Collection[str]) -> Messages:
+    messages: Messages = {}
+    for source, content in pairs:
+        if source not in others and content not in _OWN:
+            messages.setdefault(source, set()).add(content)
+    return messages
+
+
+def _split(pair: str) -> Tuple[str, str]:
+    """Returns source and content of an event."""
+    source, _, content = pair.partition(",")
+    if "(" in source or '"' in source:
+        source, content = split_term(f"{EVENT}{pair})")[1]
+    return source, content
+
+
 def _meant(request: str, known: Sequence[str], are_examples: bool) -> str:
     """Returns the known request that is most like another one; nothing if none is like it."""
     name, arguments = split_term(request)
@@ -190,16 +256,64 @@ def _meant(request: str, known: Sequence[str], are_examples: bool) -> str:
     name = _closest(name, {other.partition("(")[0] for other in known if other != "cancel"})
     alike = [other for other in known if other == name or other.startswith(f"{name}(")]
     same = [others for others in (split_term(o)[1] for o in alike) if len(others) == len(arguments)]
-    places = [
-        _closest(argument, {others[place] for others in same})
-        for place, argument in enumerate(arguments)
-    ]
-    if same and not all(places):
-        return ""
-    meant = f"{name}({','.join(places)})" if places else name
-    if meant != request and (meant in alike or (same and are_examples)):
-        return meant
+    if same:
+        filled = _fill(arguments, same, are_examples)
+        if not all(filled):
+            return ""
+        meant = f"{name}({','.join(filled)})" if filled else name
+        if meant != request and (
+            meant in alike or (are_examples and _is_shaped(filled, {_shape(o) for o in same}))
+        ):
+            return meant
     return next(iter(difflib.get_close_matches(request, alike[:_MOST_ALIKE], 1)), "")
+
+
+def _fill(arguments: List[str], rows: List[List[str]], are_examples: bool) -> List[str]:
+    """Puts the closest known argument in the place of each unknown one; an empty one if none is.
+
+    Args:
+        arguments: The arguments of a request.
+        rows: Those of known requests of its form.
+        are_examples: Whether there are others, with the same arguments at the same places.
+    """
+    filled = list(arguments)
+    columns = [set(column) for column in zip(*rows)]
+    unknown = [p for p, known in enumerate(columns) if not _is_one_of(filled[p], known)]
+    if not are_examples:
+        rows = [
+            row
+            for row in rows
+            if all(p in unknown or row[p] == word for p, word in enumerate(filled))
+        ]
+    shapes = {_shape(row) for row in rows}
+    for place in unknown:
+        fitting = {
+            other
+            for other in {row[place] for row in rows}
+            if _is_shaped([*filled[:place], other, *filled[place + 1 :]], shapes)
+        }
+        word = filled[place]
+        filled[place] = _closest(word, fitting) or _closest(word, columns[place])
+        if not are_examples:
+            rows = [row for row in rows if row[place] == filled[place]]
+    return filled
+
+
+def _shape(arguments: Sequence[str]) -> Tuple[int, ...]:
+    """Returns for each argument the first place of an equal one; -1 if it stands for others."""
+    return tuple(-1 if "any" in word else arguments.index(word) for word in arguments)
+
+
+def _is_shaped(arguments: Sequence[str], shapes: Iterable[Tuple[int, ...]]) -> bool:
+    """Whether the same arguments are equal to each other as in a known request."""
+    return any(
+        all(
+            (one == other) == (first == second)
+            for (one, first), (other, second) in combinations(zip(arguments, shape), 2)
+            if -1 not in (first, second)
+        )
+        for shape in shapes
+    )
 
 
 def _closest(word: str, known: Collection[str]) -> str:

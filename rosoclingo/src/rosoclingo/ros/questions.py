@@ -158,10 +158,11 @@ class Questions:
         except (RosclingoError, OSError) as err:
             return Reply(Status.UNANSWERED, str(err))
         reply = self._process.ask(Task(encoding, situation, question, self._seconds))
-        if reply.status is Status.ANSWERED and self._noted != (str(question), reply.text):
-            self._noted = str(question), reply.text
+        asked = str(question.by_request(dict(situation.goals)))
+        if reply.status is Status.ANSWERED and self._noted != (asked, reply.text):
+            self._noted = asked, reply.text
             seconds = time.monotonic() - began
-            self._note(Explained(str(question), reply.text, reply.structure, seconds))
+            self._note(Explained(asked, reply.text, reply.structure, seconds))
         return reply
 
     def _note(self, event: Event) -> None:

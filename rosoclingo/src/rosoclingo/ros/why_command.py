@@ -13,7 +13,7 @@ import rospy
 
 from rosclingo.ros.init import init_node
 from rosclingo.ros.presence import presence
-from rosoclingo.bags.text import lines, say
+from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.srv import Why, WhyResponse
 from rosoclingo.why.question import Kind, Question
 
@@ -67,7 +67,8 @@ class _Call:
             now = time.monotonic()
             if now - said >= _PROGRESS_SECONDS:
                 said = now
-                say(_PROGRAM, f"waiting for {self._service} for {now - began:.0f} s")
+                PROGRESS.show(f"{_PROGRAM}: waiting for {self._service} for {now - began:.0f} s")
+        PROGRESS.clear()
         return WhyResponse.UNANSWERED if self.response is None else self.response.status
 
     def _run(self) -> None:

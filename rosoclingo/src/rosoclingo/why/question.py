@@ -13,7 +13,7 @@ from __future__ import annotations
 import enum
 import json
 from dataclasses import dataclass
-from typing import Sequence, Tuple, Union
+from typing import Mapping, Sequence, Tuple, Union
 
 from rosclingo.errors import shorten
 from rosoclingo.errors import QuestionError
@@ -54,6 +54,16 @@ class Question:
 
     def __str__(self) -> str:
         return f"{self.kind.value} {', '.join(self.arguments)}".strip()
+
+    def by_request(self, goals: Mapping[str, str]) -> Question:
+        """Returns the same question, with the request of a goal that is given by its slot.
+
+        Args:
+            goals: The requests of the open goals, by their slots.
+        """
+        if self.kind is not Kind.GOAL:
+            return self
+        return Question(self.kind, tuple(goals.get(name, name) for name in self.arguments))
 
     def answer(self, explainer: Explainer) -> Answer:
         """Has an explainer answer it; raises what that raises."""

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Mapping, Sequence, Tuple
+from typing import Any, List, Mapping, Sequence
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from rosoclingo_gazebo.demo.labels import Box, place
 from rosoclingo_gazebo.demo.trace import Event, Kind, Point, Trace
 from rosoclingo_simulator.simulator.occupancy import FREE, OccupancyMap
 
 _INCHES = (12.0, 7.6)
 _DOTS_PER_INCH = 110
+_MARK_POINTS = 130  # the area of a mark, in square points
+_LABEL_POINTS = 8.5  # the size of a label's letters
+_PAD_POINTS = 2.0  # around a label
+_FAR_POINTS = 16.0  # from here on a line joins a label and its mark
 _EVERY = 5  # of the path's points, one in so many is enough
 _SHIFT_METRES = 0.12  # of the path to its right, so that both directions of a way are seen
 _MARKS = {  # the first is below the others
@@ -50,7 +55,7 @@ def draw(
     Raises:
         OSError: A file cannot be written.
     """
-    figure = Figure(figsize=_INCHES, layout="constrained")
+    figure = Figure(figsize=_INCHES, dpi=_DOTS_PER_INCH, layout="constrained")
     axes = figure.add_subplot()
     grid = floor.grid
     extent = (
@@ -60,16 +65,19 @@ def draw(
         grid.y + grid.rows * grid.resolution,
     )
     axes.imshow(floor.cells != FREE, cmap="Greys", origin="lower", extent=extent, vmax=1.6)
+    names = []
     for name, (x, y) in waypoints.items():
         axes.plot(x, y, ".", color="0.75", markersize=4)
-        axes.annotate(
-            name,
-            (x, y),
-            (0, -11),
-            textcoords="offset points",
-            ha="center",
-            color="0.45",
-            size=8,
+        names.append(
+            axes.annotate(
+                name,
+                (x, y),
+                (0, -11),
+                textcoords="offset points",
+                ha="center",
+                color="0.45",
+                size=8,
+            )
         )
     for number, (name, trace) in enumerate(traces.items()):
         path = _shifted(trace.path[::_EVERY], number)
@@ -88,21 +96,11 @@ def draw(
         if places:
             xs, ys = zip(*places)
             axes.scatter(
-                xs, ys, 130, colour, marker=mark, zorder=3, edgecolors="white", label=label
+                xs, ys, _MARK_POINTS, colour, marker=mark, zorder=3, edgecolors="white", label=label
             )
-    for event, offset in zip(events, _offsets(events)):
-        axes.annotate(
-            f"{event.seconds:.0f} s: {event.text}",
-            event.place,
-            (0, offset),
-            textcoords="offset points",
-            ha="center",
-            size=8.5,
-            zorder=4,
-            bbox={"boxstyle": "round,pad=0.2", "fc": "white", "ec": "none", "alpha": 0.8},
-        )
     axes.set(title=title, xlabel="x, m", ylabel="y, m", aspect="equal")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.09), ncols=6, frameon=False)
+    _label(figure, axes, events, names)
     file.parent.mkdir(parents=True, exist_ok=True)
     files = [file.with_name(file.name + ending) for ending in (".png", ".svg")]
     # The same drive gives the same file.
@@ -123,13 +121,37 @@ def _shifted(path: Sequence[Point], number: int) -> np.ndarray:
     )
 
 
-def _offsets(events: Sequence[Event]) -> List[int]:
-    """Returns how far above each event its text stands, in points: those close by make room."""
-    offsets: List[int] = []
-    seen: List[Tuple[int, int]] = []
-    for event in events:
-        around = (round(event.place[0] / 4), round(event.place[1] / 3))
-        rows, below = divmod(seen.count(around), 2)
-        offsets.append(-24 - 12 * rows if below else 11 + 12 * rows)
-        seen.append(around)
-    return offsets
+def _label(figure: Any, axes: Any, events: Sequence[Event], names: Sequence[Any]) -> None:
+    """Writes next to each mark when it was and what."""
+    figure.draw_without_rendering()  # until then nobody knows where anything is
+    texts = [f"{event.seconds:.0f} s: {event.text}" for event in events]
+    pixels = figure.dpi / 72  # in a point
+    sizes = []
+    for text in texts:
+        measured = axes.text(0, 0, text, size=_LABEL_POINTS)
+        extent = measured.get_window_extent()
+        measured.remove()
+        padding = 2 * _PAD_POINTS * pixels
+        sizes.append((extent.width + padding, extent.height + padding))
+    marks = [tuple(axes.transData.transform(event.place)) for event in events]
+    side = _MARK_POINTS**0.5 * pixels
+    seen = [Box.around(mark, (side, side)) for mark in marks]
+    seen += [Box(*name.get_window_extent().extents) for name in names]
+    centres = place(marks, sizes, seen, Box(*axes.get_window_extent().extents))
+    for event, text, (x, y), centre, size in zip(events, texts, marks, centres, sizes):
+        dx, dy = (centre[0] - x) / pixels, (centre[1] - y) / pixels
+        beyond = max(abs(dx) - size[0] / 2 / pixels, abs(dy) - size[1] / 2 / pixels)
+        axes.annotate(
+            text,
+            event.place,
+            (dx, dy),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            size=_LABEL_POINTS,
+            zorder=4,
+            bbox={"boxstyle": "round,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8},
+            arrowprops={"arrowstyle": "-", "color": "0.5", "linewidth": 0.7, "zorder": 2}
+            if beyond > _FAR_POINTS
+            else None,
+        )

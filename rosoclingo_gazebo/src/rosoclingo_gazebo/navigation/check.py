@@ -6,6 +6,8 @@ navigation_check.py $(rospack find rosoclingo_gazebo)/config/navigation
 from __future__ import annotations
 
 import argparse
+import os
+import shlex
 import sys
 from pathlib import Path
 from typing import Any, Callable, Iterable, List, NoReturn, Sequence
@@ -34,8 +36,16 @@ _BUILD = """\
     libyaml-cpp-dev pluginlib-dev ros-cmake-modules
   mkdir -p ~/navigation/src && cd ~/navigation
   git clone -b noetic-devel https://github.com/ros-planning/navigation src/navigation
-  catkin_make -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_STANDARD=17
-  source ~/navigation/devel/setup.bash    # before this workspace's setup.bash, in each terminal"""
+  PYTHON=/usr/bin/python3
+  catkin_make -DPYTHON_EXECUTABLE=$PYTHON -DPython_EXECUTABLE=$PYTHON \\
+    -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_STANDARD=17 -DCATKIN_ENABLE_TESTING=OFF
+Then, in each terminal, source this workspace and add the navigation stack to it:
+  source {workspace}/setup.bash
+  source ~/navigation/devel/setup.bash --extend"""
+
+
+# roslaunch can only be ended by an exception, which it prints.
+_NOT_STARTED = "Nothing was started; what roslaunch says below in red means no more than that.\n"
 
 
 class ConfigError(RosclingoError):
@@ -82,8 +92,20 @@ def remedy(names: Sequence[str]) -> str:
     return (
         f"These packages are missing, or not built: {', '.join(names)}\n"
         f"On Ubuntu 20.04, install them:\n  sudo apt-get install {on_ubuntu}\n"
-        f"Debian has no navigation stack; build it there:\n{_BUILD}"
+        f"Debian has no navigation stack; build it there:\n"
+        + _BUILD.format(workspace=shlex.quote(_workspace()))
     )
+
+
+def _workspace() -> str:
+    """Returns the folder of the setup.bash that was sourced for this package."""
+    prefixes = os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
+    ours = (
+        prefix
+        for prefix in prefixes
+        if Path(prefix, "setup.bash").exists() and Path(prefix, "share/rosoclingo_gazebo").is_dir()
+    )
+    return next(ours, "devel")
 
 
 def _is_found(find: Callable[..., object], *names: str) -> bool:
@@ -91,6 +113,11 @@ def _is_found(find: Callable[..., object], *names: str) -> bool:
         return bool(find(*names))
     except rospkg.ResourceNotFound:
         return False
+
+
+def _end(message: str, status: int, launching: bool) -> NoReturn:
+    print(f"{message}\n{_NOT_STARTED if launching else ''}", file=sys.stderr)
+    sys.exit(status)
 
 
 def main() -> NoReturn:
@@ -101,6 +128,7 @@ def main() -> NoReturn:
         parser.add_argument(
             name, type=str.lower, choices=("true", "false"), default="true", help=f"with {node}"
         )
+    parser.add_argument("--launching", action="store_true", help="for a launch file, which ends")
     parser.add_argument("packages", nargs="*", help="other packages to look for")
     options = parser.parse_args()
     nodes: List[str] = []
@@ -112,11 +140,9 @@ def main() -> NoReturn:
             nodes += NAVIGATION
             packages += plugins(options.config)
     except ConfigError as err:
-        print(err, file=sys.stderr)
-        sys.exit(2)
+        _end(str(err), 2, options.launching)
     lacking = missing(nodes, packages)
     if lacking:
-        print(f"\n{remedy(lacking)}\nNothing was started.\n", file=sys.stderr)
-        sys.exit(1)
+        _end(f"\n{remedy(lacking)}", 1, options.launching)
     print(" ".join([*nodes, *packages]))
     sys.exit(0)

@@ -21,7 +21,7 @@ from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.player import Replayed, play
 from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
-from rosoclingo.bags.text import say
+from rosoclingo.bags.text import PROGRESS, say
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 
 
@@ -70,6 +70,7 @@ def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
             rate=options.rate, timeout=options.timeout, kills=options.kill,
             same_encodings=same_encodings, progress=_say_progress,
         )  # fmt: skip
+    PROGRESS.clear()
     return _judge(recording, run, replayed, Level(options.level)), replayed.seconds
 
 
@@ -103,7 +104,7 @@ def _is_cut_off(event: Event) -> bool:
 
 
 def _say_progress(passed: int, count: int, seconds: float) -> None:
-    print(f"replay: {passed} of {count} inputs, {seconds:.0f} s", file=sys.stderr)
+    PROGRESS.show(f"replay: {passed} of {count} inputs, {seconds:.0f} s")
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from rosoclingo.bags.report.run import GoalRun, Statistics
@@ -58,8 +58,11 @@ def _draw_time_line(axes: Any, run: Statistics) -> None:
     is_labelled = len(run.goals) <= _MOST_LABELS
     goals = _placed(run.goals, run.ended, (run.ended - run.began) / (12 if is_labelled else 700))
     draw_rows(axes, _rows(run, goals), run.began, run.ended, "s")
-    for goal, number in goals if is_labelled else ():
-        label(axes, goal.request, goal.came, number)
+    if is_labelled:
+        next_one: Dict[int, float] = {}
+        for goal, number in reversed(goals):
+            label(axes, goal.name, goal.came, number, next_one.get(number))
+            next_one[number] = goal.came
     for restart in run.restarts:
         axes.axvline(restart.seconds, color=COLOURS["restart"], linewidth=1.2)
     outcomes = sorted({goal.outcome for goal in run.goals})
@@ -104,7 +107,7 @@ def draw_rows(axes: Any, rows: Sequence[Row], began: float, ended: float, unit: 
     axes.set_axisbelow(True)
 
 
-def label(axes: Any, text: str, begin: float, row: int) -> None:
+def label(axes: Any, text: str, begin: float, row: int, end: Optional[float] = None) -> None:
     """Writes a text on a bar.
 
     Args:
@@ -112,11 +115,15 @@ def label(axes: Any, text: str, begin: float, row: int) -> None:
         text: The text.
         begin: Where the bar begins.
         row: The number of its row.
+        end: Where it is cut off, so that it does not reach into the next one.
     """
-    axes.annotate(
+    written = axes.annotate(
         plain(text), (begin, row), (4, 0), textcoords="offset points",
         va="center", size=8, clip_on=True,
     )  # fmt: skip
+    if end is not None:
+        room = Rectangle((begin, row - 0.5), end - begin, 1, transform=axes.transData)
+        written.set_clip_path(room)
 
 
 def _rows(run: Statistics, goals: Sequence[Tuple[GoalRun, int]]) -> List[Row]:

@@ -23,7 +23,8 @@ class GoalRun:
         request: The request.
         information: What came with it.
         slot: The planner's id for it; empty if it is not known to have had one.
-        behind: The request that had this slot while the goal waited; empty if it was not queued.
+        name: What it is called: its request, numbered if others before it had the same one.
+        behind: The name of the goal that had this slot while it waited; empty if it was not queued.
         accepted: When the planner accepted it, if it did.
         cancels: When it was asked to be cancelled, if it was.
         ended: When it ended, if it did.
@@ -38,6 +39,7 @@ class GoalRun:
     request: str = ""
     information: Tuple[str, ...] = ()
     slot: str = ""
+    name: str = ""
     behind: str = ""
     accepted: Optional[float] = None
     cancels: Optional[float] = None
@@ -245,3 +247,8 @@ class Statistics:
     changes: Tuple[Change, ...]
     answers: Tuple[AnswerRun, ...]
     restarts: Tuple[Restart, ...]
+
+
+def numbered(request: str, number: int) -> str:
+    """Returns what the first, second, ... goal with a request is called."""
+    return request if number == 1 else f"{request} ({number})"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections import deque
+import json
+from collections import Counter, deque
 from dataclasses import replace
 from typing import Any, Callable, Deque, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
@@ -22,6 +23,7 @@ from rosoclingo.bags.report.run import (
     Search,
     Statistics,
     StepRun,
+    numbered,
 )
 from rosoclingo.bags.text import compact
 from rosoclingo.loop import journal
@@ -86,6 +88,7 @@ class _Reading:
         self._cancels: Dict[str, int] = {}  # positions of cancel requests, by goal
         self._planned: Dict[str, int] = {}  # position of the plan before a goal was accepted
         self._steps_before: Dict[str, int] = {}  # how many there were when a goal was accepted
+        self._requests: Counter[str] = Counter()  # how often each has come
         self._slots: Dict[str, str] = {}  # the last goal of each slot
         self._latest: Dict[str, int] = {}  # index of each actuator's last action
         self._causes: Dict[int, Cause] = {}  # messages that were not dropped, by position
@@ -123,11 +126,11 @@ class _Reading:
         for identifier, goal in self.goals.items():
             if goal.behind:
                 # It is planned for when it gets its slot, not when it comes.
-                causes.append((self._planned[identifier], Cause("queued", goal.request)))
+                causes.append((self._planned[identifier], Cause("queued", goal.name)))
             elif goal.slot or goal.accepted is not None:
-                causes.append((self._arrivals[identifier], Cause("goal", goal.request)))
+                causes.append((self._arrivals[identifier], Cause("goal", goal.name)))
             if goal.outcome != RECALLED and identifier in self._cancels:
-                causes.append((self._cancels[identifier], Cause("cancel", goal.request)))
+                causes.append((self._cancels[identifier], Cause("cancel", goal.name)))
         return causes
 
     def _goal(self, seconds: float, identifier: str) -> GoalRun:
@@ -137,7 +140,13 @@ class _Reading:
 
     def _on_goal(self, entry: Entry, event: journal.GoalArrived) -> None:
         goal = self._goal(entry.seconds, event.goal)
-        self.goals[goal.id] = replace(goal, request=event.request, information=event.information)
+        self._requests[event.request] += 1
+        self.goals[goal.id] = replace(
+            goal,
+            request=event.request,
+            information=event.information,
+            name=numbered(event.request, self._requests[event.request]),
+        )
 
     def _on_cancel(self, entry: Entry, event: journal.CancelArrived) -> None:
         goal = self._goal(entry.seconds, event.goal)
@@ -172,7 +181,7 @@ class _Reading:
         self._slots[slot] = goal.id
         self._steps_before[goal.id] = len(self.steps)
         self._planned[goal.id] = self.plans[-1] if self.plans else self._position
-        behind = before.request if before is not None and is_queued else ""
+        behind = before.name if before is not None and is_queued else ""
         self.goals[goal.id] = replace(goal, accepted=seconds, slot=slot, behind=behind)
 
     def _on_message(self, entry: Entry, event: journal.MessageArrived) -> None:
@@ -250,8 +259,22 @@ class _Reading:
 
     def _on_answer(self, entry: Entry, event: journal.Explained) -> None:
         self.answers.append(
-            AnswerRun(entry.seconds, entry.step, event.question, event.text, event.seconds)
+            AnswerRun(entry.seconds, entry.step, self._asked(event), event.text, event.seconds)
         )
+
+    def _asked(self, event: journal.Explained) -> str:
+        """Returns a question; one about a goal names it as all else does, and not by its slot."""
+        try:
+            answer = json.loads(event.structure or "{}")
+        except (ValueError, RecursionError):  # it may be anybody's bag
+            return event.question
+        slot, request = (
+            (answer.get(k) for k in ("slot", "request")) if isinstance(answer, dict) else ("", "")
+        )
+        if not request or event.question not in (f"goal {slot}", f"goal {request}"):
+            return event.question
+        names = [goal.name for goal in self.goals.values() if goal.request == request]
+        return f"goal {names[-1] if names else request}"
 
     def _on_resumed(self, entry: Entry, event: journal.NodeResumed) -> None:
         last = self._last if self._position else entry.seconds

@@ -84,7 +84,7 @@ const ran = (goal) => (goal.accepted === null ? 0 : (goal.ended ?? END) - goal.a
 const listed = (texts) => texts.join(", ") || "nothing";
 
 function tellGoal(goal) {
-  const lines = [`goal ${goal.request || goal.id}: ${goal.outcome}${goal.reason && ` (${goal.reason})`}`];
+  const lines = [`goal ${goal.name || goal.id}: ${goal.outcome}${goal.reason && ` (${goal.reason})`}`];
   if (goal.information.length) lines.push(`information: ${goal.information.join(", ")}`);
   lines.push(`came at ${clock(goal.came)}${goal.behind && `, queued behind ${goal.behind}`}`);
   if (goal.accepted !== null) {

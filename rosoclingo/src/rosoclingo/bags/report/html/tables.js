@@ -62,7 +62,7 @@ tabulate(
   "Goals",
   goals,
   [
-    ["request", (goal) => goal.request, "term"],
+    ["request", (goal) => goal.name, "term"],
     ["information", (goal) => goal.information.join(", ")],
     ["outcome", (goal) => goal.outcome],
     ["reason", (goal) => goal.reason],

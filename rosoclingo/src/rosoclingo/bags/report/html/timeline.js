@@ -22,7 +22,7 @@ function goalRows() {
       to: end,
       goal,
       colour: goal.outcome,
-      text: goal.request,
+      text: goal.name,
       tell: () => tellGoal(goal),
     });
   }
