@@ -219,7 +219,7 @@ def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
 @pytest.mark.parametrize(
     ("mode", "seed"),
     [("recording", 0), ("dyn_reset", 1), ("reset", 2), ("single", 3), ("paper", 4), ("demand", 5),
-     ("busy", 8)],
+     ("busy", 8), ("2.0", 6)],
 )  # fmt: skip
 def test_a_replay_is_the_same(
     system: Callable[..., System], single: Callable[..., System], mode: str, seed: int
@@ -233,6 +233,10 @@ def test_a_replay_is_the_same(
         if mode == "busy":
             recording = "dynamic.incremental.recording"
             return system(recording, "-c", "steps=40", encoding=WORKSHOP, inbox=inbox)
+        if mode == "2.0":  # which resets before the answers of the step
+            style = str(PACKAGE / "test" / "modes_2_0" / "dynamic.lp")
+            options = ("steps=80", "resets=every", "early=1")
+            return system(style, *(f"-c{option}" for option in options), inbox=inbox)
         return system(f"dynamic.incremental.{mode}", "-c", "steps=80", inbox=inbox)
 
     first = make(Inbox())
