@@ -362,6 +362,19 @@ def test_wrong_parameters(terminals: Terminals) -> None:
     nowhere.wait_for("clients may load from: nowhere")
 
 
+def test_parameters_without_a_master(tmp_path: Path) -> None:
+    """A node waits for the master before it gives it those of the command line."""
+    terminals = Terminals(tmp_path)
+    try:
+        node = terminals.start("rosrun", "rosclingo", "run.py", "_allow_scripts:=true")
+        node.wait_for("waiting for the ROS master at")
+        terminals.start_master()
+        node.wait_for("parameter /rosclingo/allow_scripts is True")
+        assert "Traceback" not in node.output
+    finally:
+        terminals.close()
+
+
 def test_help() -> None:
     output = subprocess.check_output(["rosrun", "rosclingo", "run.py", "--help"], text=True)
     assert output.startswith("usage: run.py [-f FILE]")
