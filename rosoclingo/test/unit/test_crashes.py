@@ -21,7 +21,7 @@ from conftest import PACKAGE
 from crashes import Client, Crash, Life, Runs, World, outcome
 from draws import draws
 
-from rosclingo.errors import ServiceError
+from rosclingo.errors import ServiceError, SolverEndedError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
@@ -121,13 +121,14 @@ class Mortal(Forwarding):
         super().__init__(solver)
         self.calls = 0
         self.lost_at: Set[int] = set()
+        self.error = ServiceError("the connection was lost")
         self.events_are_facts = bool(getattr(solver, "events_are_facts", False))
 
     def _lose(self) -> None:
         self.calls += 1
         if self.calls in self.lost_at:
             self._solver.run([wire.Restart()])
-            raise ServiceError("the connection was lost")
+            raise self.error
 
     def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
         self._lose()
@@ -317,6 +318,24 @@ def test_a_solver_that_does_not_come_back(folder: Path) -> None:
     runs.parts = replace(runs.parts, planner=mortal)
     with pytest.raises(ServiceError, match="there is no solver"):
         runs.run(world())
+
+
+@pytest.mark.parametrize("is_told", [False, True])
+def test_a_solver_is_lost_again_and_again(folder: Path, *, is_told: bool) -> None:
+    """That may be because of a call, unless it is told to end: then it is nobody's fault."""
+    runs, calm, disturbed = Runs(folder, DYN_RESET), world(), world()
+    runs.run(calm)
+    mortal = Mortal(runs.parts.planner)
+    runs.parts = replace(runs.parts, planner=mortal)
+    runs.wait = lambda: None
+    mortal.lost_at = set(range(9, 20))
+    if is_told:
+        mortal.error = SolverEndedError("it is shutting down")
+        runs.run(disturbed)
+        assert outcome(disturbed) == outcome(calm)
+    else:
+        with pytest.raises(ServiceError, match="the connection was lost"):
+            runs.run(disturbed)
 
 
 def test_a_solver_comes_back_with_something_else(folder: Path) -> None:

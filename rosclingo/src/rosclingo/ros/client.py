@@ -12,7 +12,7 @@ import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
 from rospy.exceptions import TransportException
 
-from rosclingo.errors import ServiceError, XmlError
+from rosclingo.errors import ServiceError, SolverEndedError, XmlError
 from rosclingo.msg import (
     ROSClingoActionFeedback,
     ROSClingoActionGoal,
@@ -151,7 +151,8 @@ class Client:
             The answers, and the failure if there was one.
 
         Raises:
-            ServiceError: The node is not there, ends, or has lost what it was told before.
+            SolverEndedError: The node is shutting down.
+            ServiceError: It is not there, or has lost what it was told before.
             XmlError: A command holds a character that XML cannot carry.
         """
         text = encode_commands(commands)
@@ -192,14 +193,16 @@ class Client:
             self._disconnect()
         return ServiceError(reason)
 
-    def _shuts_down(self) -> ServiceError:
+    def _shuts_down(self) -> SolverEndedError:
         """Takes note that the node ends, so that another one is waited for; returns what to raise.
 
         However a solver that ends puts it, that is no answer: it is lost, as one that was killed.
         """
         self._ending = {one for topic in self._connections() for one in topic}
         self._ends_until = time.monotonic() + _ENDING_SECONDS
-        return self._gone(f"the solver {self.name} has ended: {Stop.SHUTDOWN.value}")
+        with self._service_lock:
+            self._disconnect()
+        return SolverEndedError(f"the solver {self.name} has ended: {Stop.SHUTDOWN.value}")
 
     def _ends(self) -> bool:
         """Whether a topic has no connection but those of a node that has said that it ends."""
@@ -241,7 +244,8 @@ class Client:
             improved: Called with each better model while optimising, in a thread of rospy's.
 
         Raises:
-            ServiceError: The node is not there, went away, or rejected or aborted the goal.
+            SolverEndedError: The node is shutting down.
+            ServiceError: It is not there, went away, or rejected or aborted the goal.
         """
         if not self._connected():
             raise self._gone(f"there is no solver {self.name}; is its node running?")
