@@ -328,7 +328,7 @@ class Mortals:
 
     @property
     def ends(self) -> bool:
-        """Whether a process is about to end in a polite way."""
+        """Tells if a process is about to end in a polite way."""
         return any(fate.ends for fate in self._fates.values())
 
     def fate(self, name: str) -> Fate:

@@ -82,11 +82,11 @@ class Fate:
 
     @property
     def ends(self) -> bool:
-        """Whether the process is about to end in a polite way."""
+        """Tells if the process is about to end in a polite way."""
         return bool(self._read()[5])
 
     def begin(self) -> None:
-        """Takes note that this process is the one that is meant now."""
+        """Notes that a process is started, which is the one to be ended next."""
         self._write(*self._read()[:5], 0)
 
     def pass_point(self, what: str) -> None:

@@ -205,7 +205,7 @@ class Client:
         return SolverEndedError(f"the solver {self.name} has ended: {Stop.SHUTDOWN.value}")
 
     def _ends(self) -> bool:
-        """Whether a topic has no connection but those of a node that has said that it ends."""
+        """Tells if a topic has no connection but those of a node that has said that it ends."""
         if time.monotonic() > self._ends_until:
             return False
         return not all(set(topic) - self._ending for topic in self._connections())

@@ -115,7 +115,7 @@ class StoredInbox(Inbox):
             self.put_known(item, number)
 
     def stop(self, reason: str) -> None:
-        """Takes nothing any more, of a run that cannot go on in this process."""
+        """Refuses what comes from now on, of a run that cannot go on in this process."""
         with self._order:
             self._stopped = reason
 
