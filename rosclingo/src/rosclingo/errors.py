@@ -66,6 +66,10 @@ class ServiceError(RosclingoError):
     """A solver node is not there, went away, or answered what nobody can read."""
 
 
+class SolverEndedError(ServiceError):
+    """A solver node says that it is shutting down, and that it does not do what it was asked."""
+
+
 class XmlError(RosclingoError):
     """An XML text that does not keep to the manual's format.
 

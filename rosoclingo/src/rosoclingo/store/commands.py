@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import Callable, Iterable, Iterator, List, Optional, Protocol, Sequence, TypeVar
 
-from rosclingo.errors import ServiceError
+from rosclingo.errors import ServiceError, SolverEndedError
 from rosclingo.wire import commands as wire
 from rosclingo.wire.xml_codec import decode_commands, encode_commands
 from rosoclingo.errors import PlannerError
@@ -48,6 +48,8 @@ def again(
 ) -> _T:
     """Calls a solver, again if it was lost meanwhile and is there again.
 
+    A call by which it is lost each time ends that. A solver that was told to end does not count.
+
     Args:
         call: Calls it.
         back: Waits for it; None if an error ends all.
@@ -57,19 +59,22 @@ def again(
     Raises:
         ServiceError: It does not come back, or is lost each time.
     """
-    tries = 0
+    tries, was_lost = 0, False
     while True:
         try:
-            if begins or tries:
+            if begins or was_lost:
                 restore()
             result = call()
         except ServiceError as err:
-            tries += 1
-            if back is None or tries > _MOST_TRIES:
+            if back is None:
+                raise
+            was_lost = True
+            tries += not isinstance(err, SolverEndedError)  # which is not because of the call
+            if tries > _MOST_TRIES:
                 raise
             back.wait(err)
             continue
-        if back is not None and tries:
+        if back is not None and was_lost:
             back.done()
         return result
 
