@@ -80,7 +80,7 @@ class Info:
         return [event("info", name, 0) for name in true]
 
     def position(self) -> List[str]:
-        """Returns the atoms that say how far the run is; each is true in some decisions."""
+        """Returns the atoms that say how far the run is."""
         left = self.asked - self.step
         names = [f"step({self.step})", f"query({self.asked})", f"left({left})"]
         names += ["planned_actions"] * self.planned_actions

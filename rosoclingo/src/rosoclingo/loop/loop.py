@@ -181,9 +181,9 @@ class Loop:
             state.goals.some_ended,
             needed,
             None if needed is None else needed - state.step,
-            state.step,
-            state.horizon,
-            state.actions_left(state.step) > 0,
+            step=state.step,
+            asked=state.horizon,
+            planned_actions=state.actions_left(state.step) > 0,
         )
         command = self._controller.decide(info)
         ahead = self._guess(command, info)
