@@ -2,6 +2,7 @@
 """What a long run costs, in process: with resets, without them, and with unknown requests.
 
 One goal comes after the other, each action succeeds at once, and each run has a process of its own.
+So has each measurement of what a mode takes for a decision, by the number of steps.
 
 Run by scripts/bench. Exit status 1 says that a limit is missed.
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import statistics
 import subprocess
 import sys
 import time
@@ -18,6 +20,7 @@ from typing import Callable, List, NamedTuple, Sequence, Tuple
 
 from harness import Report, Row, Samples, resident_mebibytes
 from mailbot import MODES, ROOT, Grid, bring
+from rehearsal import Rehearsal
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosoclingo.commands import ROSCommands
@@ -35,7 +38,11 @@ UNKNOWN = 100_000  # requests
 BLOCKS = 20  # parts of a run
 SLOWER, LARGER = 1.2, 4.0  # times as long a step, and MiB more, since the first fifth of a run
 FORGET = "--forget-on-step=15"
-_RUN = "run"  # told to the processes of runs
+HORIZONS = (50, 1_000, 10_000, 100_000, 1_000_000)  # the steps of a mode
+DECISIONS = 1_500  # for each of them, in several turns
+TURNS = 3
+DEARER, BIGGER = 1.2, 1.0  # times as long a decision, and MiB more, with the most steps
+_RUN, _DECIDE = "run", "decide"  # told to the processes of runs, and to those of decisions
 _FLOOD = "flood"  # in the place of a mode: requests that nobody knows, a hundred at a time
 
 
@@ -175,6 +182,43 @@ def _run_here(name: str, mode: str, steps: str, *options: str) -> None:
     json.dump((run.times, run.memory), sys.stdout)
 
 
+def decide_apart(mode: str, steps: int) -> Tuple[float, float]:
+    """Returns the processor time of a decision, in ms, and the memory, of a process of its own."""
+    command = [sys.executable, __file__, _DECIDE, mode, str(steps)]
+    ended = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    milliseconds, memory = json.loads(ended.stdout)
+    return milliseconds, memory
+
+
+def _decide_here(mode: str, steps: str) -> None:
+    before = resident_mebibytes(os.getpid())
+    options = Options((str(MODES / f"{mode}.lp"),), ("-c", f"steps={steps}"))
+    times: List[float] = []
+    while len(times) < DECISIONS // TURNS:
+        controller, run = Controller(Engine(options)), Rehearsal()
+        controller.prepare()
+        goes_on = True
+        while goes_on and len(times) < DECISIONS // TURNS:
+            begin = time.process_time()
+            command = controller.decide(run.info)
+            times.append((time.process_time() - begin) * 1e3)
+            goes_on = run.carry_out(command)
+    json.dump((statistics.median(times), resident_mebibytes(os.getpid()) - before), sys.stdout)
+
+
+def measure_decisions(report: Report, mode: str) -> None:
+    """Adds the rows of what a decision takes, which is not to depend on the number of steps."""
+    turns = [[decide_apart(mode, steps) for steps in HORIZONS] for _ in range(TURNS)]
+    kinds = (("time", "ms", "x", DEARER), ("memory", "MiB", "MiB", BIGGER))
+    for kind, (quantity, unit, compared, limit) in enumerate(kinds):
+        medians = [statistics.median(turn[n][kind] for turn in turns) for n in range(len(HORIZONS))]
+        first, last = medians[0], medians[-1]
+        value = last / first if compared == "x" else last - first
+        name = f"decision, {mode}, {quantity}"
+        words = f"steps={HORIZONS[-1]:,} to {HORIZONS[0]}"
+        report.add(Row(name, Samples(unit, tuple(medians)), None, words, value, compared, limit))
+
+
 def measure_resets(report: Report, name: str) -> None:
     """Adds the rows of a run with resets, which is to stay as it is."""
     times, memory = run_apart(name, DYN_RESET, STEPS)
@@ -215,7 +259,12 @@ def main() -> int:
     if sys.argv[1:2] == [_RUN]:
         _run_here(*sys.argv[2:])
         return 0
+    if sys.argv[1:2] == [_DECIDE]:
+        _decide_here(*sys.argv[2:])
+        return 0
     report = Report("endurance")
+    for file in sorted(MODES.glob("*.lp")):
+        measure_decisions(report, file.stem)
     measure_unknown(report)
     for name in TASKS:
         measure_resets(report, name)

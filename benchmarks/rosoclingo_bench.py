@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the controller loop takes: reactions to an actuator, decisions, and many goals with resets.
+"""What the controller loop takes: reactions to an actuator, and many goals with resets.
 
 Run by scripts/bench. Exit status 1 says that a limit is missed.
 """
@@ -12,11 +12,9 @@ import statistics
 import sys
 import time
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Dict, List, Optional, Sequence, Tuple
 
-import clingo
 import rospy
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
@@ -28,16 +26,11 @@ from harness import (
     Row,
     Samples,
     measure,
-    milliseconds,
     resident_mebibytes,
     wait_for_node,
 )
 from rosclingo.msg import ROSClingoActionResult
 from rosclingo.ros.action_client import LowLatencyActionClient
-from rosclingo.solver.engine import Engine
-from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Result
-from rosoclingo.loop.controller import Controller, Info
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
 PACKAGE = Path(__file__).resolve().parent.parent / "rosoclingo"
@@ -46,8 +39,6 @@ TIMED_NODE = Path(__file__).with_name("timed_node.py")
 
 TARGETS = (6, 1)  # from one end of the line to the other: 5 steps, 4 reactions
 RECORDING, DYN_RESET = "dynamic.incremental.recording", "dynamic.incremental.dyn_reset"
-DYNAMIC = ("dynamic.fixed.recording", RECORDING, "dynamic.incremental.reset", DYN_RESET)
-DECISIONS = 1500  # of each mode and each number of steps
 WORK_SECONDS = 0.02  # how long an action takes; the loop is idle before its end
 
 # The past is written off at each reset, so 40 more goals should cost nothing that one of them does
@@ -218,61 +209,6 @@ class Execution:
     memory: List[float] = field(default_factory=list)
 
 
-class Rehearsal:
-    """What a run would tell the controller, without a planner and a robot.
-
-    One goal comes after the other and takes some steps. Each step has one action, which succeeds.
-    """
-
-    STEPS_OF_A_GOAL = 3
-
-    def __init__(self) -> None:
-        self._step = self._horizon = self._committed = 0
-        self._due = 0  # the step that ends the goal
-        self._goal_is_new = False
-        self._pending = self._news = self._ended = False
-        self._result: Optional[Result] = None
-
-    @property
-    def info(self) -> Info:
-        """What the controller is told now."""
-        return Info(self._result, self._pending, self._news, self._ended)
-
-    def carry_out(self, command: clingo.Symbol) -> bool:
-        """Makes a command happen.
-
-        Returns:
-            Whether the run goes on.
-        """
-        name, arguments = command.name, command.arguments
-        self._result = None
-        if name == "assign_external" and str(arguments[1]) == "true":
-            self._horizon = arguments[0].arguments[0].number
-        elif name in ("query", "plan"):
-            self._horizon = arguments[0].number
-        if name in ("solve", "plan"):
-            self._result = Result.SAT if self._horizon >= self._due else Result.UNSAT
-        elif name == "assign_messages":
-            if self._goal_is_new:
-                self._due = arguments[0].number + self.STEPS_OF_A_GOAL
-            self._news = self._goal_is_new = False
-        elif name == "commit_actions":
-            if self._committed < arguments[0].number <= self._due:
-                self._committed = arguments[0].number
-                self._pending = True
-        elif name == "status_update":
-            self._ended |= arguments[0].number == self._due
-        elif name == "reset":
-            self._due -= arguments[0].number
-            self._committed = 0
-            self._ended = False
-        elif name == "idle":
-            self._goal_is_new = not self._pending
-            self._pending = False
-            self._news = True
-        return name != "exit"
-
-
 class Bench:
     """The measurements."""
 
@@ -290,32 +226,12 @@ class Bench:
 
     def run(self) -> None:
         """Measures everything."""
-        for steps, limit in ((20, 1), (500, 2)):
-            for mode in DYNAMIC:
-                self._decisions(mode, steps, limit)
         for together, name, limit in ((False, "three nodes", 20), (True, "one process", 5)):
             self._reactions(f"{name}, recording", self._execute(RECORDING, 60, 9, together), limit)
             execution = self._execute(DYN_RESET, 20, 50, together)
             self._reactions(f"{name}, dyn_reset", execution, limit)
             self._many_goals(name, execution)
         self._interruptions()
-
-    def _decisions(self, mode: str, steps: int, limit: float) -> None:
-        """Measures runs up to the maximal horizon, or what fits into so many decisions."""
-        options = Options((str(PACKAGE / "modes" / f"{mode}.lp"),), ("-c", f"steps={steps}"))
-        times: List[float] = []
-        while len(times) < DECISIONS:
-            controller = Controller(Engine(options))
-            controller.prepare()
-            run = Rehearsal()
-            goes_on = True
-            while goes_on and len(times) < DECISIONS:
-                duration, command = milliseconds(partial(controller.decide, run.info))
-                times.append(duration)
-                goes_on = run.carry_out(command)
-        samples = Samples("ms", tuple(times))
-        name = f"decision, {mode}, steps={steps}"
-        self._report.add(Row(name, samples, None, "median", samples.median, "ms", limit))
 
     def _reactions(self, name: str, execution: Execution, limit: float) -> None:
         # The planner's own time comes from its log, by the clock that all processes share: what it

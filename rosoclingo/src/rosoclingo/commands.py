@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from typing import List
 
-from clingo import Symbol, SymbolType
+from clingo import Number, Symbol, SymbolType
 
 from rosclingo.wire.commands import AssignExternal, Truth
-from rosoclingo.errors import ControllerError
+from rosoclingo.errors import ControllerError, ShutdownError
 from rosoclingo.loop import beginning, diagnosis, publishing, statuses
 from rosoclingo.loop.atoms import event, query
 from rosoclingo.loop.improving import improve
+from rosoclingo.loop.journal import Reason
 from rosoclingo.loop.search import search, settle
 from rosoclingo.loop.state import State
 from rosoclingo.loop.words import SOLVER
@@ -44,6 +45,17 @@ class ROSCommands:
             self.planner.ground_steps(steps)
             self.state.externals.grounded.update(steps)
 
+    def ground_all(self, last: Symbol) -> None:
+        """Grounds all steps up to a last one, one by one.
+
+        Raises:
+            ShutdownError: The node is shutting down.
+        """
+        for step in range(1, _step(last) + 1):
+            if self.state.mail.inbox.closed:
+                raise ShutdownError(Reason.SHUTDOWN)
+            self.ground(Number(step))
+
     def _missing_steps(self, last: int) -> List[int]:
         """Returns the steps that are to be grounded for a horizon."""
         self.state.waiting.tell_progress(self.state.horizon)
@@ -70,7 +82,7 @@ class ROSCommands:
     def assign_external(self, external: Symbol, value: Symbol) -> None:
         """Sets an external of the planner to true, false or free."""
         if str(value) not in _TRUTHS:
-            raise ControllerError(f"assign_external({external},{value}): {value} is not a value")
+            raise ControllerError(f"{value} is not a value: it is true, false or free")
         truth = Truth(str(value))
         if external.match("query", 1):
             self.planner.set_query(str(external), truth)
@@ -137,21 +149,34 @@ class ROSCommands:
 
     def release_step(self, step: Symbol) -> None:
         """Releases the externals of a step that were not made true."""
-        self.state.externals.release_later(_step(step))
+        self.state.externals.release_later(_number(step))
 
     def reset(self, step: Symbol) -> None:
         """Makes the fluents of a step the initial ones, and forgets what happened until then.
 
         A mode that resets before the actions of the step are answered waits here for that.
         """
+        self._settle(step)
+        beginning.reset(self.state, _step(step))
+
+    def forget(self, step: Symbol) -> None:
+        """Does what reset does, and asks for a plan as long as the rest of this one."""
+        self._settle(step)
+        left = self.state.actions_left(_step(step))
+        beginning.reset(self.state, _step(step))
+        self.query(Number(left))
+
+    def _settle(self, step: Symbol) -> None:
+        """Has the actions of a step published and answered, if the mode has not done so."""
         number = _step(step)
         if statuses.is_unsettled(self.state):
             self.commit_actions(step)
             settle(self.state, number)
-        beginning.reset(self.state, number)
 
     def publish(self) -> None:
         """Publishes the whole plan as one message; the loop is through then."""
+        if self.state.planned < 0:
+            raise ControllerError("there is no plan yet: solve has to find one before")
         plan = ", ".join(str(action) for action in self.state.plan.actions_from(0))
         self.state.environment.publish(SOLVER, f"[{plan}]")
         self.state.finish("the plan is published, and the mode is through: it takes no goals")
@@ -172,6 +197,13 @@ class ROSCommands:
 
 
 def _step(symbol: Symbol) -> int:
+    step = _number(symbol)
+    if step < 0:
+        raise ControllerError(f"a step is a number from 0 on, and {symbol} is none")
+    return step
+
+
+def _number(symbol: Symbol) -> int:
     if symbol.type is not SymbolType.Number:
         raise ControllerError(f"a step is a number, and {symbol} is none")
     return symbol.number

@@ -25,7 +25,8 @@ def make(file: str = MODE) -> Controller:
 
 def test_a_right_guess_is_taken_and_a_wrong_one_changes_nothing() -> None:
     wary, bold = make(), make()
-    run = [Info(), Info(), Info(), UNSAT, UNSAT, SAT, Info(pending_actions=True)]
+    run = [Info(), Info(), Info(), UNSAT, Info(Result.UNSAT, asked=1), SAT,
+           Info(pending_actions=True)]  # fmt: skip
     guesses = [Info(), Info(), UNSAT, SAT, UNSAT, SAT, UNSAT]
     said = []
     for info, guess in zip(run, guesses):
@@ -50,6 +51,29 @@ def test_a_wrong_guess_does_not_hold_up_the_loop(tmp_path: Path) -> None:
     controller.look_ahead(SAT)
     controller.prepare()
     assert str(controller.decide(UNSAT)) == "idle"
+
+
+def test_the_mode_is_told_the_numbers_that_it_declares(tmp_path: Path) -> None:
+    file = tmp_path / "mode.lp"
+    file.write_text(
+        "#external event(info,(new_messages;step(3);query(7);left(4);left(0);planned_actions),0)."
+        "do(controller,told(N),1) :- N = { event(info,(step(3);query(7);left(4)),0) }."
+    )
+    controller = make(str(file))
+    told = [(3, 7), (3, 8), (0, 4), (3, 3), (9, 2)]
+    said = [str(controller.decide(Info(step=step, asked=asked))) for step, asked in told]
+    assert said == ["told(3)", "told(1)", "told(1)", "told(1)", "told(0)"]
+
+
+def test_a_guess_is_right_whatever_of_it_the_mode_does_not_declare(tmp_path: Path) -> None:
+    file = tmp_path / "mode.lp"
+    file.write_text("#external event(info,step(3),0). do(controller,idle,1).")
+    engine = Engine(Options((str(file),)))
+    controller = Controller(engine, is_remote=True)
+    controller.prepare()
+    controller.look_ahead(Info(step=1, asked=5))
+    engine.solve = None  # type: ignore[assignment,method-assign]
+    assert str(controller.decide(Info(step=2, asked=9))) == "idle"
 
 
 def test_a_fresh_start_forgets_what_was_decided_ahead() -> None:

@@ -126,7 +126,14 @@ def test_commands() -> None:
     assert not any(CommandDone(command).is_search for command in others)
     assert [c for c in searches + others if CommandDone(c).publishes] == ["publish"]
     assert [c for c in [*searches, *others] if CommandDone(c).waits] == ["idle"]
-    resets = {"reset(4)": 4, "reset(x)": None, "reset": None, "rest(4)": None, "solve(4)": None}
+    resets = {
+        "reset(4)": 4,
+        "forget(4)": 4,
+        "reset(x)": None,
+        "reset": None,
+        "rest(4)": None,
+        "solve(4)": None,
+    }
     assert {command: CommandDone(command).resets_to for command in resets} == resets
 
 

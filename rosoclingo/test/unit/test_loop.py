@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from pathlib import Path
 from typing import Any, Callable, List
@@ -12,7 +13,7 @@ from conftest import PACKAGE, System
 
 from rosclingo.wire.commands import Truth
 from rosoclingo.commands import ROSCommands
-from rosoclingo.errors import ControllerError, PlannerError
+from rosoclingo.errors import ControllerError, PlannerError, ShutdownError
 from rosoclingo.loop.beginning import reset
 from rosoclingo.loop.inbox import Message
 
@@ -109,6 +110,92 @@ def test_both_spellings_of_assign(run: Callable[..., System], spelling: str) -> 
         run("initialize", f"{spelling}(query(5),true)")
     with pytest.raises(ControllerError, match="maybe is not a value"):
         run("initialize", f"{spelling}(query(0),maybe)")
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["solve", "ground(1)", "ground_all(1)", "query(0)", "plan(0)", "assign_external(query(0),true)",
+     "assign_externals(query(0),false)", "release_external(query(0))", "assign_messages(0)",
+     "status_update(0)", "commit_actions(now)", "release_step(0)", "reset(0)", "forget(0)",
+     "publish", "exit"],
+)  # fmt: skip
+def test_a_command_before_initialize_is_named(run: Callable[..., System], command: str) -> None:
+    named = re.escape(command.replace("now", "0"))
+    with pytest.raises(ControllerError, match=f"^the mode gave {named} before initialize, .*first"):
+        run(command)
+
+
+def test_what_needs_no_planner_may_come_before_initialize(system: Make, tmp_path: Path) -> None:
+    class MyCommands(ROSCommands):
+        def say(self, what: Any) -> None:
+            self.state.environment.publish("speaker", str(what))
+
+    commands = ["say(now)", "initialize", "query(0)", "solve"]
+    made = system(script(tmp_path, *commands), commands=MyCommands)
+    made.goal("visit(2)")
+    made.loop.prepare()
+    for _ in commands:
+        made.loop.step()
+    assert made.world.published == [("speaker", "now")]  # the names of steps are not for it
+
+
+def test_wrong_steps_are_named(run: Callable[..., System]) -> None:
+    for command in ("ground", "ground_all", "query", "plan", "assign_messages", "status_update",
+                    "commit_actions", "reset", "forget"):  # fmt: skip
+        for step in ("-1", "x"):
+            with pytest.raises(
+                ControllerError, match=rf"the mode gave {command}\({step}\): a step"
+            ):
+                run("initialize", f"{command}({step})")
+    run("initialize", "release_step(-1)")
+    with pytest.raises(ControllerError, match=r"gave plan\(further\(0\)\), where 0 is no horizon"):
+        run("initialize", "plan(further(0))")
+    with pytest.raises(ControllerError, match="gave publish: there is no plan yet"):
+        run("initialize", "publish")
+
+
+def test_events_of_a_step_that_is_not_grounded(system: Make, tmp_path: Path) -> None:
+    commands = ["initialize", "ground(1)", "assign_messages(7)"]
+    made = system(script(tmp_path, *commands))
+    goal = made.goal("visit(2)")
+    made.loop.prepare()
+    for _ in commands:
+        made.loop.step()
+    assert goal.words == ["rejected"]
+    assert goal.reason == "the mode tells it in step 7, which is not grounded"
+    (warning,) = made.world.warnings
+    assert warning.endswith("ground(7) has to come before")
+
+
+def test_named_steps(system: Make, tmp_path: Path) -> None:
+    commands = ["initialize", "assign_messages(now)", "query(0)", "plan(further(9))",
+                "plan(further(9))", "commit_actions(now)", "commit_actions(next)",
+                "status_update(now)", "forget(now)", "solve", "status_update(now)"]  # fmt: skip
+    made = system(script(tmp_path, *commands))
+    goal = made.goal("visit(3)")
+    made.loop.prepare()
+    notes: List[str] = []
+    made.loop.state.note_command = lambda command, _: notes.append(command)  # type: ignore[method-assign]
+    for _ in commands:
+        made.loop.step()
+    assert notes == [
+        "initialize", "assign_messages(0)", "query(0)", "plan(1)", "plan(2)", "commit_actions(0)",
+        "commit_actions(1)", "status_update(1)", "forget(1)", "solve", "status_update(0)",
+    ]  # fmt: skip
+    assert goal.words == []  # its status was that of step 0
+    assert made.world.actions == ["go(2)"]
+    state = made.loop.state
+    assert (state.step, state.horizon) == (0, 1)
+    assert "query(1)" in externals(made)
+    assert "event(save,at(2),0)" in externals(made)
+
+
+def test_ground_all(run: Callable[..., System]) -> None:
+    system = run("initialize", "ground(2)", "ground_all(4)", "ground_all(4)", "ground_all(0)")
+    assert system.loop.state.externals.grounded == {0, 1, 2, 3, 4}
+    system.inbox.close()
+    with pytest.raises(ShutdownError):
+        ROSCommands(system.loop.state).ground_all(Number(5))
 
 
 def test_release_external(run: Callable[..., System]) -> None:

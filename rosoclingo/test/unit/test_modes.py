@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Callable, List
+from typing import Any, Callable, List, Optional
 
 import pytest
 from conftest import walk
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Ground, Part
+from rosclingo.wire.commands import Externals, GetExternals, GetStats, Ground, Part, Stats
+from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.system import System
 from rosoclingo.errors import LoopError
+from rosoclingo.loop import journal
 
 PACKAGE = Path(__file__).resolve().parents[2]
 BLOCKS = [str(PACKAGE / "example" / name) for name in ("instance.lp", "itoh.lp")]
@@ -20,7 +23,65 @@ STATIC = ["static.fixed.recording", "static.incremental.recording"]
 RECORDING = ["dynamic.fixed.recording", "dynamic.incremental.recording"]
 RESET = ["dynamic.incremental.reset", "dynamic.incremental.dyn_reset"]
 INCREMENTAL = ["dynamic.incremental.recording", *RESET]
+DYN_RESET = "dynamic.incremental.dyn_reset"
+MODES = sorted(path.stem for path in (PACKAGE / "modes").glob("*.lp"))
+LINE = str(PACKAGE / "example" / "line.lp")
 Make = Callable[..., Any]
+
+# A goal waits until the gate is open, however long that takes; then it needs three steps.
+GATE = """
+rslot(1).
+fluent(wants;open;weather(0;1);at(0..3)).
+#external event(save,F,0) : fluent(F).
+before(F,0) :- event(save,F,0).
+before(at(0),0) :- not event(save,at(_),0).
+#program state(t).
+#external event(1,(pass;cancel),t).
+#external event(info,(open;passed;weather(0;1)),t).
+#external event(robot,success,t).
+wants(t) :- event(1,pass,t).
+wants(t) :- before(wants,t).
+status(1,accepted,t) :- event(1,pass,t).
+status(1,succeeded,t) :- wants(t), holds(at(3),t).
+holds(wants,t) :- wants(t), not holds(at(3),t).
+holds(open,t) :- event(info,open,t).
+holds(open,t) :- before(open,t).
+holds(weather(X),t) :- event(info,weather(X),t).
+holds(at(X),0) :- before(at(X),0), t = 0.
+#program transition(t).
+before(F,t) :- holds(F,t-1).
+{ do(robot,go(X+1),t) } :- before(at(X),t), before(open,t), before(wants,t).
+holds(at(X),t) :- do(robot,go(X),t).
+holds(at(X),t) :- before(at(X),t), not do(robot,_,t).
+#external event(commit,do(robot,go(1..3)),t).
+:- event(commit,do(robot,A),t), not do(robot,A,t).
+:- do(robot,A,t), event(info,passed,t), not event(commit,do(robot,A),t).
+#program query(t).
+#external query(t).
+:- query(t), holds(wants,t), holds(open,t).
+#show do/3. #show status/3. #show holds/2.
+"""
+
+
+class Robot(System):
+    """A robot that succeeds, and may do something else when it acts.
+
+    Attributes:
+        on_action: Called when it acts, before it answers.
+    """
+
+    on_action: Optional[Callable[[], None]] = None
+
+    def turn(self) -> bool:
+        if self.acting and self.on_action is not None:
+            self.on_action()
+        return super().turn()
+
+
+def robot(mode: str, *options: str, steps: int, encoding: str = LINE) -> Robot:
+    """Returns a system in one thread."""
+    parts = make_parts(mode, Options((encoding,)), ("-c", f"steps={steps}", *options))
+    return Robot(parts.loop)
 
 
 @pytest.mark.parametrize(("mode", "steps"), list(zip(STATIC, (14, 20))))
@@ -209,7 +270,7 @@ def test_a_reset_keeps_what_was_learned(system: Make) -> None:
     assert "horizon" in goal.reason
 
 
-@pytest.mark.parametrize("mode", sorted(path.stem for path in (PACKAGE / "modes").glob("*.lp")))
+@pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("steps", [1, 20])
 def test_a_mode_grounds_without_a_warning(mode: str, steps: int) -> None:
 
@@ -218,3 +279,137 @@ def test_a_mode_grounds_without_a_warning(mode: str, steps: int) -> None:
     engine = Engine(Options((file,), ("-c", f"steps={steps}")), log=messages.append)
     engine.apply(Ground((Part("base"),)))
     assert messages == []
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_what_a_decision_costs_does_not_depend_on_steps(mode: str) -> None:
+    """A mode has as many externals, rules and atoms for a million steps as for fifty."""
+    sizes = []
+    for steps in (50, 1_000_000):
+        file = str(PACKAGE / "modes" / f"{mode}.lp")
+        engine = Engine(Options((file,), ("-c", f"steps={steps}", "-c", "r=20")))
+        engine.apply(Ground((Part("base"),)))
+        engine.solve()
+        externals, stats = engine.apply(GetExternals()), engine.apply(GetStats())
+        assert isinstance(externals, Externals)
+        assert isinstance(stats, Stats)
+        program = stats.values["problem"]["lp"]
+        sizes.append((len(externals.values), program["atoms"], program["rules"]))
+    assert sizes[0] == sizes[1]
+    assert sizes[0][0] < 20
+
+
+def test_a_mode_may_plan_for_a_million_steps() -> None:
+    """Nothing is grounded but what the plans need, in each of the incremental modes."""
+    for mode in INCREMENTAL:
+        running = robot(mode, steps=1_000_000)
+        goals = [running.request("visit(6)"), running.request("visit(1)")]
+        assert running.run() is None
+        assert [goal.words[-1] for goal in goals] == ["succeeded"] * 2
+        assert len(running.loop.state.externals.grounded) < 20
+
+
+@pytest.mark.parametrize("mode", [STATIC[0], *RECORDING, *RESET])
+def test_a_negative_number_of_steps_is_named(mode: str) -> None:
+    running = robot(mode, steps=-1)
+    running.request("visit(6)")
+    assert "-1 " in str(running.run())
+
+
+# An idle robot. The plan to cell 6 has four actions, and its goal belongs to the step before them.
+
+
+@pytest.mark.parametrize("messages", [0, 1, 4, 5, 60])
+def test_an_idle_robot_never_runs_out_of_steps(messages: int) -> None:
+    running = robot(DYN_RESET, steps=5)
+    first = running.request("visit(2)")
+    assert running.run() is None
+    for number in range(messages):
+        running.tell("info", ("close(1)", "open(1)")[number % 2])
+        assert running.run() is None
+    assert running.published == [("robot", "go(2)")]
+    last = running.request("visit(6)")
+    assert running.run() is None
+    assert [goal.words for goal in (first, last)] == [["accepted", "succeeded"]] * 2
+    assert max(running.loop.state.externals.grounded) <= 5
+
+
+@pytest.mark.parametrize("messages", [1, 4, 60])
+def test_messages_before_the_first_goal_take_no_steps(messages: int) -> None:
+    running = robot(DYN_RESET, steps=6)
+    for number in range(messages):
+        running.tell("info", f"close({number % 2 + 1})")
+        running.tell("info", f"open({number % 2 + 1})")
+        assert running.run() is None
+    goal = running.request("visit(6)")
+    assert running.run() is None
+    assert goal.words == ["accepted", "succeeded"]
+
+
+def test_a_reset_keeps_what_an_idle_robot_was_told() -> None:
+    running = robot(DYN_RESET, steps=8)
+    for cell in (6, 5, 3):
+        running.tell("info", f"close({cell})")
+        assert running.run() is None
+    assert "event(save,closed(6),0)" in running.loop.state.externals.saved
+    for cell in (3, 5):
+        running.tell("info", f"open({cell})")
+        assert running.run() is None
+    reached = running.request("visit(5)")
+    assert running.run() is None
+    assert reached.words == ["accepted", "succeeded"]
+    closed = running.request("visit(6)")
+    assert isinstance(running.run(), LoopError)
+    assert "within the horizon of 8 steps" in closed.reason
+
+
+def test_canceled_goals_leave_no_steps_behind() -> None:
+    """What a plan had left to do for a goal is nothing that the next one has to wait for."""
+    running = robot(DYN_RESET, steps=7)
+    for _ in range(4):
+        goal = running.request("visit(6)")
+        running.on_action = lambda goal=goal: running.cancel(goal)
+        assert running.run() is None
+        assert goal.words == ["accepted", "canceled"]
+        assert running.loop.state.horizon == 0
+        running.on_action = None
+        last = running.request("visit(1)")
+        assert running.run() is None
+        assert last.words == ["accepted", "succeeded"]
+
+
+def test_a_goal_that_waits_takes_no_steps(tmp_path: Path) -> None:
+    file = tmp_path / "gate.lp"
+    file.write_text(GATE)
+    running = robot(DYN_RESET, steps=4, encoding=str(file))
+    waits = running.request("pass")
+    for number in range(30):
+        running.tell("info", f"weather({number % 2})")
+        assert running.run() is None
+    assert waits.words == ["accepted"]
+    running.tell("info", "open")
+    assert running.run() is None
+    assert waits.words == ["accepted", "succeeded"]
+    assert [action for _, action in running.published] == ["go(1)", "go(2)", "go(3)"]
+
+
+def test_in_the_mode_reset_an_idle_robot_waits_in_no_last_step() -> None:
+    steps = set()
+    running = robot("dynamic.incremental.reset", "-c", "r=9", steps=6)
+    for number in range(30):
+        running.tell("info", ("close(1)", "open(1)")[number % 2])
+        assert running.run() is None
+        steps.add(running.loop.state.step)
+    assert steps == set(range(7))
+    assert running.loop.state.step < 6
+
+
+def test_resets_come_every_r_steps_and_no_sooner() -> None:
+    running = robot("dynamic.incremental.reset", "-c", "r=4", steps=12)
+    for target in (6, 1, 6, 1):
+        running.request(f"visit({target})")
+        assert running.run() is None
+    commands = [e.event for e in running.journal if isinstance(e.event, journal.CommandDone)]
+    resets = [command.resets_to for command in commands if command.resets_to is not None]
+    assert resets == [4] * len(resets)
+    assert len(resets) >= 5

@@ -123,6 +123,10 @@ class Plan:
         steps = sorted(other for other in self._actions if other >= step)
         return [action for other in steps for action in self._actions[other]]
 
+    def last_actions(self, step: int, horizon: int) -> int:
+        """Returns the last step with actions from a step up to a horizon; the step without any."""
+        return max((other for other in self._actions if step < other <= horizon), default=step)
+
     def aborts(self, step: int) -> Sequence[str]:
         """Returns the actuators that are to end what they do in a step (ROSoClingo 1.0)."""
         return self._aborts.get(step, ())

@@ -35,6 +35,7 @@ from rosclingo.wire.commands import (
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import ControllerError
 from rosoclingo.loop.atoms import EVENT, SAVE, event
+from rosoclingo.loop.named_steps import number_steps
 from rosoclingo.loop.solver import Solver
 
 _MOST_DECISIONS = 10_000  # that are remembered
@@ -51,6 +52,9 @@ class Info:
         request_reset: Whether a goal has ended since the last reset.
         horizon: The horizon that the plan needs, if that is beyond the one that was asked for.
         ahead: How many steps after the current one that is.
+        step: The current step.
+        asked: The horizon that is asked for.
+        planned_actions: Whether the plan has actions after the current step.
     """
 
     result: Optional[Result] = None
@@ -59,9 +63,12 @@ class Info:
     request_reset: bool = False
     horizon: Optional[int] = None
     ahead: Optional[int] = None
+    step: int = 0
+    asked: int = 0
+    planned_actions: bool = False
 
     def events(self) -> List[str]:
-        """Returns the atoms that are true."""
+        """Returns the atoms that say what has happened."""
         names = ["pending_actions", "new_messages", "request_reset"]
         true = [name for name in names if getattr(self, name)]
         if self.result is not None:
@@ -71,6 +78,13 @@ class Info:
         if self.ahead is not None:
             true.append(f"ahead({self.ahead})")
         return [event("info", name, 0) for name in true]
+
+    def position(self) -> List[str]:
+        """Returns the atoms that say how far the run is."""
+        left = self.asked - self.step
+        names = [f"step({self.step})", f"query({self.asked})", f"left({left})"]
+        names += ["planned_actions"] * self.planned_actions
+        return [event("info", name, 0) for name in names]
 
 
 class Decider(Protocol):
@@ -144,12 +158,14 @@ class _Ahead(NamedTuple):
     """A decision that is made in the background.
 
     Attributes:
-        info: What it is made from.
+        events: What it is made from, be it declared or not.
+        told: What of that, and of the position, the mode declares.
         unwanted: Set when it is not needed any more, because the controller learns something else.
         decision: The decision.
     """
 
-    info: Info
+    events: List[str]
+    told: Set[str]
     unwanted: threading.Event
     decision: Future[_Decision]
 
@@ -231,12 +247,13 @@ class Controller:
         """Returns the next command, such as ``ground(3)``.
 
         Raises:
-            ControllerError: There is no command, more than one, or no answer set.
+            ControllerError: There is no command, more than one, or no answer set; or the command
+                names a step that there is not.
         """
         ahead = self._take_ahead(info)
         decision = self._decide(info) if ahead is None else ahead.result()
         self._saved, self._decided_from = decision.saved, decision.true
-        return decision.command
+        return number_steps(decision.command, info.step, info.asked, info.horizon)
 
     def look_ahead(self, info: Info) -> None:
         """Decides in the background what is next, if the controller learns this then.
@@ -248,7 +265,7 @@ class Controller:
             return
         unwanted = threading.Event()
         decision = self._background.submit(self._decide, info, unwanted.is_set)
-        self._ahead = _Ahead(info, unwanted, decision)
+        self._ahead = _Ahead(info.events(), self._told(info), unwanted, decision)
 
     def _take_ahead(self, info: Optional[Info]) -> Optional[Future[_Decision]]:
         """Waits for the decision in the background, since one thread may use the solver.
@@ -259,17 +276,24 @@ class Controller:
         ahead, self._ahead = self._ahead, None
         if ahead is None:
             return None
-        if ahead.info != info:
+        is_right = info is not None and (
+            (ahead.events, ahead.told) == (info.events(), self._told(info))
+        )
+        if not is_right:
             ahead.unwanted.set()
         ahead.decision.exception()
-        return ahead.decision if ahead.info == info else None
+        return ahead.decision if is_right else None
+
+    def _told(self, info: Info) -> Set[str]:
+        """Returns what of an info the mode declares."""
+        return self._declared.intersection(info.events() + info.position())
 
     def _decide(self, info: Info, stopped: Optional[Callable[[], bool]] = None) -> _Decision:
         """Decides from what was saved last, until told to stop.
 
-        Only the externals that change are set, so that this takes no longer with more steps.
+        Only the externals that change are set.
         """
-        true = self._declared.intersection(info.events()).union(self._saved)
+        true = self._told(info).union(self._saved)
         known = None if self._known is None else self._known.made.get(frozenset(true))
         if known is not None:
             return known

@@ -135,7 +135,7 @@ class CommandDone(Event):
     @property
     def resets_to(self) -> Optional[int]:
         """The step that it has made number 0; None if it is no reset."""
-        return last_number(self.command) if self.name == "reset" else None
+        return last_number(self.command) if self.name in ("reset", "forget") else None
 
     @property
     def publishes(self) -> bool:

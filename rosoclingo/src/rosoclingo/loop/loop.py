@@ -21,12 +21,17 @@ from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.journal import LoopEnded, Reason
+from rosoclingo.loop.named_steps import STEP_COMMANDS
 from rosoclingo.loop.planner import Planner
 from rosoclingo.loop.snapshot import decode, encode
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.state import State, StateSnapshot
 
 _BEGINS_ACTIONS = "commit_actions"
+
+# The standard commands that make sense for a planner only that is initialised.
+_OF_PLANNER = STEP_COMMANDS | {"ground_all", "solve", "publish", "exit", "release_external"}
+_OF_PLANNER |= {"assign_external", "assign_externals"}
 
 
 @dataclass(frozen=True)
@@ -177,6 +182,9 @@ class Loop:
             state.goals.some_ended,
             needed,
             None if needed is None else needed - state.step,
+            step=state.step,
+            asked=state.horizon,
+            planned_actions=state.actions_left(state.step) > 0,
         )
         command = self._controller.decide(info)
         ahead = self._guess(command, info)
@@ -199,11 +207,13 @@ class Loop:
     def _guess(self, command: clingo.Symbol, info: Info) -> Info:
         """Returns what the controller probably learns after a command."""
         probable: Dict[str, Any] = {"result": None, "horizon": None, "ahead": None}
-        name = command.name if command.type is clingo.SymbolType.Function else ""
+        is_term = command.type is clingo.SymbolType.Function
+        name, arguments = (command.name, command.arguments) if is_term else ("", [])
+        steps = [a.number for a in arguments if a.type is clingo.SymbolType.Number]
+        probable.update(self._position_after(name, steps[0] if steps else 0, info))
         if name in ("solve", "plan"):
             needed = self.state.planner.needed
-            asked = [a.number for a in command.arguments if a.type is clingo.SymbolType.Number]
-            horizon = asked[0] if asked else self.state.horizon
+            horizon = steps[0] if steps else self.state.horizon
             stands = needed is not None and needed <= horizon
             probable.update(result=Result.SAT if stands else Result.UNSAT, new_messages=False)
         elif name == "assign_messages":
@@ -212,7 +222,20 @@ class Loop:
             probable.update(pending_actions=True)
         elif name == "idle":
             probable.update(new_messages=True, pending_actions=False)
+        elif name in ("reset", "forget"):
+            probable.update(request_reset=False)
         return replace(info, **probable)
+
+    def _position_after(self, name: str, step: int, info: Info) -> Dict[str, Any]:
+        """Returns what of the position a command changes, by its name and its step."""
+        if name in ("commit_actions", "status_update"):
+            return {"step": step, "planned_actions": self.state.actions_left(step) > 0}
+        if name in ("query", "plan"):
+            return {"asked": step}
+        if name in ("reset", "forget"):
+            asked = self.state.actions_left(step) if name == "forget" else info.asked
+            return {"step": 0, "asked": asked, "planned_actions": False}
+        return {"step": 0, "asked": 0} if name == "initialize" else {}
 
     def _check(self) -> None:
         for part in self._parts:
@@ -223,8 +246,15 @@ class Loop:
             run = bind(self._commands, command, "command")
         except DispatchError as err:
             raise ControllerError(f"{err}; {self._controller.describe(info)}") from err
+        if command.name in _OF_PLANNER and not self.state.externals.grounded:
+            raise ControllerError(
+                f"the mode gave {command} before initialize, without which the planner has no "
+                f"program: initialize has to come first; {self._controller.describe(info)}"
+            )
         try:
             run()
+        except ControllerError as err:
+            raise ControllerError(f"the mode gave {command}: {err}") from err
         except PlannerError as err:
             diagnosis.recover(self.state, err)
 

@@ -84,6 +84,10 @@ class Progress:
         actions = self.plan.actions_from(self.step)
         return [action for action in actions if action.step <= max(self.step, self.horizon)]
 
+    def actions_left(self, step: int) -> int:
+        """Returns how many steps the plan goes on after a step, until its last action."""
+        return self.plan.last_actions(step, self.horizon) - step if self.shows_plan else 0
+
     @property
     def published(self) -> AbstractSet[Action]:
         """Which actions were published since the last reset."""

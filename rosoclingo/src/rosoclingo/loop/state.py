@@ -205,6 +205,13 @@ class State(Progress):
 
     def assign_messages(self, step: int) -> None:
         """Makes the events of all messages, cancel requests and goals with a slot true."""
+        is_grounded = step in self.externals.grounded or self.planner.demand.tells
+        if not is_grounded:
+            self.warn_once(
+                "not grounded",
+                f"the mode gave assign_messages({step}), and step {step} is not grounded: the "
+                f"planner knows no event of it; ground({step}) has to come before",
+            )
         self._assign_pending_messages(step)
         for goal in self.mail.take_cancels():
             # Its slot may be another's by now.
@@ -218,7 +225,10 @@ class State(Progress):
             for slot, goal in self.goals.place():
                 if self.externals.make_true([event(slot, goal.request, step)], from_outside=True):
                     self.externals.read()
-                    self.goals.end(goal, "rejected", self.mail.explain(slot, goal.request, step))
+                    reason = f"the mode tells it in step {step}, which is not grounded"
+                    if is_grounded:
+                        reason = self.mail.explain(slot, goal.request, step)
+                    self.goals.end(goal, "rejected", reason)
                     self.goals.remove(goal)
                 else:
                     self.arrivals.place(slot, goal.came)
