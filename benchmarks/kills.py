@@ -10,6 +10,10 @@ hears how goals end.
     benchmarks/kills.py pairs [--most 9]                    two kills a round, also in the recovery
     benchmarks/kills.py random [--rounds 100] [--seed 7]    up to six kills a round, by seeds
 
+With ``--ways int term rosnode``, processes are ended by SIGINT, SIGTERM, or as by ``rosnode kill``
+instead, one of these for each kill; ``kill`` is SIGKILL. In these rounds, the second package is
+asked for as soon as the first process begins to end.
+
 What a point is, says mortal.py. Exit status 1 says that something was wrong, which is printed with
 what was killed where.
 """
@@ -38,7 +42,7 @@ from std_msgs.msg import String
 
 from harness import HarnessError, RosSystem
 from mailbot import ENCODING, MODE
-from mortal import Fate
+from mortal import WAYS, Fate
 from mortal_client import REQUESTS
 from rosclingo.ros.action_server import LowLatencyActionServer
 from rosclingo.ros.local_master import executable
@@ -57,6 +61,8 @@ MOST_POINTS = {
 }  # fmt: skip
 """About how many points a round has; what a seed says rests on it."""
 
+# How a process may end that was ended in a polite way, be it before its handlers are there.
+_POLITE_STATUSES = (0, -signal.SIGINT, -signal.SIGTERM, 128 + signal.SIGINT)
 _ROUND_SECONDS = 60.0  # no more than a bound for what never comes
 _QUIET_SECONDS = 0.25  # so long without a point: all that was to be sent is sent
 _POLL_SECONDS = 0.01
@@ -209,19 +215,21 @@ class Kill(NamedTuple):
         point: At which of its points.
         later: At which point of the one that is started then; 0 for none.
         delay: How many seconds after the first point.
+        way: How, of ``mortal.WAYS``.
     """
 
     process: str
     point: int
     later: int = 0
     delay: float = 0.0
+    way: str = WAYS[0]
 
 
 class Mortals:
     """The processes of the system, each of which is started again when it has ended.
 
     Attributes:
-        kills: How often each was killed.
+        kills: How often each was killed, or ended in a polite way.
     """
 
     def __init__(self, system: RosSystem, folder: Path, *, blind: bool, forgets: bool) -> None:
@@ -239,6 +247,7 @@ class Mortals:
         self._commands: Dict[str, List[str]] = {}
         self._processes: Dict[str, subprocess.Popen[bytes]] = {}
         self._open = True
+        self._polite: Set[str] = set()  # those that are to end in such a way
         self.kills: Counter[str] = Counter()
         self._crashes: List[str] = []
         places = (f"  {name}: {{x: {x}, y: 0.0, theta: 0.0}}" for name, x in PLACES.items())
@@ -269,7 +278,8 @@ class Mortals:
         while self._open:
             for name, process in self._processes.items():
                 if process.poll() is not None and self._open:
-                    if process.returncode == -signal.SIGKILL:
+                    is_polite = name in self._polite and process.returncode in _POLITE_STATUSES
+                    if is_polite or process.returncode == -signal.SIGKILL:
                         self.kills[name] += 1
                     else:
                         self._crashes.append(f"{name} has ended with {process.returncode}")
@@ -299,6 +309,8 @@ class Mortals:
             time.sleep(_POLL_SECONDS)
 
     def _is_there(self, master: rosgraph.Master, name: str) -> bool:
+        if self._fates[name].ends:
+            return False
         try:
             node = xmlrpc.client.ServerProxy(master.lookupNode(f"/{_node(name)}"))
             return bool(node.getPid("/judge")[2] == self._processes[name].pid)  # type: ignore[index]
@@ -309,8 +321,15 @@ class Mortals:
         """Has processes killed, and all others not."""
         for fate in self._fates.values():
             fate.arm(0)
+        if kills:
+            self._polite = {kill.process for kill in kills if kill.way != "kill"}
         for kill in kills:
-            self._fates[kill.process].arm(kill.point, kill.later, kill.delay)
+            self._fates[kill.process].arm(kill.point, kill.later, kill.delay, kill.way)
+
+    @property
+    def ends(self) -> bool:
+        """Whether a process is about to end in a polite way."""
+        return any(fate.ends for fate in self._fates.values())
 
     def fate(self, name: str) -> Fate:
         """Returns when a process is killed."""
@@ -340,15 +359,17 @@ class Trial:
         unknown: How many goals ended because nobody knows whether an action was done.
     """
 
-    def __init__(self, mortals: Mortals, blind: bool) -> None:
+    def __init__(self, mortals: Mortals, blind: bool, ways: Sequence[str]) -> None:
         """Puts the world around the processes.
 
         Args:
             mortals: The processes.
             blind: Whether the robot, when it is killed, may not know what it has done.
+            ways: How processes are killed, of ``mortal.WAYS``.
         """
         self.mortals = mortals
         self._blind = blind
+        self._ways = ways
         self._world = World()
         self._judge = Judge()
         self._asked = publisher("asked", String, latch=True)
@@ -368,10 +389,17 @@ class Trial:
         self.mortals.wait_until_quiet()
         self.rounds += 1
         name = f"round {self.rounds}"
+        # By what it is, so that a seed says it, too.
+        kills = [one._replace(way=random.Random(repr(one)).choice(self._ways)) for one in kills]
         self._kills = kills
         self._world.begin(name)
         self.mortals.arm(kills)
-        self._asked.publish(name)
+        first, *_ = REQUESTS
+        if any(kill.way != "kill" for kill in kills):
+            self._asked.publish(f"{name}: {first}")
+            while not (self.mortals.ends or self._judge.wait({f"{name} {first}"}, _POLL_SECONDS)):
+                pass
+        self._asked.publish(f"{name}: {' '.join(REQUESTS)}")
         may_not_know = self._blind and any(kill.process == "robot" for kill in kills)
         keys = {f"{name} {place}" for place in REQUESTS}
         wrong = self._verdicts(keys, may_not_know)
@@ -472,7 +500,7 @@ def run(arguments: argparse.Namespace) -> int:
         # A client that is started again has to find its goals, however long that takes.
         rospy.set_param("rosoclingo/status_list_timeout", _ROUND_SECONDS)
         mortals = Mortals(system, Path(folder), blind=arguments.blind, forgets=arguments.forgets)
-        trial = Trial(mortals, arguments.blind)
+        trial = Trial(mortals, arguments.blind, arguments.ways)
         try:
             for _ in range(2):
                 trial.round()
@@ -528,6 +556,9 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=1, help="of the points")
     parser.add_argument("--most", type=int, default=0, help="points or pairs for each")
     parser.add_argument("--every", type=int, default=1, help="how many points further the next is")
+    parser.add_argument(
+        "--ways", nargs="+", choices=WAYS, default=WAYS[:1], help="how it is killed"
+    )
     parser.add_argument("--blind", action="store_true", help="the robot cannot look what it did")
     parser.add_argument("--forgets", action="store_true", help="the robot has no store")
     parser.add_argument("--rounds", type=int, default=100, help="of the mode random")

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Runs a node's program, which is killed by SIGKILL at the point that another process says.
+"""Runs a node's program, which is killed or ended at the point that another process says.
 
 usage: mortal.py FATE PROGRAM [ARGUMENT]...
+
+It is killed by SIGKILL, or ended in one of the polite ways, after which it still has its say.
 
 A *point* is before or after what others can see of the process: a transaction of a store, fsync and
 the replacing of a file, and what is written to a connection of ROS: publications, requests and
@@ -11,6 +13,8 @@ none. FATE is a file, see :class:`Fate`.
 
 from __future__ import annotations
 
+import contextlib
+import http.client
 import mmap
 import os
 import runpy
@@ -20,10 +24,17 @@ import struct
 import sys
 import threading
 import time
+import xmlrpc.client
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence
+from typing import Any, Callable, Dict, List, Optional, Sequence
 
-_FORMAT = struct.Struct("=4I")
+import rospy
+from rospy.impl.tcpros_base import TCPROSTransport
+
+WAYS = ("kill", "int", "term", "rosnode")
+"""How a process is ended: by SIGKILL, SIGINT, SIGTERM, or as ``rosnode kill`` does it."""
+
+_FORMAT = struct.Struct("=6I")
 _NOTES = 64  # bytes for what the last point was
 
 
@@ -41,16 +52,17 @@ class Fate:
             file.truncate(_FORMAT.size + _NOTES)
             self._shared = mmap.mmap(file.fileno(), _FORMAT.size + _NOTES)
 
-    def arm(self, point: int, later: int = 0, delay: float = 0.0) -> None:
-        """Has the process killed.
+    def arm(self, point: int, later: int = 0, delay: float = 0.0, way: str = WAYS[0]) -> None:
+        """Has the process killed, or ended in another way.
 
         Args:
             point: At which of its next points, from 1; 0 for never.
             later: At which point of the process that is started then, likewise.
             delay: How many seconds after the first one; it goes on meanwhile.
+            way: One of :data:`WAYS`.
         """
         self._shared[_FORMAT.size :] = bytes(_NOTES)
-        self._write(point, later, round(delay * 1e6), 0)
+        self._write(point, later, round(delay * 1e6), 0, WAYS.index(way), self._read()[5])
 
     @property
     def left(self) -> int:
@@ -68,17 +80,31 @@ class Fate:
         text: bytes = self._shared[_FORMAT.size :]
         return text.rstrip(b"\0").decode(errors="replace")
 
+    @property
+    def ends(self) -> bool:
+        """Whether the process is about to end in a polite way."""
+        return bool(self._read()[5])
+
+    def begin(self) -> None:
+        """Takes note that this process is the one that is meant now."""
+        self._write(*self._read()[:5], 0)
+
     def pass_point(self, what: str) -> None:
-        """Goes past a point, or ends there; called by the process, one thread at a time."""
-        left, later, delay, seen = self._read()
-        if left != 1:
-            self._write(max(0, left - 1), later, delay, seen + 1)
+        """Goes past a point, or ends there; called by the process, one thread at a time.
+
+        A process that ends in a polite way goes on for a moment, and past points at which nothing
+        is done to it.
+        """
+        left, later, delay, seen, way, ends = self._read()
+        if ends or left != 1:
+            self._write(left if ends else max(0, left - 1), later, delay, seen + 1, way, ends)
             return
         self._shared[_FORMAT.size :] = what.encode()[:_NOTES].ljust(_NOTES, b"\0")
-        self._write(later, 0, 0, seen + 1)
+        self._write(later, 0, 0, seen + 1, way, WAYS[way] != "kill")
         if not delay:
-            _die()
-        timer = threading.Timer(delay / 1e6, _die)
+            _end(WAYS[way])
+            return
+        timer = threading.Timer(delay / 1e6, _end, [WAYS[way]])
         timer.daemon = True
         timer.start()
 
@@ -89,10 +115,22 @@ class Fate:
         self._shared[: _FORMAT.size] = _FORMAT.pack(*values)
 
 
-def _die() -> NoReturn:
-    os.kill(os.getpid(), signal.SIGKILL)
-    while True:  # until the signal is there
-        time.sleep(1.0)
+def _end(way: str) -> None:
+    """Ends this process; returns only from the polite ways, by which it goes on for a moment."""
+    if way == "rosnode" and rospy.get_node_uri() and rospy.core.is_initialized():
+        threading.Thread(target=_call_shutdown, daemon=True).start()
+    elif way == "kill":
+        os.kill(os.getpid(), signal.SIGKILL)
+        while True:  # until the signal is there
+            time.sleep(1.0)
+    else:
+        os.kill(os.getpid(), signal.SIGINT if way == "int" else signal.SIGTERM)
+
+
+def _call_shutdown() -> None:
+    """Calls this node as rosnode would; its answer may be lost, since it ends with it."""
+    with contextlib.suppress(OSError, xmlrpc.client.Error, http.client.HTTPException):
+        xmlrpc.client.ServerProxy(rospy.get_node_uri()).shutdown("/judge", "rosnode kill")
 
 
 _fate: Optional[Fate] = None
@@ -142,8 +180,6 @@ def _watch_files() -> None:
 
 
 def _watch_connections() -> None:
-    from rospy.impl.tcpros_base import TCPROSTransport  # noqa: PLC0415 (a node's time to start)
-
     write = TCPROSTransport.write_data
     statuses: Dict[int, bytes] = {}
 
@@ -164,6 +200,7 @@ def main(arguments: List[str]) -> None:
     """Runs the program."""
     global _fate  # noqa: PLW0603 (one for the process)
     _fate = Fate(Path(arguments[0]))
+    _fate.begin()
     sys.argv = arguments[1:]
     sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
     _watch_files()

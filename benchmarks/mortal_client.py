@@ -3,9 +3,9 @@
 
 usage: mortal_client.py
 
-On the topic ``asked`` comes the name of a round. The goals of a round have ids of their own, so
-that a client which is started again sees in the list of statuses which of them are to be sent. On
-``heard`` it says which results it has got.
+On the topic ``asked`` comes the name of a round, and where there are packages. The goals of a round
+have ids of their own, so that a client which is started again sees in the list of statuses which of
+them are to be sent. On ``heard`` it says which results it has got.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoActionResult, ROSoCli
 REQUESTS = {"a": "bring(a,b)", "b": "bring(b,a)"}
 """What is asked for in a round, by the office where the package is."""
 
-_AGAIN_SECONDS = 0.3  # after which a goal is sent again that nobody acknowledges
+_AGAIN_SECONDS = 0.05  # after which a goal is sent again that nobody acknowledges
 
 
 class Client:
@@ -50,10 +50,11 @@ class Client:
             self._changed.notify_all()
 
     def _on_asked(self, message: String) -> None:
-        for place, request in REQUESTS.items():
-            identifier = f"{message.data} {place}"
+        name, _, places = message.data.partition(": ")
+        for place in places.split():
+            identifier = f"{name} {place}"
             goal_id = GoalID(rospy.Time.now(), identifier)
-            goal = ROSoClingoActionGoal(goal_id=goal_id, goal=ROSoClingoGoal(request, []))
+            goal = ROSoClingoActionGoal(goal_id=goal_id, goal=ROSoClingoGoal(REQUESTS[place], []))
             with self._changed:
                 self._changed.wait_for(lambda: self._known is not None)
                 while not self._changed.wait_for(

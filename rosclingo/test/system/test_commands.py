@@ -44,6 +44,33 @@ client.control(GetPrograms())
 print("is there again", flush=True)
 """
 
+# A client in whose search the node is told to end, and that needs another one then.
+SEARCHING = """
+from rosclingo.errors import ServiceError
+from rosclingo.ros.client import Client
+from rosclingo.ros.init import init_node
+from rosclingo.wire.commands import Add, GetPrograms, Ground, Part
+
+HARD = "{ in(P,H) : H = 1..12 } = 1 :- P = 1..13. :- in(P,H), in(Q,H), P < Q."
+
+def begins():
+    print("searches", flush=True)
+    return False
+
+init_node("client")
+client = Client()
+client.wait()
+client.control(Add("hard", (), HARD), Ground((Part("hard"),)))
+for call in (lambda: client.solve(stopped=begins), lambda: client.run([GetPrograms()])):
+    try:
+        print("result:", call(), flush=True)
+    except ServiceError as err:
+        print("error:", err, flush=True)
+client.wait()
+client.control(GetPrograms())
+print("is there again", flush=True)
+"""
+
 MANUAL = {
     "do(arm,pickup(4),1)", "do(arm,putdown(b),2)", "do(arm,pickup(3),3)", "do(arm,putdown(4),4)",
     "do(arm,pickup(2),5)", "do(arm,putdown(3),6)", "do(arm,pickup(1),7)", "do(arm,putdown(c),8)",
@@ -362,6 +389,19 @@ def test_wrong_parameters(terminals: Terminals) -> None:
     nowhere.wait_for("clients may load from: nowhere")
 
 
+def test_parameters_without_a_master(tmp_path: Path) -> None:
+    """A node waits for the master before it gives it those of the command line."""
+    terminals = Terminals(tmp_path)
+    try:
+        node = terminals.start("rosrun", "rosclingo", "run.py", "_allow_scripts:=true")
+        node.wait_for("waiting for the ROS master at")
+        terminals.start_master()
+        node.wait_for("parameter /rosclingo/allow_scripts is True")
+        assert "Traceback" not in node.output
+    finally:
+        terminals.close()
+
+
 def test_help() -> None:
     output = subprocess.check_output(["rosrun", "rosclingo", "run.py", "--help"], text=True)
     assert output.startswith("usage: run.py [-f FILE]")
@@ -389,3 +429,18 @@ def test_a_node_that_is_started_again(terminals: Terminals) -> None:
     terminals.start(*node)
     client.wait_for("is there again")
     assert client.wait() == 0
+
+
+def test_a_node_that_shuts_down_is_lost(terminals: Terminals) -> None:
+    """It still answers meanwhile; the client waits for another one, and not for its word."""
+    node = ("rosrun", "rosclingo", "run.py")
+    first = terminals.start(*node)
+    client = terminals.start("python", "-c", SEARCHING)
+    client.wait_for("searches")
+    os.killpg(first.process.pid, signal.SIGTERM)
+    assert first.wait() == 0
+    terminals.start(*node)
+    client.wait_for("is there again")
+    assert client.wait() == 0
+    assert "error: the solver /rosclingo has ended: the node is shutting down" in client.output
+    assert client.output.count("error: ") == 2

@@ -52,6 +52,46 @@ if not both_are_heard.wait(60.0) or rospy.is_shutdown():
     sys.exit("the second goal has no result")
 """
 
+# A client that sends one goal after the other until its server has gone, and then those without an
+# end again, with their ids, until all have one.
+SENDER = """
+import time
+
+import rospy
+from actionlib_msgs.msg import GoalID
+from rosclingo.ros.init import init_node
+from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoActionResult, ROSoClingoGoal
+
+ends = {}
+
+def on_result(message):
+    ends.setdefault(message.status.goal_id.id, set()).add(message.result.result)
+
+def send(number):
+    identifier = GoalID(rospy.Time.now(), f"goal {number}")
+    goals.publish(ROSoClingoActionGoal(goal_id=identifier, goal=ROSoClingoGoal("visit(1)", [])))
+
+init_node("sender")
+goals = rospy.Publisher("rosoclingo/goal", ROSoClingoActionGoal, queue_size=1000)
+rospy.Subscriber("rosoclingo/result", ROSoClingoActionResult, on_result)
+while not goals.get_num_connections():
+    time.sleep(0.01)
+count = 0
+while goals.get_num_connections():
+    send(count)
+    count += 1
+    if count == 10:
+        print("sends", flush=True)
+    time.sleep(0.03)
+before = len(ends)
+while len(ends) < count:
+    time.sleep(0.3)
+    for number in range(count):
+        if f"goal {number}" not in ends:
+            send(number)
+print("went on:", before < count, set().union(*ends.values()), flush=True)
+"""
+
 # A robot that takes so many seconds for an action.
 ROBOT = """
 import sys
@@ -91,11 +131,14 @@ def test_solvers_are_killed_and_restarted(terminals: Terminals, tmp_path: Path) 
     for solver in ("planner", "controller"):
         terminals.run("rosservice", "call", f"/{solver}/control", "<commands><restart/></commands>")
     os.kill(robot.process.pid, signal.SIGCONT)
+    for cell, solver in ((5, "planner"), (6, "controller")):  # which still answer
+        robot.wait_for(f"does {cell}")
+        os.kill(terminals.pid(f"/{solver}"), signal.SIGTERM)
     client.wait_for("end SUCCEEDED")
     for solver in ("planner", "controller"):
         noticed = rf"/{solver} .*: /rosservice\S+ has restarted it.*gives it its commands again"
         assert re.search(noticed, launch.output)
-    assert launch.output.count("gives it its commands again") >= 4
+    assert launch.output.count("gives it its commands again") >= 6
     assert "[rosoclingo-3] process has died" not in launch.output
 
 
@@ -182,6 +225,18 @@ def test_a_run_with_kills_is_recorded_shown_and_replayed(
         assert "no difference at level exact: 2 goals, 5 steps" in replay.output
         assert said in replay.output
         assert "Traceback" not in replay.output
+
+
+def test_goals_that_come_while_a_launch_is_ended(terminals: Terminals, tmp_path: Path) -> None:
+    """They are kept, or were never there: no goal has another end than the one of its work."""
+    launch = system(terminals, tmp_path / "my run.store", "single")
+    sender = terminals.start("python", "-c", SENDER)
+    sender.wait_for("sends")
+    launch.interrupt()
+    assert launch.wait() == 0
+    again = system(terminals, tmp_path / "my run.store", "single")
+    sender.wait_for("went on: True {'succeeded'}")
+    assert "Traceback" not in launch.output + again.output
 
 
 def test_another_master(terminals: Terminals, tmp_path: Path) -> None:

@@ -8,12 +8,13 @@ FULL=1, a solver is lost at each call, and not at some.
 from __future__ import annotations
 
 import os
+import threading
 from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
-from typing import Any, Callable, Iterator, List, Optional, Sequence, Set
+from typing import Any, Callable, Iterator, List, Mapping, Optional, Sequence, Set
 
 import pytest
 from conftest import PACKAGE
@@ -225,6 +226,83 @@ def test_a_rejection_does_not_wait_for_a_search(folder: Path, encoding: str, *, 
         told = [record.event for record in store.records]
     about = [one for one in told if getattr(one, "goal", "") == "new"]
     assert [type(one).__name__ for one in about] == ["GoalArrived", "StatusSet"]
+
+
+def end_politely(runs: Runs, world: World, file: Path, number: int) -> None:
+    """Ends a process at a point as a signal does, after which it has its say.
+
+    A goal comes while it ends, and another one when its store is closed.
+    """
+    left = number
+
+    def point(_: str) -> None:
+        nonlocal left
+        left -= 1
+        if left == 0:
+            life.close()
+
+    with closing(Store(file, point=point)) as store:
+        life = Life(world, store, runs.make(store))
+        life.live()
+        life.put(Goal("visit(98)", (), "late", world.clients["late"]))
+    with pytest.raises(StoreError):
+        life.put(Goal("visit(98)", (), "latest", world.clients["latest"]))
+
+
+def test_a_polite_end_at_some_points(folder: Path) -> None:
+    """It tells nobody of an end, and what comes meanwhile is for the next process."""
+    runs, calm = Runs(folder, DYN_RESET), world()
+    many = len(runs.run(calm))
+    for number in draws(range(5, many, 12), many):
+        disturbed, file = world(), runs.file()
+        late, latest = (disturbed.clients.setdefault(key, Client()) for key in ("late", "latest"))
+        end_politely(runs, disturbed, file, number)
+        assert (late.words, latest.words) == ([], []), number
+        runs.run(disturbed, file=file)
+        assert (late.words, latest.words) == (["rejected"], []), number  # there is no such place
+        del disturbed.clients["late"], disturbed.clients["latest"]
+        assert outcome(disturbed) == outcome(calm), number
+
+
+def test_a_goal_that_comes_after_the_end(folder: Path) -> None:
+    """Of the run, by itself: it is rejected, and so it is when it comes again."""
+    runs, file, client = Runs(folder, DYN_RESET), folder / "a.store", Client()
+    with closing(Store(file)) as store:
+        life = Life(World([]), store, runs.make(store))
+        life.loop.prepare()
+        life.loop.end("there is no plan")
+        life.put(Message("robot", "success"))
+        goal = Goal("visit(2)", (), "late", client)
+        thread = threading.Thread(target=lambda: life.put(goal))  # as one of rospy's
+        thread.start()
+        thread.join()
+    assert client.words == ["rejected"]
+    with closing(Store(file)) as store:
+        assert store.ended == "there is no plan"
+        (known,) = store.ended_goals
+        assert (known.id, known.word, known.reason) == ("late", "rejected", "there is no plan")
+
+
+def test_a_solver_that_ends_before_it_has_said_what_it_is(folder: Path) -> None:
+    """At the begin of a run, as at the begin of a process that goes on: goals stay open."""
+    runs, file, waiting = Runs(folder, DYN_RESET), folder / "a.store", World(["visit(3)"])
+
+    def started_with() -> Mapping[str, str]:
+        raise StoreError("/planner did not say what it was started with")
+
+    with closing(Store(file)) as store:
+        life = Life(waiting, store, runs.make(store))
+        loop = life.loop
+        assert isinstance(loop, StoredLoop)
+        loop._started_with = started_with
+        waiting.turn(life)
+        with pytest.raises(StoreError, match="did not say") as error:
+            life.live()
+        loop.end(str(error.value))
+        assert loop.is_refused
+    assert not waiting.clients["1"].words
+    runs.run(waiting, file=file)
+    assert waiting.clients["1"].end() == ["succeeded"]
 
 
 def test_a_solver_that_does_not_come_back(folder: Path) -> None:

@@ -95,6 +95,16 @@ class TestNavigation(unittest.TestCase):
         self.check_failure(self.planner, "/a/move_base ended the drive as ABORTED: no way")
         self.navigation.cleared.get(timeout=TIMEOUT)
 
+    def test_a_server_that_says_that_it_ends(self) -> None:
+        """No way is blocked because of that."""
+        self.drive("c3").set_succeeded()
+        self.assertEqual(self.planner.next(), ("mailbot", "success"))
+        said = "Aborting on the goal because the node has been killed"
+        self.drive("c(4)").set_aborted(text=said)
+        self.check_failure(self.planner, said)
+        self.assertEqual(self.planner.next(), ("info", "unblocked(c3,c(4))"))
+        self.navigation.cleared.get(timeout=TIMEOUT)
+
     def test_replacement(self) -> None:
         first = self.drive("c3")
         second = self.drive("c(4)")

@@ -226,6 +226,15 @@ class LowLatencyActionServer(actionlib.ActionServer):
             self.status_list.append(tracker)
             return actionlib.ServerGoalHandle(tracker, self, deleter)
 
+    def drop(self, handle: actionlib.ServerGoalHandle) -> None:
+        """Forgets a goal in the callback, before it is acknowledged: as if it had never come.
+
+        Args:
+            handle: The goal's, with which the callback was called.
+        """
+        with self.lock:
+            self.status_list.remove(handle.status_tracker)
+
     def publish_result_again(self, handle: actionlib.ServerGoalHandle, result: Any) -> None:
         """Publishes the result of a goal that has ended, of which its client may not know."""
         with self.lock:

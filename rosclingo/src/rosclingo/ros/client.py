@@ -6,7 +6,7 @@ import contextlib
 import socket
 import threading
 import time
-from typing import Callable, Optional, Sequence, Tuple
+from typing import Callable, List, Optional, Sequence, Set, Tuple
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
@@ -23,7 +23,7 @@ from rosclingo.ros.init import on_shutdown
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosclingo.ros.presence import Presence, presence
 from rosclingo.ros.reminder import Reminder
-from rosclingo.solver.worker import RESTARTED, Stop
+from rosclingo.solver.worker import RESTARTED, SHUTTING_DOWN, Stop
 from rosclingo.srv import ROSClingoControl
 from rosclingo.wire.commands import Answer, Assumption, Command, Improvement, Outcome, Reply, Result
 from rosclingo.wire.xml_codec import decode_reply, encode_assumptions, encode_commands
@@ -34,6 +34,9 @@ unless the last restart of the solver was its own."""
 
 _POLL_SECONDS = 0.01  # how often a waiting call looks whether it is to stop
 _LOST = (rospy.ServiceException, rospy.ROSException, TransportException, OSError)
+# How long the connections of a node that says that it ends do not count. It ends sooner than that,
+# unless they are those of the next one already.
+_ENDING_SECONDS = 10.0
 _PATIENCE_SECONDS = 2.0  # a node that was started at the same time is there by then
 
 
@@ -73,6 +76,8 @@ class Client:
         self._abandoned = False
         self._searches = 0
         self._search: Optional[_Search] = None
+        self._ending: Set[object] = set()  # the connections of a node that has said that it ends
+        self._ends_until = 0.0
         self._goals = publisher(f"{self.name}/goal", ROSClingoActionGoal, headers=self._headers)
         self._cancels = publisher(f"{self.name}/cancel", GoalID)
         self._results = subscriber(f"{self.name}/result", ROSClingoActionResult, self._on_result)
@@ -84,6 +89,8 @@ class Client:
     def wait(self, timeout: Optional[float] = None) -> None:
         """Waits until the node is there, and warns every five seconds that it is not, and why.
 
+        A node that has said that it ends is not there: another one has to come in its place.
+
         Args:
             timeout: Longest time to wait, in seconds of the wall clock; None for ever.
 
@@ -93,7 +100,7 @@ class Client:
         begin = time.monotonic()
         reminder = Reminder(_PATIENCE_SECONDS)
         seen = False
-        while not (self._connected() and self._has_service()):
+        while not (self._connected() and not self._ends() and self._has_service()):
             if rospy.is_shutdown():
                 raise ServiceError(f"shut down while waiting for {self.name}")
             if timeout is not None and time.monotonic() - begin > timeout:
@@ -144,13 +151,15 @@ class Client:
             The answers, and the failure if there was one.
 
         Raises:
-            ServiceError: The node is not there, or has lost what it was told before.
+            ServiceError: The node is not there, ends, or has lost what it was told before.
             XmlError: A command holds a character that XML cannot carry.
         """
         text = encode_commands(commands)
         with self._service_lock:
             reply = self._call(text)
         failure = reply.failure
+        if failure == SHUTTING_DOWN:
+            raise self._shuts_down()
         if failure is not None and (failure.command, failure.index) == (RESTARTED, -1):
             raise ServiceError(f"{self.name} has lost what it was told: {failure.message}")
         return reply
@@ -182,6 +191,29 @@ class Client:
         with self._service_lock:
             self._disconnect()
         return ServiceError(reason)
+
+    def _shuts_down(self) -> ServiceError:
+        """Takes note that the node ends, so that another one is waited for; returns what to raise.
+
+        However a solver that ends puts it, that is no answer: it is lost, as one that was killed.
+        """
+        self._ending = {one for topic in self._connections() for one in topic}
+        self._ends_until = time.monotonic() + _ENDING_SECONDS
+        return self._gone(f"the solver {self.name} has ended: {Stop.SHUTDOWN.value}")
+
+    def _ends(self) -> bool:
+        """Whether a topic has no connection but those of a node that has said that it ends."""
+        if time.monotonic() > self._ends_until:
+            return False
+        return not all(set(topic) - self._ending for topic in self._connections())
+
+    def _connections(self) -> List[List[object]]:
+        """Returns the connections with the node, for each topic."""
+        # Others may listen to the goals as well, such as a recorder; only the node publishes.
+        sends = (t.impl.connections for t in (self._goals, self._cancels))
+        hears = (t.impl.connections for t in (self._results, self._feedback))
+        mine = ([one for one in topic if one.endpoint_id == self.name] for topic in sends)
+        return [*mine, *map(list, hears)]
 
     def _abandon(self) -> None:
         """Ends what waits for the solver, because the process is shutting down."""
@@ -269,8 +301,10 @@ class Client:
     def _outcome(self, search: _Search, canceled: bool) -> Outcome:
         assert search.result is not None
         status, result = search.result.status, search.result.result
+        if status.text == Stop.SHUTDOWN.value:
+            raise self._shuts_down()
         # A control request or a goal of somebody else's ends a search too: it is interrupted then.
-        ended = canceled or (result.interrupted and status.text != Stop.SHUTDOWN.value)
+        ended = canceled or result.interrupted
         if status.status != GoalStatus.SUCCEEDED and not ended:
             raise ServiceError(f"{self.name} ended the goal as {_word(status)}: {status.text}")
         try:
@@ -282,9 +316,7 @@ class Client:
             ) from err
 
     def _connected(self) -> bool:
-        # Others may listen to the goals as well, such as a recorder; only the node publishes.
-        sends = all(t.impl.has_connection(self.name) for t in (self._goals, self._cancels))
-        return sends and all(t.get_num_connections() for t in (self._results, self._feedback))
+        return all(self._connections())
 
     def _has_service(self) -> bool:
         try:

@@ -23,11 +23,13 @@ from rospy.impl.registration import RegManager, get_registration_listeners
 
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.master_watch import exit_status, is_respawned, watch_master
+from rosclingo.ros.reminder import Reminder
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _CALL = b"POST"  # how a call of XML-RPC begins; as a header, it would be more than a GiB long
 _SECONDS_TO_RETRY = 30.0  # after which a node that cannot do its work is started again
 _LOOKS_SECONDS = 0.5  # how often it is looked whether the node is shut down, if nobody says so
+_MASTER_SECONDS = 0.1  # how often it is looked whether there is a master
 _SECONDS_TO_REGISTER = 0.5  # how long a shutdown waits for a call that tells the master of a name
 # Whether the log messages of all nodes go without the list of the node's topics.
 _ROSOUT_PARAMETER = "/rosout_disable_topics_generation"
@@ -47,6 +49,9 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     rospy shuts down inside of the signal handler, which is in the main thread: if that thread is
     just talking to the master, it waits for a lock of its own, for ever. Here a thread shuts down.
     A second signal ends the process at once, and so does the first while there is no master yet.
+
+    Without a master, it waits for one, be there parameters on the command line or not: rospy itself
+    would fail to set these.
 
     A node that the master does not know any more ends, see :func:`.master_watch.watch_master`.
 
@@ -73,6 +78,7 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
     gc.freeze()
     end_server_when_closed()
     _refuse_calls()
+    _wait_for_master()
     rospy.init_node(name, anonymous=anonymous, disable_signals=True)
     for number in _SIGNALS:
         signal.signal(number, _shut_down)
@@ -111,6 +117,20 @@ def _refuse_calls() -> None:
         return read_header(connection, *arguments)
 
     tcpros_base.read_ros_handshake_header = read
+
+
+def _wait_for_master() -> None:
+    reminder = Reminder(0.0)
+    while not rosgraph.is_master_online():
+        if reminder.due():
+            uri = rosgraph.get_master_uri()
+            # The node has no log yet.
+            print(
+                f"waiting for the ROS master at {uri}; start one with: roscore",
+                file=sys.stderr,
+                flush=True,
+            )
+        time.sleep(_MASTER_SECONDS)
 
 
 def spin() -> None:

@@ -33,6 +33,10 @@ class Stop(enum.Enum):
     SHUTDOWN = "the node is shutting down"
 
 
+SHUTTING_DOWN = wire.Failure("commands", -1, Stop.SHUTDOWN.value)
+"""The failure of a control request that a solver gets while it ends."""
+
+
 @dataclass(frozen=True)
 class Caller:
     """Who asks for something.
@@ -120,7 +124,7 @@ class Worker:
         reply: Future[wire.Reply] = Future()
         with self._lock:
             if self._closing:
-                return _refused()
+                return wire.Reply(failure=SHUTTING_DOWN)
             self._stop_open(Stop.CONTROL)
             self._requests.put((commands, caller, reply))
         return reply.result()
@@ -202,7 +206,7 @@ class Worker:
 
     def _run_commands(self, commands: Sequence[wire.Command], caller: Caller) -> wire.Reply:
         if self._closing:
-            return _refused()
+            return wire.Reply(failure=SHUTTING_DOWN)
         restarts = [i for i, one in enumerate(commands) if isinstance(one, wire.Restart)]
         if not restarts:
             try:
@@ -237,7 +241,3 @@ class Worker:
             except Exception:
                 _LOG.exception("internal error while telling the client of an error")
         job.ended = True
-
-
-def _refused() -> wire.Reply:
-    return wire.Reply(failure=wire.Failure("commands", -1, Stop.SHUTDOWN.value))

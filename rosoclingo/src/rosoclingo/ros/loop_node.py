@@ -226,8 +226,9 @@ class Node:
         self._goals[identifier] = goal
         try:
             self._inbox.put(goal)
-        except StoreError as err:
-            handle.set_rejected(ROSoClingoResult("rejected"), str(err))
+        except StoreError:  # the loop ends with that, or has ended; another one goes on
+            del self._goals[identifier]
+            self._server.drop(handle)
 
     def _on_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
         # Runs under actionlib's lock: nothing here may wait.

@@ -62,6 +62,7 @@ class StoredInbox(Inbox):
         self._order = threading.Lock()  # has things written in the order in which they are taken
         self._numbers: Dict[int, int] = {}  # of the things that wait, by their ids in Python
         self._taken: List[int] = []
+        self._stopped: Optional[str] = None  # why nothing is taken any more of a run that goes on
         self.looked: Callable[[], None] = lambda: None
         self.waits: Callable[[], None] = lambda: None
         self.way: Callable[[Goal], Callable[[GoalClient], GoalClient]] = lambda _: lambda c: c
@@ -70,15 +71,20 @@ class StoredInbox(Inbox):
     def put(self, item: Item) -> None:
         """Writes and adds an item.
 
+        After the end of the run, a goal is rejected instead, which is written, too: whoever sends
+        it again, to the next run, hears the same. A shutdown does not end the run: what comes
+        meanwhile is for the process that goes on.
+
         Raises:
-            StoreError: It cannot be written, and is not added.
+            StoreError: It cannot be written, and is not added; or :meth:`stop` was called.
         """
         with self._order:
-            if self._end is not None:
-                super().put(item)
-                return
+            if self._stopped is not None:
+                raise StoreError(self._stopped)
             if isinstance(item, Goal):
                 item.reroute(self.way(item))
+            elif self._end is not None:
+                return
             self.put_known(item, self._store.add(item))
 
     def put_known(self, item: Item, number: Optional[int]) -> None:
@@ -99,13 +105,19 @@ class StoredInbox(Inbox):
             StoreError: It cannot be written, and is not added; the loop may have ended.
         """
         with self._order:
-            if self._end is not None:
-                raise StoreError(self._end)
+            stopped = self._stopped if self._end is None else self._end
+            if stopped is not None:
+                raise StoreError(stopped)
             item = Cancel(goal)
             number = self._store.add(item)
             if self.recalls_at_once(item):
                 goal.recall()
             self.put_known(item, number)
+
+    def stop(self, reason: str) -> None:
+        """Takes nothing any more, of a run that cannot go on in this process."""
+        with self._order:
+            self._stopped = reason
 
     def begin_decision(self, waits: Callable[[], None]) -> None:
         """Called before the controller decides; a replay's inbox may wait."""
@@ -224,7 +236,7 @@ class StoredLoop(Loop):
             controller = LastingController(controller, _Back("controller", self))
         self._planner.written = lambda: store.commands
         self._saved: Optional[LoopSnapshot] = None
-        self._is_unsure = store.snapshot is not None  # whether it can go on with that
+        self._is_unsure = True  # whether the solvers are those of the run
         self._has_begun = False  # which is written
         inbox.looked = self._outbox.flush
         inbox.waits = self._wait
@@ -352,6 +364,7 @@ class StoredLoop(Loop):
         self._outbox.begin()
         if self._saved is None:
             self._store.begin(started_with)
+            self._is_unsure = False
             super().prepare()
             self._save()
             self._has_begun = True
@@ -422,9 +435,10 @@ class StoredLoop(Loop):
 
     def end(self, reason: str) -> None:
         """Ends the run: open goals are aborted; or interrupts it, if it can go on later."""
-        inbox = self._inbox
-        if inbox.closed or self.is_refused or self._store.failure is not None:
-            inbox.end(reason)
+        if self._inbox.closed:
+            return
+        if self.is_refused or self._store.failure is not None:
+            self._inbox.stop(reason)
             return
         super().end(reason)
         self._save(ended=reason)

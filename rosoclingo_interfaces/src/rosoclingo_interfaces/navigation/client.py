@@ -29,6 +29,9 @@ _POLL_SECONDS = 0.05  # how often a wait looks at its conditions
 _SECONDS_TO_STOP = 0.5  # for the server to confirm that the robot stops
 _SECONDS_TO_CLEAR = 0.5  # for the server to clear its costmaps
 
+# What move_base says of a goal when it is told to end, by Ctrl-C or rosnode kill.
+_NODE_ENDS = "because the node has been killed"
+
 
 class Base:
     """Drives the robot with move_base. One thread at a time may use it.
@@ -125,7 +128,8 @@ class Base:
             word = GoalStatus.to_string(status)
             text = goal.get_goal_status_text()
             # LOST is what the client makes of a server that does not know the goal any more.
-            kind = GoneError if status == GoalStatus.LOST else DriveError
+            has_gone = status == GoalStatus.LOST or text.endswith(_NODE_ENDS)
+            kind = GoneError if has_gone else DriveError
             raise kind(f"{self.name} ended the drive as {word}" + (text and f": {text}"))
 
     def absence(self) -> Callable[[], bool]:
