@@ -548,6 +548,8 @@ def _told(path: Path, what: str) -> Iterator[None]:
             remedy = "another node that still runs uses it; give each a store of its own"
         elif "full" in text:
             remedy = "there is no more room; make some, and start again"
+        elif "I/O" in text:
+            remedy = f"{text}; the disk fails, or a quota or limit is reached; start again then"
         elif _is_damage(err):
             raise _damaged(path, text) from err
         else:
