@@ -25,6 +25,10 @@ class StoreError(RosclingoError):
     """A store cannot be opened, read or written; the message says which, why and what to do."""
 
 
+class DamagedStoreError(StoreError):
+    """A store and its log are not whole, or do not belong together."""
+
+
 class LiveError(RosclingoError):
     """There is no running system to look at."""
 

@@ -111,6 +111,39 @@ run(Robot, "robot")
 """
 
 
+# A client that sends goals, again and again those that have not been acknowledged.
+INSISTENT = """
+import actionlib  # which gives GoalStatus its to_string
+import rospy
+from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoActionResult, ROSoClingoGoal
+
+known, ended = set(), {}
+
+def on_status(message):
+    known.update(status.goal_id.id for status in message.status_list)
+
+def on_result(message):
+    word = GoalStatus.to_string(message.status.status)
+    if ended.setdefault(message.status.goal_id.id, word) != word:
+        print("another end", word, flush=True)
+
+rospy.init_node("client")
+rospy.Subscriber("rosoclingo/status", GoalStatusArray, on_status)
+rospy.Subscriber("rosoclingo/result", ROSoClingoActionResult, on_result)
+goals = rospy.Publisher("rosoclingo/goal", ROSoClingoActionGoal, queue_size=100)
+while len(ended) < 40 and not rospy.is_shutdown():
+    for number in range(40):
+        if str(number) not in known:
+            goal = ROSoClingoGoal("visit(%d)" % (2 + number % 4), ["x" * 999])
+            message = ROSoClingoActionGoal(goal=goal)
+            message.goal_id.id = str(number)
+            goals.publish(message)
+    rospy.sleep(0.5)
+print("ends", sorted(set(ended.values())), flush=True)
+"""
+
+
 def system(terminals: Terminals, store: Path, form: str, *arguments: str) -> Terminal:
     file = package("rosoclingo") / "example" / "line.lp"
     mode = ["mode:=dynamic.incremental.dyn_reset", "steps:=30"] if form == "rosoclingo" else []
@@ -293,3 +326,25 @@ def test_what_cannot_begin_is_not_started_again_and_again(
     assert launch.wait() == 0
     assert launch.output.count("this node is started again") == 1
     assert "Traceback" not in launch.output + robot.output
+
+
+def test_a_full_disk(terminals: Terminals, tmp_path: Path) -> None:
+    """A goal that cannot be written is not acknowledged, and has no end, until there is room.
+
+    What a file of the process may have stands for what the disk has.
+    """
+    file, store = package("rosoclingo") / "example" / "line_1.0.lp", tmp_path / "my run.store"
+    node = ("rosrun", "rosoclingo", "run-1.0.py", "-f", str(file), f"_store:={store}",
+            "__name:=rosoclingo")  # fmt: skip
+    terminals.start("python", "-c", ROBOT, "0")
+    client = terminals.start("python", "-c", INSISTENT)
+    limited = ("bash", "-c", 'ulimit -f 150 && exec "$@"', "bash", *terminals.without_rosrun(node))
+    full = terminals.start(*limited)
+    assert full.wait() == 1
+    assert "cannot be written: disk I/O error; the disk fails, or a quota or limit" in full.output
+    assert "Traceback" not in full.output
+    assert "ends" not in client.output
+    terminals.start(*node)
+    assert client.wait() == 0
+    assert client.output.splitlines()[-1] == "ends ['SUCCEEDED']"
+    assert "another end" not in client.output

@@ -15,7 +15,7 @@ import clingo
 from clingo import ast
 
 from rosclingo.errors import ForbiddenError, ProgramError, SolverError
-from rosclingo.solver import lexical, scripts
+from rosclingo.solver import lexical, limits, scripts
 from rosclingo.solver.controls import Messages, new_control
 from rosclingo.solver.options import Options, constants
 from rosclingo.solver.terms import quote
@@ -223,6 +223,8 @@ def _parse(
     if program.scripts and not sources.scripts:
         begin = program.scripts[0].location.begin
         raise _no_scripts(begin.filename, begin.line, begin.column)
+    if not sources.trusted:
+        limits.check_sizes(program.statements)
     return program
 
 
@@ -235,12 +237,14 @@ class _Sources:
         texts: What was in each file, by its real path.
         remarks: What is said of them.
         scripts: Whether there may be scripts.
+        trusted: Whether statements may have any size.
     """
 
     def __init__(self, policy: Optional[Policy]) -> None:
         self.texts: Dict[str, str] = {}
         self.remarks: List[str] = []
         self.scripts = policy is None or policy.allow_scripts
+        self.trusted = policy is None
         self._policy = policy
 
     def check_file(self, path: str) -> None:

@@ -25,7 +25,7 @@ from rosoclingo.store.started_with import started_with
 from rosoclingo.store.store import KnownGoal, Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
-_FRESH = "fresh"
+_FRESH, _LOSSY = "fresh", "lossy"
 _SOLVER_SECONDS = 30.0  # for a solver that was lost
 _NOBODY = '["", 0, 0]'
 _TERMINAL = {
@@ -99,18 +99,22 @@ def open_store() -> Optional[Store]:
         StoreError: The store cannot be used.
     """
     file, resume = parameters.text("store", ""), parameters.text("resume", "")
-    if resume not in ("", _FRESH):
-        raise parameters.wrong("resume", f"expected {_FRESH}, or nothing: {resume}")
+    if resume not in ("", _FRESH, _LOSSY):
+        raise parameters.wrong("resume", f"expected {_FRESH}, {_LOSSY}, or nothing: {resume}")
     if not file:
         if resume:
             raise ParameterError("parameter ~resume: there is no ~store, so nothing to resume")
         return None
     path = Path(file).expanduser().absolute()
-    if resume:
+    if resume == _FRESH:
         aside = put_aside(path, lambda: forget("resume"))  # a node that is started again goes on
         if aside is not None:
             rospy.logwarn("the store of before is now %s", aside)
-    store = Store(path)
+    store = Store(path, lossy=resume == _LOSSY)
+    if resume == _LOSSY:
+        forget("resume")  # what is lost later has to be accepted again
+    if store.loss:
+        rospy.logwarn("goes on without what is lost: %s", store.loss)
     if store.ended is not None:
         rospy.logwarn("the run in the store has ended, and another one begins: %s", store.ended)
     elif store.snapshot is not None:

@@ -14,19 +14,24 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import secrets
 import sqlite3
 import threading
 from pathlib import Path
-from typing import Callable, Dict, Iterator, List, Optional, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 
-from rosoclingo.errors import StoreError
+from rosoclingo.errors import DamagedStoreError, StoreError
+from rosoclingo.store import high_water
+from rosoclingo.store.high_water import HighWaterMark, HighWaterMarkFile
+from rosoclingo.store.loss import Loss
 
 _APPLICATION = 0x526F5343  # RoSC: which program's file it is
-_VERSION = 2  # of the format
+_VERSION = 3  # of the format
 _WAIT_SECONDS = 5.0  # for a node that is just ending, and has the file
 _CHECKPOINT_PAGES = 256  # of 4 KiB: so long does the write-ahead log grow
 _BITS = 64
 _LOGS = ("-wal", "-shm")  # what is next to a file, as long as it is open or if its process has died
+_Known = Dict[str, Dict[str, Tuple[int, int]]]
 
 
 class Database:
@@ -35,7 +40,13 @@ class Database:
     Thread-safe: a lock is held while a transaction is made. Only one process at a time has a file.
 
     Each transaction renews a seal: a sum of digests of all rows. So a file in which some pages are
-    older than others is not taken for whole.
+    older than others is not taken for whole. It also has a number, and that of the last durable one
+    is in the file itself, see :mod:`.high_water`. So a file whose log is gone, or was cut, is not
+    taken for whole, either.
+
+    Attributes:
+        loss: What is missing. As long as that is not accepted, nothing can be written, and
+            :meth:`close` leaves file and log as they are.
     """
 
     def __init__(
@@ -44,6 +55,7 @@ class Database:
         *,
         most_pages: int = 0,
         point: Callable[[str], None] = lambda _: None,
+        details: Callable[[], Any] = lambda: None,
     ) -> None:
         """Opens a file, which is made if there is none.
 
@@ -51,26 +63,36 @@ class Database:
             path: The file.
             most_pages: How many pages of 4 KiB it may have; 0 for as many as there is room for.
             point: Called before and after each write, with what it is: where a test may end all.
+            details: Returns what is to be known of a durable transaction if it is lost, as a value
+                that JSON has; called when it is written.
 
         Raises:
+            DamagedStoreError: File and log are not whole, or do not belong together. Both are left
+                as they are.
             StoreError: The file cannot be used; the message says why and what to do.
         """
         self.path = path
         self._lock = threading.RLock()
         self._point = point
-        self._known: Dict[str, Dict[str, Tuple[int, int]]] = {}  # numbers and digests of all rows
+        self._details = details
+        self._known: _Known = {}  # numbers and digests of all rows
         self._next = 1
         self._seal = 0
+        self._id = ""
+        self._number = 0  # of the last transaction
+        self._mark: Optional[HighWaterMarkFile] = None
+        self.loss: Optional[Loss] = None
         self._is_durable = True
         self._failure: Optional[StoreError] = None
         self._closed = False
         with _told(self.path, "cannot be opened"):
             _make(path)
+            log = _describe_log(path)
             self._connection = _connect(path)
         try:
-            self._open(most_pages)
+            self._open(most_pages, log)
         except BaseException:
-            self._connection.close()
+            self._leave()
             raise
 
     def __enter__(self) -> Database:
@@ -82,11 +104,26 @@ class Database:
     def close(self) -> None:
         """Closes the file; may be called twice."""
         with self._lock:
-            if not self._closed:
-                self._closed = True
-                self._connection.close()
+            if self._closed:
+                return
+            if self.loss is not None:
+                self._leave()
+                return
+            self._closed = True
+            self._connection.close()
+            if self._mark is not None:
+                self._mark.close()
 
-    def _open(self, most_pages: int) -> None:
+    def _leave(self) -> None:
+        """Closes the file and leaves it and its log as they are."""
+        self._closed = True
+        with _log_kept(self.path):
+            self._connection.interrupt()  # the checkpoint that SQLite makes when it closes a file
+            self._connection.close()
+            if self._mark is not None:
+                self._mark.close()
+
+    def _open(self, most_pages: int, log: str) -> None:
         run = self._connection.execute
         with _told(self.path, "cannot be opened"):
             run("PRAGMA locking_mode = EXCLUSIVE")
@@ -108,6 +145,8 @@ class Database:
             run("BEGIN EXCLUSIVE")
             run("COMMIT")
         self._load()
+        with _told(self.path, "cannot be opened"):
+            self._compare(log)
 
     def _load(self) -> None:
         """Reads all rows, and sees whether they are those that were written together."""
@@ -122,11 +161,36 @@ class Database:
                 self._known.setdefault(part, {})[key] = number, digest
                 self._seal = (self._seal + digest) % 2**_BITS
                 self._next = max(self._next, number + 1)
-            seals = run("SELECT sum FROM seal").fetchall()
+            seals = run("SELECT sum, store, number FROM seal").fetchall()
         except sqlite3.Error as err:
             raise _damaged(self.path, err) from err
-        if seals != [(str(self._seal),)]:
+        if len(seals) != 1 or seals[0][0] != str(self._seal):
             raise _damaged(self.path, "its rows were not written together")
+        _, self._id, self._number = seals[0]
+
+    def _compare(self, log: str) -> None:
+        """Sees whether all is there that was acknowledged."""
+        mark = _read_mark(self._connection)
+        if mark is not None and mark.store != self._id:
+            raise _damaged(self.path, "its log is of another store")
+        if mark is not None and mark.number > self._number:
+            if _number_without_log(self.path) > self._number:
+                raise _damaged(self.path, "its log is older than it")
+            self.loss = Loss(self._number, mark.number, log, mark.details)
+            self._failure = StoreError(f"the store {self.path} has lost transactions; {_FRESH}")
+        (page,) = self._connection.execute(
+            "SELECT rootpage FROM sqlite_master WHERE name = 'mark'"
+        ).fetchone()
+        self._mark = HighWaterMarkFile(self.path, page)
+
+    def accept_loss(self) -> None:
+        """Goes on with what is there, as if what is missing had never been."""
+        if self.loss is not None:
+            # A mark of before may come back when power fails.
+            self._number = self.loss.acknowledged
+            self.loss = self._failure = None
+            with self.transaction():
+                pass
 
     def read(self, part: str) -> Dict[str, str]:
         """Returns the rows of a part, in the order in which they were added."""
@@ -181,12 +245,15 @@ class Database:
         try:
             for statement, values in rows.changes:
                 run(statement, values)
-            run("UPDATE seal SET sum = ?", (str(self._seal),))
+            self._number += 1
+            run("UPDATE seal SET sum = ?, number = ?", (str(self._seal), self._number))
             run("COMMIT")
         except sqlite3.Error:
             with contextlib.suppress(sqlite3.Error):
                 run("ROLLBACK")
             raise
+        if durable and self._mark is not None:
+            self._mark.write(HighWaterMark(self._id, self._number, self._details()))
         self._point(f"after {name}")
 
 
@@ -261,14 +328,15 @@ def _connect(path: Path) -> sqlite3.Connection:
 
 def _make(path: Path) -> None:
     """Makes a file without rows, unless there is one; it is there when it is whole."""
-    if path.exists():
-        return
-    log = path.with_name(f"{path.name}-wal")
-    if log.exists() and log.stat().st_size:
+    log = _log(path)
+    if _size(log) and not _size(path):  # SQLite would remove the log of an empty file
+        what = "is damaged: it is empty" if path.exists() else "is gone"
         raise StoreError(
-            f"the store {path} is gone, but its log {log.name} is there, and has what was written "
+            f"the store {path} {what}, but its log {log.name} is there, and has what was written "
             f"last; put back the file, or remove the log, or {_FRESH}"
         )
+    if path.exists():
+        return
     new = path.with_name(f"{path.name}.new")
     if new.exists():  # a process has died meanwhile
         new.unlink()
@@ -279,19 +347,85 @@ def _make(path: Path) -> None:
             PRAGMA application_id = {_APPLICATION};
             PRAGMA user_version = {_VERSION};
             PRAGMA synchronous = FULL;
+            PRAGMA page_size = {high_water.PAGE_BYTES};
+            PRAGMA auto_vacuum = NONE;
             BEGIN;
             CREATE TABLE row (id INTEGER PRIMARY KEY, part TEXT NOT NULL, key TEXT NOT NULL,
                               value TEXT NOT NULL);
-            CREATE TABLE seal (id INTEGER PRIMARY KEY, sum TEXT NOT NULL);
-            INSERT INTO seal VALUES (1, '0');
+            CREATE TABLE seal (id INTEGER PRIMARY KEY, sum TEXT NOT NULL, store TEXT NOT NULL,
+                               number INTEGER NOT NULL);
+            CREATE TABLE mark (id INTEGER PRIMARY KEY, bytes BLOB NOT NULL);
+            INSERT INTO seal VALUES (1, '0', '{secrets.token_hex(8)}', 0);
+            INSERT INTO mark VALUES (1, zeroblob({high_water.BLOB_BYTES}));
             COMMIT;
             PRAGMA journal_mode = WAL;
-            """  # noqa: S608 (two numbers)
+            """  # noqa: S608 (numbers of this module)
         )
     finally:
         connection.close()
     new.rename(path)
     _sync_folder(path)
+
+
+def _read_mark(connection: sqlite3.Connection) -> Optional[HighWaterMark]:
+    """Returns the mark in the main file, of which the log has no copy."""
+    (blob,) = connection.execute("SELECT bytes FROM mark").fetchone()
+    return high_water.decode(blob)
+
+
+def _is_complete(connection: sqlite3.Connection) -> bool:
+    """Whether file and log are of one store, and have all that was acknowledged."""
+    try:
+        mark = _read_mark(connection)
+        store, number = connection.execute("SELECT store, number FROM seal").fetchone()
+    except sqlite3.OperationalError:  # it has another format
+        return True
+    return mark is None or (mark.store == store and mark.number <= number)
+
+
+def _number_without_log(path: Path) -> int:
+    """Returns the number of the last transaction that is in the main file."""
+    uri = f"{path.absolute().as_uri()}?immutable=1"
+    with contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
+        try:
+            (number,) = connection.execute("SELECT number FROM seal").fetchone()
+        except sqlite3.DatabaseError:  # a checkpoint has not ended
+            return 0
+    return int(number)
+
+
+def _log(path: Path) -> Path:
+    return path.with_name(f"{path.name}{_LOGS[0]}")
+
+
+def _size(path: Path) -> int:
+    return path.stat().st_size if path.exists() else 0
+
+
+@contextlib.contextmanager
+def _log_kept(path: Path) -> Iterator[None]:
+    """A context in which SQLite may remove a log in which it finds nothing, and which is back then.
+
+    On a file system without links, it is gone.
+    """
+    log = _log(path)
+    kept = log.with_name(f"{log.name}.kept")
+    if _size(log):
+        with contextlib.suppress(OSError):
+            os.link(str(log), str(kept))
+    yield
+    with contextlib.suppress(OSError):
+        os.link(str(kept), str(log))  # which fails if there is one
+    with contextlib.suppress(OSError):
+        kept.unlink()
+
+
+def _describe_log(path: Path) -> str:
+    """Says what may be wrong with a log from which transactions are missing."""
+    log = _log(path)
+    if not log.exists():
+        return f"its log {log.name} is gone"
+    return f"its log {log.name} {'ends too early' if _size(log) else 'is empty'}"
 
 
 def _sync_folder(path: Path) -> None:
@@ -321,10 +455,7 @@ def put_aside(path: Path, done: Callable[[], None] = lambda: None) -> Optional[P
     if not any(map(os.path.lexists, (path, *logs))):
         done()
         return None
-    number = 1
-    while any(os.path.lexists(f"{path}.old{number}{suffix}") for suffix in ("", *_LOGS)):
-        number += 1
-    aside = path.with_name(f"{path.name}.old{number}")
+    aside = path.with_name(f"{path.name}.old{_free_number(path)}")
     try:
         with _reserved(path):
             for log in logs:  # first, as a log that is left would be taken for that of a new file
@@ -345,12 +476,13 @@ def put_aside(path: Path, done: Callable[[], None] = lambda: None) -> Optional[P
 def _reserved(path: Path) -> Iterator[None]:
     """A context in which no other node has a file, if there is one, and its log is empty.
 
-    A file that is damaged, or no database at all, is nobody's.
+    A file that is damaged, or no database at all, is nobody's. A log that does not belong to its
+    file is left as it is.
 
     Raises:
         StoreError: Another node has it.
     """
-    if not path.exists():
+    if not _size(path):
         yield
         return
     with contextlib.closing(_connect(path)) as connection:
@@ -359,11 +491,45 @@ def _reserved(path: Path) -> Iterator[None]:
                 connection.execute("PRAGMA locking_mode = EXCLUSIVE")
                 connection.execute("BEGIN EXCLUSIVE")
                 connection.execute("COMMIT")  # which keeps the lock
-                connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+                if _is_complete(connection):
+                    connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             except sqlite3.DatabaseError as err:
                 if not _is_damage(err):
                     raise
         yield
+        connection.interrupt()  # a checkpoint, of a log that may not be its own
+
+
+@contextlib.contextmanager
+def log_put_aside(path: Path) -> Iterator[Path]:
+    """A context in which the log of a store has another name; it comes back after an error.
+
+    Yields:
+        The other name.
+
+    Raises:
+        StoreError: It cannot be renamed.
+    """
+    log = _log(path)
+    aside = log.with_name(f"{log.name}.old{_free_number(log)}")
+    try:
+        if log.exists():
+            log.rename(aside)
+        yield aside
+    except BaseException as err:
+        if aside.exists():
+            aside.rename(log)
+        if isinstance(err, OSError):
+            raise StoreError(f"the log {log} cannot be kept aside: {err.strerror}") from err
+        raise
+
+
+def _free_number(path: Path) -> int:
+    """Returns the first number with which nothing has been put aside."""
+    number = 1
+    while any(os.path.lexists(f"{path}.old{number}{suffix}") for suffix in ("", *_LOGS)):
+        number += 1
+    return number
 
 
 def _is_damage(err: sqlite3.Error) -> bool:
@@ -382,6 +548,8 @@ def _told(path: Path, what: str) -> Iterator[None]:
             remedy = "another node that still runs uses it; give each a store of its own"
         elif "full" in text:
             remedy = "there is no more room; make some, and start again"
+        elif "I/O" in text:
+            remedy = f"{text}; the disk fails, or a quota or limit is reached; start again then"
         elif _is_damage(err):
             raise _damaged(path, text) from err
         else:
@@ -391,5 +559,11 @@ def _told(path: Path, what: str) -> Iterator[None]:
         raise StoreError(f"the store {path} {what}: {err.strerror}") from err
 
 
-def _damaged(path: Path, reason: object) -> StoreError:
-    return StoreError(f"the store {path} is damaged: {reason}; {_FRESH}")
+def _damaged(path: Path, reason: object) -> DamagedStoreError:
+    log, remedy = _log(path), ""
+    if _size(log):
+        remedy = (
+            "put back a file and a log that belong together, or start with resume:=lossy, which "
+            f"goes on without the log {log.name} if the file is whole, or "
+        )
+    return DamagedStoreError(f"the store {path} is damaged: {reason}; {remedy}{_FRESH}")

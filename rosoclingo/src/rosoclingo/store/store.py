@@ -6,11 +6,12 @@ import dataclasses
 import json
 import time
 from collections import deque
+from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.wire.commands import Command
-from rosoclingo.errors import StoreError
+from rosoclingo.errors import DamagedStoreError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Answer, Cancel, Item, Message
@@ -18,8 +19,9 @@ from rosoclingo.loop.journal import Fields as JournalFields
 from rosoclingo.loop.journal import NumberedRecord
 from rosoclingo.loop.loop import LoopSnapshot
 from rosoclingo.store import commands as planner_commands
-from rosoclingo.store.database import Database, Rows
+from rosoclingo.store.database import Database, Rows, log_put_aside
 from rosoclingo.store.fields import Fields, read
+from rosoclingo.store.loss import describe, summarize
 
 _RUN, _STATE, _GOAL = "run", "state", "goal"
 _INPUT, _JOURNAL, _OUT = "input", "journal", "out"
@@ -92,12 +94,14 @@ class Store:
             of wall time.
         pause: How long ago the last event in it was when it was opened, in seconds of wall time.
         snapshot: What the loop knew; None if it has not begun.
+        loss: What has been lost of it, in words; empty if nothing was.
     """
 
     def __init__(
         self,
         path: Path,
         *,
+        lossy: bool = False,
         most_pages: int = 0,
         point: Callable[[str], None] = lambda _: None,
         now: Callable[[], float] = time.time,
@@ -106,6 +110,8 @@ class Store:
 
         Args:
             path: The file.
+            lossy: Whether it goes on with what is there if acknowledged transactions are missing.
+                A log that does not belong to the file is put aside then.
             most_pages: How many pages of 4 KiB it may have; 0 for as many as there is room for.
             point: Called before and after whatever matters, see :class:`Database`.
             now: Returns the wall time, in seconds.
@@ -115,9 +121,12 @@ class Store:
         """
         self.point = point
         self._now = now
-        self._database = Database(path, most_pages=most_pages, point=point)
+        self._open_goals: Dict[str, str] = {}  # their requests, by their ids
+        self.loss = ""
+        self._database = self._open(lossy, path, most_pages=most_pages, point=point)
         self._fields = Fields(LoopSnapshot)
         try:
+            self._see_losses(lossy)
             self.unsure_since = _unsure_since(self.records)
             self.pause = now() - max((record.time for record in self.records), default=0.0)
             self.ended: Optional[str] = self._database.read(_RUN).get(_ENDED)
@@ -127,12 +136,43 @@ class Store:
                 key: _goal(key, value) for key, value in self._database.read(_GOAL).items()
             }
             self._goals = dict(self.goals)  # as they are now
+            self._open_goals = _open_ones(self.goals)
             self._events = list(self._database.read(_JOURNAL))
             self.snapshot = self._read_snapshot()
         except BaseException:
             self.close()
             raise
         self._gone = deque(goal.id for goal in self.ended_goals)
+
+    def _open(self, lossy: bool, path: Path, **parameters: Any) -> Database:
+        """Opens the file, without its log if that is not its own."""
+        make = partial(Database, path, details=lambda: summarize(self._open_goals), **parameters)
+        try:
+            return make()
+        except DamagedStoreError as err:
+            if not lossy:
+                raise
+            damage = err
+        with log_put_aside(path) as aside:
+            database = make()
+        self.loss = f"{damage}: the log is now {aside}. "
+        return database
+
+    def _see_losses(self, lossy: bool) -> None:
+        """Says what is lost, and goes on without it if that is wanted."""
+        loss = self._database.loss
+        if loss is None:
+            return
+        rows = self._database.read(_GOAL)
+        self._open_goals = _open_ones({key: _goal(key, value) for key, value in rows.items()})
+        text = f"the store {self.path} is damaged: {describe(loss, self._open_goals)}"
+        if not lossy:
+            raise DamagedStoreError(
+                f"{text}; put back the log, or start with resume:=lossy, which goes on with what "
+                "is there, or with resume:=fresh, which keeps the file aside and begins anew"
+            )
+        self.loss += text
+        self._database.accept_loss()
 
     def _clear(self) -> None:
         """Removes a run that has ended, but for how its last goals did."""
@@ -306,6 +346,10 @@ class Store:
 
     def _put(self, rows: Rows, goal: KnownGoal) -> None:
         self._goals[goal.id] = goal
+        if goal.word:
+            self._open_goals.pop(goal.id, None)
+        else:
+            self._open_goals[goal.id] = goal.request
         rows.put(_GOAL, goal.id, json.dumps(dataclasses.astuple(goal)[1:]))
 
     def _write_records(self, rows: Rows, records: Sequence[NumberedRecord]) -> None:
@@ -353,6 +397,11 @@ def _item(values: List[Any], goals: Callable[[str], Optional[Goal]]) -> Optional
 def _goal(identifier: str, text: str) -> KnownGoal:
     request, information, *others = json.loads(text)
     return KnownGoal(identifier, request, tuple(information), *others)
+
+
+def _open_ones(goals: Mapping[str, KnownGoal]) -> Dict[str, str]:
+    """Returns the requests of the goals that have not ended, by their ids."""
+    return {key: goal.request for key, goal in goals.items() if not goal.word}
 
 
 def _unsure_since(records: Sequence[NumberedRecord]) -> float:
