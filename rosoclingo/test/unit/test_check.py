@@ -18,6 +18,7 @@ from rosoclingo.check.again import is_reproduced
 from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import Checking, main, run
 from rosoclingo.check.command_line import parse
+from rosoclingo.check.examples import read_example
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.run import FoundPlan, Run
 from rosoclingo.desk.command_line import parse as parse_plan
@@ -295,6 +296,16 @@ def test_examples(line: str, said: str, tmp_path: Path) -> None:
         assert finding.place == f"{tmp_path}/changed.examples:3"
         assert finding.text.startswith(said)
         assert is_reproduced(finding)
+
+
+def test_files_of_an_example(tmp_path: Path) -> None:
+    """They may have any name, and are seen from the encoding's folder."""
+    (tmp_path / "map.asp").touch()
+    line = "map.asp -t 2 --goal -visit(1) -f ../b --at 1 -1:x => 4 steps"
+    example = read_example(line, tmp_path / "robot.lp", "")
+    assert example.words[:2] == (f"{tmp_path}/map.asp", str(tmp_path.parent / "b"))
+    rest = "--simulate -t 2 --goal -visit(1) --at 1 -1:x"
+    assert example.words[2:] == (f"{tmp_path}/robot.lp", *rest.split())
 
 
 @pytest.mark.parametrize(

@@ -123,7 +123,10 @@ class Checking:
         except RosclingoError as err:
             yield Finding("program", str(err), commands=(shown,))
             return
-        yield from static.look(chosen.options, dialect, alphabet)
+        written = static.look(chosen.options, dialect, alphabet)
+        yield from written
+        if any(finding.check == "names" and not finding.is_hint for finding in written):
+            return  # each run would end for the same reason
         yield from self._on_examples()
         if chosen.requests:
             alphabet = replace(alphabet, requests=chosen.requests)

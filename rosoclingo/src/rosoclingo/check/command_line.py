@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from typing import Sequence, Tuple
 
 from rosclingo.errors import OptionsError
+from rosclingo.solver.option_parser import OptionParser
 from rosclingo.solver.options import Options, constants
 from rosoclingo.check.findings import Words
 from rosoclingo.desk.command_line import parse_planner
-from rosoclingo.desk.inputs import CANCEL, GOAL, read_input
+from rosoclingo.desk.inputs import MESSAGE, read_input
 from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.ids import GOAL, type_event
 
 _EPISODES = 50
 
@@ -64,7 +66,7 @@ def parse(arguments: Sequence[str], *, knows_live: bool = True) -> Chosen:
     Raises:
         RosclingoError: A file or a term is wrong.
     """
-    parser = argparse.ArgumentParser(
+    parser = OptionParser(
         prog="check.py",
         usage="check.py FILE... [options] [clingo options]",
         description="Says whether an encoding fits, before anything runs.",
@@ -102,9 +104,12 @@ def parse(arguments: Sequence[str], *, knows_live: bool = True) -> Chosen:
 
 def _message(text: str) -> Pair:
     one = read_input(text)
-    if one.kind in (GOAL, CANCEL):
-        raise OptionsError(f"{text!r}: expected SOURCE:VALUE; a goal has the option --goal")
-    return one.kind, one.value
+    if one.kind != MESSAGE:
+        raise OptionsError(
+            f"{text!r}: expected SOURCE:VALUE; a goal has the option --goal, and a source with "
+            f"this name is put into brackets, {type_event(one.kind, one.value)!r}"
+        )
+    return one.source, one.value
 
 
 def _count(text: str) -> int:

@@ -16,6 +16,7 @@ from rosclingo.errors import RosclingoError
 from rosoclingo.bags.model import Entry
 from rosoclingo.check.findings import Words
 from rosoclingo.desk.command_line import parse, simulated
+from rosoclingo.desk.inputs import MESSAGE
 from rosoclingo.desk.parts import Parts, make_parts
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.desk.system import Request
@@ -30,8 +31,8 @@ from rosoclingo.why.situation import Situation
 ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
 """The statuses with which a goal ends."""
 
-DOES, MESSAGE = "does", "message"
-"""What something is that was heard: an action that was published, or a message."""
+DOES = "does"
+"""The kind of an action that was published, among what was heard."""
 
 
 @dataclass(frozen=True)

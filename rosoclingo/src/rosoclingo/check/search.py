@@ -12,7 +12,8 @@ from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.invariants import findings
 from rosoclingo.check.run import Run, Runner
 from rosoclingo.check.twins import Inputs
-from rosoclingo.desk.inputs import AFTER, CANCEL, GOAL, IN, STEP, Input, Moment
+from rosoclingo.desk.inputs import AFTER, IN, MESSAGE, STEP, Input, Moment
+from rosoclingo.loop.ids import CANCEL, GOAL
 from rosoclingo.loop.journal import CommandDone
 
 _ALONE = 6  # requests that are asked for alone
@@ -236,11 +237,11 @@ class Chance:
 
     def _failure(self) -> Input:
         actuator, answer = self.random.choice(self.alphabet.failures)
-        return Input(actuator, answer, self._moment(STEP, 1, self.last_step))
+        return Input(MESSAGE, answer, self._moment(STEP, 1, self.last_step), actuator)
 
     def _message(self) -> Input:
         source, value = self.random.choice(self.alphabet.messages)
-        return Input(source, value, self._anywhere())
+        return Input(MESSAGE, value, self._anywhere(), source)
 
     def _anywhere(self) -> Moment:
         if self.random.random() < _BY_STEP:
@@ -295,4 +296,4 @@ def shrunk(episode: Episode, request: str, shows: Callable[[Episode], bool]) -> 
 
 def _simple(one: Input, request: str, *, at_first: bool) -> Input:
     value = request if request and one.kind == GOAL else one.value
-    return Input(one.kind, value, Moment() if at_first else one.moment)
+    return replace(one, value=value, moment=Moment() if at_first else one.moment)

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Pattern, Sequence
 
 from rosclingo.errors import OptionsError
-from rosclingo.solver.options import Options, constants, parse_options
+from rosclingo.solver.option_parser import OptionParser
+from rosclingo.solver.options import Options, constants, mark_files, parse_options
 from rosoclingo.desk.answers import Answers
-from rosoclingo.desk.inputs import GOAL, read_input
+from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import SINGLE
 from rosoclingo.desk.simulation import Seconds
+from rosoclingo.loop.ids import GOAL
 
 _MODE = "dynamic.incremental.recording"
 _STEPS = 50  # the longest plan; the modes' own default is too short for trying
@@ -36,7 +38,25 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     Raises:
         RosclingoError: A file or a term is wrong.
     """
-    parser = argparse.ArgumentParser(
+    chosen, rest = make_parser().parse_known_args(arguments)
+    chosen.options = options = parse_planner(rest, "plan.py")
+    alone = ("at", "lasts", "fail", "no_answer", "fail_probability", "action_timeout", "commands")
+    for option in alone if not chosen.simulate else ():
+        if getattr(chosen, option):
+            raise OptionsError(f"--{option.replace('_', '-')} is for a run: add --simulate")
+    chosen.inputs = [
+        *(read_input(text) for text in chosen.event),
+        *(read_input(f"{GOAL}:{text}") for text in chosen.goal),
+        *(read_input(text, when) for when, text in chosen.at),
+    ]
+    chosen.mode_options = _mode_options(options.clingo)
+    chosen.lasting = _lasting(chosen)
+    return chosen
+
+
+def make_parser() -> OptionParser:
+    """Returns the parser of all options but the planner's."""
+    parser = OptionParser(
         prog="plan.py",
         usage="plan.py FILE... [--goal REQUEST]... [options] [clingo options]",
         description="Plans without a ROS master, and executes the plan in a simulation.",
@@ -74,20 +94,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         "not at all")  # fmt: skip
     add("--json", action="store_true", help="print plan, goals and journal as JSON")
     add("--picture", type=Path, metavar="FILE", help="draw the plan or the run; .svg, .png, .pdf")
-    chosen, rest = parser.parse_known_args(arguments)
-    chosen.options = options = parse_planner(rest, "plan.py")
-    alone = ("at", "lasts", "fail", "no_answer", "fail_probability", "action_timeout", "commands")
-    for option in alone if not chosen.simulate else ():
-        if getattr(chosen, option):
-            raise OptionsError(f"--{option.replace('_', '-')} is for a run: add --simulate")
-    chosen.inputs = [
-        *(read_input(text) for text in chosen.event),
-        *(read_input(f"{GOAL}:{text}") for text in chosen.goal),
-        *(read_input(text, when) for when, text in chosen.at),
-    ]
-    chosen.mode_options = _mode_options(options.clingo)
-    chosen.lasting = _lasting(chosen)
-    return chosen
+    return parser
 
 
 def simulated(chosen: argparse.Namespace) -> Dict[str, Any]:
@@ -119,15 +126,10 @@ def parse_planner(words: Sequence[str], program: str) -> Options:
     Raises:
         OptionsError: There is no file, or one is missing.
     """
-    options = parse_options([word for one in words for word in _as_file(one)])
+    options = parse_options([*mark_files(words)])
     if not options.files:
         raise OptionsError(f"name the planner's encoding and instance: {program} FILE.lp...")
     return options
-
-
-def _as_file(word: str) -> Sequence[str]:
-    """Lets a file stand without -f before it."""
-    return ("-f", word) if word.endswith(".lp") and not word.startswith("-") else (word,)
 
 
 def _lasting(chosen: argparse.Namespace) -> Seconds:

@@ -17,9 +17,10 @@ from typing import Any, Callable, Dict, List, Optional, Sequence
 
 from rosclingo.errors import RosclingoError
 from rosoclingo.desk.answers import Answers
-from rosoclingo.desk.inputs import AFTER, CANCEL, GOAL, IN, STEP, Input
+from rosoclingo.desk.inputs import AFTER, IN, STEP, Input
 from rosoclingo.desk.system import System
 from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.ids import CANCEL, GOAL
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.waiting import LOOK_SECONDS
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
@@ -170,12 +171,12 @@ class Simulation(System):
                 self.strange.append(f"{one}: there is no such goal yet, but {len(self.goals)}")
             elif one.kind == CANCEL:
                 self.cancel(self.goals[int(one.value) - 1])
-            elif one.kind in self.acting and one.moment.kind == STEP:
-                self._answers[one.kind] = one.value
-                if one.kind not in self._due:
-                    seconds = self._seconds(one.kind, self.acting[one.kind])
-                    self._due[one.kind] = self.clock + seconds
-            elif one.kind in self.acting:
-                self.answer(one.kind, one.value)
+            elif one.source in self.acting and one.moment.kind == STEP:
+                self._answers[one.source] = one.value
+                if one.source not in self._due:
+                    seconds = self._seconds(one.source, self.acting[one.source])
+                    self._due[one.source] = self.clock + seconds
+            elif one.source in self.acting:
+                self.answer(one.source, one.value)
             else:
-                self.tell(one.kind, one.value)
+                self.tell(one.source, one.value)
