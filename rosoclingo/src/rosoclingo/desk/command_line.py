@@ -113,6 +113,7 @@ def simulated(chosen: argparse.Namespace) -> Dict[str, Any]:
         "action_timeout": chosen.action_timeout,
         "abort_unreachable": chosen.abort_unreachable,
         "patience": chosen.patience,
+        "improves": False,  # a search ends when --patience says so, and no other begins
     }
 
 

@@ -58,6 +58,7 @@ class Simulation(System):
         seconds: Seconds = lambda actuator, action: 1.0,
         most_steps: int = 1000,
         action_timeout: float = 0.0,
+        improves: bool = True,
         **parameters: Any,
     ) -> None:
         """Makes the loop, which runs by :meth:`run`.
@@ -70,6 +71,8 @@ class Simulation(System):
             most_steps: The run is over when so many steps have begun.
             action_timeout: From when on an action without an answer counts as failed, or as timed
                 out where the encoding knows that, in seconds; 0 for never.
+            improves: Whether a better plan is looked for while actuators act, however long that
+                takes, since no time goes by meanwhile.
             parameters: Further arguments for the loop.
         """
         self.commands = 0
@@ -84,6 +87,7 @@ class Simulation(System):
         self._due: Dict[str, float] = {}  # when those who act answer
         self._answers: Dict[str, str] = {}
         super().__init__(make, action_timeout=action_timeout, **parameters)
+        self.improves = improves
         self._come([one for one in self.left if (one.moment.kind, one.moment.number) == (STEP, 0)])
 
     def turn(self) -> bool:
