@@ -339,13 +339,36 @@ def test_what_is_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert capsys.readouterr().out.splitlines() == [
         "accepted: goal 1, visit(2), gets no status in the step in which it comes",
         f"    plan.py {shlex.quote(file)} --simulate --goal 'visit(2)'",
-        "0 examples, 1 episodes, 2 runs: 1 found",
+        "0 examples, 0 episodes, 2 runs: 1 found",
     ]
 
 
 def test_nothing_is_found(capsys: pytest.CaptureFixture[str]) -> None:
     assert run([LINE, *SMALL, "--episodes", "4", "--seed", "3", "--event", "info:open(3)"]) == 0
-    assert capsys.readouterr().out.endswith(": nothing found\n")
+    out = capsys.readouterr().out
+    assert out.startswith("0 examples, 4 episodes, ")  # as many as were asked for
+    assert out.endswith(": nothing found\n")
+
+
+# Nobody knows soon whether there is a plan: so many pigeons do not fit into their holes.
+PIGEONS = """
+1 { in(P,H) : H = 1..13 } 1 :- P = 1..14, t > 1.
+:- in(P,H), in(Q,H), P < Q, t > 1.
+"""
+
+
+def test_the_time_is_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = changed(tmp_path, "#program query(t).", f"{PIGEONS}\n#program query(t).")
+    assert run([file, *SMALL, "--seconds", "2"]) == 0
+    *_, slow, command, last = capsys.readouterr().out.splitlines()
+    assert slow.startswith("slow (a hint): this run was ended after ")
+    assert ", in step 0, at horizon " in slow
+    assert command.startswith(f"    plan.py {shlex.quote(file)} -c cells=4 --simulate")
+    assert last.endswith(
+        ": nothing found, 1 hint, and then the 2 s were over; --seconds S gives more"
+    )
+    assert run([LINE, "--seconds", "1e-9"]) == 0
+    assert "0 examples, 0 episodes, 0 runs: nothing found" in capsys.readouterr().out
 
 
 def test_a_mode_that_takes_no_goals(capsys: pytest.CaptureFixture[str]) -> None:

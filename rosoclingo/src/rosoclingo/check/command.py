@@ -62,7 +62,7 @@ def run(arguments: Sequence[str], look: Optional[Look] = None) -> int:
             hints += finding.is_hint
             print(lines(str(finding)), flush=True)
     hinted = f", {hints} hint{'' if hints == 1 else 's'}" if hints else ""
-    print(f"{checking.done()}: {count or 'nothing'} found{hinted}")
+    print(f"{checking.done()}: {count or 'nothing'} found{hinted}{checking.missed()}")
     return 1 if count else 0
 
 
@@ -78,7 +78,7 @@ class Checking:
         """
         self._chosen = chosen
         self._look = look
-        self._runner = Runner()
+        self._runner = Runner(chosen.seconds)
         self._examples = 0
         self._search: Optional[Search] = None
 
@@ -89,8 +89,14 @@ class Checking:
 
     def done(self) -> str:
         """Says what was done so far."""
-        episodes = 0 if self._search is None else self._search.count
+        episodes = 0 if self._search is None else self._search.episodes
         return f"{self._examples} examples, {episodes} episodes, {len(self._runner.commands)} runs"
+
+    def missed(self) -> str:
+        """Says what was not tried for want of time; empty if all was."""
+        if not self._runner.is_over:
+            return ""
+        return f", and then the {self._chosen.seconds:g} s were over; --seconds S gives more"
 
     def findings(self) -> Iterator[Finding]:
         """Yields what is wrong, as soon as it is found; nothing twice.
@@ -133,6 +139,9 @@ class Checking:
         if chosen.messages:
             alphabet = replace(alphabet, messages=chosen.messages)
         yield from self._in_episodes(alphabet)
+        slowest = self._runner.slowest
+        if slowest is not None and (slowest.place or self._runner.is_over):
+            yield Finding("slow", str(slowest), commands=(slowest.words,), is_hint=True)
         if chosen.live and self._look is not None:
             yield from live.compare(self._look(), chosen.options, alphabet)
 

@@ -49,7 +49,7 @@ class Search:
         resets: The mode that forgets the past; empty if the encoding cannot do that.
         steps: The longest plan that the command line has set; 0 if it has not.
         runner: Makes the runs.
-        count: How many episodes there were.
+        episodes: How many random episodes there were, without those that it took to shrink one.
         ignored: Checks that have found something already.
     """
 
@@ -59,7 +59,7 @@ class Search:
     resets: str = ""
     steps: int = 0
     runner: Runner = field(default_factory=Runner)
-    count: int = 0
+    episodes: int = 0
     ignored: Set[str] = field(default_factory=set)
     _judged: Dict[Episode, List[Finding]] = field(default_factory=dict)
     _horizon: int = 0  # the longest plan of an episode, once that is known
@@ -96,7 +96,6 @@ class Search:
         some = requests[:: max(1, len(requests) // _ALONE)][:_ALONE]
         longest = commands = 0
         for request in some:
-            self.count += 1
             run = self.run((Input(GOAL, request),))
             found += self._new(findings(run))
             if found:
@@ -125,6 +124,9 @@ class Search:
             bool(self.resets),
         )
         for _ in range(episodes):
+            if self.runner.is_over:
+                return
+            self.episodes += 1
             episode = chance.episode()
             found = self.judge(episode)
             if found:
@@ -135,10 +137,11 @@ class Search:
 
     def _shows(self, check: str) -> Callable[[Episode], bool]:
         """Returns what says whether an episode shows something, for as long as that may take."""
-        left = self.count + _SHRINKING
+        most = len(self._judged) + _SHRINKING
 
         def shows(episode: Episode) -> bool:
-            if episode not in self._judged and self.count >= left:
+            is_at_end = len(self._judged) >= most or self.runner.is_over
+            if episode not in self._judged and is_at_end:
                 return False
             found = self.judge(episode)
             return bool(found) and found[0].check == check
@@ -148,14 +151,13 @@ class Search:
     def judge(self, episode: Episode) -> List[Finding]:
         """Returns what is wrong in an episode."""
         if episode not in self._judged:
-            self.count += 1
             self._judged[episode] = self._judge(episode)
         return self._new(self._judged[episode])
 
     def _judge(self, episode: Episode) -> List[Finding]:
         run = self.run(episode.inputs)
         found = findings(run)
-        if found:
+        if found or run.is_cut:
             return found
         mode = f"{self.resets} -c r={episode.steps_to_reset}"
 

@@ -161,7 +161,7 @@ def compare(
     }
     for check, make in others.items():
         other = make()
-        if other is None:
+        if other is None or other.is_cut:
             continue
         for text in check(run, other):
             return [Finding(check.__name__, text, commands=(run.words, other.words))]
