@@ -64,6 +64,28 @@ STATIC = {
     "a predicate that nobody defines": (
         "predicates", "cell(1..cells).", "cell(1..cells). c(X) :- ceil(X).", "ceil/1 is used", "15",
     ),
+    "a fluent that nothing makes true": (
+        "predicates", "holds(closed(X),t-1).", "holds(close(X),t-1).",
+        "no rule, fact or external makes holds/2 true with close/1 in it; is closed/1 meant?", "63",
+    ),
+    "an event that is not declared": (
+        "predicates", "holds(closed(X),t) :- event(info,close(X),t), not event(info,open(X),t).",
+        "holds(closed(X),t) :- event(info,close(X),t), not event(info,opened(X),t).",
+        "makes event/3 true with opened/1 in it; is open/1 meant?", "46",
+    ),
+    "an action that there is not": (
+        "predicates", "do(robot,go(X),t), not event(robot,failure,t)",
+        "do(robot,goes(X),t), not event(robot,failure,t)",
+        "makes do/3 true with goes/1 in it", "82",
+    ),
+    "an answer that is misspelt": (
+        "predicates", "not event(robot,failure,t)", "not event(robot,failur,t)",
+        "makes event/3 true with failur in it; is failure meant?", "82",
+    ),
+    "a fluent that is made true and not used": (
+        "unused", "holds(closed(X),t) :- event(", "holds(close(X),t) :- event(",
+        "made true with close/1 in it, and nothing uses that; is closed/1 meant?", "46",
+    ),
     "statuses that are not shown": (
         "shown", "#show status/3.", "", "status/3 is not shown", "50",
     ),
