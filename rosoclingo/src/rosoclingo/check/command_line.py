@@ -11,7 +11,7 @@ from rosclingo.errors import OptionsError
 from rosclingo.solver.option_parser import OptionParser
 from rosclingo.solver.options import Options, constants
 from rosoclingo.check.findings import Words
-from rosoclingo.desk.command_line import number, parse_planner
+from rosoclingo.desk.command_line import number_type, parse_planner
 from rosoclingo.desk.inputs import MESSAGE, read_input
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.ids import GOAL, type_event
@@ -87,7 +87,7 @@ def parse(arguments: Sequence[str], *, knows_live: bool = True) -> Chosen:
         help="send this message only, and not all that the encoding declares; repeatable")
     add("--episodes", type=_count, default=_EPISODES, metavar="N",
         help=f"how many random runs there are; by default {_EPISODES}")
-    add("--seconds", type=number, default=_SECONDS, metavar="S",
+    add("--seconds", type=number_type(), default=_SECONDS, metavar="S",
         help=f"how long all runs may take together, and each a tenth of that; by default "
         f"{_SECONDS:g}, and 0 for as long as they take")
     add("--seed", type=int, default=0, metavar="S", help="of what comes in them; by default 0")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
-from typing import Any, Dict, List, Pattern, Sequence
+from typing import Any, Callable, Dict, List, Pattern, Sequence
 
 from rosclingo.errors import OptionsError
 from rosclingo.solver.option_parser import OptionParser
@@ -76,20 +76,20 @@ def make_parser() -> OptionParser:
         "step means in the loop's N-th command, and after:N after it")  # fmt: skip
     add("--fail", type=_pattern, metavar="REGEX", help="actions that fail, where it is found")
     add("--no-answer", type=_pattern, metavar="REGEX", help="those that are never answered")
-    add("--action-timeout", type=number, default=0.0, metavar="S",
+    add("--action-timeout", type=number_type(), default=0.0, metavar="S",
         help="an action without an answer for so long counts as failed or as timeout")  # fmt: skip
-    add("--fail-probability", type=_probability, default=0.0, metavar="P", help="of the others")
+    add("--fail-probability", type=number_type(1.0), default=0.0, metavar="P", help="of the others")
     add("--seed", type=int, default=0, metavar="N", help="of these failures; by default 0")
-    add("--seconds", type=number, default=1.0, metavar="S", help="how long an action takes")
+    add("--seconds", type=number_type(), default=1.0, metavar="S", help="how long an action takes")
     add("--lasts", action="append", nargs=2, default=[], metavar=("REGEX", "S"),
         help="how long actions take where it is found; the first one counts")  # fmt: skip
     add("--most-steps", type=int, default=1000, metavar="N", help="when the simulation ends")
     add("--commands", action="store_true", help="also tell each command of the mode")
     add("--abort-unreachable", action="store_true",
         help="a goal without a plan ends alone, and not all with the loop")  # fmt: skip
-    add("--patience", type=number, default=0.0, metavar="S",
+    add("--patience", type=number_type(), default=0.0, metavar="S",
         help="when an optimising search ends that has found a plan")  # fmt: skip
-    add("--why-seconds", type=number, default=_WHY_SECONDS, metavar="S",
+    add("--why-seconds", type=number_type(), default=_WHY_SECONDS, metavar="S",
         help=f"how long to look why there is no plan; by default {_WHY_SECONDS:g}, and 0 for "
         "not at all")  # fmt: skip
     add("--json", action="store_true", help="print plan, goals and journal as JSON")
@@ -138,7 +138,7 @@ def _lasting(chosen: argparse.Namespace) -> Seconds:
     lasts = []
     for regex, text in chosen.lasts:
         try:
-            lasts.append((_pattern(regex), number(text)))
+            lasts.append((_pattern(regex), number_type()(text)))
         except argparse.ArgumentTypeError as err:
             raise OptionsError(f"--lasts: {err}") from err
         except ValueError as err:
@@ -157,23 +157,16 @@ def _pattern(text: str) -> Pattern[str]:
         raise argparse.ArgumentTypeError(f"{text!r} is no regular expression: {err}") from err
 
 
-def number(text: str) -> float:
-    """Reads a number from 0 on.
+def number_type(most: float = float("inf")) -> Callable[[str], float]:
+    """Returns what reads a number from 0 on, and raises a ``ValueError`` for all else."""
 
-    Raises:
-        ValueError: It is none.
-    """
-    value = float(text)
-    if not value >= 0:
-        raise ValueError(text)
-    return value
+    def number(text: str) -> float:
+        value = float(text)
+        if not 0 <= value <= most:
+            raise ValueError(text)
+        return value
 
-
-def _probability(text: str) -> float:
-    value = number(text)
-    if value > 1:
-        raise ValueError(text)
-    return value
+    return number
 
 
 def _mode_options(clingo: Sequence[str]) -> List[str]:
