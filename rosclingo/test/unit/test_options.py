@@ -9,7 +9,7 @@ import pytest
 
 from rosclingo.errors import OptionsError
 from rosclingo.solver.engine import Engine
-from rosclingo.solver.options import USAGE, Options, arguments, constants, parse_options
+from rosclingo.solver.options import USAGE, Options, arguments, constants, mark_files, parse_options
 from rosclingo.wire.commands import Ground, Part
 
 
@@ -137,3 +137,25 @@ def test_clingo_refuses_an_option(option: str) -> None:
     with pytest.raises(OptionsError, match="clingo refuses the options") as caught:
         Engine(parse_options([option]))
     assert option in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "marked"),
+    [
+        ("a.asp", "-f a.asp"),
+        ("a b.asp c.lp", "-f a -f b.asp -f c.lp"),
+        ("-f a.asp b.asp", "-f a.asp -f b.asp"),
+        ("none.asp", "-f none.asp"),  # which is then missed
+        ("-t 2 b.asp 0", "-t 2 -f b.asp 0"),
+        ("7 0", "-f 7 0"),
+        ("-t 7 a.lp", "-t 7 -f a.lp"),
+        ("--opt-mode a b.asp", "--opt-mode a -f b.asp"),
+        ("--stats b.asp", "--stats -f b.asp"),
+        ("-c n=b.asp --theory dl", "-c n=b.asp --theory dl"),
+        ("--const n=7 ./a", "-c n=7 -f ./a"),
+    ],
+)
+def test_a_file_may_have_any_name(words: str, marked: str, tmp_path: Path) -> None:
+    for name in ("a", "b.asp", "7"):
+        (tmp_path / name).touch()
+    assert [*mark_files(words.split(), str(tmp_path))] == marked.split()

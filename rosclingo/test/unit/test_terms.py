@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import operator
 import re
-from typing import Callable
+from typing import Any, Callable, Dict, Tuple
 
 import clingo
 import pytest
@@ -49,6 +50,16 @@ from rosclingo.solver.terms import parse_term, quote
         ("7/2", Number(3)),
         ("7\\2", Number(1)),
         ("2**10", Number(1024)),
+        ("32768*65535+32767", Number(2**31 - 1)),
+        ("-2**3**2", Number(-512)),
+        ("-7/2", Number(-3)),
+        ("-7\\2", Number(-1)),
+        ("6&3", Number(2)),
+        ("6?3", Number(7)),
+        ("6^3", Number(5)),
+        ("~6", Number(-7)),
+        ("0**2147483647", Number(0)),
+        ("1" + "+1" * 4000, Number(4001)),
         ("|-3|", Number(3)),
         ("#inf", clingo.Infimum),
         ("#sup", clingo.Supremum),
@@ -105,6 +116,18 @@ def test_accepted(text: str, term: clingo.Symbol) -> None:
         ("7/12345678901", "larger than 2147483647"),
         ("1/0", "division by"),
         ("f(1/(1-1))", "division by"),
+        ("f(65536*65536+3)", "(65536*65536) is no whole number from -2147483647"),
+        ("2147483647+1-1", "(2147483647+1) is no"),
+        ("-2147483647-2", "(-2147483647-2) is no"),
+        ("2**31", "(2**31) is no"),
+        ("f(a,(-2)**2147483647)", "(-2**2147483647) is no"),
+        ("2**-1", "(2**-1) is no"),
+        ("0**-1", "(0**-1) is no"),
+        ("~2147483647", "~2147483647 is no"),
+        ("|-2147483647-1|", "(-2147483647-1) is no"),
+        ("46341*46341/46341", "(46341*46341) is no"),
+        ('f("1+1",46341*46341)', "(46341*46341) is no"),
+        ("1" + "*2" * 4000, "arithmetic overflow"),
         ("a+1", "not defined"),
         ('-"a"', "not defined"),
         ("f(" * 100_000, "nests deeper than 5000"),
@@ -178,6 +201,47 @@ def test_a_refused_term_stays_refused() -> None:
 @given(GROUND)
 def test_what_clingo_writes_is_read_back(term: clingo.Symbol) -> None:
     assert parse_term(str(term)) == term
+
+
+_LARGEST = 2**31 - 1
+_OPERATORS: Dict[str, Callable[..., Any]] = {
+    "({}+{})": operator.add,
+    "({}-{})": operator.sub,
+    "({}*{})": operator.mul,
+    "({}&{})": operator.and_,
+    "({}?{})": operator.or_,
+    "({}^{})": operator.xor,
+    "-({})": operator.neg,
+    "~({})": operator.invert,
+    "|{}|": abs,
+}
+_Expression = Tuple[str, int, bool]  # with its exact value, and whether all in it fit into 32 bits
+
+
+def _apply(form: str, left: _Expression, right: _Expression) -> _Expression:
+    used = (left, right)[: form.count("{}")]
+    value = _OPERATORS[form](*(value for _, value, _ in used))
+    fits = all(one[2] for one in used) and abs(value) <= _LARGEST
+    return form.format(*(text for text, _, _ in used)), value, fits
+
+
+_EXPRESSIONS = st.recursive(
+    (st.sampled_from([0, 1, 2, 46341, _LARGEST]) | st.integers(0, _LARGEST)).map(
+        lambda number: (str(number), number, True)
+    ),
+    lambda parts: st.builds(_apply, st.sampled_from(sorted(_OPERATORS)), parts, parts),
+    max_leaves=6,
+)
+
+
+@given(_EXPRESSIONS)
+def test_arithmetic_is_exact_or_refused(expression: _Expression) -> None:
+    text, value, fits = expression
+    if fits:
+        assert parse_term(text) == Number(value)
+    else:
+        with pytest.raises(TermError, match="arithmetic overflow"):
+            parse_term(text)
 
 
 # Without "\" and "/", which may end the process: see above.

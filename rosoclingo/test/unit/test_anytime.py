@@ -20,6 +20,7 @@ from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
+from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.loop.improving import improve
@@ -93,6 +94,19 @@ def test_a_better_plan_takes_the_place_of_the_first(mode: str) -> None:
     assert events(proven.journal, SearchEnded) == []
     assert all(plan.is_best for plan in events(proven.journal, PlanFound))
     assert run.clock <= 2 * proven.clock
+
+
+def test_at_the_desk_patience_is_the_end() -> None:
+    """No time goes by while a better plan is looked for, so that this might never end."""
+    goals = [word for request in REQUESTS for word in ("--goal", request)]
+    chosen = parse([*HALL, "-c", "slots=5", "-c", "steps=60", "--patience", str(AT_ONCE), *goals])
+    parts = make_parts(chosen.mode, chosen.options, chosen.mode_options)
+    run = Simulation(parts.loop, **simulated(chosen))
+    assert run.run() is None
+    assert {goal.words[-1] for goal in run.goals} == {"succeeded"}
+    assert run.loop.state.planner.demand.improves
+    assert improving(run) == []
+    assert not all(plan.is_best for plan in events(run.journal, PlanFound))
 
 
 def test_without_patience_nothing_is_looked_for(system: Callable[..., System]) -> None:

@@ -18,6 +18,7 @@ from rosoclingo.check.again import is_reproduced
 from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import Checking, main, run
 from rosoclingo.check.command_line import parse
+from rosoclingo.check.examples import read_example
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.run import FoundPlan, Run
 from rosoclingo.desk.command_line import parse as parse_plan
@@ -62,6 +63,28 @@ STATIC = {
     ),
     "a predicate that nobody defines": (
         "predicates", "cell(1..cells).", "cell(1..cells). c(X) :- ceil(X).", "ceil/1 is used", "15",
+    ),
+    "a fluent that nothing makes true": (
+        "predicates", "holds(closed(X),t-1).", "holds(close(X),t-1).",
+        "no rule, fact or external makes holds/2 true with close/1 in it; is closed/1 meant?", "63",
+    ),
+    "an event that is not declared": (
+        "predicates", "holds(closed(X),t) :- event(info,close(X),t), not event(info,open(X),t).",
+        "holds(closed(X),t) :- event(info,close(X),t), not event(info,opened(X),t).",
+        "makes event/3 true with opened/1 in it; is open/1 meant?", "46",
+    ),
+    "an action that there is not": (
+        "predicates", "do(robot,go(X),t), not event(robot,failure,t)",
+        "do(robot,goes(X),t), not event(robot,failure,t)",
+        "makes do/3 true with goes/1 in it", "82",
+    ),
+    "an answer that is misspelt": (
+        "predicates", "not event(robot,failure,t)", "not event(robot,failur,t)",
+        "makes event/3 true with failur in it; is failure meant?", "82",
+    ),
+    "a fluent that is made true and not used": (
+        "unused", "holds(closed(X),t) :- event(", "holds(close(X),t) :- event(",
+        "made true with close/1 in it, and nothing uses that; is closed/1 meant?", "46",
     ),
     "statuses that are not shown": (
         "shown", "#show status/3.", "", "status/3 is not shown", "50",
@@ -297,6 +320,16 @@ def test_examples(line: str, said: str, tmp_path: Path) -> None:
         assert is_reproduced(finding)
 
 
+def test_files_of_an_example(tmp_path: Path) -> None:
+    """They may have any name, and are seen from the encoding's folder."""
+    (tmp_path / "map.asp").touch()
+    line = "map.asp -t 2 --goal -visit(1) -f ../b --at 1 -1:x => 4 steps"
+    example = read_example(line, tmp_path / "robot.lp", "")
+    assert example.words[:2] == (f"{tmp_path}/map.asp", str(tmp_path.parent / "b"))
+    rest = "--simulate -t 2 --goal -visit(1) --at 1 -1:x"
+    assert example.words[2:] == (f"{tmp_path}/robot.lp", *rest.split())
+
+
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
@@ -328,13 +361,36 @@ def test_what_is_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert capsys.readouterr().out.splitlines() == [
         "accepted: goal 1, visit(2), gets no status in the step in which it comes",
         f"    plan.py {shlex.quote(file)} --simulate --goal 'visit(2)'",
-        "0 examples, 1 episodes, 2 runs: 1 found",
+        "0 examples, 0 episodes, 2 runs: 1 found",
     ]
 
 
 def test_nothing_is_found(capsys: pytest.CaptureFixture[str]) -> None:
     assert run([LINE, *SMALL, "--episodes", "4", "--seed", "3", "--event", "info:open(3)"]) == 0
-    assert capsys.readouterr().out.endswith(": nothing found\n")
+    out = capsys.readouterr().out
+    assert out.startswith("0 examples, 4 episodes, ")  # as many as were asked for
+    assert out.endswith(": nothing found\n")
+
+
+# Nobody knows soon whether there is a plan: so many pigeons do not fit into their holes.
+PIGEONS = """
+1 { in(P,H) : H = 1..13 } 1 :- P = 1..14, t > 1.
+:- in(P,H), in(Q,H), P < Q, t > 1.
+"""
+
+
+def test_the_time_is_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = changed(tmp_path, "#program query(t).", f"{PIGEONS}\n#program query(t).")
+    assert run([file, *SMALL, "--seconds", "2"]) == 0
+    *_, slow, command, last = capsys.readouterr().out.splitlines()
+    assert slow.startswith("slow (a hint): this run was ended after ")
+    assert ", at horizon " in slow
+    assert command.startswith(f"    plan.py {shlex.quote(file)} -c cells=4 --simulate")
+    assert last.endswith(
+        ": nothing found, 1 hint, and then the 2 s were over; --seconds S gives more"
+    )
+    assert run([LINE, "--seconds", "1e-9"]) == 0
+    assert "0 examples, 0 episodes, 0 runs: nothing found" in capsys.readouterr().out
 
 
 def test_a_mode_that_takes_no_goals(capsys: pytest.CaptureFixture[str]) -> None:

@@ -70,9 +70,7 @@ def test_initialize(run: Callable[..., System]) -> None:
     assert "query(0)" in declared
     assert "event(1,visit(3),0)" in declared
     assert not any(atom.startswith("rosoclingo") for atom in declared)
-    assert system.loop.state.goals.is_slot("1")
-    assert system.loop.state.goals.is_slot("2")
-    assert not system.loop.state.goals.is_slot("3")
+    assert system.loop.state.goals.slots == ["1", "2"]
 
 
 def test_an_encoding_may_lack_parts_and_slots(run: Callable[..., System], tmp_path: Path) -> None:

@@ -9,10 +9,11 @@ import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
-from typing import List
+from typing import Dict, List, Optional
 
 import pytest
 from bag_maker import ROOT
+from conftest import PACKAGE
 
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
@@ -21,6 +22,7 @@ from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.startup import check, starts
 from rosoclingo.desk import plan
 from rosoclingo.desk.bag import write_bag
+from rosoclingo.desk.command_line import parse
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.loop import journal
@@ -138,10 +140,27 @@ def test_the_bag_is_a_run(package: Path, tmp_path: Path) -> None:
     check(bag, recording, allow_scripts=False)
     started = starts(recording, tmp_path)
     assert [start.name for start in started] == ["rosoclingo", "controller", "planner"]
-    assert "_abort_unreachable:=true" in started[0].command  # as in the launch file
+    assert "_abort_unreachable:=true" not in started[0].command  # as in the launch file
     encoding = next(word for word in started[2].command if word.endswith("robot.lp"))
     assert Path(encoding).read_text() == (package / "encoding/robot.lp").read_text()
     assert started[1].command[-4:] == ("-c", "steps=20", "-c", "r=5")
+
+
+def test_the_launch_file_has_the_arguments_of_rosoclingo(package: Path) -> None:
+    """With the same defaults, which are those of plan.py, too, but for mode and steps."""
+
+    def defaults(file: Path) -> Dict[str, Optional[str]]:
+        return {arg.attrib["name"]: arg.get("default") for arg in ET.parse(file).iter("arg")}
+
+    own = defaults(package / "launch/robot.launch")
+    others = defaults(PACKAGE / "launch/rosoclingo.launch")
+    for name in others.keys() - {"mode", "encoding", "steps", "ns"}:
+        assert own[name] == others[name], name
+    chosen = parse([f"{EXAMPLES}/line.lp"])
+    assert own["abort_unreachable"] == str(chosen.abort_unreachable).lower()
+    assert float(own["patience"] or -1) == chosen.patience
+    assert float(own["action_timeout"] or -1) == chosen.action_timeout
+    assert float(own["why_seconds"] or -1) == chosen.why_seconds
 
 
 def test_a_bag_has_the_journal(tmp_path: Path) -> None:

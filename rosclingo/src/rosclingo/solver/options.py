@@ -81,6 +81,40 @@ def arguments(words: Iterable[str]) -> Iterator[Argument]:
         yield Argument(_NAMES.get(name, name), value)
 
 
+def mark_files(words: Iterable[str], folder: str = "") -> Iterator[str]:
+    """Puts ``-f`` before each file of a command line where any may stand without.
+
+    That is a word that ends in ``.lp``, whatever there is, or follows no option and is no number of
+    answer sets. What follows an option of clingo's may be its value: it is a file if there is one
+    of this name, which has a dot or a slash.
+
+    Args:
+        words: The command line.
+        folder: From which relative paths are seen; by default the working directory.
+
+    Raises:
+        OptionsError: An option lacks its value.
+    """
+    may_be_value = False
+    for option, value in arguments(words):
+        if option:
+            yield from (option, value)
+        elif _is_file(value, folder, may_be_value):
+            yield from ("-f", value)
+        else:
+            yield value
+        may_be_value = not option and value.startswith("-")
+
+
+def _is_file(word: str, folder: str, may_be_value: bool) -> bool:
+    if word.startswith("-") or word.endswith(".lp"):
+        return not word.startswith("-")
+    is_there = os.path.isfile(os.path.join(folder, os.path.expanduser(word)))
+    if may_be_value:
+        return is_there and ("." in word or os.sep in word)
+    return is_there or not word.isdecimal()
+
+
 def parse_options(words: Sequence[str]) -> Options:
     """Parses a command line without program name and ROS remappings.
 

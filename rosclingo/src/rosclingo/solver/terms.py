@@ -13,9 +13,10 @@ from typing import Optional
 import clingo
 
 from rosclingo.errors import TermError, shorten
+from rosclingo.solver.arithmetic import LARGEST, find_overflow
 from rosclingo.solver.lexical import MAX_NESTING, STRING, too_deep
 
-_LARGEST = 2**31 - 1
+_OPERATION = re.compile(STRING + r"|(?P<operator>[-+*/\\&?^~|])")
 _NOTABLE = re.compile(
     STRING + r"|(?<![\w'])(?P<number>0x[0-9A-Fa-f]+|0o[0-7]+|0b[01]+|[0-9]+)"
     # A division that cannot go wrong; its divisor is then looked at as any number.
@@ -36,7 +37,7 @@ def parse_term(text: str) -> clingo.Symbol:
 
     Raises:
         TermError: The text is not exactly one ground term, has a number outside of clingo's 32
-            bits, or nests too deeply.
+            bits or arithmetic that leaves them, or nests too deeply.
 
     Thread-safe.
     """
@@ -55,7 +56,7 @@ def _parse(text: str) -> clingo.Symbol:
     if problem is not None:
         raise TermError(f"{quote(text)} is not a ground term: {problem}")
     try:
-        return clingo.parse_term(text)
+        term = clingo.parse_term(text)
     except UnicodeDecodeError as err:
         # clingo quotes a single byte of the character that it stumbled over.
         raise TermError(
@@ -64,6 +65,11 @@ def _parse(text: str) -> clingo.Symbol:
         ) from err
     except RuntimeError as err:
         raise TermError(f"{quote(text)} is not a ground term: {_reason(str(err))}") from err
+    if any(match["operator"] for match in _OPERATION.finditer(text)):
+        overflow = find_overflow(text)
+        if overflow is not None:
+            raise TermError(f"{quote(text)} is not a ground term: arithmetic overflow: {overflow}")
+    return term
 
 
 _parse_short = lru_cache(maxsize=4096)(_parse)
@@ -80,8 +86,8 @@ def _problem(text: str) -> Optional[str]:
         return "it is not valid Unicode"
     for match in _NOTABLE.finditer(text):
         number = match["number"]
-        if number and (len(number) > 40 or _value(number) > _LARGEST):
-            return f"a number in it is larger than {_LARGEST}"
+        if number and (len(number) > 40 or _value(number) > LARGEST):
+            return f"a number in it is larger than {LARGEST}"
         if match["division"]:
             # clingo ends the process when it divides by zero here, or -2147483648 by -1.
             return "it holds a division by something else than a positive number"

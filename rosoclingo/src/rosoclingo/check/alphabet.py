@@ -22,12 +22,10 @@ from rosclingo.solver.theories import make_theory
 from rosclingo.wire.term_text import last_number, number, split_term
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.ids import is_own
 from rosoclingo.loop.planner import Planner
 from rosoclingo.loop.vocabulary import ANY_EVENT
-from rosoclingo.loop.words import BUSY, INFO, QUEUE, SUCCESS
-
-OWN_SOURCES = frozenset({"commit", "save", QUEUE})
-"""The sources of events that are rosoclingo's own."""
+from rosoclingo.loop.words import BUSY, INFO, SUCCESS
 
 _STEPS = (1, 2, 3)  # those that are grounded, and compared
 _HAPPENS = "rosoclingo_check_event"
@@ -39,6 +37,8 @@ class Alphabet:
 
     Attributes:
         slots: The ids for goals.
+        actuators: The ids of actuators: those that may answer ``success``, or have actions that are
+            committed.
         requests: The requests that each slot takes, which may be none.
         cancels: The slots whose goals can be cancelled.
         answers: For each actuator, what it may answer.
@@ -48,6 +48,7 @@ class Alphabet:
     """
 
     slots: Tuple[str, ...] = ()
+    actuators: FrozenSet[str] = frozenset()
     requests: Tuple[str, ...] = ()
     cancels: FrozenSet[str] = frozenset()
     answers: Mapping[str, Tuple[str, ...]] = field(default_factory=dict)
@@ -98,6 +99,7 @@ def _sorted(
     answers: Dict[str, List[str]] = {}
     messages = []
     actuators = {source for source, content in declared if content == SUCCESS} - {INFO}
+    actuators |= {actor for source, content in declared for actor in _committed(source, content)}
     for source, content in sorted(declared, key=_in_order):
         if source in slots and content == "cancel":
             cancels.add(source)
@@ -106,10 +108,11 @@ def _sorted(
         elif source in actuators:
             if content != BUSY:  # which rosoclingo says itself
                 answers.setdefault(source, []).append(content)
-        elif source not in OWN_SOURCES and (source, content) != (INFO, "passed"):
+        elif not is_own(source, content):
             messages.append((source, content))
     return Alphabet(
         slots=tuple(slots),
+        actuators=frozenset(actuators),
         requests=tuple(sorted(requests, key=_in_order)),
         cancels=frozenset(cancels),
         answers={actuator: tuple(values) for actuator, values in answers.items()},
@@ -117,6 +120,13 @@ def _sorted(
         can_be_saved=told or any(source == "save" for source, _ in declared),
         by_step={step: frozenset(pairs) for step, pairs in sorted(by_step.items())},
     )
+
+
+def _committed(source: str, content: str) -> Sequence[str]:
+    """Returns the actuator in an event that says that an action was published."""
+    name, arguments = split_term(content)
+    is_commit = source == "commit" and (name, len(arguments)) == ("do", 2)
+    return arguments[:1] if is_commit else ()
 
 
 def _in_order(term: Any) -> Any:

@@ -62,7 +62,7 @@ def run(arguments: Sequence[str], look: Optional[Look] = None) -> int:
             hints += finding.is_hint
             PROGRESS.print(lines(str(finding)), sys.stdout)
     hinted = f", {hints} hint{'' if hints == 1 else 's'}" if hints else ""
-    print(f"{checking.done()}: {count or 'nothing'} found{hinted}")
+    print(f"{checking.done()}: {count or 'nothing'} found{hinted}{checking.missed()}")
     return 1 if count else 0
 
 
@@ -78,7 +78,7 @@ class Checking:
         """
         self._chosen = chosen
         self._look = look
-        self._runner = Runner()
+        self._runner = Runner(chosen.seconds)
         self._examples = 0
         self._search: Optional[Search] = None
 
@@ -89,8 +89,14 @@ class Checking:
 
     def done(self) -> str:
         """Says what was done so far."""
-        episodes = 0 if self._search is None else self._search.count
+        episodes = 0 if self._search is None else self._search.episodes
         return f"{self._examples} examples, {episodes} episodes, {len(self._runner.commands)} runs"
+
+    def missed(self) -> str:
+        """Says what was not tried for want of time; empty if all was."""
+        if not self._runner.is_over:
+            return ""
+        return f", and then the {self._chosen.seconds:g} s were over; --seconds S gives more"
 
     def findings(self) -> Iterator[Finding]:
         """Yields what is wrong, as soon as it is found; nothing twice.
@@ -123,13 +129,19 @@ class Checking:
         except RosclingoError as err:
             yield Finding("program", str(err), commands=(shown,))
             return
-        yield from static.look(chosen.options, dialect, alphabet)
+        written = static.look(chosen.options, dialect, alphabet)
+        yield from written
+        if any(finding.check == "names" and not finding.is_hint for finding in written):
+            return  # each run would end for the same reason
         yield from self._on_examples()
         if chosen.requests:
             alphabet = replace(alphabet, requests=chosen.requests)
         if chosen.messages:
             alphabet = replace(alphabet, messages=chosen.messages)
         yield from self._in_episodes(alphabet)
+        slowest = self._runner.slowest
+        if slowest is not None and (slowest.place or self._runner.is_over):
+            yield Finding("slow", str(slowest), commands=(slowest.words,), is_hint=True)
         if chosen.live and self._look is not None:
             yield from live.compare(self._look(), chosen.options, alphabet)
 

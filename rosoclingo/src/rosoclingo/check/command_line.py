@@ -8,13 +8,16 @@ from dataclasses import dataclass
 from typing import Sequence, Tuple
 
 from rosclingo.errors import OptionsError
+from rosclingo.solver.option_parser import OptionParser
 from rosclingo.solver.options import Options, constants
 from rosoclingo.check.findings import Words
-from rosoclingo.desk.command_line import parse_planner
-from rosoclingo.desk.inputs import CANCEL, GOAL, read_input
+from rosoclingo.desk.command_line import number_type, parse_planner
+from rosoclingo.desk.inputs import MESSAGE, read_input
 from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.ids import GOAL, type_event
 
 _EPISODES = 50
+_SECONDS = 300.0
 
 _EPILOG = """\
 With --theory dl, the encoding may have difference constraints, as with the solver node. All else
@@ -34,6 +37,7 @@ class Chosen:
         requests: The only requests; none for those that the encoding declares.
         messages: The only messages, with their sources; likewise.
         episodes: How many random episodes there are, at most.
+        seconds: How long the runs may take together; 0 for as long as they take.
         seed: Start of the random numbers.
         live: Whether to compare with the running system.
     """
@@ -44,6 +48,7 @@ class Chosen:
     requests: Tuple[str, ...]
     messages: Tuple[Pair, ...]
     episodes: int
+    seconds: float
     seed: int
     live: bool
 
@@ -64,7 +69,7 @@ def parse(arguments: Sequence[str], *, knows_live: bool = True) -> Chosen:
     Raises:
         RosclingoError: A file or a term is wrong.
     """
-    parser = argparse.ArgumentParser(
+    parser = OptionParser(
         prog="check.py",
         usage="check.py FILE... [options] [clingo options]",
         description="Says whether an encoding fits, before anything runs.",
@@ -82,6 +87,9 @@ def parse(arguments: Sequence[str], *, knows_live: bool = True) -> Chosen:
         help="send this message only, and not all that the encoding declares; repeatable")
     add("--episodes", type=_count, default=_EPISODES, metavar="N",
         help=f"how many random runs there are; by default {_EPISODES}")
+    add("--seconds", type=number_type(), default=_SECONDS, metavar="S",
+        help=f"how long all runs may take together, and each a tenth of that; by default "
+        f"{_SECONDS:g}, and 0 for as long as they take")
     add("--seed", type=int, default=0, metavar="S", help="of what comes in them; by default 0")
     add("--live", action="store_true", help="compare with the system that runs, too; needs ROS")
     # fmt: on
@@ -95,6 +103,7 @@ def parse(arguments: Sequence[str], *, knows_live: bool = True) -> Chosen:
         tuple(read_input(f"{GOAL}:{text}").value for text in given.goal),
         tuple(_message(text) for text in given.event),
         given.episodes,
+        given.seconds,
         given.seed,
         given.live,
     )
@@ -102,9 +111,12 @@ def parse(arguments: Sequence[str], *, knows_live: bool = True) -> Chosen:
 
 def _message(text: str) -> Pair:
     one = read_input(text)
-    if one.kind in (GOAL, CANCEL):
-        raise OptionsError(f"{text!r}: expected SOURCE:VALUE; a goal has the option --goal")
-    return one.kind, one.value
+    if one.kind != MESSAGE:
+        raise OptionsError(
+            f"{text!r}: expected SOURCE:VALUE; a goal has the option --goal, and a source with "
+            f"this name is put into brackets, {type_event(one.kind, one.value)!r}"
+        )
+    return one.source, one.value
 
 
 def _count(text: str) -> int:

@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 import argparse
+import time
 from dataclasses import dataclass
 from typing import Any, Callable, Dict, FrozenSet, List, Mapping, Optional, Tuple
 
@@ -16,6 +17,7 @@ from rosclingo.errors import RosclingoError
 from rosoclingo.bags.model import Entry
 from rosoclingo.check.findings import Words
 from rosoclingo.desk.command_line import parse, simulated
+from rosoclingo.desk.inputs import MESSAGE
 from rosoclingo.desk.parts import Parts, make_parts
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.desk.system import Request
@@ -30,8 +32,10 @@ from rosoclingo.why.situation import Situation
 ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
 """The statuses with which a goal ends."""
 
-DOES, MESSAGE = "does", "message"
-"""What something is that was heard: an action that was published, or a message."""
+_SHARE = 0.1  # of the time for all runs, which one may take
+
+DOES = "does"
+"""The kind of an action that was published, among what was heard."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +103,7 @@ class Run:
         asked: The goals for which a cancel request has come, by their numbers.
         heard: As in :class:`FoundPlan`.
         situation: That of which it can be asked why there is no plan; None if there is none.
+        is_cut: Whether it was ended because of its time, so that nothing follows from its end.
     """
 
     words: Words
@@ -113,6 +118,7 @@ class Run:
     asked: FrozenSet[str]
     heard: Tuple[Tuple[str, ...], ...]
     situation: Optional[Situation] = None
+    is_cut: bool = False
 
     @property
     def steps(self) -> int:
@@ -134,15 +140,36 @@ class Run:
 
 
 class Watched(Simulation):
-    """A simulation that remembers each plan that was found."""
+    """A simulation that remembers each plan that was found, and ends in time.
 
-    def __init__(self, make: Callable[..., Loop], chosen: argparse.Namespace) -> None:
+    Attributes:
+        is_cut: Whether it has ended because of its time.
+    """
+
+    def __init__(
+        self, make: Callable[..., Loop], chosen: argparse.Namespace, end: float = float("inf")
+    ) -> None:
+        """Makes the loop.
+
+        Args:
+            make: As of a simulation.
+            chosen: The command line.
+            end: When it has to end, by the monotonic clock.
+        """
+        self.is_cut = False
+        self._end_of_time = end
         self.plans: List[FoundPlan] = []
         self.asked: List[str] = []
         self.heard: List[Tuple[str, ...]] = []
         self._successes = 0
         self._done: List[Action] = []  # since the last reset
         super().__init__(make, **simulated(chosen))
+
+    @property
+    def closed(self) -> bool:
+        """Whether it is to end, also because of its time: whatever takes long asks this."""
+        self.is_cut = self.is_cut or time.monotonic() > self._end_of_time
+        return self.is_cut or super().closed
 
     def note(self, record: journal.Record) -> None:
         """Remembers the plan, and what was known when it was found."""
@@ -202,16 +229,52 @@ class Watched(Simulation):
         )
 
 
+@dataclass(frozen=True)
+class SlowRun:
+    """A run that took its time.
+
+    Attributes:
+        seconds: How long it took.
+        words: The command line.
+        place: Where it was ended, since it took too long; empty if it was not.
+    """
+
+    seconds: float
+    words: Words
+    place: str
+
+    def __str__(self) -> str:
+        took = f"{self.seconds:.1f} s"
+        if self.place:
+            return f"this run was ended after {took}, {self.place}"
+        return f"this run took {took}, longer than all others"
+
+
 class Runner:
-    """Makes runs; those with the same files and options share their solvers.
+    """Makes runs in a given time; those with the same files and options share their solvers.
 
     Attributes:
         commands: The arguments of the runs, in order.
+        slowest: The run that took longest so far.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, seconds: float = 0.0) -> None:
+        """Begins to count the time.
+
+        Args:
+            seconds: How long all runs may take together, each of them a tenth of that; 0 for as
+                long as they take.
+        """
         self._parts: Dict[Any, Parts] = {}
         self.commands: List[Words] = []
+        self.slowest: Optional[SlowRun] = None
+        self._seconds = seconds or float("inf")
+        self._end = time.monotonic() + self._seconds
+
+    @property
+    def is_over(self) -> bool:
+        """Whether there is no time left, so that a run would be cut at once."""
+        return time.monotonic() > self._end
 
     def run(self, words: Words) -> Run:
         """Runs ``plan.py`` with some arguments, and watches.
@@ -222,14 +285,23 @@ class Runner:
         Raises:
             RosclingoError: A file or an argument is wrong.
         """
-        self.commands.append(words)
+        if not self.is_over:
+            self.commands.append(words)
         chosen = parse(words)
         key = (chosen.mode, chosen.options, tuple(chosen.mode_options))
         if key not in self._parts:
             self._parts[key] = make_parts(chosen.mode, chosen.options, chosen.mode_options)
-        watched = Watched(self._parts[key].loop, chosen)
+        began = time.monotonic()
+        end = min(self._end, began + self._seconds * _SHARE)
+        watched = Watched(self._parts[key].loop, chosen, end)
         failure = watched.run()
-        watched.take_situation(failure)
+        seconds = time.monotonic() - began
+        if self.slowest is None or seconds > self.slowest.seconds:
+            state = watched.loop.state
+            place = f"in step {state.step}, at horizon {state.horizon}" if watched.is_cut else ""
+            self.slowest = SlowRun(seconds, words, place)
+        if not watched.is_cut:
+            watched.take_situation(failure)
         return Run(
             words,
             watched.loop.dynamic,
@@ -243,4 +315,5 @@ class Runner:
             frozenset(watched.asked),
             tuple(watched.heard),
             watched.situation,
+            watched.is_cut,
         )

@@ -12,7 +12,8 @@ from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.invariants import findings
 from rosoclingo.check.run import Run, Runner
 from rosoclingo.check.twins import Inputs
-from rosoclingo.desk.inputs import AFTER, CANCEL, GOAL, IN, STEP, Input, Moment
+from rosoclingo.desk.inputs import AFTER, IN, MESSAGE, STEP, Input, Moment
+from rosoclingo.loop.ids import CANCEL, GOAL
 from rosoclingo.loop.journal import CommandDone
 
 _ALONE = 6  # requests that are asked for alone
@@ -48,7 +49,7 @@ class Search:
         resets: The mode that forgets the past; empty if the encoding cannot do that.
         steps: The longest plan that the command line has set; 0 if it has not.
         runner: Makes the runs.
-        count: How many episodes there were.
+        episodes: How many random episodes there were, without those that it took to shrink one.
         ignored: Checks that have found something already.
     """
 
@@ -58,7 +59,7 @@ class Search:
     resets: str = ""
     steps: int = 0
     runner: Runner = field(default_factory=Runner)
-    count: int = 0
+    episodes: int = 0
     ignored: Set[str] = field(default_factory=set)
     _judged: Dict[Episode, List[Finding]] = field(default_factory=dict)
     _horizon: int = 0  # the longest plan of an episode, once that is known
@@ -95,7 +96,6 @@ class Search:
         some = requests[:: max(1, len(requests) // _ALONE)][:_ALONE]
         longest = commands = 0
         for request in some:
-            self.count += 1
             run = self.run((Input(GOAL, request),))
             found += self._new(findings(run))
             if found:
@@ -124,6 +124,9 @@ class Search:
             bool(self.resets),
         )
         for _ in range(episodes):
+            if self.runner.is_over:
+                return
+            self.episodes += 1
             episode = chance.episode()
             found = self.judge(episode)
             if found:
@@ -134,10 +137,11 @@ class Search:
 
     def _shows(self, check: str) -> Callable[[Episode], bool]:
         """Returns what says whether an episode shows something, for as long as that may take."""
-        left = self.count + _SHRINKING
+        most = len(self._judged) + _SHRINKING
 
         def shows(episode: Episode) -> bool:
-            if episode not in self._judged and self.count >= left:
+            is_at_end = len(self._judged) >= most or self.runner.is_over
+            if episode not in self._judged and is_at_end:
                 return False
             found = self.judge(episode)
             return bool(found) and found[0].check == check
@@ -147,14 +151,13 @@ class Search:
     def judge(self, episode: Episode) -> List[Finding]:
         """Returns what is wrong in an episode."""
         if episode not in self._judged:
-            self.count += 1
             self._judged[episode] = self._judge(episode)
         return self._new(self._judged[episode])
 
     def _judge(self, episode: Episode) -> List[Finding]:
         run = self.run(episode.inputs)
         found = findings(run)
-        if found:
+        if found or run.is_cut:
             return found
         mode = f"{self.resets} -c r={episode.steps_to_reset}"
 
@@ -236,11 +239,11 @@ class Chance:
 
     def _failure(self) -> Input:
         actuator, answer = self.random.choice(self.alphabet.failures)
-        return Input(actuator, answer, self._moment(STEP, 1, self.last_step))
+        return Input(MESSAGE, answer, self._moment(STEP, 1, self.last_step), actuator)
 
     def _message(self) -> Input:
         source, value = self.random.choice(self.alphabet.messages)
-        return Input(source, value, self._anywhere())
+        return Input(MESSAGE, value, self._anywhere(), source)
 
     def _anywhere(self) -> Moment:
         if self.random.random() < _BY_STEP:
@@ -295,4 +298,4 @@ def shrunk(episode: Episode, request: str, shows: Callable[[Episode], bool]) -> 
 
 def _simple(one: Input, request: str, *, at_first: bool) -> Input:
     value = request if request and one.kind == GOAL else one.value
-    return Input(one.kind, value, Moment() if at_first else one.moment)
+    return replace(one, value=value, moment=Moment() if at_first else one.moment)

@@ -11,10 +11,12 @@ from clingo import ast
 
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Program, parse_files
-from rosoclingo.check.alphabet import OWN_SOURCES, Alphabet
+from rosclingo.wire.term_text import split_term
+from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding
+from rosoclingo.check.functors import Stranger, strangers
 from rosoclingo.loop.demand import Pair
-from rosoclingo.loop.words import INFO, SOLVER
+from rosoclingo.loop.ids import RESERVED, is_own, why_no_actuator, why_no_slot
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
 
 Signature = Tuple[str, int]
@@ -36,7 +38,6 @@ _FOR_ROSOCLINGO = frozenset(  # what it reads, shown or not, and what is reporte
      ("possible", 2), ("abort", 2)}
 )  # fmt: skip
 _OWN = "rosoclingo_"
-_INSIDE = frozenset({INFO, SOLVER, *OWN_SOURCES})  # these ids are rosoclingo's own
 
 
 @dataclass
@@ -75,8 +76,9 @@ def look(options: Options, dialect: Type[Dialect2], alphabet: Alphabet) -> List[
         dialect: The encodings' dialect.
         alphabet: What they declare.
     """
-    seen = _Reader().read(parse_files(options.files))
-    findings: List[Finding] = []
+    program = parse_files(options.files)
+    seen = _Reader().read(program)
+    findings = list(map(_never_true, strangers(program)))
     for check in (_parts, _undefined, _unused, _shown, _own_names):
         findings += check(seen, dialect, alphabet)
     for other in (_slots, _steps):
@@ -107,6 +109,22 @@ def _undefined(seen: Written, *_: object) -> Iterator[Finding]:
                 f"meant, say #defined {name}/{arity}.",
                 place,
             )
+
+
+def _never_true(stranger: Stranger) -> Finding:
+    (name, arity), meant = stranger.functor, stranger.meant
+    what = f"{name}/{arity}" if arity else name
+    like = "" if meant is None else f"; is {meant[0]}{f'/{arity}' if arity else ''} meant?"
+    predicate = f"{stranger.atom.name}/{len(stranger.atom.arguments)}"
+    text = f"no rule, fact or external makes {predicate} true with {what} in it"
+    if not stranger.is_used:
+        text = f"{predicate} is made true with {what} in it, and nothing uses that"
+    return Finding(
+        "predicates" if stranger.is_used else "unused",
+        f"{stranger.atom}: {text}{like}",
+        place(stranger.atom),
+        is_hint=not stranger.is_used,
+    )
 
 
 def _unused(seen: Written, *_: object) -> Iterator[Finding]:
@@ -154,9 +172,24 @@ def _own_names(seen: Written, _: object, alphabet: Alphabet) -> Iterator[Finding
     for (name, _), place in seen.parts.items():
         if name.startswith(_OWN):
             yield Finding("names", f"part {name}: names with {_OWN} are rosoclingo's own", place)
-    for kind, names in (("a slot", alphabet.slots), ("an actuator", tuple(alphabet.answers))):
-        for name in sorted(_INSIDE.intersection(names)):
-            yield Finding("names", f"{name} is the id of {kind}, and one of rosoclingo's own")
+    reasons = [
+        *map(why_no_slot, alphabet.slots),
+        *(why_no_actuator(name, alphabet.slots) for name in sorted(alphabet.actuators)),
+    ]
+    for reason in filter(None, reasons):
+        yield Finding("names", reason)
+    later: Set[Pair] = set().union(*(pairs for step, pairs in alphabet.by_step.items() if step))
+    for source, content in sorted(later):
+        is_commit = source == "commit" and split_term(content)[0] == "do"
+        if source in ("commit", "save") and not is_commit:
+            yield Finding(
+                "names",
+                f"event({source},{content},t) never happens after step 0: {source} "
+                f"{RESERVED[source]}, and messages of this source are dropped",
+                _place_of(seen, source),
+                is_hint=True,
+            )
+            break
 
 
 def _slots(seen: Written, alphabet: Alphabet) -> Iterator[Finding]:
@@ -183,7 +216,8 @@ def _uneven_slots(pairs: FrozenSet[Pair], alphabet: Alphabet) -> Iterator[Findin
             if (slot, request) not in pairs:
                 yield Finding(
                     "slots", f"the request {request} is declared for other slots, and not for "
-                    f"slot {slot}: a goal gets the first one that is free",
+                    f"slot {slot}: a goal gets the first one that is free; the id of a slot "
+                    "cannot be that of an actuator or of another source, too",
                 )  # fmt: skip
                 break
 
@@ -193,9 +227,8 @@ def _steps(seen: Written, alphabet: Alphabet) -> Iterator[Finding]:
     steps = [step for step in alphabet.by_step if step > 0]
     all_pairs: Set[Pair] = set().union(*(alphabet.by_step[step] for step in steps))
     first = alphabet.by_step.get(0)
-    own = {(INFO, "passed"), *((source, c) for source, c in all_pairs if source in OWN_SOURCES)}
     told: Set[str] = set()
-    for source, content in sorted(all_pairs - own):
+    for source, content in sorted(pair for pair in all_pairs if not is_own(*pair)):
         lacks = [step for step in steps if (source, content) not in alphabet.by_step[step]]
         request = source in alphabet.slots
         if first is not None and request and (source, content) not in first:

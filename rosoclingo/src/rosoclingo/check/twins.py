@@ -11,9 +11,10 @@ from typing import Callable, Iterator, List, Mapping, Optional, Tuple
 
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.invariants import planned_ends
-from rosoclingo.check.run import DOES, MESSAGE, FoundPlan, Run
-from rosoclingo.desk.inputs import CANCEL, GOAL, STEP, Input
+from rosoclingo.check.run import DOES, FoundPlan, Run
+from rosoclingo.desk.inputs import MESSAGE, STEP, Input
 from rosoclingo.loop import journal
+from rosoclingo.loop.ids import CANCEL, GOAL
 from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
 _CLOCK = re.compile(r"clock\(\d+\)")  # a fluent that says how much time has gone by
@@ -102,7 +103,7 @@ def without_failure(inputs: Inputs, run: Run) -> Optional[Inputs]:
         return None
     _, source, value, _ = heard[0]
     for one in inputs:
-        if (one.kind, one.value, one.moment.kind) == (source, value, STEP):
+        if (one.source, one.value, one.moment.kind) == (source, value, STEP):
             return tuple(other for other in inputs if other is not one)
     return None
 
@@ -160,7 +161,7 @@ def compare(
     }
     for check, make in others.items():
         other = make()
-        if other is None:
+        if other is None or other.is_cut:
             continue
         for text in check(run, other):
             return [Finding(check.__name__, text, commands=(run.words, other.words))]

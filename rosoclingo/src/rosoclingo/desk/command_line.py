@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Pattern, Sequence
 
 from rosclingo.errors import OptionsError
-from rosclingo.solver.options import Options, constants, parse_options
+from rosclingo.solver.option_parser import OptionParser
+from rosclingo.solver.options import Options, constants, mark_files, parse_options
 from rosoclingo.desk.answers import Answers
-from rosoclingo.desk.inputs import GOAL, read_input
+from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import SINGLE
 from rosoclingo.desk.simulation import Seconds
+from rosoclingo.loop.ids import GOAL
 
 _MODE = "dynamic.incremental.recording"
 _STEPS = 50  # the longest plan; the modes' own default is too short for trying
@@ -36,7 +38,25 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     Raises:
         RosclingoError: A file or a term is wrong.
     """
-    parser = argparse.ArgumentParser(
+    chosen, rest = make_parser().parse_known_args(arguments)
+    chosen.options = options = parse_planner(rest, "plan.py")
+    alone = ("at", "lasts", "fail", "no_answer", "fail_probability", "action_timeout", "commands")
+    for option in alone if not chosen.simulate else ():
+        if getattr(chosen, option):
+            raise OptionsError(f"--{option.replace('_', '-')} is for a run: add --simulate")
+    chosen.inputs = [
+        *(read_input(text) for text in chosen.event),
+        *(read_input(f"{GOAL}:{text}") for text in chosen.goal),
+        *(read_input(text, when) for when, text in chosen.at),
+    ]
+    chosen.mode_options = _mode_options(options.clingo)
+    chosen.lasting = _lasting(chosen)
+    return chosen
+
+
+def make_parser() -> OptionParser:
+    """Returns the parser of all options but the planner's."""
+    parser = OptionParser(
         prog="plan.py",
         usage="plan.py FILE... [--goal REQUEST]... [options] [clingo options]",
         description="Plans without a ROS master, and executes the plan in a simulation.",
@@ -56,38 +76,25 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         "step means in the loop's N-th command, and after:N after it")  # fmt: skip
     add("--fail", type=_pattern, metavar="REGEX", help="actions that fail, where it is found")
     add("--no-answer", type=_pattern, metavar="REGEX", help="those that are never answered")
-    add("--action-timeout", type=_number(), default=0.0, metavar="S",
+    add("--action-timeout", type=number_type(), default=0.0, metavar="S",
         help="an action without an answer for so long counts as failed or as timeout")  # fmt: skip
-    add("--fail-probability", type=_number(1.0), default=0.0, metavar="P", help="of the others")
+    add("--fail-probability", type=number_type(1.0), default=0.0, metavar="P", help="of the others")
     add("--seed", type=int, default=0, metavar="N", help="of these failures; by default 0")
-    add("--seconds", type=_number(), default=1.0, metavar="S", help="how long an action takes")
+    add("--seconds", type=number_type(), default=1.0, metavar="S", help="how long an action takes")
     add("--lasts", action="append", nargs=2, default=[], metavar=("REGEX", "S"),
         help="how long actions take where it is found; the first one counts")  # fmt: skip
     add("--most-steps", type=int, default=1000, metavar="N", help="when the simulation ends")
     add("--commands", action="store_true", help="also tell each command of the mode")
     add("--abort-unreachable", action="store_true",
         help="a goal without a plan ends alone, and not all with the loop")  # fmt: skip
-    add("--patience", type=_number(), default=0.0, metavar="S",
+    add("--patience", type=number_type(), default=0.0, metavar="S",
         help="when an optimising search ends that has found a plan")  # fmt: skip
-    add("--why-seconds", type=_number(), default=_WHY_SECONDS, metavar="S",
+    add("--why-seconds", type=number_type(), default=_WHY_SECONDS, metavar="S",
         help=f"how long to look why there is no plan; by default {_WHY_SECONDS:g}, and 0 for "
         "not at all")  # fmt: skip
     add("--json", action="store_true", help="print plan, goals and journal as JSON")
     add("--picture", type=Path, metavar="FILE", help="draw the plan or the run; .svg, .png, .pdf")
-    chosen, rest = parser.parse_known_args(arguments)
-    chosen.options = options = parse_planner(rest, "plan.py")
-    alone = ("at", "lasts", "fail", "no_answer", "fail_probability", "action_timeout", "commands")
-    for option in alone if not chosen.simulate else ():
-        if getattr(chosen, option):
-            raise OptionsError(f"--{option.replace('_', '-')} is for a run: add --simulate")
-    chosen.inputs = [
-        *(read_input(text) for text in chosen.event),
-        *(read_input(f"{GOAL}:{text}") for text in chosen.goal),
-        *(read_input(text, when) for when, text in chosen.at),
-    ]
-    chosen.mode_options = _mode_options(options.clingo)
-    chosen.lasting = _lasting(chosen)
-    return chosen
+    return parser
 
 
 def simulated(chosen: argparse.Namespace) -> Dict[str, Any]:
@@ -106,6 +113,7 @@ def simulated(chosen: argparse.Namespace) -> Dict[str, Any]:
         "action_timeout": chosen.action_timeout,
         "abort_unreachable": chosen.abort_unreachable,
         "patience": chosen.patience,
+        "improves": False,  # a search ends when --patience says so, and no other begins
     }
 
 
@@ -119,15 +127,10 @@ def parse_planner(words: Sequence[str], program: str) -> Options:
     Raises:
         OptionsError: There is no file, or one is missing.
     """
-    options = parse_options([word for one in words for word in _as_file(one)])
+    options = parse_options([*mark_files(words)])
     if not options.files:
         raise OptionsError(f"name the planner's encoding and instance: {program} FILE.lp...")
     return options
-
-
-def _as_file(word: str) -> Sequence[str]:
-    """Lets a file stand without -f before it."""
-    return ("-f", word) if word.endswith(".lp") and not word.startswith("-") else (word,)
 
 
 def _lasting(chosen: argparse.Namespace) -> Seconds:
@@ -135,7 +138,7 @@ def _lasting(chosen: argparse.Namespace) -> Seconds:
     lasts = []
     for regex, text in chosen.lasts:
         try:
-            lasts.append((_pattern(regex), _number()(text)))
+            lasts.append((_pattern(regex), number_type()(text)))
         except argparse.ArgumentTypeError as err:
             raise OptionsError(f"--lasts: {err}") from err
         except ValueError as err:
@@ -154,7 +157,9 @@ def _pattern(text: str) -> Pattern[str]:
         raise argparse.ArgumentTypeError(f"{text!r} is no regular expression: {err}") from err
 
 
-def _number(most: float = float("inf")) -> Callable[[str], float]:
+def number_type(most: float = float("inf")) -> Callable[[str], float]:
+    """Returns what reads a number from 0 on, and raises a ``ValueError`` for all else."""
+
     def number(text: str) -> float:
         value = float(text)
         if not 0 <= value <= most:

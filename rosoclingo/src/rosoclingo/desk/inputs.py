@@ -1,7 +1,7 @@
 """What comes from outside during a simulation, and when, as a user types it.
 
 >>> read_input("goal:bring(o2,o3)", "4")
-Input(kind='goal', value='bring(o2,o3)', moment=Moment(kind='step', number=4))
+Input(kind='goal', value='bring(o2,o3)', moment=Moment(kind='step', number=4), source='')
 >>> read_input("info: blocked(c3,c4)", "in:17").moment
 Moment(kind='in', number=17)
 """
@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 from rosclingo.errors import OptionsError, TermError, shorten
 from rosoclingo.loop.atoms import canonical
+from rosoclingo.loop.ids import CANCEL, GOAL, split_event, type_event
 
-GOAL, CANCEL = "goal", "cancel"
+MESSAGE = "message"
 STEP, IN, AFTER = "step", "in", "after"
 
 
@@ -39,21 +40,25 @@ class Input:
     """Something that comes from outside.
 
     Attributes:
-        kind: ``goal``, ``cancel``, or the source of a message.
+        kind: ``goal``, ``cancel`` or ``message``.
         value: The request, the number of a goal, from 1, or the message's value.
         moment: When it comes; in the beginning, by default.
+        source: That of a message.
     """
 
     kind: str
     value: str
     moment: Moment = Moment()
+    source: str = ""
 
     def __str__(self) -> str:
+        if self.kind == MESSAGE:
+            return type_event(self.source, self.value)
         return f"{self.kind}:{self.value}"
 
 
 def read_input(text: str, when: str = "0") -> Input:
-    """Reads ``goal:REQUEST``, ``cancel:NUMBER`` or ``SOURCE:VALUE``.
+    """Reads ``goal:REQUEST``, ``cancel:NUMBER`` or ``SOURCE:VALUE``; see :func:`.split_event`.
 
     Args:
         text: What comes.
@@ -62,19 +67,25 @@ def read_input(text: str, when: str = "0") -> Input:
     Raises:
         OptionsError: One of the two is none of these.
     """
-    source, colon, value = (word.strip() for word in text.partition(":"))
-    if not colon:
+    parts = split_event(text)
+    if parts is None:
         raise OptionsError(
             f"{shorten(text)!r}: expected goal:REQUEST, cancel:NUMBER or SOURCE:VALUE, such as "
             "'info:blocked(c3,c4)'"
         )
+    source, value = parts
     moment = _moment(when)
     if source == CANCEL:
         if not (value.isdecimal() and int(value) > 0):
-            raise OptionsError(f"{shorten(text)!r}: expected the number of a goal, from 1 on")
+            raise OptionsError(
+                f"{shorten(text)!r}: expected the number of a goal, from 1 on; a message of a "
+                f"source with this name is {shorten(type_event(CANCEL, value))!r}"
+            )
         return Input(source, str(int(value)), moment)
     try:
-        return Input(source if source == GOAL else canonical(source), canonical(value), moment)
+        if source == GOAL:
+            return Input(GOAL, canonical(value), moment)
+        return Input(MESSAGE, canonical(value), moment, canonical(source))
     except TermError as err:
         raise OptionsError(f"{shorten(text)!r}: {err}") from err
 

@@ -14,7 +14,6 @@ from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence
 from rosclingo.errors import RosclingoError
 from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.desk.command_line import parse, simulated
-from rosoclingo.desk.inputs import GOAL
 from rosoclingo.desk.outcome import DROPPED, Plan, current_plan, reasons, refused, unreached
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.progress import Progress
@@ -27,6 +26,7 @@ from rosoclingo.errors import ControllerError
 from rosoclingo.loop import journal
 from rosoclingo.loop.diagnosis import ELSEWHERE, NO_PLAN
 from rosoclingo.loop.goals import Stage
+from rosoclingo.loop.ids import GOAL
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.snapshot import encode
 from rosoclingo.why.question import Answer

@@ -17,9 +17,10 @@ from typing import Any, Callable, Dict, List, Optional, Sequence
 
 from rosclingo.errors import RosclingoError
 from rosoclingo.desk.answers import Answers
-from rosoclingo.desk.inputs import AFTER, CANCEL, GOAL, IN, STEP, Input
+from rosoclingo.desk.inputs import AFTER, IN, STEP, Input
 from rosoclingo.desk.system import System
 from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.ids import CANCEL, GOAL
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.waiting import LOOK_SECONDS
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
@@ -57,6 +58,7 @@ class Simulation(System):
         seconds: Seconds = lambda actuator, action: 1.0,
         most_steps: int = 1000,
         action_timeout: float = 0.0,
+        improves: bool = True,
         **parameters: Any,
     ) -> None:
         """Makes the loop, which runs by :meth:`run`.
@@ -69,6 +71,8 @@ class Simulation(System):
             most_steps: The run is over when so many steps have begun.
             action_timeout: From when on an action without an answer counts as failed, or as timed
                 out where the encoding knows that, in seconds; 0 for never.
+            improves: Whether a better plan is looked for while actuators act, however long that
+                takes, since no time goes by meanwhile.
             parameters: Further arguments for the loop.
         """
         self.commands = 0
@@ -83,6 +87,7 @@ class Simulation(System):
         self._due: Dict[str, float] = {}  # when those who act answer
         self._answers: Dict[str, str] = {}
         super().__init__(make, action_timeout=action_timeout, **parameters)
+        self.improves = improves
         self._come([one for one in self.left if (one.moment.kind, one.moment.number) == (STEP, 0)])
 
     def turn(self) -> bool:
@@ -170,12 +175,12 @@ class Simulation(System):
                 self.strange.append(f"{one}: there is no such goal yet, but {len(self.goals)}")
             elif one.kind == CANCEL:
                 self.cancel(self.goals[int(one.value) - 1])
-            elif one.kind in self.acting and one.moment.kind == STEP:
-                self._answers[one.kind] = one.value
-                if one.kind not in self._due:
-                    seconds = self._seconds(one.kind, self.acting[one.kind])
-                    self._due[one.kind] = self.clock + seconds
-            elif one.kind in self.acting:
-                self.answer(one.kind, one.value)
+            elif one.source in self.acting and one.moment.kind == STEP:
+                self._answers[one.source] = one.value
+                if one.source not in self._due:
+                    seconds = self._seconds(one.source, self.acting[one.source])
+                    self._due[one.source] = self.clock + seconds
+            elif one.source in self.acting:
+                self.answer(one.source, one.value)
             else:
-                self.tell(one.kind, one.value)
+                self.tell(one.source, one.value)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import List, Optional, Sequence, Tuple
 
 from rosclingo.wire.term_text import last_number
+from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import event
+from rosoclingo.loop.ids import why_no_slot
 from rosoclingo.loop.state import State
 
 
@@ -15,7 +17,13 @@ def begin(state: State, slots: Sequence[str]) -> None:
     Args:
         state: What is known.
         slots: The ids that the planner has for goals.
+
+    Raises:
+        PlannerError: One of them cannot be the id of a slot.
     """
+    if state.mail.dynamic:
+        for reason in filter(None, map(why_no_slot, slots)):
+            raise PlannerError(reason)
     again = state.take_beginning()
     is_again = again is not None
     state.goals.set_slots(slots, keep=is_again)

@@ -291,10 +291,6 @@ class Goals:
         """The goals without a slot that have not ended, in the order in which they get one."""
         return [goal for goal in self._waiting if goal.stage is not Stage.ENDED]
 
-    def is_slot(self, term: str) -> bool:
-        """Whether a term is the id of a slot."""
-        return term in self._slots
-
     def occupant(self, slot: str) -> Optional[Goal]:
         """Returns the goal in a slot."""
         return self._slots.get(slot)

@@ -31,7 +31,7 @@ def improve(state: State) -> bool:
 def _may_improve(state: State) -> bool:
     """Whether somebody acts by a plan that may not be the best."""
     planner, quality = state.planner, state.planner.quality
-    may = planner.patience > 0 and planner.demand.improves
+    may = planner.patience > 0 and planner.demand.improves and state.mail.inbox.improves
     if not may or quality is None or quality.is_best:
         return False
     return state.shows_plan and bool(state.ahead()) and state.acting.pending_actions

@@ -65,12 +65,14 @@ class Inbox(RecordedSearches):
     A replay's inbox comes from a recording, which says how searches have ended, too.
 
     Attributes:
+        improves: Whether a better plan is looked for while nothing comes, as long as that takes.
         hurry: Called by the loop's thread: with true when something has come that it waited for,
             and with false when it waits again, or takes longer than a reaction does. Others that
             compute on this machine may rest meanwhile.
     """
 
     def __init__(self) -> None:
+        self.improves = True
         self.hurry: Callable[[bool], None] = lambda _: None
         self._hurries_since: Optional[float] = None
         self._changed = threading.Condition()  # guards the other fields; held for moments only

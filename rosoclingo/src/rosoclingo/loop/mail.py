@@ -14,13 +14,13 @@ from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.externals import PlannerExternals
 from rosoclingo.loop.goals import Goal, Goals
+from rosoclingo.loop.ids import RESERVED, why_no_message
 from rosoclingo.loop.inbox import Cancel, Inbox, Message, Taken
 from rosoclingo.loop.replay_inbox import Key, Kind, key_of
 from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.tokens import Tokens
-from rosoclingo.loop.words import BUSY, FAILURE, QUEUE, TIMEOUT, UNKNOWN
+from rosoclingo.loop.words import BUSY, FAILURE, INFO, QUEUE, TIMEOUT, UNKNOWN
 
-_RESERVED_IDS = ("commit", "save")
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
 _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
 
@@ -290,10 +290,9 @@ class Mail(MailState):
                 return True
             if not self._externals.knows([(source, value)]):
                 value = FAILURE  # if that is known; it is not taken for a success in any case
-        if source in _RESERVED_IDS or (source == "info" and value == "passed"):
-            reason = "these are rosoclingo's own"
-        elif self._goals.is_slot(source):
-            reason = "the id is a goal's slot, and goals are changed by the action only"
+        refused = why_no_message(source, value, self._goals.slots)
+        if refused is not None:
+            reason = refused
         elif self._hold(message, [(source, value)], may_ask):
             return True
         elif value == BUSY and self._externals.is_declared(source, BUSY):
@@ -325,7 +324,7 @@ class Mail(MailState):
         return False
 
     def _suggest(self, source: str, value: str) -> str:
-        others = (*_RESERVED_IDS, QUEUE, *self._goals.slots)
+        others = [*(word for word in RESERVED if word != INFO), *self._goals.slots]
         return self._externals.suggest(source, value, others)
 
     def _warn_of_undeclared_answer(self, source: str, value: str) -> None:

@@ -273,13 +273,9 @@ class Planner(PlannerState):
         if not self.demand.tells:
             return self.assign(atoms, wire.Truth.TRUE)
         pairs = {atom: _pair(atom) for atom in atoms}
-        own = ("commit", "save")
-        self.declare([pair for pair in pairs.values() if pair[0] not in own])
-        missing = [
-            atom
-            for atom, pair in pairs.items()
-            if pair[0] not in own and not self.demand.declared[pair]
-        ]
+        asked = {atom: pair for atom, pair in pairs.items() if pair[0] not in ("commit", "save")}
+        self.declare(list(asked.values()))
+        missing = [atom for atom, pair in asked.items() if not self.demand.declared[pair]]
         self.demand.tell([atom for atom in atoms if atom not in missing])
         if len(missing) < len(atoms):
             self._forget_plan()

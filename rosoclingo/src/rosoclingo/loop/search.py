@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from rosclingo.errors import shorten
 from rosclingo.wire.commands import Outcome, Result, Truth
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop import diagnosis, statuses
 from rosoclingo.loop.added import HAS, SEEN
 from rosoclingo.loop.atoms import Plan, query
+from rosoclingo.loop.ids import why_no_actuator
 from rosoclingo.loop.journal import PlanFound
 from rosoclingo.loop.state import State
 
@@ -66,7 +68,12 @@ def take_plan(state: State, plan: Plan, is_best: bool = True) -> None:
         plan: The plan.
         is_best: Whether the search was through, and did not end because of its time; what is
             known of its quality may say that a search before was not.
+
+    Raises:
+        PlannerError: It has an action for what cannot be an actuator.
     """
+    if state.mail.dynamic:
+        _look_at_actuators(state, plan)
     quality = state.planner.quality
     is_best = is_best if quality is None else quality.is_best
     state.plan, state.shows_plan = plan, True
@@ -81,6 +88,18 @@ def take_plan(state: State, plan: Plan, is_best: bool = True) -> None:
         if goal is not None:
             goal.tell(line)
     state.timing.tell_clients()
+
+
+def _look_at_actuators(state: State, plan: Plan) -> None:
+    """Looks whether all who are to act can be told from others, before any of them is told to.
+
+    Raises:
+        PlannerError: One cannot: its answer would be lost, and the step would never end.
+    """
+    for action in plan.actions_from(0):
+        reason = why_no_actuator(action.actuator, state.goals.slots)
+        if reason is not None:
+            raise PlannerError(f"the plan has {shorten(str(action))}: {reason}")
 
 
 def _is_in_doubt(state: State) -> bool:

@@ -13,6 +13,7 @@ import rospy
 
 from rosclingo.ros.init import init_node
 from rosclingo.ros.presence import presence
+from rosclingo.solver.option_parser import OptionParser
 from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.srv import Why, WhyResponse
 from rosoclingo.why.question import Kind, Question
@@ -88,7 +89,7 @@ class _Call:
 
 
 def _parse(arguments: List[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
+    parser = OptionParser(
         prog=_PROGRAM,
         usage="why.py [--goal GOAL | --action ACTION | --instead ACTION | --if EVENT...] [--json] "
         "[rosoclingo:=NAME]",
@@ -104,7 +105,8 @@ def _parse(arguments: List[str]) -> argparse.Namespace:
     one.add_argument("--if", action="append", metavar="EVENT",
         help="what would be: goal:REQUEST, cancel:SLOT or SOURCE:VALUE; repeatable")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the answer as JSON")
-    return parser.parse_args(arguments)
+    chosen: argparse.Namespace = parser.parse_args(arguments)
+    return chosen
 
 
 def _question(chosen: argparse.Namespace) -> Question:

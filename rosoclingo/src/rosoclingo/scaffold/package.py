@@ -11,7 +11,7 @@ import re
 import shutil
 import string
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Optional
+from typing import Dict, Iterator, List, Optional
 
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options, parse_options
@@ -34,7 +34,6 @@ _MANIFEST = "package.xml"
 # that another version of clingo finds them, too.
 _MODE = "dynamic.incremental.dyn_reset"
 _MODE_OPTIONS = ("-c", "steps=20", "-c", "r=5")
-_PARAMETERS: Dict[str, Any] = {"abort_unreachable": True}
 _RUN = [("0", "goal:visit(kitchen)"), ("2", "goal:visit(dock)")]
 
 
@@ -102,13 +101,13 @@ def _simulate(package: Path) -> None:
     """Simulates the run that the test is to replay."""
     planner = Options((str((package / ENCODING).resolve()),))
     parts = make_parts(_MODE, planner, _MODE_OPTIONS)
-    run = Simulation(parts.loop, [read_input(text, step) for step, text in _RUN], **_PARAMETERS)
+    run = Simulation(parts.loop, [read_input(text, step) for step, text in _RUN])
     failure = run.run()
     if failure is not None:
         raise failure
     controller = parse_options(["-f", find_mode(_MODE), *_MODE_OPTIONS])
     solvers = {"controller": controller, "planner": planner}
-    write_bag(package / BAG, run, solvers, _PARAMETERS)
+    write_bag(package / BAG, run, solvers)
 
 
 def _check_name(name: str) -> None:

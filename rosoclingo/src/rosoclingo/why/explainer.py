@@ -11,6 +11,7 @@ from rosclingo.wire.commands import Assumption
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
 from rosoclingo.loop.atoms import canonical, event
+from rosoclingo.loop.ids import CANCEL, GOAL, split_event
 from rosoclingo.single.dialects import Dialect2, says_status
 from rosoclingo.why import answers, words
 from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
@@ -246,18 +247,18 @@ class Explainer:
         told: List[str] = []
         goals: List[Tuple[str, str]] = []
         for text in texts:
-            source, colon, content = text.partition(":")
-            if not colon:
+            typed = split_event(text)
+            if typed is None:
                 raise QuestionError(
                     f"{text} is no event; one is goal:REQUEST, cancel:SLOT or ID:VALUE"
                 )
-            source, content = canonical(source), canonical(content)
-            if source == "goal":
+            source, content = map(canonical, typed)
+            if typed[0] == GOAL:
                 if not free:
                     raise QuestionError(f"there is no free slot for {content}")
                 source = free.pop(0)
                 goals.append((source, content))
-            elif source == "cancel":
-                source, content = content, "cancel"
+            elif typed[0] == CANCEL:
+                source, content = content, CANCEL
             told.append(event(source, content, copy.step))
         return told, goals

@@ -1,0 +1,94 @@
+"""Decides what a term may be the id of: a slot, an actuator, or the source of a message.
+
+The loop, ``plan.py`` and ``check.py`` ask here and nowhere else (docs/protocol.md, section "Ids").
+
+>>> why_no_actuator("save", slots=["1", "2"])
+'save is the id of an actuator, and stands for what held at a reset; give it another id'
+>>> why_no_actuator("2", slots=["1", "2"])
+"2 is the id of an actuator, and that of a goal's slot, rslot(2); give it another id"
+>>> split_event("info:open(3)")
+('info', 'open(3)')
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Collection, Optional, Tuple
+
+from rosclingo.errors import shorten
+from rosclingo.wire.term_text import split_term
+from rosoclingo.loop.words import INFO, QUEUE, SOLVER
+
+RESERVED = {
+    "commit": "stands for what was published",
+    "save": "stands for what held at a reset",
+    INFO: "stands for what nobody has to answer for",
+    QUEUE: "stands for what gets a slot first",
+    SOLVER: "stands for whole plans on ~out",
+}
+"""The ids that no slot and no actuator may have, with what each is for."""
+
+GOAL, CANCEL = "goal", "cancel"
+"""What stands before the colon of a goal or a cancel request, where a message has its source."""
+
+_EVENT = re.compile(r'\s*((?:"(?:[^"\\]|\\.)*"|[^":])*?)\s*:\s*(.*?)\s*', re.DOTALL)
+
+
+def why_no_slot(term: str) -> Optional[str]:
+    """Says why a term, as clingo prints it, cannot be the id of a slot; None if it can."""
+    what = RESERVED.get(term)
+    return None if what is None else f"{term} is the id of a slot, and {what}; give it another id"
+
+
+def why_no_actuator(term: str, slots: Collection[str]) -> Optional[str]:
+    """Says why a term cannot be the id of an actuator; None if it can.
+
+    Args:
+        term: The term, as clingo prints it.
+        slots: The ids of slots: nobody could tell a goal's request from an answer.
+    """
+    what = RESERVED.get(term)
+    if term in slots:
+        what = f"that of a goal's slot, {shorten(f'rslot({term})')}"
+    if what is None:
+        return None
+    return f"{shorten(term)} is the id of an actuator, and {what}; give it another id"
+
+
+def why_no_message(source: str, content: str, slots: Collection[str]) -> Optional[str]:
+    """Says why nobody may announce an event; None if somebody may.
+
+    Args:
+        source: The source, as clingo prints it.
+        content: What it says, likewise.
+        slots: The ids of slots.
+    """
+    if source in slots:
+        return "the id is a goal's slot, and goals are changed by the action only"
+    return "these are rosoclingo's own" if is_own(source, content) else None
+
+
+def is_own(source: str, content: str) -> bool:
+    """Whether an event is one by which rosoclingo itself tells the planner something."""
+    if source == QUEUE:
+        name, arguments = split_term(content)
+        return (name, len(arguments)) == ("first", 1)
+    return source in ("commit", "save") or (source, content) == (INFO, "passed")
+
+
+def split_event(text: str) -> Optional[Tuple[str, str]]:
+    """Splits ``SOURCE:VALUE``, as a user types it, at the first colon that is in no string.
+
+    The words ``goal`` and ``cancel`` before it stand for requests. Who means the source of a
+    message that is called so puts it into brackets: ``(goal):VALUE``.
+
+    Returns:
+        The two, as they were typed; None if there is no such colon.
+    """
+    match = _EVENT.fullmatch(text)
+    return None if match is None else (match[1], match[2])
+
+
+def type_event(source: str, content: str) -> str:
+    """Returns what a user types for a message; see :func:`split_event`."""
+    return f"({source}):{content}" if source in (GOAL, CANCEL) else f"{source}:{content}"
