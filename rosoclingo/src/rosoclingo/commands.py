@@ -133,6 +133,7 @@ class ROSCommands:
                     "the one that was executed",
                 )
         if new:
+            state.mail.end_attempt()  # those who act now are heard at once
             state.goals.tell(f"step {step} of {state.horizon}")
         state.timing.tell_clients()
 

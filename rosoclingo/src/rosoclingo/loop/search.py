@@ -24,6 +24,8 @@ def search(state: State) -> None:
     state.waiting.begin_planning()
     outcome = state.planner.search(state.step, state.horizon, state.interrupted)
     state.result = outcome.result
+    if outcome.result is Result.UNKNOWN:
+        state.mail.begin_attempt()
     if outcome.result is Result.SAT:
         _look(state, outcome)
         take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)

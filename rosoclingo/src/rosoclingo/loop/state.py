@@ -117,6 +117,7 @@ class State(Progress):
             self.externals,
             self.tokens,
             self.acting,
+            progress=self,
             environment=environment,
             note=self.note,
             answered=self.timing.end_action,
@@ -194,6 +195,7 @@ class State(Progress):
         """Whether a search has to end because of what has come; says now and then that it runs."""
         self.waiting.tell_progress(self.horizon)
         self.mail.take()  # the planner cannot be asked
+        self.mail.tell_waiting()
         return self.mail.inbox.closed or self.mail.has_news
 
     def finish(self, reason: str) -> None:
@@ -206,6 +208,7 @@ class State(Progress):
 
     def assign_messages(self, step: int) -> None:
         """Makes the events of all messages, cancel requests and goals with a slot true."""
+        self.mail.begin_attempt()
         self._assign_pending_messages(step)
         for goal in self.mail.take_cancels():
             # Its slot may be another's by now.
