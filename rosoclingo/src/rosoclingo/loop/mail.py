@@ -287,10 +287,15 @@ class Mail(MailState):
 
     def _sort_queue(self) -> None:
         """Asks the encoding which goals are to get a slot before others."""
-        for goal in self._goals.undecided():
-            first = (QUEUE, f"first({goal.request})")
-            if not (self._externals.was_asked(*first) or self._externals.is_sure([first])):
-                self._externals.ask([first])
+        undecided = [(goal, (QUEUE, f"first({goal.request})")) for goal in self._goals.undecided()]
+        questions = [
+            first
+            for _, first in undecided
+            if not (self._externals.was_asked(*first) or self._externals.is_sure([first]))
+        ]
+        if questions:
+            self._externals.ask(questions)
+        for goal, first in undecided:
             if self._externals.was_asked(*first):
                 self._goals.decide(goal, is_first=self._externals.is_declared(*first))
 

@@ -97,6 +97,7 @@ class State(Progress):
         self.tokens = Tokens()
         self._shown: Tuple[object, ...] = ()
         planner.recorded, planner.note = inbox, self.note
+        planner.missing = self._warn_of_missing
         self.arrivals = Arrivals()
         self.durations = Durations()
         self.timing = Timing(
@@ -180,6 +181,13 @@ class State(Progress):
         if not self.has_warned(kind):
             self.note_warned(kind)
             self.environment.warn(text)
+
+    def _warn_of_missing(self, external: str) -> None:
+        self.warn_once(
+            f"external {external}",
+            f"the mode makes {external} true or free, and there is no such external, or it was "
+            "released: nothing happens, as in clingo; this is said once",
+        )
 
     def note(self, event: journal.Event) -> None:
         """Adds an event to the journal. Thread-safe."""
