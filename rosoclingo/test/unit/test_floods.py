@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Callable, List, Optional, Sequence
@@ -12,6 +13,7 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumption, Improvement, Outcome, Result
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
+from rosoclingo.loop.journal import MessageDropped
 from rosoclingo.loop.solver import Forwarding
 
 LOOK = 0.01  # seconds between two looks at what has come
@@ -164,3 +166,23 @@ def test_what_is_known_already_ends_no_wait(mode: str, tmp_path: Path) -> None:
     system.tell("info", "note(1)")
     mail.take()
     assert mail.has_news
+
+
+def test_few_of_the_messages_that_are_dropped_are_logged_one_by_one(tmp_path: Path) -> None:
+    def flood(flooded: Flooded) -> None:
+        for _ in range(30):
+            unknown(flooded)
+
+    system = Flooded(parts("dynamic.incremental.dyn_reset", tmp_path).loop, flood)
+    system.request("visit(2)")
+    system.until(lambda: bool(system.published))
+    system.flood = nothing
+    before = len(system.warnings)
+    assert system.run() is None
+    system.clock += 1
+    system.loop.state.mail.take()
+    assert before <= 2 * 100 * (1 + system.clock)
+    dropped = sum(isinstance(entry.event, MessageDropped) for entry in system.journal)
+    single = sum("dropped a message" in warning for warning in system.warnings)
+    more = [re.match(r"dropped (\d+) more", warning) for warning in system.warnings]
+    assert single + sum(int(found[1]) for found in more if found) == dropped

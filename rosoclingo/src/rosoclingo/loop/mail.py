@@ -26,6 +26,8 @@ _RESERVED_IDS = ("commit", "save")
 _FEEDBACK_SECONDS = 1.0  # how often goals are told how much waits
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
 _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
+_LOGGED_IN_SECOND = 100  # likewise, of those that are dropped in a second
+_LOG_SECONDS = 1.0
 
 
 @dataclass
@@ -124,6 +126,8 @@ class Mail(MailState):
         self._command_began: Optional[float] = None  # that which is carried out
         self._backoff = Backoff()
         self._told_at = 0.0  # when planning began, or goals were told how much waits
+        self._logged_at = 0.0  # since when messages that are dropped are counted
+        self._logged = self._not_logged = 0
 
     def snapshot(self) -> MailSnapshot:
         """Returns what has come and is not told yet, and who acts."""
@@ -253,6 +257,7 @@ class Mail(MailState):
             may_ask: Whether the planner may be asked now whether it knows something; else what is
                 unknown is held back.
         """
+        self._begin_to_log()
         new, dropped = self._tokens.resolve(self._come())
         if new or dropped or self._held:
             self._take_all(new, dropped, may_ask)
@@ -455,12 +460,26 @@ class Mail(MailState):
     def _log_dropped(self, dropped: List[str]) -> None:
         for reason in dropped:
             self._note(journal.MessageDropped(reason))
-        for reason in dropped[:_LOGGED_DROPS]:
+        logged = dropped[: min(_LOGGED_DROPS, _LOGGED_IN_SECOND - self._logged)]
+        for reason in logged:
             self._environment.warn(f"dropped a message: {reason}")
-        if len(dropped) > _LOGGED_DROPS:
-            self._environment.warn(
-                f"dropped {len(dropped) - _LOGGED_DROPS} more messages like these"
-            )
+        self._logged += len(logged)
+        self._not_logged += len(dropped) - len(logged)
+        if logged:
+            self._sum_up_dropped()
+
+    def _sum_up_dropped(self) -> None:
+        """Logs how many messages were dropped besides those that were logged."""
+        if self._not_logged:
+            self._environment.warn(f"dropped {self._not_logged} more messages like these")
+            self._not_logged = 0
+
+    def _begin_to_log(self) -> None:
+        """Logs, a second after messages were dropped, how many more were; counts anew then."""
+        if self._environment.now() - self._logged_at >= _LOG_SECONDS:
+            self._sum_up_dropped()
+            self._logged_at = self._environment.now()
+            self._logged = 0
 
 
 def _arrival(item: Taken, seconds: float) -> journal.Event:
