@@ -128,7 +128,7 @@ class ROSCommands:
                     "the one that was executed",
                 )
         if new:
-            state.mail.end_attempt()  # those who act now are heard at once
+            state.mail.end_attempt(acts=True)  # those who act now are heard at once
             state.goals.tell(f"step {step} of {state.horizon}")
         state.timing.tell_clients()
 

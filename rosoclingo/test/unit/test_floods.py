@@ -32,6 +32,10 @@ class Flooded(System):
         self.others: List[Request] = []
         super().__init__(make)
 
+    @property
+    def may_hold(self) -> bool:
+        return True
+
     def show(self) -> None:
         self.looks += 1
         self.clock += LOOK
@@ -186,3 +190,17 @@ def test_few_of_the_messages_that_are_dropped_are_logged_one_by_one(tmp_path: Pa
     single = sum("dropped a message" in warning for warning in system.warnings)
     more = [re.match(r"dropped (\d+) more", warning) for warning in system.warnings]
     assert single + sum(int(found[1]) for found in more if found) == dropped
+
+
+@pytest.mark.parametrize("mode", ["dynamic.incremental.recording", SINGLE])
+def test_an_idle_robot_begins_few_steps(mode: str, tmp_path: Path) -> None:
+    system = Flooded(parts(mode, tmp_path).loop, different)
+    goal = system.request("visit(2)")
+    system.until(lambda: goal.words == ["accepted", "succeeded"])
+    step, begin = system.elapsed, system.clock
+    system.until(lambda: system.elapsed >= step + 10)
+    assert system.clock - begin > 4
+    goal = system.request("visit(3)")  # waits for nothing
+    begin = system.clock
+    system.until(lambda: system.acting.get("robot") == "go(3)")
+    assert system.clock - begin < 3

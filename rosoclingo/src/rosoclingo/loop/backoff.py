@@ -1,4 +1,4 @@
-"""Bounds the time that is lost to interruptions, so that each search ends under any rate of input.
+"""Bounds what inputs cost, so that each search ends under any rate of them.
 
 >>> backoff = Backoff()
 >>> backoff.restart(0.0)  # something has come, and planning begins
@@ -55,3 +55,35 @@ class Backoff:
     def holds(self, now: float) -> bool:
         """Whether what comes has to wait."""
         return self._since is not None and now < self._since + self._hold
+
+
+_FIRST_PAUSE = 0.05
+_LONGEST_PAUSE = 1.0
+
+
+class Pace:
+    """Bounds how often messages have a robot begin a step that has nothing to do.
+
+    Each message begins a step at once, unless one before has just done so. Then there are pauses
+    that grow up to a second, and end when actions are published, or fewer messages come.
+    """
+
+    def __init__(self) -> None:
+        self._began = 0.0  # the last step
+        self._pause = 0.0
+
+    def begin_step(self, now: float) -> None:
+        """Takes note that messages have begun a step."""
+        if now - self._began > 2 * max(self._pause, _FIRST_PAUSE):
+            self._pause = 0.0
+        else:
+            self._pause = min(max(2 * self._pause, _FIRST_PAUSE), _LONGEST_PAUSE)
+        self._began = now
+
+    def reset(self) -> None:
+        """Takes note that there was something to do."""
+        self._pause = 0.0
+
+    def holds(self, now: float) -> bool:
+        """Whether messages have to wait."""
+        return now < self._began + self._pause

@@ -10,7 +10,7 @@ from rosclingo.errors import TermError, shorten
 from rosoclingo.loop import journal
 from rosoclingo.loop.acting import Acting, Actor
 from rosoclingo.loop.atoms import canonical, event
-from rosoclingo.loop.backoff import Backoff
+from rosoclingo.loop.backoff import Backoff, Pace
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.externals import PlannerExternals
@@ -125,6 +125,8 @@ class Mail(MailState):
         self._held: List[Taken] = []  # nobody can say yet whether the planner knows it
         self._command_began: Optional[float] = None  # that which is carried out
         self._backoff = Backoff()
+        self._pace = Pace()
+        self._is_paced = False  # there are messages that wait for the next step
         self._told_at = 0.0  # when planning began, or goals were told how much waits
         self._logged_at = 0.0  # since when messages that are dropped are counted
         self._logged = self._not_logged = 0
@@ -182,9 +184,16 @@ class Mail(MailState):
         self._backoff.restart(now)
         self._told_at = now
 
-    def end_attempt(self) -> None:
+    def end_attempt(self, *, acts: bool = False) -> None:
         """Takes note that the loop waits, or has somebody act: what comes is taken at once."""
         self._backoff.reset()
+        if acts:
+            self._pace.reset()
+
+    def _paces(self) -> bool:
+        """Whether a message has to wait until it begins a step."""
+        may = self.between_steps and self.inbox.may_hold and not self.inbox.closed
+        return may and self._pace.holds(self._environment.now())
 
     @property
     def _holds(self) -> bool:
@@ -258,6 +267,9 @@ class Mail(MailState):
                 unknown is held back.
         """
         self._begin_to_log()
+        if self._is_paced and not self._paces():
+            self._is_paced = False
+            self._news += 1
         new, dropped = self._tokens.resolve(self._come())
         if new or dropped or self._held:
             self._take_all(new, dropped, may_ask)
@@ -395,7 +407,8 @@ class Mail(MailState):
             if not is_answer and self._is_known(source, value):
                 return False
             self.messages.append((source, value))
-            return True
+            self._is_paced = not is_answer and self._paces()
+            return not self._is_paced
         dropped.append(f"{journal.naming(source, value)}{reason}")
         return False
 
@@ -445,8 +458,10 @@ class Mail(MailState):
     def take_messages(self, step: int) -> Dict[str, Tuple[str, str]]:
         """Removes the messages, and returns their events with id and value, in order of arrival."""
         messages = {event(source, value, step): (source, value) for source, value in self.messages}
+        if messages and self.between_steps:
+            self._pace.begin_step(self._environment.now())
         self.messages.clear()
-        self.between_steps = False
+        self.between_steps = self._is_paced = False
         return messages
 
     def drop(self, messages: List[Tuple[str, str, str]]) -> None:
