@@ -204,3 +204,12 @@ def test_an_idle_robot_begins_few_steps(mode: str, tmp_path: Path) -> None:
     begin = system.clock
     system.until(lambda: system.acting.get("robot") == "go(3)")
     assert system.clock - begin < 3
+
+
+def test_what_waits_when_the_loop_ends_is_refused(tmp_path: Path) -> None:
+    system = Flooded(parts("dynamic.incremental.recording", tmp_path).loop, different)
+    system.request("visit(3)")
+    system.until(lambda: bool(system.waiting()))  # after a command that has not taken it
+    late = system.request("visit(2)")
+    system.loop.end("it is over")
+    assert (late.words, late.reason) == (["rejected"], "it is over")

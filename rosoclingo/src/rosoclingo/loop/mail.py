@@ -245,6 +245,7 @@ class Mail(MailState):
         self.messages.clear()
         self.cancels.clear()
         self.new_goals = False
+        self._backoff.reset()
 
     def begin_decision(self) -> None:
         """The controller is about to decide."""
