@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import queue
 import sys
 import tempfile
 
 import rospy
 import rostest
+from rosgraph_msgs.msg import Log
 
 from solver_test_case import SolverTestCase
 
@@ -49,6 +51,20 @@ class TestBadInput(SolverTestCase):
 
     def test_missing_attribute(self) -> None:
         self.command_refused('<assign_external name="query(1)"/>', "line 2", "attribute value")
+
+    def test_making_false_what_there_is_not_is_no_warning(self) -> None:
+        warnings: queue.Queue[str] = queue.Queue()
+        log = rospy.Subscriber("/rosout", Log, lambda line: warnings.put(line.msg))
+        while not log.get_num_connections():
+            rospy.sleep(0.01)
+        for value, step in (("false", 6), ("true", 7)):
+            self.command_refused(
+                f'<assign_external name="query({step})" value="{value}"/>', f"query({step})"
+            )
+        warning = ""
+        while "query(7)" not in warning:
+            warning = warnings.get(timeout=60)
+            self.assertNotIn("query(6)", warning)
 
     def test_entity_expansion(self) -> None:
         self.refused(

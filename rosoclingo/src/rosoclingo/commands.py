@@ -11,7 +11,7 @@ from typing import List
 
 from clingo import Number, Symbol, SymbolType
 
-from rosclingo.wire.commands import AssignExternal, Truth
+from rosclingo.wire.commands import Truth
 from rosoclingo.errors import ControllerError, ShutdownError
 from rosoclingo.loop import beginning, diagnosis, publishing, statuses
 from rosoclingo.loop.atoms import event, query
@@ -80,19 +80,14 @@ class ROSCommands:
         self.state.horizon = horizon
 
     def assign_external(self, external: Symbol, value: Symbol) -> None:
-        """Sets an external of the planner to true, false or free."""
+        """Sets an external of the planner to true, false or free; nothing happens without it."""
         if str(value) not in _TRUTHS:
             raise ControllerError(f"{value} is not a value: it is true, false or free")
         truth = Truth(str(value))
-        if external.match("query", 1):
-            self.planner.set_query(str(external), truth)
-        elif truth is Truth.FALSE:
-            self.planner.assign([str(external)], truth)  # what does not exist is false already
-        else:
-            self.planner.run(AssignExternal(str(external), truth))
-        if external.match("query", 1) and truth is Truth.TRUE:
+        is_true = self.planner.set_external(str(external), truth) and truth is Truth.TRUE
+        if external.match("query", 1) and is_true:
             self.state.horizon = _step(external.arguments[0])
-        self.state.externals.note_assigned(str(external), truth is Truth.TRUE)
+        self.state.externals.note_assigned(str(external), is_true)
 
     def assign_externals(self, external: Symbol, value: Symbol) -> None:
         """Does what assign_external does; the manual spells it so."""
@@ -144,6 +139,7 @@ class ROSCommands:
                     "the one that was executed",
                 )
         if new:
+            state.mail.end_attempt(acts=True)  # those who act now are heard at once
             state.goals.tell(f"step {step} of {state.horizon}")
         state.timing.tell_clients()
 

@@ -345,3 +345,15 @@ def test_a_search_that_has_found_a_plan_ends_after_a_while(
     assert run.goal("work").wait() == "succeeded"
     plans = [event for event in events if isinstance(event, PlanFound) and event.actions]
     assert [plan.is_best for plan in plans] == [False]
+
+
+def test_many_events_are_asked_about_at_once() -> None:
+    solver = Counting(Engine(Options((TOLD,))))
+    planner = Planner(solver)
+    planner.begin()
+    solver.commands.clear()
+    pairs = [("1", f"visit({cell})") for cell in range(100)]
+    planner.declare(pairs)
+    assert [type(command) for command in solver.commands] == [Ground, GetExternals]
+    known = [pair for pair in pairs if planner.demand.declared[pair]]
+    assert known == [("1", f"visit({cell})") for cell in range(1, 7)]

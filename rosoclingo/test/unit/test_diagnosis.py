@@ -9,7 +9,12 @@ from typing import Any, Callable
 import pytest
 from conftest import PACKAGE, RecordedGoal, System
 
+from rosclingo.solver.options import Options
+from rosoclingo.desk.inputs import Input, Moment
+from rosoclingo.desk.parts import SINGLE, make_parts
+from rosoclingo.desk.simulation import Simulation
 from rosoclingo.errors import LoopError
+from rosoclingo.loop import diagnosis
 
 Make = Callable[..., System]
 LINES = {name: str(PACKAGE / f"example/line{name}.lp") for name in ("", "_1.0", "_paper")}
@@ -427,3 +432,38 @@ def test_what_comes_while_the_reason_is_looked_for(system: Make, line: Callable[
     made.start()
     assert goal.wait() == "succeeded"
     assert looked
+
+
+@pytest.mark.parametrize(("cancelled", "mode"), [(2, RECORDING), (1, SINGLE)])
+def test_a_cancel_request_at_any_moment_ends_no_other_goal(
+    line: Callable[..., str], cancelled: int, mode: str
+) -> None:
+    options = Options((line(ISLAND),), ("-c", "slots=3"))
+    parts = make_parts(mode, options, ("-c", "steps=5"))
+    moment = 0
+    left = False
+    while not left:
+        moment += 2
+        inputs = [
+            *(Input("goal", f"visit({cell})") for cell in (5, 3, 6)),
+            Input("cancel", str(cancelled), Moment("in", moment)),
+        ]
+        run = Simulation(parts.loop, inputs, abort_unreachable=True)
+        assert run.run() is None
+        left = bool(run.left)
+        first, second, third = [goal.words[-1] for goal in run.goals]
+        assert first in ("aborted", "canceled")[: 2 if cancelled == 1 else 1]
+        assert second in ("succeeded", "canceled")[: 2 if cancelled == 2 else 1]
+        assert third == "aborted"
+    assert moment > 10
+
+
+def test_the_search_for_the_goal_takes_its_time(
+    system: Make, line: Callable[..., str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(diagnosis, "_SECONDS", -1.0)  # for those who end all goals anyway
+    made = system(
+        RECORDING, "-c", "steps=6", encoding=[line(ISLAND)], abort_unreachable=True
+    ).start()
+    goals = [made.goal("visit(5)"), made.goal("visit(3)")]
+    assert [goal.wait() for goal in goals] == ["aborted", "succeeded"]

@@ -11,9 +11,9 @@ import pytest
 from clingo import Number
 from conftest import PACKAGE, System
 
-from rosclingo.wire.commands import Truth
+from rosclingo.wire.commands import Result, Truth
 from rosoclingo.commands import ROSCommands
-from rosoclingo.errors import ControllerError, PlannerError, ShutdownError
+from rosoclingo.errors import ControllerError, ShutdownError
 from rosoclingo.loop.beginning import reset
 from rosoclingo.loop.inbox import Message
 
@@ -102,10 +102,8 @@ def test_ground_and_assign(run: Callable[..., System]) -> None:
 def test_both_spellings_of_assign(run: Callable[..., System], spelling: str) -> None:
     system = run("initialize", f"{spelling}(query(0),true)", f"{spelling}(query(0),false)")
     assert externals(system) == []
-    # What does not exist is false already; it cannot be made true.
-    run("initialize", f"{spelling}(query(5),false)")
-    with pytest.raises(PlannerError, match=r"query\(5\)"):
-        run("initialize", f"{spelling}(query(5),true)")
+    # What does not exist is false already, and stays so, as in clingo.
+    assert not run("initialize", f"{spelling}(query(5),false)").world.warnings
     with pytest.raises(ControllerError, match="maybe is not a value"):
         run("initialize", f"{spelling}(query(0),maybe)")
 
@@ -199,6 +197,25 @@ def test_ground_all(run: Callable[..., System]) -> None:
 def test_release_external(run: Callable[..., System]) -> None:
     system = run("initialize", "release_external(query(0))", "release_external(query(0))")
     assert "query(0)" not in system.loop.state.planner.externals()
+
+
+@pytest.mark.parametrize("value", ["true", "free"])
+@pytest.mark.parametrize("encoding", ["line.lp", "line_demand.lp"])
+def test_what_is_no_external_stays_as_it_is(
+    run: Callable[..., System], encoding: str, value: str
+) -> None:
+    system = run(
+        *("initialize", "release_external(nothing)", "release_external(query(0))"),
+        *(f"assign_externals({atom},{value})" for atom in ("query(0)", "query(0)", "nothing")),
+        *("query(1)", "solve"),
+        encoding=[str(PACKAGE / "example" / encoding)],
+    )
+    assert system.loop.state.result is Result.SAT
+    assert system.loop.state.horizon == 1
+    assert not {"query(0)", "nothing"} & set(system.loop.state.planner.externals())
+    first, second = sorted(system.world.warnings)
+    assert "makes nothing true or free" in first
+    assert "makes query(0) true or free" in second
 
 
 def test_the_infos(system: Make, tmp_path: Path) -> None:

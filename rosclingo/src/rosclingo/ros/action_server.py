@@ -4,8 +4,10 @@ Delays: actionlib offers no way to ask for TCP_NODELAY, so the server opens its 
 :mod:`rosclingo.ros.low_latency`.
 
 The status list: actionlib sends the statuses of all goals of the last five seconds each time that
-one of them changes. With hundreds of short goals a second, that takes most of the time. And it
-repeats them by the clock of ROS, so that nothing comes while a simulator's stands still.
+one of them changes. With hundreds of short goals a second, that takes most of the time. So the list
+is short here, and while it has many goals nevertheless, changes are published together. And
+actionlib repeats statuses by the clock of ROS, so that nothing comes while a simulator's stands
+still.
 
 Results and feedback that are lost: rospy counts a subscription as connected before the connection
 is made, so a client may send a goal, and the server accept or end it, before what it says of that
@@ -36,6 +38,10 @@ _STATUSES = 100  # that wait for a slow client; each one tells of all goals
 # takes a goal for lost if the goal leaves the list before the client has its result.
 _ENDED_GOALS = 25
 _ENDED_SECONDS = 0.2
+
+# With more goals in the list, it is published so often at most, in seconds.
+_MANY_GOALS = 50
+_PAUSE_SECONDS = 0.05
 
 _TERMINAL = {
     GoalStatus.PREEMPTED, GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.REJECTED,
@@ -94,6 +100,8 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._results: OrderedDict[str, Any] = OrderedDict()  # by the goals' ids, likewise
         self._results_kept = results_kept
         self._is_canceling = False
+        self._repeats = False  # whether statuses are repeated
+        self._published_at = 0.0
 
     def initialize(self) -> None:
         """Opens the topics, in place of actionlib's own method; called when the server starts."""
@@ -119,7 +127,8 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self.status_list_timeout = rospy.Duration(timeout)
         frequency_name = rospy.search_param("actionlib_status_frequency")
         frequency = rospy.get_param(frequency_name) if frequency_name else 5.0
-        if frequency > 0:
+        self._repeats = frequency > 0
+        if self._repeats:
             threading.Thread(
                 target=self._repeat_statuses,
                 args=(1.0 / frequency,),
@@ -274,10 +283,17 @@ class LowLatencyActionServer(actionlib.ActionServer):
             status.status = _NOT_CANCELED[status.status]
 
     def publish_status(self) -> None:
-        """Publishes the goals' statuses; called by actionlib at each change."""
+        """Publishes the goals' statuses; called by actionlib at each change.
+
+        Of many goals, what changes in a short time is published together, at the latest when the
+        statuses are repeated. Results do not wait for that.
+        """
         with self.lock:
-            if self._is_canceling:
+            now = time.monotonic()
+            may_wait = self._repeats and len(self.status_list) > _MANY_GOALS
+            if self._is_canceling or (may_wait and now - self._published_at < _PAUSE_SECONDS):
                 return
+            self._published_at = now
             message = GoalStatusArray(status_list=[goal.status for goal in self.status_list])
             message.header.stamp = rospy.Time.now()
             self.status_pub.publish(message)
@@ -291,4 +307,5 @@ class LowLatencyActionServer(actionlib.ActionServer):
         while not end.wait(seconds):
             with self.lock:
                 if self.started:
+                    self._published_at = time.monotonic()
                     super().publish_status()  # forgets what is old, which takes longer

@@ -31,7 +31,17 @@ from rosclingo.solver.programs import Policy
 from rosclingo.solver.terms import parse_term
 from rosclingo.solver.worker import Caller, Job, Stop, Worker
 from rosclingo.srv import ROSClingoControl, ROSClingoControlRequest
-from rosclingo.wire.commands import Assumption, Failure, Improvement, Outcome, Reply, Result
+from rosclingo.wire.commands import (
+    AssignExternal,
+    Assumption,
+    Command,
+    Failure,
+    Improvement,
+    Outcome,
+    Reply,
+    Result,
+    Truth,
+)
 from rosclingo.wire.xml_codec import decode_assumptions, decode_commands, encode_reply
 
 _SECONDS_TO_END = 0.5  # how long a shutdown waits for the solver
@@ -135,15 +145,16 @@ class Node:
         return result
 
     def _control(self, request: ROSClingoControlRequest) -> str:
+        commands: Sequence[Command] = ()
         try:
             self._check_size(request.commands)
-            reply = self.worker.control(decode_commands(request.commands), _caller(request))
+            commands = decode_commands(request.commands)
+            reply = self.worker.control(commands, _caller(request))
         except XmlError as err:
             reply = Reply(failure=Failure(err.command or "commands", err.index, str(err)))
         if reply.failure is not None:
-            rospy.logwarn(
-                "control request refused at <%s>: %s", reply.failure.command, reply.failure.message
-            )
+            log = rospy.logdebug if _is_harmless(commands, reply.failure) else rospy.logwarn
+            log("control request refused at <%s>: %s", reply.failure.command, reply.failure.message)
         return encode_reply(reply)
 
     def _read_goals(self) -> None:
@@ -218,6 +229,12 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
         sys.stderr.flush()
         os._exit(exit_status(0))
     sys.exit(0)
+
+
+def _is_harmless(commands: Sequence[Command], failure: Failure) -> bool:
+    """Whether a command has failed that makes an external false: what there is not is false."""
+    command = commands[failure.index] if 0 <= failure.index < len(commands) else None
+    return isinstance(command, AssignExternal) and command.value is Truth.FALSE
 
 
 def _caller(message: Any) -> Caller:

@@ -173,6 +173,11 @@ class System(Inbox, Environment):
 
     # What the loop calls.
 
+    @property
+    def may_hold(self) -> bool:
+        """Whether the loop decides when it takes what has come; here, time stands still."""
+        return False
+
     def wait(self, timeout: float) -> bool:
         """Lets the world take its turn, unless there is something; ends if it does nothing."""
         if not (self._items or self.closed or self.turn()):

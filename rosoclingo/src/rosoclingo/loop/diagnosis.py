@@ -7,6 +7,7 @@ In the dialects in which events are facts that is not so: then all that may be t
 from __future__ import annotations
 
 import contextlib
+import math
 import time
 from typing import Callable, Iterator, List, Optional, Sequence
 
@@ -21,7 +22,7 @@ from rosoclingo.loop.demand import step_parts
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.state import State
 
-_SECONDS = 10.0  # how long it is looked for which of several goals cannot be reached
+_SECONDS = 10.0  # how long it is looked for which goal cannot be reached, if all end anyway
 _MOST_EVENTS = 50  # of which it is tried whether the program has an answer set without it
 _MOST_TRIES = 3  # times that what comes from outside may end the search for the reason
 ELSEWHERE = "; -c steps=N sets another, at the controller if there is one"
@@ -62,7 +63,8 @@ def end(state: State) -> None:
     state.environment.warn(f"{reason}; given up, as ~abort_unreachable says")
     state.externals.make_true([_cancel(state, goal) for goal in lost])
     for goal in lost:
-        goal.given_up = reason
+        if not (goal.cancel_told or goal in state.mail.cancels):  # its client has given it up
+            goal.given_up = reason
     state.tries = 0
 
 
@@ -75,35 +77,38 @@ def _unreachable(state: State, goals: List[Goal]) -> List[Goal]:
     """Returns the goals without which there is a plan, as few as are found in a while.
 
     The planner is told to cancel all, and then, in order, no longer to cancel one after the other,
-    as long as there is a plan; in the end it is told to cancel none.
+    as long as there is a plan; in the end it is told to cancel none. Goals that are to be cancelled
+    in this step anyway, and those that it cannot cancel, stay as they are.
 
     Returns:
         The goals; none if there is no plan without them either, or if that cannot be tried.
     """
     if state.planner.events_are_facts:
         return []
-    due = time.monotonic() + _SECONDS
+    due = math.inf if state.abort_unreachable else time.monotonic() + _SECONDS
 
     def stopped() -> bool:
         return time.monotonic() > due or _is_called_away(state)
 
-    atoms = [_cancel(state, goal) for goal in goals]
-    if any(state.externals.is_true(atom) for atom in atoms):
-        return []
-    lost: List[Goal] = []
-    missing = state.planner.assign(atoms, Truth.TRUE)
+    atoms = {_cancel(state, goal): goal for goal in goals}
+    atoms = {atom: goal for atom, goal in atoms.items() if not state.externals.is_true(atom)}
+    for atom, _ in state.planner.assign(list(atoms), Truth.TRUE):
+        del atoms[atom]
+    lost = dict(atoms)
     try:
-        if not missing and state.planner.has_answer_set(stopped):
-            lost = list(goals)
-            for goal, atom in zip(goals, atoms):
-                state.planner.assign([atom], Truth.FALSE)
-                if len(goals) > 1 and state.planner.has_answer_set(stopped):
-                    lost.remove(goal)
-                else:
-                    state.planner.assign([atom], Truth.TRUE)
+        if not (lost and state.planner.has_answer_set(stopped)):
+            return []
+        for atom in atoms:
+            if len(atoms) == 1:
+                break
+            state.planner.assign([atom], Truth.FALSE)
+            if state.planner.has_answer_set(stopped):
+                del lost[atom]
+            else:
+                state.planner.assign([atom], Truth.TRUE)
     finally:
-        state.planner.assign(atoms, Truth.FALSE)
-    return lost
+        state.planner.assign(list(atoms), Truth.FALSE)
+    return list(lost.values())
 
 
 def _cancel(state: State, goal: Goal) -> str:

@@ -159,17 +159,18 @@ class Goal(GoalState):
             self.slot = slot
             return True
 
-    def tell(self, line: str, *, again: bool = False) -> bool:
+    def tell(self, line: str, *, kind: str = "", again: bool = False) -> bool:
         """Sends a line of feedback, unless it says what the last of its kind has said.
 
         Args:
-            line: The line; its first word is its kind.
+            line: The line.
+            kind: Its kind; by default its first word.
             again: Whether it is sent in that case, too: it says something else now.
 
         Returns:
             Whether it was sent.
         """
-        kind = line.split(maxsplit=1)[0]
+        kind = kind or line.split(maxsplit=1)[0]
         if kind == "plan":
             self._told.pop("planning,", None)  # the next search is another one
         is_new = again or self._told.get(kind) != line
@@ -386,8 +387,8 @@ class Goals:
     def tell_positions(self) -> None:
         """Tells the goals for which there is no slot their place in the queue, counted from 1."""
         free = list(self._slots.values()).count(None)
-        waiting = (goal for goal in self._waiting if goal.stage is not Stage.ENDED)
-        for place, goal in enumerate(itertools.islice(waiting, free, None), 1):
+        self._waiting = deque(self.queued)  # many may have been recalled
+        for place, goal in enumerate(itertools.islice(self._waiting, free, None), 1):
             goal.tell(f"queued {place}")
 
     def tell(self, line: str) -> List[Goal]:

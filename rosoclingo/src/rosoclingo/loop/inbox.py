@@ -180,6 +180,16 @@ class Inbox(RecordedSearches):
             items, self._items = self._items, []
         return items
 
+    @property
+    def may_hold(self) -> bool:
+        """Whether the loop decides when it takes what has come; a recording does in a replay."""
+        return True
+
+    def waiting(self) -> List[Item]:
+        """Returns what has come and is not taken, in order of arrival."""
+        with self._changed:
+            return list(self._items)
+
     def end(self, reason: str) -> None:
         """Says that the loop has ended: it still takes what is there, but nothing that comes."""
         self._end_hurry()

@@ -10,19 +10,24 @@ from rosclingo.errors import TermError, shorten
 from rosoclingo.loop import journal
 from rosoclingo.loop.acting import Acting, Actor
 from rosoclingo.loop.atoms import canonical, event
+from rosoclingo.loop.backoff import Backoff, Pace
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.externals import PlannerExternals
-from rosoclingo.loop.goals import Goal, Goals
+from rosoclingo.loop.goals import Goal, Goals, Stage
 from rosoclingo.loop.ids import RESERVED, why_no_message
-from rosoclingo.loop.inbox import Cancel, Inbox, Message, Taken
+from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message, Taken
+from rosoclingo.loop.progress import Progress
 from rosoclingo.loop.replay_inbox import Key, Kind, key_of
 from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.tokens import Tokens
 from rosoclingo.loop.words import BUSY, FAILURE, INFO, QUEUE, TIMEOUT, UNKNOWN
 
+_FEEDBACK_SECONDS = 1.0  # how often goals are told how much waits
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
 _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
+_LOGGED_IN_SECOND = 100  # likewise, of those that are dropped in a second
+_LOG_SECONDS = 1.0
 
 
 @dataclass
@@ -34,12 +39,14 @@ class MailState:
         rejection: Why no goal can be taken, if that is so.
         messages: Pairs of id and value.
         new_goals: Whether a goal has come, or a slot for one that waits.
+        between_steps: Whether the step is over, so that what comes may be told in the next one.
     """
 
     dynamic: bool = True
     rejection: str = ""
     messages: List[Tuple[str, str]] = field(default_factory=list)
     new_goals: bool = False
+    between_steps: bool = False
     _news: int = 0  # how much has come that the controller does not know of
     _undeclared: Set[str] = field(default_factory=set)  # whose answers a warning was logged of
 
@@ -69,6 +76,10 @@ class Mail(MailState):
     that the controller never hears of it. That can be told once there is a step after step 0, since
     all steps after that declare the same events; until then it is told when the event is due.
 
+    What comes while the loop plans interrupts that, but not again and again: after the first
+    interruption it stays in the inbox until the planning is over, or for a time that grows; see
+    :class:`.Backoff`.
+
     Attributes:
         inbox: Where everything comes in.
         cancels: Goals with a slot that are to be cancelled.
@@ -82,6 +93,7 @@ class Mail(MailState):
         tokens: Tokens,
         acting: Acting,
         *,
+        progress: Progress,
         environment: Environment,
         note: Callable[[journal.Event], None],
         answered: Callable[[str, str], None],
@@ -94,12 +106,14 @@ class Mail(MailState):
             externals: What the planner's encoding knows.
             tokens: What each actuator was told to do last.
             acting: Who acts, and so may answer.
+            progress: Knows the current step.
             environment: Where warnings go.
             note: Adds an event to the journal.
             answered: Called with who has answered its action, and what.
         """
         super().__init__()
         self.inbox = inbox
+        self._progress = progress
         self._goals = goals
         self.cancels: List[Goal] = []
         self._externals = externals
@@ -110,6 +124,12 @@ class Mail(MailState):
         self._answered = answered
         self._held: List[Taken] = []  # nobody can say yet whether the planner knows it
         self._command_began: Optional[float] = None  # that which is carried out
+        self._backoff = Backoff()
+        self._pace = Pace()
+        self._is_paced = False  # there are messages that wait for the next step
+        self._told_at = 0.0  # when planning began, or goals were told how much waits
+        self._logged_at = 0.0  # since when messages that are dropped are counted
+        self._logged = self._not_logged = 0
 
     def snapshot(self) -> MailSnapshot:
         """Returns what has come and is not told yet, and who acts."""
@@ -156,6 +176,49 @@ class Mail(MailState):
         """Whether something has come that the controller has not been told of."""
         return self._news > 0
 
+    # When it is taken.
+
+    def begin_attempt(self) -> None:
+        """Takes note that planning begins, or begins again because of what has come."""
+        now = self._environment.now()
+        self._backoff.restart(now)
+        self._told_at = now
+
+    def end_attempt(self, *, acts: bool = False) -> None:
+        """Takes note that the loop waits, or has somebody act: what comes is taken at once."""
+        self._backoff.reset()
+        if acts:
+            self._pace.reset()
+
+    def _paces(self) -> bool:
+        """Whether a message has to wait until it begins a step."""
+        may = self.between_steps and self.inbox.may_hold and not self.inbox.closed
+        return may and self._pace.holds(self._environment.now())
+
+    @property
+    def _holds(self) -> bool:
+        return (
+            self.inbox.may_hold
+            and not self.inbox.closed
+            and self._backoff.holds(self._environment.now())
+        )
+
+    def tell_waiting(self) -> None:
+        """Tells goals now and then how much waits for the search."""
+        now = self._environment.now()
+        if now - self._told_at < _FEEDBACK_SECONDS or not self._holds:
+            return
+        self._told_at = now
+        waiting = self.inbox.waiting()
+        if not waiting:
+            return
+        is_one = len(waiting) == 1
+        line = f"{len(waiting)} message{' waits' if is_one else 's wait'} for the search"
+        goals = [item for item in waiting if isinstance(item, Goal)]
+        for goal in (*self._goals.open, *goals):
+            if goal.stage is not Stage.ENDED:
+                goal.tell(line, kind="waiting messages")
+
     # What comes in.
 
     def begin(self, *, keep: bool = False) -> None:
@@ -182,6 +245,7 @@ class Mail(MailState):
         self.messages.clear()
         self.cancels.clear()
         self.new_goals = False
+        self._backoff.reset()
 
     def begin_decision(self) -> None:
         """The controller is about to decide."""
@@ -203,13 +267,23 @@ class Mail(MailState):
             may_ask: Whether the planner may be asked now whether it knows something; else what is
                 unknown is held back.
         """
-        new, dropped = self._tokens.resolve(self.inbox.take())
+        self._begin_to_log()
+        if self._is_paced and not self._paces():
+            self._is_paced = False
+            self._news += 1
+        new, dropped = self._tokens.resolve(self._come())
         if new or dropped or self._held:
             self._take_all(new, dropped, may_ask)
         if may_ask:
             self._sort_queue()
         if new or dropped:
             self._goals.tell_positions()
+
+    def _come(self) -> List[Item]:
+        if self._holds:
+            self.inbox.show()
+            return []
+        return self.inbox.take()
 
     def _take_all(self, new: List[Taken], dropped: List[str], may_ask: bool) -> None:
         held, self._held = self._held, []
@@ -231,26 +305,39 @@ class Mail(MailState):
 
     def _sort_queue(self) -> None:
         """Asks the encoding which goals are to get a slot before others."""
-        for goal in self._goals.undecided():
-            first = (QUEUE, f"first({goal.request})")
-            if not (self._externals.was_asked(*first) or self._externals.is_sure([first])):
-                self._externals.ask([first])
+        undecided = [(goal, (QUEUE, f"first({goal.request})")) for goal in self._goals.undecided()]
+        questions = [
+            first
+            for _, first in undecided
+            if not (self._externals.was_asked(*first) or self._externals.is_sure([first]))
+        ]
+        if questions:
+            self._externals.ask(questions)
+        for goal, first in undecided:
             if self._externals.was_asked(*first):
                 self._goals.decide(goal, is_first=self._externals.is_declared(*first))
 
     def _take(self, item: Taken, may_ask: bool, dropped: List[str]) -> bool:
         """Takes one thing, and returns whether it is news for the controller."""
         if isinstance(item, Cancel):
-            if self._goals.cancel(item.goal):
-                self.cancels.append(item.goal)
-                return True
-            return False
+            return self._goals.cancel(item.goal) and self._take_cancel(item.goal)
         if self._held:  # the order of the others is kept
             self._held.append(item)
             return True
         if isinstance(item, Message):
             return self.dynamic and self._take_message(item, may_ask, dropped)
         return self._take_goal(item, may_ask)
+
+    def _take_cancel(self, goal: Goal) -> bool:
+        if goal in self.cancels or (goal.slot and self._is_known(goal.slot, "cancel")):
+            return False
+        self.cancels.append(goal)
+        return True
+
+    def _is_known(self, source: str, content: str) -> bool:
+        """Whether an event is true already in the step in which it would be told."""
+        atom = event(source, content, self._progress.step)
+        return not self.between_steps and self._externals.is_true(atom)
 
     def _take_goal(self, goal: Goal, may_ask: bool) -> bool:
         if self.rejection:
@@ -285,6 +372,7 @@ class Mail(MailState):
             dropped.append(str(err))
             return False
         actor, said = self._acting.actor(source), value
+        is_answer = actor is not None and actor.answer is None
         if actor and value in (UNKNOWN, TIMEOUT):
             if self._hold(message, [(source, value)], may_ask):
                 return True
@@ -318,8 +406,11 @@ class Mail(MailState):
             self._tokens.take(source, said)
             if actor and actor.is_busy:
                 return False
+            if not is_answer and self._is_known(source, value):
+                return False
             self.messages.append((source, value))
-            return True
+            self._is_paced = not is_answer and self._paces()
+            return not self._is_paced
         dropped.append(f"{journal.naming(source, value)}{reason}")
         return False
 
@@ -374,7 +465,10 @@ class Mail(MailState):
     def take_messages(self, step: int) -> Dict[str, Tuple[str, str]]:
         """Removes the messages, and returns their events with id and value, in order of arrival."""
         messages = {event(source, value, step): (source, value) for source, value in self.messages}
+        if messages and self.between_steps:
+            self._pace.begin_step(self._environment.now())
         self.messages.clear()
+        self.between_steps = self._is_paced = False
         return messages
 
     def drop(self, messages: List[Tuple[str, str, str]]) -> None:
@@ -394,12 +488,26 @@ class Mail(MailState):
     def _log_dropped(self, dropped: List[str]) -> None:
         for reason in dropped:
             self._note(journal.MessageDropped(reason))
-        for reason in dropped[:_LOGGED_DROPS]:
+        logged = dropped[: min(_LOGGED_DROPS, _LOGGED_IN_SECOND - self._logged)]
+        for reason in logged:
             self._environment.warn(f"dropped a message: {reason}")
-        if len(dropped) > _LOGGED_DROPS:
-            self._environment.warn(
-                f"dropped {len(dropped) - _LOGGED_DROPS} more messages like these"
-            )
+        self._logged += len(logged)
+        self._not_logged += len(dropped) - len(logged)
+        if logged:
+            self._sum_up_dropped()
+
+    def _sum_up_dropped(self) -> None:
+        """Logs how many messages were dropped besides those that were logged."""
+        if self._not_logged:
+            self._environment.warn(f"dropped {self._not_logged} more messages like these")
+            self._not_logged = 0
+
+    def _begin_to_log(self) -> None:
+        """Logs, a second after messages were dropped, how many more were; counts anew then."""
+        if self._environment.now() - self._logged_at >= _LOG_SECONDS:
+            self._sum_up_dropped()
+            self._logged_at = self._environment.now()
+            self._logged = 0
 
 
 def _arrival(item: Taken, seconds: float) -> journal.Event:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Callable, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
@@ -50,6 +50,7 @@ class Planner(PlannerState):
             for when it is through.
         recorded: Knows in a replay how searches end that depend on time.
         note: Called with how such a search has ended.
+        missing: Called with an external that a mode makes true or free, and that there is not.
     """
 
     def __init__(self, solver: Solver, patience: float = 0.0) -> None:
@@ -59,6 +60,8 @@ class Planner(PlannerState):
         self.patience = patience
         self.recorded = RecordedSearches()
         self.note: Callable[[SearchEnded], None] = lambda _: None
+        self.missing: Callable[[str], None] = lambda _: None
+        self._optional: Set[str] = set()  # externals that a mode has set
         # A dialect's translation may be in between.
         self._is_translated = bool(getattr(solver, "events_are_facts", False))
 
@@ -153,16 +156,24 @@ class Planner(PlannerState):
         Raises:
             PlannerError: A command failed.
         """
+        return self._run(commands)[0]
+
+    def _run(self, commands: Sequence[wire.Command]) -> Tuple[wire.Reply, List[str]]:
+        """Does so, and returns also which externals there are not that a mode has set."""
         later, self._later = self._later, []
         if later:
             self.assign(later, wire.Truth.TRUE)
         commands = (*self.demand.take_pending(), *commands)
         if not commands:
-            return wire.Reply()
+            return wire.Reply(), []
         truths = [c for c in commands if isinstance(c, (wire.AssignExternal, wire.ReleaseExternal))]
         if any(not command.name.startswith(QUERY) for command in truths):
             self._forget_plan()
-        return self._requests.run(commands)
+        reply, skipped = self._requests.run(commands, self._optional)
+        missing = [one.name for one in skipped if one.value is not wire.Truth.FALSE]
+        for atom in missing:
+            self.missing(atom)
+        return reply, missing
 
     def _forget_plan(self) -> None:
         """Takes note that something was told by which the plan may be another one."""
@@ -245,20 +256,22 @@ class Planner(PlannerState):
         """Returns all externals with their values."""
         return read_externals(self.run(wire.GetExternals()))
 
-    def set_query(self, query: str, value: wire.Truth) -> None:
-        """Sets an external ``query(T)``: whether all has to be done at a horizon.
+    def set_external(self, atom: str, value: wire.Truth) -> bool:
+        """Sets an external as a mode says; nothing happens if it is none, as in clingo.
 
-        An encoding that has opted in learns it together with what it is told.
+        An encoding that has opted in learns a ``query(T)`` together with what it is told.
+
+        Returns:
+            Whether there is such an external, as far as that is known.
 
         Raises:
-            PlannerError: There is no such external.
+            PlannerError: The solver refuses the request.
         """
-        if self.demand:
-            self.demand.set_query(query, value)
-        elif value is wire.Truth.FALSE:
-            self.assign([query], value)  # what does not exist is false already
-        else:
-            self.run(wire.AssignExternal(query, value))
+        self._optional.add(atom)
+        if self.demand and atom.startswith(QUERY):
+            self.demand.set_query(atom, value)
+            return True
+        return atom not in self._run([wire.AssignExternal(atom, value)])[1]
 
     def declare(self, pairs: Sequence[Pair]) -> None:
         """Asks an encoding that is told its events whether it knows them."""

@@ -174,6 +174,11 @@ class ReplayInbox(Inbox):
         with self._changed:
             return self._is_open or self._expected[key_of(item)] <= 0
 
+    @property
+    def may_hold(self) -> bool:
+        """Whether the loop decides when it takes what has come, as after :meth:`open`."""
+        return self._is_open
+
     def go_on(self) -> None:
         """Ends the wait for a node that is to be killed: it is."""
         with self._changed:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Sequence, Tuple
+from typing import Container, Dict, List, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop.atoms import QUERY
+from rosoclingo.loop.atoms import EVENT, QUERY
 from rosoclingo.loop.demand import Demand, Pair
 from rosoclingo.loop.solver import Solver
 
 _BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
-_MANY = 20  # so many assignments after one that failed, it is quicker to ask for all externals
+_MANY = 20  # from so many externals on, it is quicker to ask for all, than about each that fails
 
 
 class Requests:
@@ -20,14 +20,30 @@ class Requests:
     def __init__(self, solver: Solver) -> None:
         self._solver = solver
 
-    def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
+    def run(
+        self, commands: Sequence[wire.Command], optional: Container[str] = ()
+    ) -> Tuple[wire.Reply, List[wire.AssignExternal]]:
         """Runs commands; a ``query(T)`` that there is not is false already.
+
+        Args:
+            commands: The commands.
+            optional: Externals that need not be there to be assigned a value.
+
+        Returns:
+            The reply, and the assignments that have no effect, as there is no such external.
 
         Raises:
             PlannerError: A command failed.
         """
+        skipped: List[wire.AssignExternal] = []
         reply = self._solver.run(commands)
-        while reply.failure is not None and _is_false_query(commands, reply.failure.index):
+        while reply.failure is not None and reply.failure.index >= 0:
+            failed = commands[reply.failure.index]
+            if not isinstance(failed, wire.AssignExternal):
+                break
+            if not (_is_false_query(failed) or failed.name in optional):
+                break
+            skipped.append(failed)
             commands = commands[reply.failure.index + 1 :]
             reply = self._solver.run(commands) if commands else wire.Reply()
         if reply.failure is not None:
@@ -36,7 +52,7 @@ class Requests:
                 f"the planner refused <{failure.command}>: {failure.message}; check that its "
                 "encoding fits the mode, and that nothing else restarted it"
             )
-        return reply
+        return reply, skipped
 
     def programs(self) -> Sequence[Tuple[str, int]]:
         """Returns the program parts; none if the solver is one that cannot tell."""
@@ -67,7 +83,7 @@ class Requests:
                 done = index + 1
             rest = rest[done:]
             if reply.failure is not None and len(rest) > _MANY:
-                declared = read_externals(self.run([wire.GetExternals()]))
+                declared = read_externals(self.run([wire.GetExternals()])[0])
                 unknown = [atom for atom in rest if atom not in declared]
                 missing += [(atom, f"there is no external {atom}") for atom in unknown]
                 rest = [atom for atom in rest if atom in declared]
@@ -85,15 +101,21 @@ class Requests:
         """
         rest = demand.questions(pairs)
         while rest:
-            failure = self._solver.run(demand.ask(rest)).failure
+            asking, *questions = demand.ask(rest)
+            if len(rest) > _MANY:
+                known = read_externals(self.run([asking, wire.GetExternals()])[0])
+                for pair in rest:
+                    demand.learn(pair, f"{EVENT}{','.join(pair)})" in known)
+                return
+            failure = self._solver.run([asking, *questions]).failure
             if failure is not None and failure.index < 1:
                 raise PlannerError(f"the planner refused a request: {failure.message}")
-            known = len(rest) if failure is None else failure.index - 1
-            for pair in rest[:known]:
+            count = len(rest) if failure is None else failure.index - 1
+            for pair in rest[:count]:
                 demand.learn(pair, True)
-            for pair in rest[known : known + 1]:
+            for pair in rest[count : count + 1]:
                 demand.learn(pair, False)
-            rest = rest[known + 1 :]
+            rest = rest[count + 1 :]
 
 
 def read_externals(reply: wire.Reply) -> Dict[str, wire.Truth]:
@@ -103,13 +125,8 @@ def read_externals(reply: wire.Reply) -> Dict[str, wire.Truth]:
     return dict(answer.values)
 
 
-def _is_false_query(commands: Sequence[wire.Command], index: int) -> bool:
-    command = commands[index] if index >= 0 else None
-    return (
-        isinstance(command, wire.AssignExternal)
-        and command.value is wire.Truth.FALSE
-        and command.name.startswith(QUERY)
-    )
+def _is_false_query(command: wire.AssignExternal) -> bool:
+    return command.value is wire.Truth.FALSE and command.name.startswith(QUERY)
 
 
 def _batch(atoms: Sequence[str]) -> List[str]:

@@ -26,6 +26,8 @@ def search(state: State) -> None:
     state.waiting.begin_planning()
     outcome = state.planner.search(state.step, state.horizon, state.interrupted)
     state.result = outcome.result
+    if outcome.result is Result.UNKNOWN:
+        state.mail.begin_attempt()
     if outcome.result is Result.SAT:
         _look(state, outcome)
         take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
@@ -51,13 +53,13 @@ def settle(state: State, step: int) -> None:
     asked = query(state.horizon)
     is_asked = asked in state.externals.kept
     if is_asked:  # what holds does not depend on it, and there may be no plan
-        state.planner.set_query(asked, Truth.FALSE)
+        state.planner.assign([asked], Truth.FALSE)
     outcome = state.planner.search(step, state.horizon, lambda: state.mail.inbox.closed)
     if outcome.result is Result.SAT:
         take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
         statuses.release(state)
     if is_asked:
-        state.planner.set_query(asked, Truth.TRUE)
+        state.planner.assign([asked], Truth.TRUE)
 
 
 def take_plan(state: State, plan: Plan, is_best: bool = True) -> None:

@@ -96,6 +96,7 @@ class State(Progress):
         self.tokens = Tokens()
         self._shown: Tuple[object, ...] = ()
         planner.recorded, planner.note = inbox, self.note
+        planner.missing = self._warn_of_missing
         self.arrivals = Arrivals()
         self.durations = Durations()
         self.timing = Timing(
@@ -116,6 +117,7 @@ class State(Progress):
             self.externals,
             self.tokens,
             self.acting,
+            progress=self,
             environment=environment,
             note=self.note,
             answered=self.timing.end_action,
@@ -179,6 +181,13 @@ class State(Progress):
             self.note_warned(kind)
             self.environment.warn(text)
 
+    def _warn_of_missing(self, external: str) -> None:
+        self.warn_once(
+            f"external {external}",
+            f"the mode makes {external} true or free, and there is no such external, or it was "
+            "released: nothing happens, as in clingo; this is said once",
+        )
+
     def note(self, event: journal.Event) -> None:
         """Adds an event to the journal. Thread-safe."""
         self.environment.note(journal.Record(event, self.step, self.horizon))
@@ -193,6 +202,7 @@ class State(Progress):
         """Whether a search has to end because of what has come; says now and then that it runs."""
         self.waiting.tell_progress(self.horizon)
         self.mail.take()  # the planner cannot be asked
+        self.mail.tell_waiting()
         return self.mail.inbox.closed or self.mail.has_news
 
     def finish(self, reason: str) -> None:
@@ -205,6 +215,7 @@ class State(Progress):
 
     def assign_messages(self, step: int) -> None:
         """Makes the events of all messages, cancel requests and goals with a slot true."""
+        self.mail.begin_attempt()
         is_grounded = step in self.externals.grounded or self.planner.demand.tells
         if not is_grounded:
             self.warn_once(

@@ -79,6 +79,8 @@ class Waiting:
             RosclingoError: A solver went away.
         """
         mail = self._mail
+        mail.end_attempt()
+        mail.between_steps = not self._acting.pending_actions
         while mail.inbox.is_search_due(improves=True) and improve():
             pass  # a replay has what came then already
         mail.take(may_ask=True)
@@ -112,6 +114,7 @@ class Waiting:
             RosclingoError: A solver went away.
         """
         mail = self._mail
+        mail.end_attempt()
         mail.take(may_ask=True)
         if self._acting.pending_actions:
             self._note(LoopWaits())
@@ -187,6 +190,7 @@ class Waiting:
             ShutdownError: The node is shutting down.
         """
         inbox = self._mail.inbox
+        self._mail.end_attempt()
         while not inbox.closed:
             self._mail.take()
             inbox.wait(LOOK_SECONDS)

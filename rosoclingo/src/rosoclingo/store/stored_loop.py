@@ -131,9 +131,13 @@ class StoredInbox(Inbox):
         waits()
         self.waits()
 
+    def show(self) -> None:
+        """Lets out what rests on nothing that is to be written, and calls who wants to look."""
+        self.looked()
+        super().show()
+
     def take(self) -> List[Item]:
         """Returns all items in order of arrival and removes them; does not wait."""
-        self.looked()
         items = super().take()
         numbers = (self._numbers.pop(id(item), None) for item in items)
         self._taken += (number for number in numbers if number is not None)
