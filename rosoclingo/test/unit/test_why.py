@@ -366,6 +366,63 @@ def test_a_slot_that_had_another_goal_before_has_a_reason() -> None:
     assert named == ["visit(2)", "close(3)"]
 
 
+def test_a_goal_that_would_have_ended_in_an_idle_step() -> None:
+    """At its start, the robot is where it is to go back to; since then, steps have gone by."""
+    saved = ("event(save,at(3),0)", "event(save,closed(2),0)", "event(save,want(1,1),0)")
+    passed = tuple(f"event(info,passed,{step})" for step in range(4))
+    situation = Situation((*saved, *passed), step=4, last=12, goals=(("1", "visit(1)"),))
+    explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
+    assert explainer.goal("1").text == (
+        "There is no plan for visit(1) because at(3) and closed(2). Each is needed: without the "
+        "first, a plan of 0 steps and without the second, a plan of 2 steps."
+    )
+
+
+def test_a_place_that_could_be_a_slot_belongs_to_no_goal() -> None:
+    """There are more slots than floors."""
+    saved = ("event(save,floor(2),0)", "event(save,want(2,3),0)")
+    savable = [f"event(save,floor({n}),0)" for n in (1, 2)]
+    savable += [f"event(save,want({n},{cell}),0)" for n in (1, 2, 3) for cell in range(9)]
+    facts = Facts.of(Situation(saved, goals=(("2", "visit(3)"),)), ["1", "2", "3"], savable)
+    assert [(fact.kind.value, fact.content, fact.atoms) for fact in facts.free] == [
+        ("request", "visit(3)", saved[1:]),
+        ("saved", "floor(2)", saved[:1]),
+    ]
+
+
+GATE = """
+#program base. fluent(ajar).
+#program state(t).
+#external event(info,(unlatch;push),t).
+holds(ajar,0) :- before(ajar,0), t = 0.
+holds(ajar,t) :- event(info,unlatch,t).
+#program transition(t).
+holds(ajar,t) :- holds(ajar,t-1).
+:- do(robot,go(4),t), not holds(ajar,t-1).
+"""
+
+
+def test_a_fact_that_makes_plans_possible_is_no_reason(tmp_path: Path) -> None:
+    """A gate has to be unlatched, which it is; and then a cell behind it is closed."""
+    gate = tmp_path / "gate.lp"
+    gate.write_text(GATE)
+    options = Options((LINE, str(gate)))
+    told = ["event(1,visit(6),0)", "event(info,push,0)", "event(info,unlatch,0)"]
+    blocked = Situation((*told, "event(info,close(5),0)"), last=9, goals=(("1", "visit(6)"),))
+    explainer = Explainer(options, blocked, seconds=SECONDS)
+    for text in (explainer.goal("1").text, explainer.no_plan().text):
+        assert text == (
+            "There is no plan for visit(6), although info says unlatch, because info says "
+            "close(5). Without that, there would be a plan of 5 steps."
+        )
+    latched = Situation((*told[:2], "event(info,close(5),0)"), last=9, goals=(("1", "visit(6)"),))
+    found = Explainer(options, latched, seconds=SECONDS).goal("1")
+    assert found.no_plan is not None
+    assert found.no_plan.reason is not None
+    assert found.no_plan.reason.is_absolute
+    assert found.text.startswith("There is no plan for visit(6), whatever was told: ")
+
+
 def test_a_plan_that_nobody_has_executed_begins_anew() -> None:
     """The last that has happened surprises nobody, so that the plan from before would stand."""
     told = ("event(1,visit(4),0)", "event(info,passed,0)", "event(robot,success,3)")

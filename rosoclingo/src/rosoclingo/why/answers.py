@@ -145,7 +145,8 @@ def _(value: Member, steps: int) -> Member:
 @later.register(Reason)
 def _(value: Reason, steps: int) -> Reason:
     members, given = later(value.members, steps), later(value.given, steps)
-    return replace(value, members=members, given=given)
+    enabling = later(value.enabling, steps)
+    return replace(value, members=members, given=given, enabling=enabling)
 
 
 @later.register(WhyNoPlan)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import FrozenSet, Optional, Tuple
 
 from rosclingo.wire.commands import Assumption
-from rosoclingo.why.copy import Copy, Deadline, Verdict
+from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
 from rosoclingo.why.facts import Fact, Facts, Kind, atoms
+from rosoclingo.why.reason import Search
 from rosoclingo.why.situation import Situation
 
 
@@ -75,6 +76,21 @@ class Case:
         if goals is None:
             goals = self.goals(facts)
         return self.copy.ask(told, goals, self.demands, best=facts == self.facts.all())
+
+    def ask_any(self, facts: FrozenSet[Fact], others: FrozenSet[Fact]) -> Optional[bool]:
+        """Returns whether there is a plan with some facts, and any of others; None if not known."""
+        told = atoms(facts) | self.facts.fixed
+        groups = [fact.atoms for fact in sorted(others, key=str)]
+        return self.copy.ask_any(told, groups, self.goals(facts), self.demands)
+
+    def search(self, wrong: Answer) -> Search:
+        """Returns a search for the reason of an answer.
+
+        Args:
+            wrong: The answer with all facts.
+        """
+        ask_any = self.ask_any if wrong is Answer.NONE else lambda facts, others: None
+        return Search(self.ask, self.facts, self.deadline, wrong, ask_any)
 
     def on(self, copy: Copy) -> Verdict:
         """Looks for a plan with all facts on another copy."""

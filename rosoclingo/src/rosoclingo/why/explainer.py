@@ -19,7 +19,6 @@ from rosoclingo.why.case import Case
 from rosoclingo.why.copy import Answer, Copy, Deadline, Possible, Verdict
 from rosoclingo.why.instead import Instead
 from rosoclingo.why.phrases import Phrases
-from rosoclingo.why.reason import Search
 from rosoclingo.why.rebuilding import RebuildingCopy
 from rosoclingo.why.retelling import RetellingCopy
 from rosoclingo.why.situation import Situation, moved
@@ -183,7 +182,7 @@ class Explainer:
                 is_limit = self._situation.is_limit
                 answer = WhyNoPlan("", farther, farther.horizon if is_limit else None)
             else:
-                reason = Search(case.ask, case.facts, case.deadline, verdict.answer).run()
+                reason = case.search(verdict.answer).run()
                 answer = WhyNoPlan("", is_contradictory=is_contradictory, reason=reason)
         return answer
 
@@ -234,7 +233,7 @@ class Explainer:
             other = self._farther(case, verdict)
         found = Contrast("", action, is_demanded, best, other)
         if other is None:
-            reason = Search(case.ask, case.facts, case.deadline, verdict.answer).run()
+            reason = case.search(verdict.answer).run()
             found = replace(found, reason=reason)
         elif best is not None:
             found = replace(found, longer=other.horizon - best.horizon)

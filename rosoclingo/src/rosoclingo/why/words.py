@@ -49,14 +49,16 @@ def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> st
     there is no plan, the others are why, too.
     """
     if not reason.members:
-        return ", whatever was told: the encoding excludes it."
+        told = "whatever was told" if reason.is_absolute else "even if nothing else had been told"
+        return f", {told}{_given(reason)}: the encoding excludes it."
     goals = [m for m in reason.members if m.fact.kind is Kind.REQUEST and not is_of_goal]
     causes = [m for m in reason.members if m not in goals]
     text = f" for {join(m.fact.content for m in goals)}" if goals else ""
     text += " together" if len(goals) > 1 else ""
+    if reason.enabling:
+        text += f", although {phrases.join(reason.enabling)},"
     text += f" because {phrases.join(m.fact for m in causes)}" if causes else ""
-    if reason.given:
-        text += f", given what had happened up to step {max(f.step for f in reason.given)}"
+    text += _given(reason)
     if not reason.is_complete:
         return f"{text}. There was no time to look whether all of that is needed."
     without = [f"without {m.fact.content}, {a_plan(m.without)}" for m in goals]
@@ -69,6 +71,12 @@ def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> st
     if len(without) == 1:
         return f"{text}. W{without[0][1:].replace(', ', ', there would be ', 1)}."
     return f"{text}. Each is needed: {join(without)}."
+
+
+def _given(reason: Reason) -> str:
+    if not reason.given:
+        return ""
+    return f", given what had happened up to step {max(f.step for f in reason.given)}"
 
 
 def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
