@@ -146,7 +146,8 @@ def _(value: Member, steps: int) -> Member:
 def _(value: Reason, steps: int) -> Reason:
     members, given = later(value.members, steps), later(value.given, steps)
     enabling = later(value.enabling, steps)
-    return replace(value, members=members, given=given, enabling=enabling)
+    relaxed = later(value.relaxed, steps)
+    return replace(value, members=members, given=given, enabling=enabling, relaxed=relaxed)
 
 
 @later.register(WhyNoPlan)

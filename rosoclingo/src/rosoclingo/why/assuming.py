@@ -22,6 +22,7 @@ from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.atoms import SAVE, query
 from rosoclingo.loop.planner import Planner
 from rosoclingo.why.copy import ENDS, Answer, Copy, Deadline, Verdict
+from rosoclingo.why.rules import is_relaxed, relaxable
 from rosoclingo.why.situation import Situation
 
 # asks(Z): a plan for one horizon from A to Z is wanted, whichever. wants(S,B): in it, the goal ends
@@ -57,7 +58,7 @@ class AssumingCopy(Copy):
         self.step = situation.step
         self.last = max(situation.step, situation.last if last is None else last)
         self.deadline = deadline
-        self._engine = Engine(options)
+        self._engine = Engine(options, rewrite=relaxable)
         planner = Planner(self._engine)
         self.slots = planner.begin()
         for step in range(1, self.last + 1):
@@ -128,14 +129,17 @@ class AssumingCopy(Copy):
         others: Sequence[Sequence[str]],
         goals: FrozenSet[str] = frozenset(),
         demands: Tuple[Assumption, ...] = (),
-    ) -> bool:
-        """Returns whether there is a plan with some events, and any of others."""
+    ) -> Verdict:
+        """Looks for any plan with some events, and any of others; see :class:`.copy.Copy`."""
         optional = frozenset(atom for group in others for atom in group) - told
         self._make_free(told | optional)
         facts = [Assumption(atom, atom in told) for atom in self._free if atom not in optional]
         asking = [*self._asking(), *self._wants(goals, told), *demands, *facts]
         asking += self._ties([group for group in others if len(group) > 1])
-        return self._search(asking, best=False).result is Result.SAT
+        if self._search(asking, best=False).result is Result.SAT:
+            return Verdict(Answer.PLAN)
+        core = (a.name for a in self._engine.core if a.value is not is_relaxed(a.name))
+        return Verdict(Answer.NONE, core=frozenset(core))
 
     def _ties(self, groups: Sequence[Sequence[str]]) -> List[Assumption]:
         """Returns what demands that all events of a group are true, or none, for these groups."""

@@ -132,8 +132,11 @@ class Copy(abc.ABC):
         others: Sequence[Sequence[str]],
         goals: FrozenSet[str] = frozenset(),
         demands: Tuple[Assumption, ...] = (),
-    ) -> Optional[bool]:
-        """Returns whether there is a plan with some events, and any of others; None if not known.
+    ) -> Optional[Verdict]:
+        """Looks for any plan with some events, and any of others; None if the copy cannot do that.
+
+        It does not say which plan, or whether there is a contradiction. Its core has the
+        constraints, too, that are not relaxed, by what would relax them.
 
         Args:
             told: The events that are true.

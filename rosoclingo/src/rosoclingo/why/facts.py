@@ -20,6 +20,7 @@ class Kind(enum.Enum):
     ANNOUNCEMENT = "announcement"
     FAILURE = "failure"  # an action was answered by something else than success
     ACTION = "action"  # it was published, and perhaps answered
+    RULE = "rule"  # a constraint of the encoding; see :mod:`.rules`
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ Ask = Callable[[FrozenSet[Fact]], Verdict]
 AskAny = Callable[[FrozenSet[Fact], FrozenSet[Fact]], Optional[bool]]
 _TOGETHER = (
     (Kind.CANCEL, Kind.REQUEST, Kind.SAVED), (Kind.ANNOUNCEMENT,), (Kind.FAILURE, Kind.ACTION),
+    (Kind.RULE,),
 )  # fmt: skip
 _BUDGET = 0.1  # of the time that is left, for looking whether there is a smaller set
 _ENABLING = 0.3  # likewise, for looking which facts make plans possible
@@ -46,6 +47,10 @@ class Reason:
         enabling: The facts that are taken as given because without them, there is no plan either.
         is_absolute: Whether only goals are members, and there is no plan for them with any set of
             facts of those that were told.
+        rules: The constraints that prevent a plan, if only goals are members. If they have names:
+            as few as possible without which there is a plan. Else: those that prevent it together,
+            whatever becomes of the others.
+        relaxed: The plan without them; None if they have no names.
         is_smallest: Whether no smaller set is a reason, as far as facts only ever prevent plans.
         is_complete: Whether there was time to look whether each member is needed.
     """
@@ -56,6 +61,13 @@ class Reason:
     is_complete: bool = True
     enabling: Tuple[Fact, ...] = ()
     is_absolute: bool = False
+    rules: Tuple[Fact, ...] = ()
+    relaxed: Optional[Possible] = None
+
+    @property
+    def has_only_goals(self) -> bool:
+        """Whether the facts but goals do not matter."""
+        return all(member.fact.kind is Kind.REQUEST for member in self.members)
 
     @property
     def facts(self) -> FrozenSet[Fact]:
