@@ -126,7 +126,7 @@ def test_one_node(terminals: Terminals, tmp_path: Path) -> None:
     (process,) = answering(node)
     os.kill(process, signal.SIGSTOP)
     asked = terminals.start("rosrun", "rosoclingo", "why.py")
-    asked.wait_for("waiting for /rosoclingo/why")
+    asked.wait_for("waiting for /rosoclingo/why, which computes the answer, for ")
     node.interrupt()
     assert node.wait() == 0
     assert asked.wait() == 1

@@ -23,7 +23,7 @@ from rosoclingo.loop.snapshot import decode
 from rosoclingo.single.dialects import Dialect1, PaperDialect
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.process import CLOSED, AnsweringProcess
-from rosoclingo.why.question import Kind, Question, Reply, Status, read, read_reply
+from rosoclingo.why.question import MORE_TIME, Kind, Question, Reply, Status, read, read_reply
 from rosoclingo.why.situation import Situation
 from rosoclingo.why.task import Encoding, Task, answer
 
@@ -157,7 +157,9 @@ def test_a_wrong_question(question: Question, text: str) -> None:
 def test_other_answers_that_are_none(tmp_path: Path) -> None:
     reply = read_reply(answer(pickle.dumps(task(seconds=0.0))))
     assert (reply.status, reply.structure) == (Status.UNANSWERED, "")
-    assert reply.text == "there was no time for an answer within 0 s"
+    assert reply.text == f"there was no time for an answer within 0 s; {MORE_TIME}"
+    assert "~why_seconds" in MORE_TIME
+    assert "~why_nice" in MORE_TIME
     lost = Task(Encoding(Options((str(tmp_path / "a.lp"),))), SITUATION, PLAN, PATIENCE)
     assert read_reply(answer(pickle.dumps(lost))).status is not Status.ANSWERED
     reply = read_reply(answer(b"no pickle"))
@@ -259,6 +261,7 @@ def test_one_that_hangs_is_ended(make: Callable[..., Asked]) -> None:
     reply = asked.ask(task(seconds=0.1))
     assert reply.status is Status.UNANSWERED
     assert reply.text.startswith("there was no answer within 0.1 s; the process that looks for it")
+    assert reply.text.endswith(MORE_TIME)
     assert asked.pid is None
     never_ready = make(HANGS, seconds_to_start=0.1)
     assert never_ready.ask(task()).status is Status.UNANSWERED

@@ -366,6 +366,167 @@ def test_a_slot_that_had_another_goal_before_has_a_reason() -> None:
     assert named == ["visit(2)", "close(3)"]
 
 
+def test_a_goal_that_would_have_ended_in_an_idle_step() -> None:
+    """At its start, the robot is where it is to go back to; since then, steps have gone by."""
+    saved = ("event(save,at(3),0)", "event(save,closed(2),0)", "event(save,want(1,1),0)")
+    passed = tuple(f"event(info,passed,{step})" for step in range(4))
+    situation = Situation((*saved, *passed), step=4, last=12, goals=(("1", "visit(1)"),))
+    explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
+    assert explainer.goal("1").text == (
+        "There is no plan for visit(1) because at(3) and closed(2). Each is needed: without the "
+        "first, a plan of 0 steps and without the second, a plan of 2 steps."
+    )
+
+
+def test_a_place_that_could_be_a_slot_belongs_to_no_goal() -> None:
+    """There are more slots than floors."""
+    saved = ("event(save,floor(2),0)", "event(save,want(2,3),0)")
+    savable = [f"event(save,floor({n}),0)" for n in (1, 2)]
+    savable += [f"event(save,want({n},{cell}),0)" for n in (1, 2, 3) for cell in range(9)]
+    facts = Facts.of(Situation(saved, goals=(("2", "visit(3)"),)), ["1", "2", "3"], savable)
+    assert [(fact.kind.value, fact.content, fact.atoms) for fact in facts.free] == [
+        ("request", "visit(3)", saved[1:]),
+        ("saved", "floor(2)", saved[:1]),
+    ]
+
+
+GATE = """
+#program base. fluent(ajar).
+#program state(t).
+#external event(info,(unlatch;push),t).
+holds(ajar,0) :- before(ajar,0), t = 0.
+holds(ajar,t) :- event(info,unlatch,t).
+#program transition(t).
+holds(ajar,t) :- holds(ajar,t-1).
+:- do(robot,go(4),t), not holds(ajar,t-1).
+"""
+
+
+def test_a_fact_that_makes_plans_possible_is_no_reason(tmp_path: Path) -> None:
+    """A gate has to be unlatched, which it is; and then a cell behind it is closed."""
+    gate = tmp_path / "gate.lp"
+    gate.write_text(GATE)
+    options = Options((LINE, str(gate)))
+    told = ["event(1,visit(6),0)", "event(info,push,0)", "event(info,unlatch,0)"]
+    blocked = Situation((*told, "event(info,close(5),0)"), last=9, goals=(("1", "visit(6)"),))
+    explainer = Explainer(options, blocked, seconds=SECONDS)
+    for text in (explainer.goal("1").text, explainer.no_plan().text):
+        assert text == (
+            "There is no plan for visit(6), although info says unlatch, because info says "
+            "close(5). Without that, there would be a plan of 5 steps."
+        )
+    latched = Situation((*told[:2], "event(info,close(5),0)"), last=9, goals=(("1", "visit(6)"),))
+    found = Explainer(options, latched, seconds=SECONDS).goal("1")
+    assert found.no_plan is not None
+    assert found.no_plan.reason is not None
+    assert found.no_plan.reason.is_absolute
+    assert found.text.startswith("There is no plan for visit(6), whatever was told: ")
+
+
+BATTERY = """
+#const full=3.
+#program base. fluent(battery(0..full)).
+before(battery(full),0) :- not event(save,battery(_),0).
+#program state(t).
+holds(battery(N),0) :- before(battery(N),0), t = 0.
+#program transition(t).
+holds(battery(N-1),t) :- holds(battery(N),t-1), do(robot,_,t).
+holds(battery(N),t) :- holds(battery(N),t-1), not do(robot,_,t).
+% Each move takes some.
+%! the battery
+%! does not last.
+:- do(robot,_,t), holds(battery(0),t-1).
+{more}
+"""
+SLOWLY = """
+:- do(robot,_,t),
+   do(robot,_,t-1).
+"""
+
+
+@pytest.mark.parametrize("dialect", [Dialect2, None])
+def test_a_rule_is_named_where_no_fact_is_the_reason(dialect: Any, tmp_path: Path) -> None:
+    """Cell 6 is 5 moves away; and so for a copy that begins anew for each set of facts."""
+    battery = tmp_path / "battery.lp"
+    battery.write_text(BATTERY.replace("{more}", ""))
+    told = ("event(1,visit(6),0)", "event(2,visit(3),0)", "event(info,close(1),0)")
+    situation = Situation(told, last=12, goals=(("1", "visit(6)"), ("2", "visit(3)")))
+    explainer = Explainer(Options((LINE, str(battery))), situation, seconds=SECONDS)
+    explainer._must_rebuild = dialect is None
+    text = (
+        "There is no plan for visit(6) because the battery does not last. Without that, there "
+        "would be a plan of 5 steps."
+    )
+    assert explainer.no_plan().text == text
+    found = explainer.goal("1")
+    assert found.text == text
+    assert decode(WhyGoal, encode(found)) == found
+    assert explainer.what_if(["info:close(2)"]).text.startswith("There would be no plan for visit")
+
+
+def test_the_smallest_set_of_rules_is_named(tmp_path: Path) -> None:
+    """The third rule is that the robot goes slowly, which prevents nothing."""
+    battery = tmp_path / "battery.lp"
+    more = f"%! it goes slowly{SLOWLY}%! cell 5 is not for robots\n:- do(robot,go(5),t)."
+    battery.write_text(BATTERY.replace("{more}", more))
+    situation = Situation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
+    explainer = Explainer(Options((LINE, str(battery))), situation, seconds=SECONDS)
+    assert explainer.no_plan().text == (
+        "There is no plan for visit(6) because cell 5 is not for robots and the battery does "
+        "not last. Without these, there would be a plan of 9 steps."
+    )
+
+
+def test_a_rule_without_a_name_is_quoted_with_its_place(tmp_path: Path) -> None:
+    line, battery = tmp_path / "line.lp", tmp_path / "battery.lp"
+    line.write_text(
+        "\n".join(row for row in Path(LINE).read_text().splitlines() if "%!" not in row)
+    )
+    text = "\n".join(
+        row for row in BATTERY.replace("{more}", SLOWLY).splitlines() if "%!" not in row
+    )
+    battery.write_text(text)
+    situation = Situation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
+    explainer = Explainer(Options((str(line), str(battery))), situation, seconds=SECONDS)
+    found = explainer.no_plan()
+    assert found.reason is not None
+    named = [rule.content for rule in found.reason.rules]
+    line_number, number = (
+        next(n for n, row in enumerate(file.read_text().splitlines(), 1) if words in row)
+        for file, words in ((line, "|X-Y| != 1"), (battery, ":- do(robot,_,t), holds(battery(0)"))
+    )
+    assert named == [
+        f"':- do(robot,_,t), holds(battery(0),t-1).' (battery.lp:{number})",
+        f"':- do(robot,go(X),t), holds(at(Y),t-1), |X-Y| != 1.' (line.lp:{line_number})",
+    ]
+    assert found.text == (
+        "There is no plan for visit(6), whatever else was told: the encoding excludes it by "
+        f"{named[0]} and {named[1]}."
+    )
+
+
+def test_a_constraint_is_quoted_why_an_action_is_not_possible() -> None:
+    situation = Situation(("event(1,visit(3),0)",), last=9, goals=(("1", "visit(3)"),))
+    explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
+    text = explainer.why_not("do(robot,go(5),1)").text
+    assert text.startswith("If robot were to do go(5) in step 1, there would be no plan, whatever ")
+    assert "':- do(robot,go(X),t), holds(at(Y),t-1), |X-Y| != 1.' (line.lp:" in text
+
+
+def test_the_least_change_is_named(tmp_path: Path) -> None:
+    """A robot that need not go from cell to cell would be there at once."""
+    battery = tmp_path / "battery.lp"
+    battery.write_text(BATTERY.replace("{more}", "%! the robot cannot hop\n:- hops(t)."))
+    text = Path(LINE).read_text()
+    rule = ":- do(robot,go(X),t), holds(at(Y),t-1), |X-Y| != 1."
+    assert rule in text
+    line = tmp_path / "line.lp"
+    line.write_text(text.replace(rule, f"hops(t) {rule}"))
+    situation = Situation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
+    explainer = Explainer(Options((str(line), str(battery))), situation, seconds=SECONDS)
+    assert "because the battery does not last. " in explainer.no_plan().text
+
+
 def test_a_plan_that_nobody_has_executed_begins_anew() -> None:
     """The last that has happened surprises nobody, so that the plan from before would stand."""
     told = ("event(1,visit(4),0)", "event(info,passed,0)", "event(robot,success,3)")

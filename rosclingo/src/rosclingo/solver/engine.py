@@ -55,6 +55,7 @@ class Engine:
         log: Callable[[str], None] = lambda _: None,
         *,
         rereads: bool = True,
+        rewrite: Callable[[Program], Program] = lambda program: program,
     ) -> None:
         """Loads the files and grounds nothing.
 
@@ -64,6 +65,7 @@ class Engine:
                 the command line's files and from the working directory.
             log: Called with clingo's warnings, in the thread that runs the command.
             rereads: Whether a restart looks whether the files have changed.
+            rewrite: Returns the program that is loaded in the place of the files'.
 
         Raises:
             OptionsError: clingo refuses an option, or there is no such theory.
@@ -86,6 +88,7 @@ class Engine:
         }
         self._program: Optional[Program] = None
         self._rereads = rereads
+        self._rewrite = rewrite
         self.core: Tuple[wire.Assumption, ...] = ()
         self._restart()
 
@@ -213,6 +216,7 @@ class Engine:
         last = self._program
         if last is None or self._rereads:
             program = programs.parse_files(options.files, last=last)
+            program = program if program is last else self._rewrite(program)
         else:
             program = last
         namespace: scripts.Namespace = {}

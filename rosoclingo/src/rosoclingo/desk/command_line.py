@@ -18,7 +18,7 @@ from rosoclingo.loop.ids import GOAL
 
 _MODE = "dynamic.incremental.recording"
 _STEPS = 50  # the longest plan; the modes' own default is too short for trying
-_WHY_SECONDS = 5.0
+_WHY_SECONDS = 20.0
 _OF_THE_MODE = ("steps", "r")  # constants
 
 _EPILOG = """\

@@ -58,6 +58,7 @@ class _Call:
         self.failure = "interrupted"
         self._service = service
         self._question = question
+        self._is_found = threading.Event()
         self._is_over = threading.Event()
 
     def wait(self) -> int:
@@ -68,13 +69,17 @@ class _Call:
             now = time.monotonic()
             if now - said >= _PROGRESS_SECONDS:
                 said = now
-                PROGRESS.show(f"{_PROGRAM}: waiting for {self._service} for {now - began:.0f} s")
+                who = f"{self._service}, which computes the answer,"
+                if not self._is_found.is_set():
+                    who = f"the service {self._service} to be there"
+                PROGRESS.show(f"{_PROGRAM}: waiting for {who} for {now - began:.0f} s")
         PROGRESS.clear()
         return WhyResponse.UNANSWERED if self.response is None else self.response.status
 
     def _run(self) -> None:
         try:
             rospy.wait_for_service(self._service, _SECONDS_TO_FIND)
+            self._is_found.set()
             ask = rospy.ServiceProxy(self._service, Why)
             self.response = ask(self._question.kind.value, self._question.arguments)
         except rospy.ServiceException as err:

@@ -145,7 +145,9 @@ def _(value: Member, steps: int) -> Member:
 @later.register(Reason)
 def _(value: Reason, steps: int) -> Reason:
     members, given = later(value.members, steps), later(value.given, steps)
-    return replace(value, members=members, given=given)
+    enabling = later(value.enabling, steps)
+    relaxed = later(value.relaxed, steps)
+    return replace(value, members=members, given=given, enabling=enabling, relaxed=relaxed)
 
 
 @later.register(WhyNoPlan)

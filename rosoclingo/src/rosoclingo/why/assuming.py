@@ -22,18 +22,22 @@ from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.atoms import SAVE, query
 from rosoclingo.loop.planner import Planner
 from rosoclingo.why.copy import ENDS, Answer, Copy, Deadline, Verdict
+from rosoclingo.why.rules import is_relaxed, relaxable
 from rosoclingo.why.situation import Situation
 
-# asks(A,Z): a plan for one horizon from A to Z is wanted, whichever. wants(S,Z): in it, the goal in
-# slot S ends.
+# asks(Z): a plan for one horizon from A to Z is wanted, whichever. wants(S,B): in it, the goal ends
+# that slot S has had since step B. Without some facts, that may be before the current step A.
 _PART, _ASKS, _WANTS = "rosoclingo_why", "rosoclingo_asks", "rosoclingo_wants"
+_TIE = "rosoclingo_tie"
 _RULES = f"""
-#defined status/3. #defined rslot/1.
 #external {_ASKS}(z).
 :- {_ASKS}(z), not 1 {{ query(T) : T = a..z }} 1.
-#external {_WANTS}(S,z) : rslot(S).
-rosoclingo_ends(S,H,z) :- status(S,({";".join(sorted(ENDS))}),T), T = a..H, H = a..z, rslot(S).
-:- {_WANTS}(S,z), query(H), H = a..z, not rosoclingo_ends(S,H,z).
+"""
+_WANTS_RULES = f"""
+#defined status/3.
+#external {_WANTS}(s,b).
+rosoclingo_ends(s,b,H) :- status(s,({";".join(sorted(ENDS))}),T), T = b..H, H = a..z.
+:- {_WANTS}(s,b), query(H), H = a..z, not rosoclingo_ends(s,b,H).
 """
 
 
@@ -54,7 +58,7 @@ class AssumingCopy(Copy):
         self.step = situation.step
         self.last = max(situation.step, situation.last if last is None else last)
         self.deadline = deadline
-        self._engine = Engine(options)
+        self._engine = Engine(options, rewrite=relaxable)
         planner = Planner(self._engine)
         self.slots = planner.begin()
         for step in range(1, self.last + 1):
@@ -62,22 +66,33 @@ class AssumingCopy(Copy):
             planner.ground_steps([step])
         planner.run(
             Add(_PART, ("a", "z"), _RULES),
+            Add(_WANTS, ("s", "b", "a", "z"), _WANTS_RULES),
             Ground((Part(_PART, (str(self.step), str(self.last))),)),
             *(AssignExternal(query(h), Truth.FREE) for h in self._horizons()),
             *(AssignExternal(atom, Truth.TRUE) for atom in situation.others),
             AssignExternal(f"{_ASKS}({self.last})", Truth.FREE),
-            *(AssignExternal(self._wants(slot), Truth.FREE) for slot in self.slots),
         )
         self._planner = planner
         self._declared = planner.externals()
         self.savable = frozenset(atom for atom in self._declared if atom.startswith(SAVE))
         self._free: Dict[str, None] = {}
+        self._wishes: Dict[str, None] = {}
+        self._tied: Dict[Tuple[str, ...], str] = {}
 
     def _horizons(self) -> range:
         return range(self.step, self.last + 1)
 
-    def _wants(self, slot: str) -> str:
-        return f"{_WANTS}({slot},{self.last})"
+    def _wants(self, goals: FrozenSet[str], told: FrozenSet[str]) -> List[Assumption]:
+        """Returns what demands that the goals in some slots end, and no others."""
+        begins = self._begins(told)
+        wished = {f"{_WANTS}({slot},{begins[slot]})": slot for slot in goals}
+        for name in sorted(wished.keys() - self._wishes.keys()):
+            values = (wished[name], begins[wished[name]], self.step, self.last)
+            self._planner.run(
+                Ground((Part(_WANTS, tuple(map(str, values))),)), AssignExternal(name, Truth.FREE)
+            )
+            self._wishes[name] = None
+        return [Assumption(name, name in wished) for name in self._wishes]
 
     def unknown(self, events: Sequence[str]) -> List[str]:
         """Returns the reasons why some of these events cannot be told."""
@@ -92,16 +107,9 @@ class AssumingCopy(Copy):
         best: bool = False,
     ) -> Verdict:
         """Looks for a shortest plan; see :class:`.copy.Copy`."""
-        new: List[Command] = [
-            AssignExternal(atom, Truth.FREE)
-            for atom in sorted(told)
-            if atom in self._declared and atom not in self._free
-        ]
-        self._planner.run(*new)
-        self._free.update((c.name, None) for c in new if isinstance(c, AssignExternal))
+        self._make_free(told)
         facts = [Assumption(atom, atom in told) for atom in self._free]
-        wishes = [Assumption(self._wants(slot), slot in goals) for slot in self.slots]
-        wishes += demands
+        wishes = [*self._wants(goals, told), *demands, *self._ties(())]
         outcome = self._search([*self._asking(), *wishes, *facts], best=False)
         if outcome.result is not Result.SAT:
             core = frozenset(a.name for a in self._engine.core if a.value) & told
@@ -115,6 +123,50 @@ class AssumingCopy(Copy):
                 return Verdict(Answer.PLAN, self._plan(outcome.symbols, horizon, told))
         raise AssertionError("a plan for some horizon is none for any")
 
+    def ask_any(
+        self,
+        told: FrozenSet[str],
+        others: Sequence[Sequence[str]],
+        goals: FrozenSet[str] = frozenset(),
+        demands: Tuple[Assumption, ...] = (),
+    ) -> Verdict:
+        """Looks for any plan with some events, and any of others; see :class:`.copy.Copy`."""
+        optional = frozenset(atom for group in others for atom in group) - told
+        self._make_free(told | optional)
+        facts = [Assumption(atom, atom in told) for atom in self._free if atom not in optional]
+        asking = [*self._asking(), *self._wants(goals, told), *demands, *facts]
+        asking += self._ties([group for group in others if len(group) > 1])
+        if self._search(asking, best=False).result is Result.SAT:
+            return Verdict(Answer.PLAN)
+        core = (a.name for a in self._engine.core if a.value is not is_relaxed(a.name))
+        return Verdict(Answer.NONE, core=frozenset(core))
+
+    def _ties(self, groups: Sequence[Sequence[str]]) -> List[Assumption]:
+        """Returns what demands that all events of a group are true, or none, for these groups."""
+        keys = {tuple(atom for atom in group if atom in self._free) for group in groups}
+        for atoms in sorted(keys - self._tied.keys()):
+            name = f"{_TIE}({len(self._tied)})"
+            pairs = zip(atoms, (*atoms[1:], *atoms[:1]))
+            rules = "".join(f":- {name}, {one}, not {other}. " for one, other in pairs)
+            part = f"{_TIE}_{len(self._tied)}"
+            self._planner.run(
+                Add(part, (), f"#external {name}. {rules}"),
+                Ground((Part(part),)),
+                AssignExternal(name, Truth.FREE),
+            )
+            self._tied[atoms] = name
+        return [Assumption(name, atoms in keys) for atoms, name in self._tied.items()]
+
+    def _make_free(self, events: FrozenSet[str]) -> None:
+        """Has searches decide events, unless they are assumed to be true or false."""
+        new: List[Command] = [
+            AssignExternal(atom, Truth.FREE)
+            for atom in sorted(events)
+            if atom in self._declared and atom not in self._free
+        ]
+        self._planner.run(*new)
+        self._free.update((c.name, None) for c in new if isinstance(c, AssignExternal))
+
     def _asking(self, horizon: Optional[int] = None) -> List[Assumption]:
         """Returns what asks for a plan for a horizon; without one, for any."""
         asks = Assumption(f"{_ASKS}({self.last})", horizon is None)
@@ -125,9 +177,10 @@ class AssumingCopy(Copy):
     def _without_plan(self, facts: List[Assumption]) -> Answer:
         """Returns whether there is an answer set at least."""
         nobody = [Assumption(query(h), False) for h in self._horizons()]
-        idle = [Assumption(self._wants(slot), False) for slot in self.slots]
+        idle = [Assumption(name, False) for name in self._wishes]
         asks = Assumption(f"{_ASKS}({self.last})", False)
-        result = self._search([*facts, *idle, *nobody, asks], best=False).result
+        asking = [*facts, *idle, *nobody, asks, *self._ties(())]
+        result = self._search(asking, best=False).result
         return Answer.NONE if result is Result.SAT else Answer.CONTRADICTION
 
     def _search(self, assumptions: Sequence[Assumption], *, best: bool) -> Outcome:

@@ -6,7 +6,7 @@ import abc
 import enum
 import time
 from dataclasses import dataclass
-from typing import AbstractSet, Callable, FrozenSet, List, Optional, Sequence, Tuple
+from typing import AbstractSet, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
 
 from rosclingo.wire.commands import Assumption
 from rosclingo.wire.term_text import last_number, split_term
@@ -126,19 +126,44 @@ class Copy(abc.ABC):
             RosclingoError: The encoding does not fit.
         """
 
+    def ask_any(
+        self,
+        told: FrozenSet[str],
+        others: Sequence[Sequence[str]],
+        goals: FrozenSet[str] = frozenset(),
+        demands: Tuple[Assumption, ...] = (),
+    ) -> Optional[Verdict]:
+        """Looks for any plan with some events, and any of others; None if the copy cannot do that.
+
+        It does not say which plan, or whether there is a contradiction. Its core has the
+        constraints, too, that are not relaxed, by what would relax them.
+
+        Args:
+            told: The events that are true.
+            others: Those that are true or not; all events of a sequence are, or none.
+            goals: As for :meth:`ask`.
+            demands: As for :meth:`ask`.
+        """
+        return None
+
     @abc.abstractmethod
     def unknown(self, events: Sequence[str]) -> List[str]:
         """Returns the reasons why some of these events cannot be told."""
 
-    def _plan(self, symbols: Sequence[str], horizon: int, told: AbstractSet[str]) -> Possible:
-        """Returns the plan that an answer set has."""
-        plan = Plan(tuple(symbols))
+    def _begins(self, told: AbstractSet[str]) -> Dict[str, int]:
+        """Returns for each slot the step in which its last goal was told; 0 if it was saved."""
         begins = dict.fromkeys(self.slots, 0)
         for atom in told:
             _, arguments = split_term(atom)
             if len(arguments) == 3 and arguments[0] in begins and arguments[1] != "cancel":
                 step = last_number(atom) or 0
                 begins[arguments[0]] = max(begins[arguments[0]], step)
+        return begins
+
+    def _plan(self, symbols: Sequence[str], horizon: int, told: AbstractSet[str]) -> Possible:
+        """Returns the plan that an answer set has."""
+        plan = Plan(tuple(symbols))
+        begins = self._begins(told)
         last = max(self.step, horizon)
         ends = [
             (slot, word, step)

@@ -20,9 +20,9 @@ from rosoclingo.why.case import Case
 from rosoclingo.why.copy import Answer, Copy, Deadline, Possible, Verdict
 from rosoclingo.why.instead import Instead
 from rosoclingo.why.phrases import Phrases
-from rosoclingo.why.reason import Search
 from rosoclingo.why.rebuilding import RebuildingCopy
 from rosoclingo.why.retelling import RetellingCopy
+from rosoclingo.why.rules import Rules
 from rosoclingo.why.situation import Situation, moved
 
 AnswerT = TypeVar("AnswerT", WhyNoPlan, WhyGoal, Contrast, WhatIf)
@@ -65,6 +65,7 @@ class Explainer:
         self._must_rebuild = bool(program.parts & _ON_DEMAND) or dialect is not Dialect2
         self._says_ends = self._is_told or says_status(options)
         self._phrases = Phrases.read(program)
+        self._rules = Rules.read(program)
         self._copies: Dict[Optional[int], Copy] = {}
 
     # The questions.
@@ -133,7 +134,7 @@ class Explainer:
             told=(*self._situation.told, *told),
             goals=(*self._situation.goals, *goals),
         )
-        case = Case(case.copy, situation, case.deadline, says_ends=self._says_ends)
+        case = self._case(case.copy, situation, case.deadline)
         found = self._look(case)
         what_if = self._in_time(WhatIf("", tuple(told), before, found.plan))
         if found.reason is not None or found.is_contradictory:
@@ -144,8 +145,10 @@ class Explainer:
 
     def _begin(self) -> Case:
         deadline = Deadline(self._seconds, self._stopped)
-        copy = self._copy(deadline)
-        return Case(copy, self._situation, deadline, says_ends=self._says_ends)
+        return self._case(self._copy(deadline), self._situation, deadline)
+
+    def _case(self, copy: Copy, situation: Situation, deadline: Deadline) -> Case:
+        return Case(copy, situation, deadline, says_ends=self._says_ends, rules=self._rules)
 
     def _copy(self, deadline: Deadline, last: Optional[int] = None) -> Copy:
         """Returns the copy that may plan up to a step; it serves all questions."""
@@ -184,7 +187,7 @@ class Explainer:
                 is_limit = self._situation.is_limit
                 answer = WhyNoPlan("", farther, farther.horizon if is_limit else None)
             else:
-                reason = Search(case.ask, case.facts, case.deadline, verdict.answer).run()
+                reason = case.explain(verdict.answer)
                 answer = WhyNoPlan("", is_contradictory=is_contradictory, reason=reason)
         return answer
 
@@ -235,7 +238,7 @@ class Explainer:
             other = self._farther(case, verdict)
         found = Contrast("", action, is_demanded, best, other)
         if other is None:
-            reason = Search(case.ask, case.facts, case.deadline, verdict.answer).run()
+            reason = case.explain(verdict.answer)
             found = replace(found, reason=reason)
         elif best is not None:
             found = replace(found, longer=other.horizon - best.horizon)

@@ -20,6 +20,7 @@ class Kind(enum.Enum):
     ANNOUNCEMENT = "announcement"
     FAILURE = "failure"  # an action was answered by something else than success
     ACTION = "action"  # it was published, and perhaps answered
+    RULE = "rule"  # a constraint of the encoding; see :mod:`.rules`
 
 
 @dataclass(frozen=True)
@@ -107,20 +108,21 @@ class _Sorter:
         """Returns the slot of each saved fluent that belongs to an open goal.
 
         That is one of a goal that came before the reset, with the slot as an argument, at the first
-        place where all fluents of the same form have one.
+        place that is for slots: there, the saved fluents of the same form have slots of such goals,
+        and those that could be saved have each slot, and nothing else.
         """
         saved = [content for _, source, content, _ in self._told if source == "save"]
-        forms: Dict[Tuple[str, int], List[List[str]]] = {}
-        for content in (*saved, *(_event(atom)[1] for atom in savable)):
-            name, arguments = split_term(content)
-            forms.setdefault((name, len(arguments)), []).append(arguments)
+        saved_forms = _forms(saved)
+        savable_forms = _forms(_event(atom)[1] for atom in savable)
         earlier = set(self._open).difference(self._last)
         found: Dict[str, str] = {}
         for content in saved:
             name, arguments = split_term(content)
+            form = name, len(arguments)
             for place, argument in enumerate(arguments):
-                alike = forms[name, len(arguments)]
-                if argument in earlier and all(o[place] in self._slots for o in alike):
+                could = {others[place] for others in savable_forms.get(form, ())}
+                have = {others[place] for others in saved_forms[form]}
+                if have <= earlier and could in (set(), self._slots):
                     found.setdefault(content, argument)
         return found
 
@@ -163,6 +165,15 @@ class _Sorter:
         free.sort(key=lambda fact: (_ORDER.index(fact.kind), fact.step, str(fact)))
         history.sort(key=lambda fact: (fact.step, str(fact)))
         return Facts(tuple(free), tuple(history), frozenset(fixed))
+
+
+def _forms(terms: Iterable[str]) -> Dict[Tuple[str, int], List[List[str]]]:
+    """Returns the arguments of terms, by their name and how many there are."""
+    forms: Dict[Tuple[str, int], List[List[str]]] = {}
+    for term in terms:
+        name, arguments = split_term(term)
+        forms.setdefault((name, len(arguments)), []).append(arguments)
+    return forms
 
 
 def _event(atom: str) -> Tuple[str, str, int]:

@@ -68,6 +68,8 @@ class Phrases:
 
     def clause(self, fact: Fact) -> str:
         """Returns a clause that says a fact."""
+        if fact.kind is Kind.RULE:
+            return fact.content
         words = self.find(fact.content)
         if fact.kind is Kind.REQUEST:
             return words or f"{fact.content} is asked for"

@@ -15,7 +15,7 @@ import threading
 from multiprocessing import Pipe
 from typing import Callable, Optional, Sequence
 
-from rosoclingo.why.question import Reply, Status, read_reply
+from rosoclingo.why.question import MORE_TIME, Reply, Status, read_reply
 from rosoclingo.why.serving import LOWEST, READY
 from rosoclingo.why.task import Task
 
@@ -152,7 +152,7 @@ class AnsweringProcess:
         elif child.is_late:
             reason = (
                 f"there was no answer within {task.seconds:g} s; the process that looks for it has "
-                "no time on this machine, or grounds a large program, and was ended"
+                f"no time on this machine, or grounds a large program, and was ended; {MORE_TIME}"
             )
         elif isinstance(err, (TypeError, ValueError)):
             reason = f"the process that looks for the answer sends what nobody can read: {err}"

@@ -100,6 +100,13 @@ def read(kind: str, arguments: Sequence[str]) -> Question:
     return question
 
 
+MORE_TIME = (
+    "~why_seconds gives it more time, and a smaller ~why_nice than 19 more of that on a machine "
+    "that is busy"
+)
+"""What helps if an answer took too long."""
+
+
 class Status(enum.Enum):
     """What has become of a question; the values are exit statuses of ``why.py``, too."""
 

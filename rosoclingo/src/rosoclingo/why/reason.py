@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain, combinations
 from typing import Callable, Dict, FrozenSet, Iterable, List, Optional, Sequence, Set, Tuple
 
 import clingo
@@ -12,10 +13,14 @@ from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
 from rosoclingo.why.facts import Fact, Facts, Kind, atoms
 
 Ask = Callable[[FrozenSet[Fact]], Verdict]
+AskAny = Callable[[FrozenSet[Fact], FrozenSet[Fact]], Optional[bool]]
 _TOGETHER = (
     (Kind.CANCEL, Kind.REQUEST, Kind.SAVED), (Kind.ANNOUNCEMENT,), (Kind.FAILURE, Kind.ACTION),
+    (Kind.RULE,),
 )  # fmt: skip
 _BUDGET = 0.1  # of the time that is left, for looking whether there is a smaller set
+_ENABLING = 0.3  # likewise, for looking which facts make plans possible
+_MOST_ENABLING = 2  # facts, if each set of them is tried
 
 
 @dataclass(frozen=True)
@@ -37,8 +42,15 @@ class Reason:
     """Facts that together prevent a plan, each of which is needed for that.
 
     Attributes:
-        members: These facts. None: there is no plan whatever was told.
+        members: These facts. None: there is no plan without all that was told, either.
         given: What is taken as given: what was done before, and what that rests on.
+        enabling: The facts that are taken as given because without them, there is no plan either.
+        is_absolute: Whether only goals are members, and there is no plan for them with any set of
+            facts of those that were told.
+        rules: The constraints that prevent a plan, if only goals are members. If they have names:
+            as few as possible without which there is a plan. Else: those that prevent it together,
+            whatever becomes of the others.
+        relaxed: The plan without them; None if they have no names.
         is_smallest: Whether no smaller set is a reason, as far as facts only ever prevent plans.
         is_complete: Whether there was time to look whether each member is needed.
     """
@@ -47,18 +59,33 @@ class Reason:
     given: Tuple[Fact, ...] = ()
     is_smallest: bool = False
     is_complete: bool = True
+    enabling: Tuple[Fact, ...] = ()
+    is_absolute: bool = False
+    rules: Tuple[Fact, ...] = ()
+    relaxed: Optional[Possible] = None
+
+    @property
+    def has_only_goals(self) -> bool:
+        """Whether the facts but goals do not matter."""
+        return all(member.fact.kind is Kind.REQUEST for member in self.members)
 
     @property
     def facts(self) -> FrozenSet[Fact]:
         """The members' facts and those that are given."""
-        return frozenset((*(member.fact for member in self.members), *self.given))
+        members = (member.fact for member in self.members)
+        return frozenset((*members, *self.given, *self.enabling))
 
 
 class Search:
     """Looks for one reason."""
 
     def __init__(
-        self, ask: Ask, facts: Facts, deadline: Deadline, wrong: Answer = Answer.NONE
+        self,
+        ask: Ask,
+        facts: Facts,
+        deadline: Deadline,
+        wrong: Answer = Answer.NONE,
+        ask_any: AskAny = lambda facts, others: None,
     ) -> None:
         """Prepares a search.
 
@@ -67,8 +94,11 @@ class Search:
             facts: All facts; with all of them the answer is the wrong one.
             deadline: When to end. The first sets that are found are larger than need be.
             wrong: What is to be explained.
+            ask_any: Says whether there is a plan with some facts, and any of some others; None if
+                that is not known, so that each set has to be tried.
         """
         self._ask = ask
+        self._ask_any = ask_any
         self._facts = facts
         self._deadline = deadline
         self._wrong = wrong
@@ -78,26 +108,41 @@ class Search:
 
     def run(self) -> Reason:
         """Returns a reason; it is not complete if there was no time."""
+        enabling: FrozenSet[Fact] = frozenset()
+        is_absolute = False
         try:
-            candidates = self._leave_history_out()
+            candidates = frozenset(self._leave_history_out())
             members = self._reduce(candidates, self._given)
             members = self._check(members)
+            while True:
+                found, is_absolute = self._find_enabling(members)
+                if not found:
+                    break
+                enabling |= found
+                candidates = self._with_enabling(found)
+                members = self._check(self._reduce(candidates, self._given))
         except InterruptedQuestionError:
             rest = sorted(self._best - self._given, key=_order)
             done = tuple(sorted(self._given, key=_order))
             return Reason(tuple(Member(f, None) for f in rest), done, is_complete=False)
         smallest = len(members) <= 1
         if not smallest:
-            members, smallest = self._smaller(members, frozenset(candidates))
-        found, given = [], set(self._given)
+            members, smallest = self._smaller(members, candidates)
+        named, given = [], set(self._given - enabling)
         for fact in sorted(members, key=_order):
             without = self._verdict(members - {fact})
             # What was done may rest on a fact, so that it cannot be left out.
             if without.answer is Answer.CONTRADICTION:
                 given.add(fact)
             else:
-                found.append(Member(fact, without.plan))
-        return Reason(tuple(found), tuple(sorted(given, key=_order)), smallest)
+                named.append(Member(fact, without.plan))
+        return Reason(
+            tuple(named),
+            tuple(sorted(given, key=_order)),
+            smallest,
+            enabling=tuple(sorted(enabling, key=_order)),
+            is_absolute=is_absolute,
+        )
 
     def _verdict(self, facts: FrozenSet[Fact]) -> Verdict:
         """Returns what there is with some facts, and those that are given."""
@@ -194,6 +239,60 @@ class Search:
             else:
                 return members
 
+    def _find_enabling(self, members: FrozenSet[Fact]) -> Tuple[FrozenSet[Fact], bool]:
+        """Looks for facts that make a plan possible in spite of a reason, which is none then.
+
+        Args:
+            members: The members of the reason.
+
+        Returns:
+            As few facts as possible; none if none are found. And whether only goals are members,
+            and there is no plan for them with any facts.
+        """
+        known = self._given | members
+        pool = frozenset(self._facts.free) - known
+        only_goals = all(fact.kind is Kind.REQUEST for fact in members)
+        can = self._ask_any(known, pool)
+        if can is None and only_goals:
+            return self._try_enabling(members, sorted(pool, key=_order))
+        if not can:
+            return frozenset(), can is False and only_goals
+        chosen, rest = known, pool
+
+        def leave_out(some: Sequence[Fact]) -> None:
+            nonlocal chosen, rest
+            if self._ask_any(chosen, rest.difference(some)):
+                rest = rest.difference(some)
+            elif len(some) > 1:
+                leave_out(some[: len(some) // 2])
+                leave_out(some[len(some) // 2 :])
+            else:
+                rest, chosen = rest.difference(some), chosen.union(some)
+
+        leave_out(sorted(pool, key=_order))
+        return (frozenset() if self._is_wrong(chosen) else chosen - known), False
+
+    def _try_enabling(
+        self, goals: FrozenSet[Fact], pool: Sequence[Fact]
+    ) -> Tuple[FrozenSet[Fact], bool]:
+        """Does the same for goals alone by trying one set of facts after the other."""
+        budget = Deadline(self._deadline.left() * _ENABLING)
+        numbers = range(1, _MOST_ENABLING + 1)
+        for some in chain.from_iterable(combinations(pool, number) for number in numbers):
+            if budget.is_over():
+                return frozenset(), False
+            if not self._is_wrong(goals.union(some)):
+                return frozenset(some), False
+        return frozenset(), len(pool) <= _MOST_ENABLING
+
+    def _with_enabling(self, enabling: FrozenSet[Fact]) -> FrozenSet[Fact]:
+        """Takes facts as given that make plans possible, and returns those that prevent one."""
+        self._given |= enabling
+        candidates = frozenset(self._facts.free) - self._given
+        if not self._is_wrong(candidates):
+            self._given |= frozenset(self._facts.history)
+        return candidates
+
     def _smaller(
         self, members: FrozenSet[Fact], candidates: FrozenSet[Fact]
     ) -> Tuple[FrozenSet[Fact], bool]:
@@ -211,7 +310,7 @@ class Search:
         """
         budget = Deadline(self._deadline.left() * _BUDGET)
         try:
-            pool = frozenset(self._facts.free) | members
+            pool = (frozenset(self._facts.free) - self._given) | members
             if not self._is_wrong(pool):  # such as failures without what was done before
                 pool = candidates | members
             if not self._is_wrong(pool):

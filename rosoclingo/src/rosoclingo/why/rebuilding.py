@@ -22,6 +22,7 @@ from rosoclingo.loop.atoms import PASSED, SAVE, query
 from rosoclingo.loop.planner import Planner
 from rosoclingo.single.dialects import Dialect2, PaperDialect
 from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
+from rosoclingo.why.rules import is_relaxed, relaxable
 from rosoclingo.why.situation import Situation
 
 
@@ -49,7 +50,7 @@ class RebuildingCopy(Copy):
         self.last = max(self.step, situation.last if last is None else last)
         self.deadline = deadline
         self._dialect = dialect
-        self._engine = Engine(options, rereads=False)
+        self._engine = Engine(options, rereads=False, rewrite=relaxable)
         self._planner = Planner(dialect(self._engine))
         self.slots = self._planner.begin()
         self.savable = frozenset(a for a in self._planner.externals() if a.startswith(SAVE))
@@ -83,10 +84,15 @@ class RebuildingCopy(Copy):
                 self._cache[key] = Verdict(Answer.CONTRADICTION)
         return self._cache[key]
 
+    def _begin(self, told: FrozenSet[str], saved: Sequence[str] = ()) -> None:
+        """Has the planner begin anew, with the constraints relaxed that are told to be."""
+        self._planner.begin(saved, self.slots)
+        self._planner.assign(sorted(filter(is_relaxed, told)), Truth.TRUE)
+
     def _ask(
         self, told: FrozenSet[str], goals: FrozenSet[str], demands: Tuple[Assumption, ...]
     ) -> Verdict:
-        self._planner.begin((), self.slots)
+        self._begin(told)
         self._replay(told, self.step)
         is_consistent = False
         planner = self._planner
@@ -135,6 +141,8 @@ class RebuildingCopy(Copy):
         """
         by_step: Dict[int, List[str]] = {}
         for atom in sorted(told):
+            if is_relaxed(atom):
+                continue
             by_step.setdefault(last_number(atom) or 0, []).append(atom)
         planner = self._planner
         for step in range(last + 1):

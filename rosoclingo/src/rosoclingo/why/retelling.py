@@ -20,6 +20,7 @@ from rosoclingo.errors import InterruptedQuestionError, QuestionError
 from rosoclingo.loop.atoms import COMMIT, PASSED, SAVE, Action, Plan, event
 from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
 from rosoclingo.why.rebuilding import RebuildingCopy
+from rosoclingo.why.rules import is_relaxed
 from rosoclingo.why.situation import Situation
 
 
@@ -92,27 +93,30 @@ class RetellingCopy(RebuildingCopy):
     ) -> Verdict:
         saved = sorted(atom for atom in told if atom.startswith(SAVE))
         happened = told.difference(saved)
-        happened = frozenset(atom for atom in happened if not atom.startswith(PASSED))
+        happened = frozenset(
+            atom for atom in happened if not (atom.startswith(PASSED) or is_relaxed(atom))
+        )
         steps = {last_number(atom) or 0 for atom in happened}
         last = max(steps, default=0)
         past: Tuple[Tuple[str, str, int], ...] = ()
         has_acted = any(atom.startswith(COMMIT) for atom in happened)
         found = None
         if len(steps) <= 1 or not has_acted:
-            self._planner.begin(saved, self.slots)
+            self._begin(told, saved)
             self._replay(happened, last)
             found = self._shortest(last, told)
             if found is None:
                 return Verdict(self._without_plan())
         if found is None or found.step < last:
-            self._planner.begin(saved, self.slots)
+            self._begin(told, saved)
             self._replay(happened, last)
             before = self._model(last, told)
             if before is None:
                 return Verdict(Answer.CONTRADICTION)
             past, last = before.ends, 0
-            told = frozenset(event("save", fluent, 0) for fluent in before.holds)
-            self._planner.begin(sorted(told), self.slots)
+            holds = [event("save", fluent, 0) for fluent in before.holds]
+            self._begin(told, sorted(holds))
+            told = frozenset(holds)
             found = self._shortest(last, told)
             if found is None:
                 return Verdict(self._without_plan())

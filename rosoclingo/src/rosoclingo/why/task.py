@@ -13,7 +13,7 @@ from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.snapshot import encode
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.question import Question, Reply, Status
+from rosoclingo.why.question import MORE_TIME, Question, Reply, Status
 from rosoclingo.why.situation import Situation
 
 _DIALECTS = {dialect.name: dialect for dialect in (Dialect2, Dialect1, PaperDialect)}
@@ -67,7 +67,7 @@ def answer(message: bytes) -> bytes:
         found = task.question.answer(explainer)
         reply = Reply(Status.ANSWERED, found.text, encode(found))
     except InterruptedQuestionError as err:
-        reply = Reply(Status.UNANSWERED, f"{err} within {task.seconds:g} s")
+        reply = Reply(Status.UNANSWERED, f"{err} within {task.seconds:g} s; {MORE_TIME}")
     except RosclingoError as err:
         reply = Reply(Status.WRONG, str(err))
     except Exception as err:  # a bug, or clingo's; the next question may have an answer

@@ -14,6 +14,7 @@ from rosoclingo.why.reason import Reason
 from rosoclingo.why.situation import Situation
 
 _THAT = ("that", "any one of these")
+_THESE = ("that", "these")
 
 
 def no_plan(answer: WhyNoPlan, last: int, phrases: Phrases, goal: str = "") -> WhyNoPlan:
@@ -48,20 +49,23 @@ def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> st
     Goals are what there is no plan for, and all else is why. If it was said already for which goal
     there is no plan, the others are why, too.
     """
-    if not reason.members:
-        return ", whatever was told: the encoding excludes it."
     goals = [m for m in reason.members if m.fact.kind is Kind.REQUEST and not is_of_goal]
     causes = [m for m in reason.members if m not in goals]
     text = f" for {join(m.fact.content for m in goals)}" if goals else ""
     text += " together" if len(goals) > 1 else ""
+    if reason.has_only_goals and reason.is_complete and not (is_of_goal and causes):
+        text += _by_the_encoding(reason, phrases)
+        each = [f"without {m.fact.content}, {a_plan(m.without)}" for m in goals]
+        return f"{text} Each goal is needed: {join(each)}." if len(goals) > 1 else text
+    if reason.enabling:
+        text += f", although {phrases.join(reason.enabling)},"
     text += f" because {phrases.join(m.fact for m in causes)}" if causes else ""
-    if reason.given:
-        text += f", given what had happened up to step {max(f.step for f in reason.given)}"
+    text += _given(reason)
     if not reason.is_complete:
         return f"{text}. There was no time to look whether all of that is needed."
     without = [f"without {m.fact.content}, {a_plan(m.without)}" for m in goals]
     if len(goals) == 1:
-        without = [] if causes else without
+        without = []
     numbered = [(_ordinal(number), m) for number, m in enumerate(causes, 1)]
     if len(causes) == 1:
         numbered = [("that", causes[0])]
@@ -69,6 +73,27 @@ def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> st
     if len(without) == 1:
         return f"{text}. W{without[0][1:].replace(', ', ', there would be ', 1)}."
     return f"{text}. Each is needed: {join(without)}."
+
+
+def _by_the_encoding(reason: Reason, phrases: Phrases) -> str:
+    """Returns how a sentence goes on if only the encoding is the reason."""
+    rules = phrases.join(reason.rules)
+    if reason.relaxed is not None:
+        that = _THESE[len(reason.rules) > 1]
+        plan = a_plan(reason.relaxed)
+        return f" because {rules}{_given(reason)}. Without {that}, there would be {plan}."
+    else_ = " else" if reason.members or not reason.is_absolute else ""
+    told = (
+        f"whatever{else_} was told" if reason.is_absolute else "even if nothing else had been told"
+    )
+    by = f" by {rules}" if rules else ""
+    return f", {told}{_given(reason)}: the encoding excludes it{by}."
+
+
+def _given(reason: Reason) -> str:
+    if not reason.given:
+        return ""
+    return f", given what had happened up to step {max(f.step for f in reason.given)}"
 
 
 def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
