@@ -115,6 +115,10 @@ class StoredInbox(Inbox):
         """Called before a command is carried out; a replay's inbox may wait."""
         super().begin_command(lambda: self._wait(waits))
 
+    def begin_end(self, waits: Callable[[], None]) -> None:
+        """Called before the loop ends; a replay's inbox may wait."""
+        super().begin_end(lambda: self._wait(waits))
+
     def _wait(self, waits: Callable[[], None]) -> None:
         waits()
         self.waits()
@@ -420,11 +424,11 @@ class StoredLoop(Loop):
         self._outbox.save(changes, ended=ended)
         self._saved_at = self._outbox.now()
 
-    def end(self, reason: str) -> None:
+    def end(self, reason: str, *, from_outside: bool = False) -> None:
         """Ends the run: open goals are aborted; or interrupts it, if it can go on later."""
         inbox = self._inbox
         if inbox.closed or self.is_refused or self._store.failure is not None:
             inbox.end(reason)
             return
-        super().end(reason)
+        super().end(reason, from_outside=from_outside)
         self._save(ended=reason)
