@@ -14,6 +14,7 @@ from typing import AbstractSet, Dict, List, Optional
 
 from rosoclingo.bags.compare.comparison import Stall
 from rosoclingo.bags.read.run import Outputs, Run
+from rosoclingo.bags.read.run_end import RunEnd
 from rosoclingo.bags.replay.awaited import Awaited
 from rosoclingo.bags.replay.inputs import (
     Input,
@@ -23,7 +24,6 @@ from rosoclingo.bags.replay.inputs import (
     inputs,
     is_refused,
 )
-from rosoclingo.bags.read.run_end import RunEnd
 from rosoclingo.loop import journal
 from rosoclingo.loop.replay_inbox import Key, Kind
 
