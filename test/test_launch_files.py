@@ -214,7 +214,6 @@ def test_a_bag_that_exists_ends_the_launch(
 ) -> None:
     """Before anything starts; the files that include these have the same argument."""
     given = [*STARTED.get(file[1], []), f"record:={tmp_path / bag}"]
-    load(file, *given)
     (tmp_path / "run.bag").touch()
     with pytest.raises(RLException, match=r"free_file\.py"):
         load(file, *given)
