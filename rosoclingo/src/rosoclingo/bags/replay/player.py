@@ -156,7 +156,8 @@ class _Player:
             now = time.monotonic()
             if self._schedule.is_finished(now):
                 return ""
-            planned = self._schedule.due(now)
+            # A node that has got nothing cannot end before its journal is heard.
+            planned = None if self._last is None else self._schedule.due(now)
             if not (self._schedule.in_step or self._gate_is_open):
                 self._gate_is_open = True
                 self._connection.open_gate()
