@@ -112,7 +112,12 @@ def main() -> None:
     rospy.init_node("flooder", disable_signals=True)
     flooder = Flooder(node)
     is_over = threading.Event()
-    threading.Thread(target=lambda: (sys.stdin.read(), is_over.set()), daemon=True).start()
+
+    def wait_for_end() -> None:
+        sys.stdin.read()
+        is_over.set()
+
+    threading.Thread(target=wait_for_end, daemon=True).start()
     print("begins", flush=True)
     sent = flooder.flood(float(rate), kinds, is_over.is_set)
     print(sent, len(flooder.goals), flooder.wait_for_ends(), flush=True)

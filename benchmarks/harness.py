@@ -106,6 +106,10 @@ class RosSystem:
         """Ends a process that :meth:`start` or :meth:`rosrun` started, and waits for it."""
         self._master.end(name)
 
+    def kill(self, name: str) -> None:
+        """Kills such a process by SIGKILL."""
+        self._master.kill(name)
+
     def node_pid(self, name: str) -> int:
         """Waits for a node that :meth:`start` started and returns the process id it says.
 
@@ -125,6 +129,32 @@ class RosSystem:
 
         self._wait(name, answers)
         return found[-1]
+
+    def wait_until_hears(self, node: str, publisher: str) -> None:
+        """Waits until a node has a connection for each topic of another one that it subscribes to.
+
+        Args:
+            node: Who hears, such as ``/recorder``.
+            publisher: The name of who publishes, which :meth:`start` or :meth:`rosrun` started.
+
+        Raises:
+            HarnessError: It does not come to that.
+        """
+        master = rosgraph.Master("/benchmark")
+
+        def hears() -> bool:
+            try:
+                publishers, subscribers, _ = master.getSystemState()
+                address = master.lookupNode(f"/{publisher}")
+                reply: Any = xmlrpc.client.ServerProxy(address).getBusInfo("/benchmark")
+            except (rosgraph.MasterException, OSError):
+                return False
+            wanted = {topic for topic, nodes in subscribers if node in nodes}
+            wanted &= {topic for topic, nodes in publishers if f"/{publisher}" in nodes}
+            heard = {one[4] for one in reply[2] if one[1] == node and one[2] == "o"}
+            return bool(wanted) and wanted <= heard
+
+        self._wait(publisher, hears)
 
     def _wait(self, name: str, ready: Callable[[], bool]) -> None:
         process = self._master.processes[name].process

@@ -100,11 +100,11 @@ class InProcess:
         if planner.tell(events):
             raise HarnessError("the encoding does not know the requests")
         while True:
-            planner.set_query(f"query({horizon})", Truth.TRUE)
+            planner.set_external(f"query({horizon})", Truth.TRUE)
             outcome = planner.search(0, horizon, lambda: False)
             if outcome.result is Result.SAT:
                 return Plan(outcome.symbols)
-            planner.set_query(f"query({horizon})", Truth.FALSE)
+            planner.set_external(f"query({horizon})", Truth.FALSE)
             first, horizon = horizon + 1, planner.needed or horizon + 1
             planner.ground_steps(range(first, horizon + 1))
 

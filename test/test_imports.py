@@ -15,7 +15,7 @@ ROS = {"rospy", "actionlib", "rosgraph", "rosbag"}
 
 # From the bottom up: each may import from those before it. Modules stand beside folders.
 FLOORS = {
-    "rosclingo": ["start", "errors", "wire", "solver", "ros"],
+    "rosclingo": ["start", "free_file", "errors", "wire", "solver", "ros"],
     "rosoclingo": [
         "errors", "loop", "drawing", "commands", "single", "store", "why",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",

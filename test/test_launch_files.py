@@ -16,6 +16,7 @@ from typing import Any, Dict, Iterator, Set, Tuple
 import pytest
 from roslaunch.arg_dump import get_args
 from roslaunch.config import ROSLaunchConfig
+from roslaunch.core import RLException
 from roslaunch.xmlloader import XmlLoader
 from screen import RVIZ_BROKE, screen
 from terminals import Terminal, Terminals, catches_interrupts, package, wait_for
@@ -199,6 +200,24 @@ def test_what_is_required(file: Tuple[str, str], node: str) -> None:
     given = STARTED.get(file[1], [])
     assert not load(file, *given)[0][node][REQUIRED]
     assert load(file, *given, "required:=true")[0][node][REQUIRED]
+
+
+@pytest.mark.parametrize(
+    ("file", "bag"),
+    [
+        (("rosoclingo", "rosoclingo.launch"), "run.bag"),
+        (("rosclingo", "rosclingo.launch"), "run"),  # to which rosbag appends the ending
+    ],
+)
+def test_a_bag_that_exists_ends_the_launch(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], file: Tuple[str, str], bag: str
+) -> None:
+    """Before anything starts; the files that include these have the same argument."""
+    given = [*STARTED.get(file[1], []), f"record:={tmp_path / bag}"]
+    (tmp_path / "run.bag").touch()
+    with pytest.raises(RLException, match=r"free_file\.py"):
+        load(file, *given)
+    assert f"{tmp_path}/run.bag: there is such a file already" in capfd.readouterr().err
 
 
 def test_required(shared: Terminals, tmp_path: Path) -> None:

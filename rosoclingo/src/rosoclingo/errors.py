@@ -13,6 +13,10 @@ class ShutdownError(LoopError):
     """The process is told to end."""
 
 
+class OutsideError(LoopError):
+    """Something ends the loop that is no part of its run, such as a solver that is gone."""
+
+
 class PlannerError(LoopError):
     """The planner refused or failed at what the controller asked for."""
 

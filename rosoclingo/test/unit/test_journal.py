@@ -70,6 +70,7 @@ EVENTS = [
     (NodeResumed("planner", "it is gone", 0.5),
      Fields("resumed", "planner", "it is gone", (), 0.5)),
     (LoopEnded("no plan"), Fields("end", "", "no plan", (), 0.0)),
+    (LoopEnded("gone", from_outside=True), Fields("end", "from outside", "gone", (), 0.0)),
     (LoopEnded(Reason.SHUTDOWN), Fields("end", "", "the node is shutting down", (), 0.0)),
     (Unknown(Fields("pause", "x")), Fields("pause", "x", "", (), 0.0)),
 ]  # fmt: skip

@@ -24,6 +24,7 @@ from rosoclingo.bags.errors import (
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
+from rosoclingo.bags.replay.startup import check
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS
 from rosoclingo.bags.wire import Message, rosbags_type
 from rosoclingo.loop.journal import CancelArrived, CommandDone, NodeResumed, PlanFound, encode
@@ -48,6 +49,23 @@ def test_intact(tmp_path: Path, compression: str) -> None:
     assert recording.remarks == ()
     assert recording.has_journal
     assert recording.size == file.stat().st_size
+
+
+@pytest.mark.parametrize("name", ["rosoclingo", "robot1//rosoclingo"])
+def test_topics_as_they_were_typed(tmp_path: Path, name: str) -> None:
+    """As ``rosbag record`` writes them: without a slash at first, or with two."""
+    maker = run(name)
+    maker.messages = [
+        (one._replace(topic=one.topic.lstrip("/")), *rest) for one, *rest in maker.messages
+    ]
+    file = maker.write(tmp_path / "a.bag")
+    recording = read_recording(file)
+    assert recording.name == "/" + name.replace("//", "/")
+    assert recording.has_journal
+    assert len(recording.entries) == len(NUMBERS)
+    assert set(recording.programs) == {recording.name, "/controller", "/planner"}
+    check(file, recording, allow_scripts=False)
+    assert read_recording(file, name.replace("//", "/")) == recording
 
 
 def test_programs(tmp_path: Path) -> None:

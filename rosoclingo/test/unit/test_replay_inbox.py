@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import threading
 import time
@@ -29,6 +30,7 @@ from rosoclingo.loop.journal import (
     CommandDone,
     Event,
     GoalArrived,
+    LoopEnded,
     LoopWaits,
     MessageArrived,
     MessageDropped,
@@ -148,8 +150,14 @@ def slow(system: System, seed: int) -> System:
     return system
 
 
-def record(system: System, seed: int, requests: Sequence[str] = REQUESTS) -> List[Entry]:
-    """Runs a system to which everything comes at random."""
+def has_ended(events: Sequence[Event]) -> bool:
+    return any(isinstance(event, LoopEnded) for event in events)
+
+
+def record(
+    system: System, seed: int, requests: Sequence[str] = REQUESTS, *, ends: bool = False
+) -> List[Entry]:
+    """Runs a system to which everything comes at random, until it waits, or until it has ended."""
     chance = random.Random(seed)
     timers: List[threading.Timer] = []
 
@@ -178,12 +186,21 @@ def record(system: System, seed: int, requests: Sequence[str] = REQUESTS) -> Lis
                 run.inbox.put(Message(identifier, chance.choice(["success", "bad(", "close(9)"])))
         if chance.random() < 0.5:
             time.sleep(chance.random() * 0.05)
+    for _ in range(4 * GOALS if ends else 0):  # more than it can do
+        if has_ended([entry.event for entry in run.entries]):
+            break
+        run.goal(f"g{len(run.goals)}", chance.choice(requests))
+        time.sleep(chance.random() * 0.02)
+    if ends:  # a mode may wait in its last step
+        run.inbox.close()
+        run.wait_for(has_ended)
     for goal in run.goals.values():
         goal.wait()
     for timer in timers:
         timer.join()
-    run.inbox.put(Message("info", LAST))
-    run.wait_for(rests)
+    if not ends:
+        run.inbox.put(Message("info", LAST))
+        run.wait_for(rests)
     return list(run.entries)
 
 
@@ -249,6 +266,25 @@ def test_a_replay_is_the_same(
     old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
     assert new[: len(old)] == old
     assert second.loop.state.externals.true == first.loop.state.externals.true
+
+
+@pytest.mark.parametrize("seed", range(int(os.environ.get("ENDS", "3"))))
+def test_a_replay_of_a_run_that_has_ended_is_the_same(
+    system: Callable[..., System], single: Callable[..., System], seed: int
+) -> None:
+    """No plan, or no further step: ENDS=500 in the environment ends so many runs at random."""
+    steps = ("-c", f"steps={random.Random(seed).randint(2, 7)}")
+    mode = ["recording", "dyn_reset", "reset", "single"][seed % 4]
+
+    def make(inbox: Inbox) -> System:
+        if mode == "single":
+            return single(LINE, *steps, inbox=inbox)
+        return system(f"dynamic.incremental.{mode}", *steps, inbox=inbox)
+
+    recorded = Run(record(slow(make(Inbox()), seed), seed, ends=True))
+    again = replay(slow(make(ReplayInbox(input_schedule(recorded))), seed), recorded.recorded, seed)
+    comparison = compare(recorded, Run(again))
+    assert not comparison.differences, text_report.describe(comparison)
 
 
 A, B = Message("robot", "a"), Message("robot", "b")
@@ -440,6 +476,35 @@ def test_when_something_was_taken() -> None:
         ([idle, LoopWaits(for_a_replay=True), message], (1, Phase.BEFORE)),
     ):
         assert made(*events) == [Due(*moment, Kind.MESSAGE, "robot", "success")]
+
+
+def test_what_was_taken_when_the_loop_had_ended() -> None:
+    """Not before: in a command it would be news, by which the loop goes on."""
+    message, ended = MessageArrived("robot", "success", seconds=0.1), LoopEnded("no plan")
+    found = made(CommandDone("idle"), ended, message)
+    assert found == [Due(1, Phase.END, Kind.MESSAGE, "robot", "success")]
+    gate, waits = ReplayInbox(found), Waits()
+    for _ in range(2):
+        gate.begin_decision(waits)
+        gate.begin_command(waits)
+    assert not waits.count
+    thread = threading.Thread(target=lambda: gate.begin_end(waits))
+    thread.start()
+    assert waits.seen.wait(TIMEOUT)
+    gate.put(Message("robot", "success"))
+    thread.join(TIMEOUT)
+    assert not thread.is_alive()
+    gate.end("no plan")
+    assert gate.take() == [Message("robot", "success")]
+
+
+def test_a_goal_that_was_recalled_just_before_the_end() -> None:
+    recalled = StatusSet("g", Status.CANCELED, reason=Reason.RECALLED)
+    events = [GoalArrived("g", "visit(1)"), ActionPublished("robot", "go(1)"), recalled]
+    found = made(*events, LoopEnded("no plan"), CancelArrived("g", seconds=0.1))
+    assert [(due.moment, due.kind) for due in found[1:]] == [
+        ((0, Phase.END), Kind.RECALL), ((0, Phase.END), Kind.CANCEL)
+    ]  # fmt: skip
 
 
 def test_when_a_goal_was_recalled() -> None:

@@ -7,12 +7,15 @@ from typing import List, Optional, Sequence
 import pytest
 from replay_maker import ASK, END, RUN, Made, drive, records, run, run_of, status
 
+from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.inputs import Input, Point, inputs
 from rosoclingo.bags.replay.schedule import Schedule
 from rosoclingo.loop.journal import (
     CancelArrived,
     GoalArrived,
+    LoopEnded,
+    LoopWaits,
     MessageArrived,
     Reason,
     Record,
@@ -240,7 +243,44 @@ def test_the_end() -> None:
     replay.send()
     replay.see([*ASK[1:], ("end", "", "no plan", 1)])
     assert replay.send() == []
+    assert not replay.finished  # what becomes of the goal is still to come
+    replay.now += 100.0
+    assert not replay.finished
+    replay.see([("status", "g", "aborted", 1)])
     assert replay.finished
+
+
+def test_a_recording_that_lacks_what_became_of_a_goal_in_the_end_is_cut() -> None:
+    ended: List[Made] = [*ASK, ("end", "", "no plan", 0)]
+    assert run(ended).is_open
+    assert not run([*ended, ("status", "g", "aborted", 0)]).is_open
+
+
+def test_an_end_from_outside_is_no_part_of_the_run() -> None:
+    """Neither are the goals that it has ended; the replay goes on, and nobody waits for them."""
+    rest = [Record(LoopEnded("the solver is gone", from_outside=True)), aborted("g")]
+    recorded = run_of([*records(ASK + drive(2)[:3]), *rest])
+    assert [entry.event for entry in recorded.entries][-1] == LoopWaits()
+    assert not recorded.is_open
+    replay = Replay(recorded)
+    replay.see(ASK[:1])
+    replay.send()
+    replay.see(ASK[1:] + drive(2)[:3])
+    assert replay.finished
+    assert not compare(recorded, run(ASK + drive(2)[:3])).differences
+
+
+def test_a_recording_that_ends_within_a_step() -> None:
+    """What the replay does in the same step, and in what order it is shown, makes no difference."""
+    both = [
+        Record(StatusSet(goal, Status.ACCEPTED, slot)) for goal, slot in (("h", "1"), ("g", "2"))
+    ]
+    begin = records([*ASK[:2], ("goal", "h", "visit(1)", 0), ASK[2]])
+    assert not compare(run_of([*begin, both[0]]), run_of([*begin, *both])).differences
+
+
+def aborted(goal: str) -> Record:
+    return Record(StatusSet(goal, Status.ABORTED, "1", "the solver is gone"))
 
 
 def test_a_plan_that_is_published() -> None:

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import json
+import shutil
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Sequence
 
 import pytest
 
+from rosclingo.solver.about import about
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import parse_options
+from rosclingo.solver.programs import parse_files
 from rosoclingo.bags.model import Entry, Program, Recording
 from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
 from rosoclingo.bags.replay.unpack import ReplayError, from_disk, is_unchanged, unpack
@@ -65,6 +71,50 @@ def test_the_same_name_in_two_folders(tmp_path: Path) -> None:
     files = {"/ws/a/task.lp": "a.", "/ws/b/task.lp": "b."}
     (_, first, _, second), _ = unpack(program(["-f", "b/task", "-f", "a/task.lp"], files), tmp_path)
     assert (Path(first).read_text(), Path(second).read_text()) == ("b.", "a.")
+
+
+@pytest.mark.parametrize("directory", ["w", "."])
+def test_links_and_names_that_are_alike(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, directory: str
+) -> None:
+    """What a node says of itself is enough to load the same files again, as clingo finds them."""
+    texts = {
+        "a/robot.lp": '#include "x.lp". #include "parts/robot.lp". #include "../o/parts/robot.lp".',
+        "a/x.lp": "x(a).", "b/x.lp": "x(b).", "w/x.lp": "x(w).", "o/parts/robot.lp": "robot(o).",
+        "a/parts/robot.lp": "robot(a).", "b/parts/robot.lp": "robot(b). % #include \"none.lp\".",
+        "main.lp": '#include "b/r.lp".',
+    }  # fmt: skip
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    (tmp_path / "b" / "r.lp").symlink_to("../a/robot.lp")  # what it includes is next to the link
+    (tmp_path / "w" / "m").symlink_to("../b")
+    monkeypatch.chdir(tmp_path / directory)
+    up = "../" if directory == "w" else ""
+    for arguments in (["-f", f"{up}b/r"], [f"--file={up}main.lp", "-c", "n=1"],
+                      ["-f", f"{up}w/m/r.lp", "-f", f"{up}a/parts/robot.lp"]):  # fmt: skip
+        options = parse_options(arguments)
+        engine = Engine(options)
+        said = about(
+            "rosclingo run.py",
+            arguments,
+            engine.files,
+            named=engine.named,
+            includes=engine.includes,
+        )
+        recorded = Program.of("/planner", json.loads(said))
+        assert recorded.directory == str(tmp_path / directory)
+        expected = facts(options.files)
+        words, folder = unpack(recorded, tmp_path / "replay")
+        monkeypatch.chdir(folder)
+        assert facts(parse_options(words).files) == expected
+        assert facts(parse_options(from_disk(recorded)).files) == expected
+        monkeypatch.chdir(tmp_path / directory)
+        shutil.rmtree(tmp_path / "replay")
+
+
+def facts(files: Sequence[str]) -> List[str]:
+    return sorted(map(str, parse_files(files).statements))
 
 
 def test_no_file_leaves_the_folder(tmp_path: Path) -> None:

@@ -164,7 +164,7 @@ def publish_about(
     Returns:
         The publisher, which has to be kept.
     """
-    does = {} if actuators is None else {"actuators": list(actuators)}
+    does: Dict[str, Any] = {} if actuators is None else {"actuators": list(actuators)}
     said = about("rosoclingo_interfaces", sys.argv[1:], {}, messages=list(messages), **does)
     latched = publisher("~about", String, latch=True)
     latched.publish(said)

@@ -217,7 +217,14 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
             sys.exit(0)
         engine = Engine(options, log=log_clingo)
         init_node("rosclingo")
-        node = Node(engine, about("rosclingo run.py", arguments, engine.files))
+        described = about(
+            "rosclingo run.py",
+            arguments,
+            engine.files,
+            named=engine.named,
+            includes=engine.includes,
+        )
+        node = Node(engine, described)
     except RosclingoError as err:
         print(f"rosclingo: {err}", file=sys.stderr)
         end_wrong()

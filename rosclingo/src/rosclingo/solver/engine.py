@@ -97,6 +97,16 @@ class Engine:
         """What was in the files of the command line, and in those that they include."""
         return dict(self._program.texts) if self._program else {}
 
+    @property
+    def named(self) -> List[str]:
+        """The real paths of the files of the command line, in its order."""
+        return list(self._program.named) if self._program else []
+
+    @property
+    def includes(self) -> Dict[str, Dict[str, str]]:
+        """For each of the files, the real paths of what it includes, by how it names that."""
+        return dict(self._program.includes) if self._program else {}
+
     def apply(self, command: wire.Command) -> Optional[wire.Answer]:
         """Runs a command.
 

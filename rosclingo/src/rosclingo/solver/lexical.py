@@ -8,7 +8,7 @@ here first, in texts which are not trusted.
 from __future__ import annotations
 
 import re
-from typing import Iterator, List, Optional, Tuple
+from typing import Callable, Iterator, List, Optional, Tuple
 
 from rosclingo.errors import ProgramError
 
@@ -108,6 +108,26 @@ def too_deep(text: str) -> bool:
     return len(text) > MAX_NESTING and depth(text) > MAX_NESTING
 
 
+def with_includes(text: str, change: Callable[[str], Optional[str]]) -> str:
+    """Returns a program whose ``#include`` statements name other files.
+
+    Args:
+        text: The program.
+        change: Returns the new name for a name; None for one that stays.
+
+    Raises:
+        ProgramError: As :func:`includes` does.
+    """
+    parts: List[str] = []
+    position = 0
+    for match in _includes(text, trusted=True):
+        name = None if match[1] else change(_name(match))
+        if name is not None:
+            parts += [text[position : match.start(2)], re.sub(r'(["\\])', r"\\\1", name)]
+            position = match.end(2)
+    return "".join([*parts, text[position:]])
+
+
 def includes(text: str, trusted: bool = False) -> Iterator[Optional[str]]:
     """Yields the file names in the ``#include`` statements of a program.
 
@@ -120,6 +140,16 @@ def includes(text: str, trusted: bool = False) -> Iterator[Optional[str]]:
         ProgramError: A statement is not of the form ``#include "FILE"``, or a quote begins no
             string.
     """
+    for match in _includes(text, trusted):
+        yield None if match[1] else _name(match)
+
+
+def _name(match: re.Match[str]) -> str:
+    return re.sub(r"\\(.)", lambda m: "\n" if m[1] == "n" else m[1], match[2])
+
+
+def _includes(text: str, trusted: bool) -> Iterator[re.Match[str]]:
+    """Yields what follows each ``#include``; places are those of the text."""
     if "#include" not in text:
         return
     scripts = "#script" in text
@@ -130,7 +160,7 @@ def includes(text: str, trusted: bool = False) -> Iterator[Optional[str]]:
             continue
         included = _INCLUDED.match(text, match.end())
         if trusted and included is not None and included[1]:
-            yield None
+            yield included
             continue
         if included is None or included[1]:
             line, column = place(text, match.start())
@@ -139,7 +169,7 @@ def includes(text: str, trusted: bool = False) -> Iterator[Optional[str]]:
             raise ProgramError(
                 f'line {line}, column {column}: #include needs a file name in quotes: "FILE".{hint}'
             )
-        yield re.sub(r"\\(.)", lambda m: "\n" if m[1] == "n" else m[1], included[2])
+        yield included
 
 
 def _marks(text: str) -> Iterator[Tuple[int, int]]:

@@ -60,6 +60,8 @@ class Program:
         definitions: Those that other programs are checked with: constants and theories.
         parts: Name and number of parameters of each program part.
         texts: What was in each file, by its real path.
+        named: The real paths of the files that were given, in order.
+        includes: For each file, the real paths of what it includes, by how it names that.
         remarks: What is said of them.
     """
 
@@ -68,6 +70,8 @@ class Program:
     definitions: List[ast.AST] = field(default_factory=list)
     parts: Set[Tuple[str, int]] = field(default_factory=set)
     texts: Dict[str, str] = field(default_factory=dict)
+    named: List[str] = field(default_factory=list)
+    includes: Dict[str, Dict[str, str]] = field(default_factory=dict)
     remarks: List[str] = field(default_factory=list)
 
     def add_to(
@@ -113,11 +117,14 @@ def parse_files(
     if not paths:  # clingo would read standard input
         return Program()
     sources = _Sources(policy)
+    named = [sources.open(path) for path in paths]  # all before what they include, as clingo does
     for path in paths:
         sources.check_file(path)
-    if last is not None and last.texts == sources.texts:
+    if last is not None and (last.texts, last.includes) == (sources.texts, sources.includes):
         return last
-    return _parse(lambda add, log: ast.parse_files(list(paths), add, logger=log), sources)
+    program = _parse(lambda add, log: ast.parse_files(list(paths), add, logger=log), sources)
+    program.named = named
+    return program
 
 
 def parse_part(
@@ -199,7 +206,9 @@ def _parse(
     parser: Callable[[Callable[[ast.AST], None], Messages], None], sources: _Sources
 ) -> Program:
     messages = Messages()
-    program = Program(parts={("base", 0)}, texts=sources.texts, remarks=sources.remarks)
+    program = Program(
+        parts={("base", 0)}, texts=sources.texts, includes=sources.includes, remarks=sources.remarks
+    )
 
     def add(statement: ast.AST) -> None:
         kind = statement.ast_type
@@ -233,8 +242,12 @@ class _Sources:
 
     What is trusted may nest and hold anything that clingo does not leave out in silence.
 
+    clingo opens each file once, by the first of its names, and looks for what it includes in the
+    working directory, and then next to that name.
+
     Attributes:
         texts: What was in each file, by its real path.
+        includes: For each file, the real paths of what it includes, by how it names that.
         remarks: What is said of them.
         scripts: Whether there may be scripts.
         trusted: Whether statements may have any size.
@@ -242,24 +255,33 @@ class _Sources:
 
     def __init__(self, policy: Optional[Policy]) -> None:
         self.texts: Dict[str, str] = {}
+        self.includes: Dict[str, Dict[str, str]] = {}
+        self._opened: Dict[str, str] = {}  # by which name a real path is
         self.remarks: List[str] = []
         self.scripts = policy is None or policy.allow_scripts
         self.trusted = policy is None
         self._policy = policy
 
-    def check_file(self, path: str) -> None:
+    def open(self, path: str) -> str:
+        """Takes note of a name of a file, and returns its real path."""
         if "\0" in path or not path.isprintable():
             raise ProgramError(
                 f"the file name {quote(path)} holds characters that no file name has"
             )
+        real = os.path.realpath(path)
+        self._opened.setdefault(real, path)
+        return real
+
+    def check_file(self, path: str) -> None:
+        real = self.open(path)
         if self._policy is not None:
             self._policy.check_file(path)
-        real = os.path.realpath(path)
         if real not in self.texts:
             self.texts[real] = _read(path)
-            self.check_text(self.texts[real], path)
+            self.includes[real] = self.check_text(self.texts[real], self._opened[real])
 
-    def check_text(self, text: str, path: str = "") -> None:
+    def check_text(self, text: str, path: str = "") -> Dict[str, str]:
+        """Checks a text, by the name of its file, and returns the real paths of its includes."""
         try:
             if text.startswith("asp "):  # clingo's parser would silently take it for empty
                 raise ProgramError(
@@ -270,7 +292,7 @@ class _Sources:
             included = list(lexical.includes(text, trusted=self._policy is None))
         except ProgramError as err:
             raise ProgramError(f"{path or '<string>'}: {err}") from err
-        folders = {"", os.path.dirname(path)}
+        found: Dict[str, str] = {}
         for file in included:
             if file is None:
                 self.remarks.append(
@@ -278,9 +300,14 @@ class _Sources:
                     "ground and solve"
                 )
                 continue
-            for candidate in sorted(os.path.join(folder, file) for folder in folders):
-                if os.path.exists(candidate):
-                    self.check_file(candidate)
+            names = (file, os.path.join(os.path.dirname(path), file))
+            existing = list(filter(os.path.exists, dict.fromkeys(names)))
+            if existing:
+                found[file] = os.path.realpath(existing[0])
+            # Before clingo opens one, an untrusted client may remove the other.
+            for name in existing[:1] if self._policy is None else existing:
+                self.check_file(name)
+        return found
 
     def _check_untrusted(self, text: str, path: str) -> None:
         if "\0" in text:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Mapping, Tuple
 
+from rosoclingo.bags.topics import solvers, text_entries
 from rosoclingo.loop.journal import Record
 
 
@@ -30,7 +31,11 @@ class Program:
         node: Its resolved name, such as ``/planner``.
         program: Package and executable, such as ``rosclingo run.py``.
         arguments: Its command line, without ROS remappings.
-        files: The texts of the files that it had loaded, by path.
+        files: The texts of the files that it had loaded, by their real paths.
+        paths: The real paths of those of the command line, by how that names them; empty if the
+            bag does not say.
+        includes: For each file, the real paths of what it includes, by how it names that, likewise.
+        directory: Its working directory, likewise.
         versions: Versions of clingo and Python.
         solvers: Of ``rosoclingo run.py``, the names of the nodes which are ``controller`` and
             ``planner``; else empty.
@@ -45,6 +50,34 @@ class Program:
     versions: Mapping[str, str] = field(default_factory=dict)
     solvers: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    paths: Mapping[str, str] = field(default_factory=dict)
+    includes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    directory: str = ""
+
+    @classmethod
+    def of(cls, node: str, described: Mapping[str, Any]) -> Program:
+        """Reads what a node has said of itself; what makes no sense is left out.
+
+        Args:
+            node: Its resolved name.
+            described: The entries, of which ``program`` is there.
+        """
+        arguments, files = described.get("arguments"), described.get("files")
+        parameters, directory = described.get("parameters"), described.get("directory")
+        loaded = files if isinstance(files, dict) else {}
+        known = {path: file for path, file in loaded.items() if isinstance(file, dict)}
+        return cls(
+            node,
+            str(described["program"]),
+            tuple(map(str, arguments)) if isinstance(arguments, list) else (),
+            {path: text_entries(file).get("text", "") for path, file in loaded.items()},
+            text_entries(described.get("versions")),
+            solvers(described),
+            parameters if isinstance(parameters, dict) else {},
+            text_entries(described.get("paths")),
+            {path: text_entries(file.get("includes")) for path, file in known.items()},
+            directory if isinstance(directory, str) else "",
+        )
 
 
 @dataclass(frozen=True)

@@ -102,6 +102,11 @@ def text_entries(value: object) -> Dict[str, str]:
     return {key: text for key, text in value.items() if isinstance(text, str)}
 
 
+def resolved(topic: str) -> str:
+    """Returns a topic's name from the root on; ``rosbag record`` writes it as it was typed."""
+    return "/" + "/".join(filter(None, topic.split("/")))
+
+
 def owner(topic: str) -> Tuple[str, str]:
     """Returns the name of the node that a private topic belongs to, and the topic's last name."""
     node, _, last = topic.rpartition("/")

@@ -47,11 +47,14 @@ def write_bag(
     """
     begin = time.time_ns() - round(system.clock * _NS)
     names = {role: f"/{role}" for role in solvers}
+    engines = {role: Engine(options) for role, options in solvers.items()}
     told = {
         f"{names[role]}/about": about(
             "rosclingo run.py",
             [*(word for path in options.files for word in ("-f", path)), *options.clingo],
-            Engine(options).files,
+            engines[role].files,
+            named=engines[role].named,
+            includes=engines[role].includes,
         )
         for role, options in solvers.items()
     }

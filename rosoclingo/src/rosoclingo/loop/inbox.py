@@ -156,6 +156,13 @@ class Inbox(RecordedSearches):
             waits: To be called if it does.
         """
 
+    def begin_end(self, waits: Callable[[], None]) -> None:
+        """Called before the loop ends; a replay's inbox may wait.
+
+        Args:
+            waits: To be called if it does.
+        """
+
     def measured(self, number: int, seconds: float) -> Optional[float]:
         """Returns how long an action took; in a replay, how long the recorded one did.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Callable, Optional, Sequence
 
 from rosclingo.wire.commands import Assumption, Improvement, Outcome
-from rosoclingo.errors import LoopError
+from rosoclingo.errors import OutsideError
 from rosoclingo.loop.solver import Forwarding, Solver
 
 # Two loops that share a solver end each other's searches for ever; a bag comes to an end.
@@ -37,7 +37,7 @@ class Insistent(Forwarding):
         """Searches until there is a result or ``stopped`` says to stop, whoever else ends it.
 
         Raises:
-            LoopError: Somebody else has ended the search again and again.
+            OutsideError: Somebody else has ended the search again and again.
         """
         for _ in range(_TRIES):
             outcome = super().solve(assumptions, stopped, improved)
@@ -50,7 +50,7 @@ class Insistent(Forwarding):
                     f"somebody else, and is tried again; leave {self._name}/goal and "
                     f"{self._name}/cancel out of what rosbag plays, and let nobody else use it"
                 )
-        raise LoopError(
+        raise OutsideError(
             f"{_TRIES} times, others have ended the same search of {self._name}: does another "
             "rosoclingo use that solver? Give each its own (~controller, ~planner)"
         )

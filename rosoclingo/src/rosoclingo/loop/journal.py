@@ -290,9 +290,20 @@ LOOP = "rosoclingo"
 
 @dataclass(frozen=True)
 class LoopEnded(Event):
-    """The loop has ended; the reason may be a :class:`Reason`."""
+    """The loop has ended; goals that were open get their last statuses after that.
+
+    Attributes:
+        reason: Why, which may be a :class:`Reason`.
+        from_outside: Whether the cause is none that the journal has, such as a solver that is gone.
+    """
 
     reason: str
+    from_outside: bool = False
+
+    @property
+    def is_forced(self) -> bool:
+        """Whether a replay, to which nobody does the same, has no reason to end."""
+        return self.from_outside or self.reason is Reason.SHUTDOWN
 
 
 class Fields(NamedTuple):
@@ -336,6 +347,7 @@ class NumberedRecord(Record):
 
 _BEST_SO_FAR = "the best so far"  # what a plan is whose search was cut off
 _FOR_A_REPLAY = "for the replay"
+_FROM_OUTSIDE = "from outside"
 
 _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
     GoalArrived: lambda e: Fields("goal", e.goal, e.request, e.information, e.seconds),
@@ -360,7 +372,7 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
     LoopWaits: lambda e: Fields("waiting", text=_FOR_A_REPLAY if e.for_a_replay else ""),
     Explained: lambda e: Fields("why", e.question, e.text, (e.structure,), e.seconds),
     NodeResumed: lambda e: Fields("resumed", e.node, e.reason, seconds=e.seconds),
-    LoopEnded: lambda e: Fields("end", text=str(e.reason)),
+    LoopEnded: lambda e: Fields("end", _FROM_OUTSIDE if e.from_outside else "", str(e.reason)),
     Unknown: lambda e: e.fields,
 }  # fmt: skip
 
@@ -380,7 +392,7 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
     "waiting": lambda f: LoopWaits(f.text == _FOR_A_REPLAY),
     "why": lambda f: Explained(f.id, f.text, "".join(f.details[:1]), f.seconds),
     "resumed": lambda f: NodeResumed(f.id, f.text, f.seconds),
-    "end": lambda f: LoopEnded(Reason.of(f.text)),
+    "end": lambda f: LoopEnded(Reason.of(f.text), f.id == _FROM_OUTSIDE),
 }
 
 

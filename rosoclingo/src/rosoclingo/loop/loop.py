@@ -13,7 +13,7 @@ import clingo
 
 from rosclingo.errors import RosclingoError, ServiceError
 from rosclingo.wire.commands import Result
-from rosoclingo.errors import ControllerError, LoopError, PlannerError, ShutdownError
+from rosoclingo.errors import ControllerError, OutsideError, PlannerError, ShutdownError
 from rosoclingo.loop import diagnosis, statuses
 from rosoclingo.loop.controller import Decider, Info
 from rosoclingo.loop.dispatch import DispatchError, bind
@@ -108,11 +108,11 @@ class Loop:
             while True:
                 self.step()
         except ServiceError as err:
-            error = LoopError(f"{err}; start that node again, and then rosoclingo")
-            self.end(str(error))
+            error = OutsideError(f"{err}; start that node again, and then rosoclingo")
+            self.end(str(error), from_outside=True)
             raise error from err
         except RosclingoError as err:
-            self.end(str(err))
+            self.end(str(err), from_outside=isinstance(err, OutsideError))
             raise
         except Exception as err:
             self.end(f"internal error: {err!r}")
@@ -258,15 +258,21 @@ class Loop:
         except PlannerError as err:
             diagnosis.recover(self.state, err)
 
-    def end(self, reason: str) -> None:
-        """Aborts the open goals and has those that are still to come rejected."""
+    def end(self, reason: str, *, from_outside: bool = False) -> None:
+        """Aborts the open goals and has those that are still to come rejected.
+
+        Args:
+            reason: Why the loop ends.
+            from_outside: Whether the cause is no part of the run, so that a replay does not end.
+        """
         mail = self.state.mail
         if not mail.inbox.closed:
             self._environment.finish_reasons()
+        mail.begin_end()
         if mail.inbox.closed:
             reason = Reason.SHUTDOWN
         mail.inbox.end(reason)
-        self.state.note(LoopEnded(reason))
+        self.state.note(LoopEnded(reason, from_outside))
         mail.refuse(reason)
         mail.take()
         self.state.goals.end_all("aborted", reason)

@@ -257,6 +257,10 @@ class Mail(MailState):
         self.inbox.begin_command(self._waits)
         self._command_began = time.perf_counter()
 
+    def begin_end(self) -> None:
+        """The loop is about to end, and to take for the last time what has come."""
+        self.inbox.begin_end(self._waits)
+
     def _waits(self) -> None:
         self._note(journal.LoopWaits(for_a_replay=True))
 

@@ -25,6 +25,7 @@ class Phase(enum.IntEnum):
     BEFORE = 0  # the decision
     DURING = 1  # the command that was decided, which does not begin before it has come
     WAIT = 2  # while the loop waited, which was decided
+    END = 3  # when the loop had ended instead of another decision
 
 
 class Kind(str, enum.Enum):
@@ -220,6 +221,11 @@ class ReplayInbox(Inbox):
         decision, _ = self._moment
         self._wait_until((decision, Phase.DURING), waits)
         self._moment = decision, Phase.WAIT
+
+    def begin_end(self, waits: Callable[[], None]) -> None:
+        """Waits until all has come that the loop took when it had ended."""
+        decision, _ = self._moment
+        self._wait_until((max(decision, 0), Phase.END), waits)
 
     @property
     def knows_searches(self) -> bool:

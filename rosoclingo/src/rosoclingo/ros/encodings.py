@@ -118,9 +118,7 @@ class Encodings:
         """Returns a node's command line with the files in the folder, and the directory."""
         assert self._folder is not None
         try:
-            about = json.loads(self._abouts[node])
-            files = {path: file["text"] for path, file in about["files"].items()}
-            program = Program(node, about["program"], tuple(about["arguments"]), files)
+            program = Program.of(node, json.loads(self._abouts[node]))
         except (ValueError, KeyError, TypeError, AttributeError) as err:
             raise QuestionError(f"{node}/about is not what a solver says: {err!r}") from err
         words, directory = unpack(program, self._folder.path / node.strip("/"))

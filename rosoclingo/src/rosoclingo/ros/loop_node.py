@@ -39,7 +39,7 @@ from rosoclingo.why.serving import LOWEST
 
 _RESULTS_KEPT = 1_000  # of goals, which may come again
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
-_SECONDS_TO_SEND = 0.3  # how long the results of aborted goals have until rospy ends connections
+_SECONDS_TO_SEND = 0.3  # how long the end and results have until rospy ends connections
 _WHY_SECONDS = 5.0  # how long an answer may take that is asked for by ~why
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
 
@@ -171,7 +171,7 @@ class Node:
         elif self._thread.is_alive():  # a solver in this process that grounds cannot be interrupted
             for goal in self._goals.values():
                 goal.set_status("aborted", journal.Reason.SHUTDOWN)
-        if self._goals:
+        if self._goals or self.failure is not None:
             time.sleep(_SECONDS_TO_SEND)
 
     def _run(self) -> None:

@@ -71,7 +71,10 @@ def main(commands: Type[Any]) -> NoReturn:
         dialect.name,
         " ".join(options.clingo) or "none",
     )
-    describe = partial(about, "rosoclingo run-1.0.py", arguments, engine.files)
+    describe = partial(
+        about, "rosoclingo run-1.0.py", arguments, engine.files,
+        named=engine.named, includes=engine.includes,
+    )  # fmt: skip
     encodings = Encodings(rospy.get_name(), dialect=dialect.name)
     encodings.tell(rospy.get_name(), describe())
 

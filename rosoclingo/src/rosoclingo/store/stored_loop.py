@@ -127,6 +127,10 @@ class StoredInbox(Inbox):
         """Called before a command is carried out; a replay's inbox may wait."""
         super().begin_command(lambda: self._wait(waits))
 
+    def begin_end(self, waits: Callable[[], None]) -> None:
+        """Called before the loop ends; a replay's inbox may wait."""
+        super().begin_end(lambda: self._wait(waits))
+
     def _wait(self, waits: Callable[[], None]) -> None:
         waits()
         self.waits()
@@ -437,12 +441,12 @@ class StoredLoop(Loop):
         self._outbox.save(changes, ended=ended)
         self._saved_at = self._outbox.now()
 
-    def end(self, reason: str) -> None:
+    def end(self, reason: str, *, from_outside: bool = False) -> None:
         """Ends the run: open goals are aborted; or interrupts it, if it can go on later."""
         if self._inbox.closed:
             return
         if self.is_refused or self._store.failure is not None:
             self._inbox.stop(reason)
             return
-        super().end(reason)
+        super().end(reason, from_outside=from_outside)
         self._save(ended=reason)

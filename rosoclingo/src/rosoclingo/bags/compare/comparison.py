@@ -142,11 +142,13 @@ def compare(
     is_cut = expected.is_open
     knows_steps = expected.has_journal and seen.has_journal
     old, new = History(expected, knows_steps), History(seen, knows_steps)
+    if is_cut:
+        del new.timeline[len(old.timeline) :]
     new.numbers = _numbers(old, new)
     goals = [_pair(one, old, new, level, is_cut) for one in old.requests]
     goals += [GoalPair(one, new.requests[one], None, new.goals[one], False)
               for one in _added(old, new, is_cut)]  # fmt: skip
-    rows = _with_stall(_rows(old, new, is_cut), old, stalls)
+    rows = _with_stall(_rows(old, new), old, stalls)
     if level is Level.EXACT:
         same_plan = all(row.same for row in rows)
     else:
@@ -196,7 +198,7 @@ def _added(old: History, new: History, is_cut: bool) -> List[str]:
     return [goal for goal in goals if goal not in old.requests]
 
 
-def _rows(old: History, new: History, is_cut: bool) -> List[Row]:
+def _rows(old: History, new: History) -> List[Row]:
     expected = [old.cell(output) for output in _sorted(old)]
     seen = [new.cell(output) for output in _sorted(new)]
     rows: List[Row] = []
@@ -205,8 +207,6 @@ def _rows(old: History, new: History, is_cut: bool) -> List[Row]:
         inputs = old.inputs.get(place, ()) if left else ()
         rows.append(Row(left, right, tuple(old.input(entry).text for entry in inputs)))
         place += left is not None
-    while is_cut and rows and rows[-1].expected is None:
-        rows.pop()
     return rows
 
 

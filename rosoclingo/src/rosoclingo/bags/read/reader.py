@@ -12,7 +12,7 @@ from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
 from rosoclingo.bags.read.records import Records
 from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said
-from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about, solvers, text_entries
+from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about
 from rosoclingo.bags.wire import Connection, Message
 from rosoclingo.loop.journal import NodeResumed, decode
 
@@ -198,25 +198,7 @@ class _Reading:
         described = [one for one in found if one.get("program")]
         if len(described) < len(found):
             self._remarks.append(f"what {topic} says of the node cannot be read")
-        return _program(node, described[-1]) if described else None
-
-
-def _program(node: str, described: Dict[str, Any]) -> Program:
-    arguments = described.get("arguments")
-    files = described.get("files")
-    parameters = described.get("parameters")
-    return Program(
-        node,
-        str(described["program"]),
-        tuple(map(str, arguments)) if isinstance(arguments, list) else (),
-        {
-            path: text_entries(file).get("text", "")
-            for path, file in (files.items() if isinstance(files, dict) else ())
-        },
-        text_entries(described.get("versions")),
-        solvers(described),
-        parameters if isinstance(parameters, dict) else {},
-    )
+        return Program.of(node, described[-1]) if described else None
 
 
 def _because(remarks: Any) -> str:

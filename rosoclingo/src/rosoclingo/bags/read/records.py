@@ -17,6 +17,7 @@ from io import BytesIO
 from typing import BinaryIO, Callable, Dict, List, Mapping
 
 from rosoclingo.bags.read.decompress import Expander, ExpansionError
+from rosoclingo.bags.topics import resolved
 from rosoclingo.bags.wire import Connection, Message
 
 _LENGTH = 4  # bytes of a length and of a number, the lowest first
@@ -159,7 +160,7 @@ class Records:
     def _connect(self, number: int, header: Mapping[bytes, bytes], data: bytes) -> None:
         entries = _entries(data)
         self.connections[number] = Connection(
-            _text(header, b"topic"),
+            resolved(_text(header, b"topic")),
             _text(entries, b"type"),
             _text(entries, b"md5sum"),
             _text(entries, b"message_definition"),

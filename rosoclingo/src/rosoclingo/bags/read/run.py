@@ -8,6 +8,7 @@ from typing import Dict, List, Optional, Sequence, Set, Tuple, Union
 
 from rosclingo.wire.term_text import last_number
 from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.read.run_end import RunEnd
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Reason
 
@@ -61,8 +62,8 @@ class Run:
 
     Attributes:
         has_journal: Whether there was a journal; else steps and waits are not known.
-        recorded: The entries but those that the end of the process has caused, and but answers to
-            questions, which change nothing; as recorded.
+        recorded: The entries but those from the end on, if that was forced from outside, and but
+            answers to questions, which change nothing; as recorded.
         recalls: The cancel requests that have ended goals without a slot before the loop took
             them, by the numbers of the statuses.
         entries: What is recorded, in causal order. A cancel request that has recalled a goal, and
@@ -72,7 +73,8 @@ class Run:
             just before the journal ends.
         outputs: For each of these entries, what it has put out.
         requests: What was asked for, by the ids of the goals, in the order in which they came.
-        is_open: Whether the run ends while the loop was at work, so that more was to come.
+        is_open: Whether the run ends while the loop was at work, or had goals to end, so that more
+            was to come.
     """
 
     def __init__(self, entries: Sequence[Entry], has_journal: bool = True) -> None:
@@ -83,7 +85,7 @@ class Run:
             has_journal: Whether it was recorded, and not made from other topics.
         """
         self.has_journal = has_journal
-        before_the_end = takewhile(lambda entry: not _is_shutdown(entry.event), entries)
+        before_the_end = takewhile(lambda entry: not _is_forced_end(entry.event), entries)
         self.recorded = [e for e in before_the_end if not isinstance(e.event, journal.Explained)]
         self.recalls: Dict[int, Entry] = {}
         self._goals: Dict[str, Entry] = {}
@@ -142,16 +144,22 @@ class Run:
         return list(ordered.values())
 
 
-def _is_shutdown(event: journal.Event) -> bool:
-    if not isinstance(event, (journal.LoopEnded, journal.StatusSet)):
-        return False
-    return event.reason is Reason.SHUTDOWN
+def _is_forced_end(event: journal.Event) -> bool:
+    """Whether the end of the run begins here, and nothing in the run is the cause."""
+    if isinstance(event, journal.StatusSet):
+        return event.reason is Reason.SHUTDOWN
+    return isinstance(event, journal.LoopEnded) and event.is_forced
 
 
 def _is_open(entries: Sequence[Entry]) -> bool:
+    end = RunEnd()
+    for entry in entries:
+        end.see(entry.event)
+    if end.loop_has_ended:
+        return not end.is_over
     for entry in reversed(entries):
         event = entry.event
-        if isinstance(event, (journal.LoopWaits, journal.LoopEnded)):
+        if isinstance(event, journal.LoopWaits):
             return False
         if isinstance(event, journal.CommandDone):
             return not event.publishes

@@ -11,19 +11,25 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, Dict, List, NoReturn, Set
 
+import genpy
 import rospy
 
 from rosclingo.ros.init import give_up, init_node, on_shutdown
 from rosoclingo.bags.errors import BagError
+from rosoclingo.bags.read.run_end import RunEnd
 from rosoclingo.bags.record.arrivals import Journal
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS, loop_topics, solver_topics
 from rosoclingo.bags.wire import Connection, Message
+from rosoclingo.loop.journal import decode
+from rosoclingo.msg import ROSoClingoEvent
 
 _FLUSH_SECONDS = 0.4  # how much of a run is lost, at most, when the recorder is killed
 _REPORT_SECONDS = 10.0  # how often it is said how many messages there are
 _SECONDS_TO_DRAIN = 0.5  # how long nodes that end at the same Ctrl-C may still send results
+_SECONDS_TO_END = 5.0  # how long the last statuses of a run that has ended are waited for
 _SECONDS_TO_CLOSE = 1.0  # how long the index may take before rospy ends
+_POLL_SECONDS = 0.05
 _BUFFER_SIZE = 2**24  # bytes for each connection; encodings and control requests may be long
 _TEXT = struct.Struct("<I")  # how a std_msgs/String begins: the length
 _EVENT_SUM = MD5SUMS[LOOP_TYPES["journal"]]
@@ -36,14 +42,17 @@ class Recorder:
     are known; :meth:`write` is called by one thread.
     """
 
-    def __init__(self, name: str, writer: BagWriter) -> None:
+    def __init__(self, name: str, writer: BagWriter, ending: threading.Event) -> None:
         """Subscribes; make it after the node is initialised.
 
         Args:
             name: Resolved name of the node with the planning loop.
             writer: The bag.
+            ending: Set as long as the loop has ended, and the run is not over.
         """
         self._writer = writer
+        self._ending = ending
+        self._run_end = RunEnd()
         self._about = f"{name}/about"
         self._events = f"{name}/journal"
         self._journal = Journal()
@@ -65,10 +74,26 @@ class Recorder:
             connection = message.connection
             is_event = connection.topic == self._events and connection.md5sum == _EVENT_SUM
             (events if is_event else others).append(message)
-        merged = self._journal.sort(events) + others
+        events = self._journal.sort(events)
+        for event in events:
+            self._follow(event.data)
+        merged = events + others
         for message in sorted(merged, key=lambda one: one.time):
             self._writer.write(message)
         self._writer.flush()
+
+    def _follow(self, data: bytes) -> None:
+        try:
+            event = ROSoClingoEvent().deserialize(data)
+        except genpy.DeserializationError:  # readers of the bag say so
+            return
+        if event.number == 1:  # the node was started again
+            self._run_end = RunEnd()
+        self._run_end.see(decode(event))
+        if self._run_end.loop_has_ended and not self._run_end.is_over:
+            self._ending.set()
+        else:
+            self._ending.clear()
 
     def _subscribe(self, topics: Dict[str, str]) -> None:
         with self._lock:
@@ -118,10 +143,13 @@ def main() -> NoReturn:
         print(f"record.py: {err}", file=sys.stderr)
         rospy.signal_shutdown(str(err))
         sys.exit(2)
-    stopping, closed = threading.Event(), threading.Event()
+    stopping, closed, ending = threading.Event(), threading.Event(), threading.Event()
 
     def stop() -> None:  # runs while rospy still receives what nodes that are ending send
+        latest = time.monotonic() + _SECONDS_TO_END
         time.sleep(_SECONDS_TO_DRAIN)
+        while ending.is_set() and time.monotonic() < latest:
+            time.sleep(_POLL_SECONDS)
         stopping.set()
         closed.wait(_SECONDS_TO_CLOSE)
 
@@ -129,7 +157,7 @@ def main() -> NoReturn:
     name = rospy.resolve_name("rosoclingo")
     try:
         with writer:
-            _run(Recorder(name, writer), writer, name, file, stopping)
+            _run(Recorder(name, writer, ending), writer, name, file, stopping)
     except BagError as err:
         closed.set()
         stopping.set()

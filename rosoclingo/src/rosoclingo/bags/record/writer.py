@@ -11,6 +11,7 @@ from rosbags import interfaces
 from rosbags.rosbag1 import Writer
 from rosbags.rosbag1.writer import WriterError
 
+from rosclingo.free_file import refusal
 from rosoclingo.bags.errors import BagWriteError
 from rosoclingo.bags.wire import Connection, Message, rosbags_type
 
@@ -52,10 +53,7 @@ class BagWriter:
             self._writer.open()
             self._pad()
         except WriterError as err:
-            raise BagWriteError(
-                f"{file}: there is such a file already, and it is not overwritten; give another "
-                "name or move it"
-            ) from err
+            raise BagWriteError(refusal(file)) from err
         except OSError as err:
             raise BagWriteError(
                 f"{file}: {err.strerror}; give a name in a folder that exists and can be written to"

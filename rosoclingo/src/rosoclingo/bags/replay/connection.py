@@ -60,6 +60,11 @@ class Connection:
         is_heard = all(number >= self._lives for number in self._heard_by.values())
         return is_heard and all(topic.get_num_connections() for topic in topics)
 
+    @property
+    def is_open(self) -> bool:
+        """Whether the node has not gone yet; all that it has sent is there when it has."""
+        return bool(self._journal.get_num_connections())
+
     def begin_again(self) -> None:
         """Takes note that the node is another process from now on."""
         self._lives += 1

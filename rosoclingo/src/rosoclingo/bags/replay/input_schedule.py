@@ -25,22 +25,22 @@ def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True
     found: List[Due] = []
     moment = (0, Phase.BEFORE)
     decision = step = 0
-    waits = acts = False  # the command that is carried out
+    phase: Optional[Phase] = None  # if the loop waits, or has ended
+    acts = False  # the command that is carried out
     ended: Set[str] = set()  # goals whose cancel requests actionlib does not pass on any more
     undecided: Dict[str, int] = {}  # the goals since the last output: how many dues come before
     for entry, result in zip(run.recorded, _results(run.recorded)):
         event = entry.event
+        phase = _phase(event, phase)
         if isinstance(event, journal.CommandDone):
             decision, step = decision + 1, entry.step
-            waits = acts = False
-        elif begins_a_wait(event):
-            waits = True
+            acts = False
         elif isinstance(event, journal.NodeResumed):
             if event.node == journal.LOOP:
                 # A new process decides again; what the old one took in its wait, it has.
                 found = [_before(due, decision) for due in found]
                 moment = min(moment, (decision, Phase.BEFORE))
-                waits = acts = False
+                acts = False
             if kills:
                 kill = Due(decision, Phase.BEFORE, Kind.KILL, event.node)
                 found.insert(sum(due.moment <= kill.moment for due in found), kill)
@@ -50,8 +50,8 @@ def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True
                 found.insert(place, Due(*found[place].moment, Kind.RECALL, event.goal))
                 undecided = {goal: n + (n >= place) for goal, n in undecided.items()}
                 continue
-            if waits:
-                moment = max(moment, (decision, Phase.WAIT))
+            if phase is not None:
+                moment = max(moment, (decision, phase))
             else:  # not before what the command has done already, as to move to the next step
                 has_begun = acts or entry.step != step
                 moment = max(moment, (decision + has_begun, Phase.BEFORE))
@@ -69,11 +69,12 @@ def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True
         if isinstance(event, journal.ARRIVALS) and not (
             (isinstance(event, journal.CancelArrived) and event.goal in ended) or is_refused(event)
         ):
-            moment = max(moment, _moment(event, decision, waits, result))
+            moment = max(moment, _moment(event, decision, phase, result))
             if isinstance(event, journal.GoalArrived):
                 undecided[event.goal] = len(found)
             kind, identifier, text = input_key(event)
             found.append(Due(*moment, kind, identifier, text))
+    found = found if phase is not Phase.END else [_at_the_end(due, decision) for due in found]
     return found + _searches(run.recorded, same_encodings) + _times(run.recorded)
 
 
@@ -122,18 +123,18 @@ def _times(entries: Sequence[Entry]) -> List[Due]:
 
 
 def _moment(
-    event: journal.Arrival, decision: int, waits: bool, result: Optional[Result]
+    event: journal.Arrival, decision: int, phase: Optional[Phase], result: Optional[Result]
 ) -> Tuple[int, Phase]:
     """Returns when an input was taken.
 
     Args:
         event: The input.
         decision: How many commands were carried out before.
-        waits: Whether the loop has waited since the last one.
+        phase: Whether the loop has waited or ended since the last one; None for neither.
         result: That of the command which is carried out next, or just then.
     """
-    if waits:
-        return decision, Phase.WAIT
+    if phase is not None:
+        return decision, phase
     if not event.seconds:
         return decision, Phase.BEFORE
     if result in (Result.SAT, Result.UNSAT):
@@ -145,6 +146,22 @@ def _moment(
 def _before(due: Due, decision: int) -> Due:
     """Has something that was taken while the loop waited be taken before it decided to wait."""
     return due._replace(phase=Phase.BEFORE) if due.decision == decision else due
+
+
+def _phase(event: journal.Event, before: Optional[Phase]) -> Optional[Phase]:
+    """Returns whether the loop waits or has ended since an event; None for neither."""
+    if isinstance(event, journal.LoopEnded):
+        return Phase.END
+    if begins_a_wait(event):
+        return Phase.WAIT
+    is_loop = isinstance(event, journal.NodeResumed) and event.node == journal.LOOP
+    return None if is_loop or isinstance(event, journal.CommandDone) else before
+
+
+def _at_the_end(due: Due, decision: int) -> Due:
+    """Has something that was taken after the last decision be taken when the loop has ended."""
+    is_late = due.decision > decision
+    return due._replace(decision=decision, phase=Phase.END) if is_late else due
 
 
 def _results(entries: Sequence[Entry]) -> List[Optional[Result]]:

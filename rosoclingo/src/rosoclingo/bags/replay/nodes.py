@@ -67,6 +67,10 @@ class Nodes:
             if node == journal.LOOP:  # before the others start, so that nothing is missed
                 self._connect()
 
+    def has_loop(self, name: str) -> bool:
+        """Returns whether a process, by its name, is that with the planning loop."""
+        return self._starts[journal.LOOP].name == name
+
     def due(self, decision: int) -> Optional[str]:
         """Returns what is to be killed before a decision, counted since the loop began."""
         kill = next((due for due in self._dues if due.kind is Kind.KILL), None)

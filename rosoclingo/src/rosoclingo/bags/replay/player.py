@@ -31,7 +31,8 @@ _NOT_COMPARED = (
 _POLL_SECONDS = 0.02
 _LOOK_SECONDS = 0.2  # how often it is seen whether the processes still run
 _PROGRESS_SECONDS = 2.0  # how often it is said how far the replay is
-_LAST_WORDS_SECONDS = 0.5  # what a process has said before it ended may take so long to arrive
+_LAST_WORDS_SECONDS = 0.5  # what follows from the end of a process may take so long to arrive
+_CLOSE_SECONDS = 60.0  # how long a busy machine may take to deliver what a node has sent
 
 
 class Replayed(NamedTuple):
@@ -155,7 +156,8 @@ class _Player:
             now = time.monotonic()
             if self._schedule.is_finished(now):
                 return ""
-            planned = self._schedule.due(now)
+            # A node that has got nothing cannot end before its journal is heard.
+            planned = None if self._last is None else self._schedule.due(now)
             if not (self._schedule.in_step or self._gate_is_open):
                 self._gate_is_open = True
                 self._connection.open_gate()
@@ -214,8 +216,11 @@ class _Player:
             self.entries.append(entry)
 
     def _end_of(self, name: str) -> str:
-        end = time.monotonic() + _LAST_WORDS_SECONDS
-        while time.monotonic() < end:
+        begin = time.monotonic()
+        longest = _CLOSE_SECONDS if self._nodes.has_loop(name) else _LAST_WORDS_SECONDS
+        is_open = True
+        while is_open and time.monotonic() < begin + longest:
+            is_open = self._connection.is_open
             self._hear(_POLL_SECONDS)
             if self._schedule.is_finished(time.monotonic()):
                 return ""

@@ -10,10 +10,11 @@ noted, and the rest of the inputs is sent as far as it makes sense.
 from __future__ import annotations
 
 from collections import Counter
-from typing import AbstractSet, Dict, List, Optional, Set
+from typing import AbstractSet, Dict, List, Optional
 
 from rosoclingo.bags.compare.comparison import Stall
 from rosoclingo.bags.read.run import Outputs, Run
+from rosoclingo.bags.read.run_end import RunEnd
 from rosoclingo.bags.replay.awaited import Awaited
 from rosoclingo.bags.replay.inputs import (
     Input,
@@ -78,12 +79,11 @@ class Schedule:
         self._outputs = Outputs()
         self._awaited = Awaited(run, has_gate=has_gate)
         self._on_way: Counter[Key] = Counter()  # sent and not taken
-        self._ended_goals: Set[str] = set()
         self._acting: Dict[str, None] = {}  # actuators without an answer, in order
         self._rests = False  # the loop waits, or is through
         self._settled = False  # and knows of all that was sent
         self._command = ""
-        self._ended = False
+        self._end = RunEnd()
         self._is_held = False  # the loop rests because its gate has it wait
         self._seen_at = self._sent_at = 0.0
         self._begin = 0.0  # of the time until the next input
@@ -101,6 +101,7 @@ class Schedule:
         """
         event, output = record.event, self._outputs.find(record)
         self._seen_at = now
+        self._end.see(event)
         if output is not None or isinstance(event, journal.ARRIVALS) or begins_a_wait(event):
             self._begin = now
         if is_refused(event):
@@ -119,13 +120,10 @@ class Schedule:
         elif isinstance(event, journal.ActionPublished):
             self._acting[event.actuator] = None
         elif isinstance(event, journal.StatusSet) and event.status is not journal.Status.ACCEPTED:
-            self._ended_goals.add(event.goal)
             self._take((Kind.GOAL, event.goal, ""))  # if it was refused
             if event.reason is not journal.Reason.RECALLED:
                 # actionlib passes on none to an ended goal.
                 self._take((Kind.CANCEL, event.goal, ""))
-        elif isinstance(event, journal.LoopEnded):
-            self._ended = True
         if output is not None:
             self._awaited.came(output.key)
 
@@ -163,7 +161,7 @@ class Schedule:
         Args:
             now: The time, in seconds of the clock of :meth:`see`.
         """
-        while self.passed < len(self.planned) and not self._ended:
+        while self.passed < len(self.planned) and not self._end.loop_has_ended:
             planned = self.planned[self.passed]
             ready = not self._awaited.missing and self._at(planned)
             if not (ready or self._is_settled(now)):
@@ -184,8 +182,8 @@ class Schedule:
 
     def is_finished(self, now: float) -> bool:
         """Whether nothing is left to be sent, and nothing can come any more."""
-        if self._ended:
-            return True
+        if self._end.loop_has_ended:
+            return self._end.is_over
         if self.passed < len(self.planned):
             return False
         if self._is_open and not self._awaited.missing and not self._on_way:
@@ -241,7 +239,7 @@ class Schedule:
 
     def _send(self, planned: Input, now: float) -> None:
         kind, identifier, _ = planned.key
-        if not (kind is Kind.CANCEL and identifier in self._ended_goals):  # else it is lost
+        if not (kind is Kind.CANCEL and identifier in self._end.ended_goals):  # else it is lost
             self._on_way[planned.key] += 1
             self._settled = False
         if kind is Kind.MESSAGE:

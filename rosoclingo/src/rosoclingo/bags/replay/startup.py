@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
@@ -184,7 +185,8 @@ def _recorded(program: Program, folder: Optional[Path], more: Sequence[str] = ()
             f"write; {_REMEDY}"
         )
     if folder is None:
-        return _node(program.node, program.program, [*more, *from_disk(program)])
+        directory = Path(program.directory) if os.path.isdir(program.directory) else None
+        return _node(program.node, program.program, [*more, *from_disk(program)], directory)
     own = folder / program.node.strip("/").replace("/", ".")  # which no name of a node has
     try:
         arguments, directory = unpack(program, own)

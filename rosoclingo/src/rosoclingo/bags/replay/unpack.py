@@ -11,7 +11,8 @@ from typing import Callable, Iterator, List, Mapping, Optional, Tuple
 
 import rospkg
 
-from rosclingo.errors import OptionsError
+from rosclingo.errors import OptionsError, ProgramError
+from rosclingo.solver import lexical
 from rosclingo.solver.options import Argument, arguments
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Program
@@ -26,7 +27,7 @@ class ReplayError(BagError):
 def unpack(program: Program, folder: Path) -> Tuple[List[str], Path]:
     """Writes a program's files as they were when it was recorded.
 
-    Their paths are kept, below the folder, so that they find each other.
+    Their paths are kept, below the folder, and their includes lead there.
 
     Args:
         program: What the bag says of the node.
@@ -41,7 +42,7 @@ def unpack(program: Program, folder: Path) -> Tuple[List[str], Path]:
     for path, text in program.files.items():
         file = _below(folder, path)
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(_move_includes(text, program.files, folder), encoding="utf-8")
+        file.write_text(_move_includes(text, path, program, folder), encoding="utf-8")
     command_line = _with_files(program, lambda path: str(_below(folder, _find(path, program))))
     directory = _below(folder, _directory(program))
     directory.mkdir(parents=True, exist_ok=True)
@@ -52,7 +53,8 @@ def from_disk(program: Program) -> List[str]:
     """Returns the command line with the files as they are now.
 
     A file of a ROS package is looked for in that package, wherever it is on this machine, and else
-    where it was when it was recorded.
+    where it was when it was recorded: first by the name that the command line has for it, which may
+    be a link, and next to which its includes are.
 
     Raises:
         ReplayError: One is not there any more.
@@ -61,7 +63,13 @@ def from_disk(program: Program) -> List[str]:
 
     def existing(path: str) -> str:
         recorded = _find(path, program)
-        for candidate in (*_in_packages(recorded, packages), recorded, path, f"{path}.lp"):
+        named = posixpath.join(program.directory, os.path.expanduser(path))
+        names = [named, f"{named}.lp"] if program.directory else []
+        for place in (*names, recorded):
+            for candidate in (*_in_packages(place, packages), place):
+                if os.path.isfile(candidate):
+                    return candidate
+        for candidate in (path, f"{path}.lp"):
             if os.path.isfile(candidate):
                 return candidate
         raise ReplayError(
@@ -118,9 +126,12 @@ def _arguments(program: Program) -> List[Argument]:
 def _find(path: str, program: Program) -> str:
     """Returns which of the recorded files a path of the command line means.
 
-    Files are recorded with their real paths; the command line may name them from a working
-    directory, by a link, or without ``.lp``.
+    Older bags do not say that. They have the real paths of files, which the command line may name
+    from a working directory, by a link, or without ``.lp``: the one that is most alike counts.
     """
+    known = program.paths.get(path)
+    if known in program.files:
+        return str(known)
     ranked = sorted(program.files, key=lambda file: _likeness(path, file), reverse=True)
     if ranked and (_likeness(path, ranked[0]) > 0 or len(ranked) == 1):
         return ranked[0]
@@ -141,7 +152,12 @@ def _likeness(path: str, file: str) -> float:
 
 
 def _directory(program: Program) -> str:
-    """Returns the working directory from which the command line's paths and includes fit."""
+    """Returns the working directory.
+
+    Older bags do not say it; then that from which the command line's paths and includes fit.
+    """
+    if program.directory:
+        return program.directory
     paths = [value for option, value in _arguments(program) if option == "-f"]
     for text in program.files.values():
         paths += [match.group(2) for match in _INCLUDE.finditer(text)]
@@ -162,16 +178,20 @@ def _base(path: str, files: Mapping[str, str]) -> Optional[str]:
     return None
 
 
-def _move_includes(text: str, files: Mapping[str, str], folder: Path) -> str:
-    """Leads includes with absolute paths to the files of the bag."""
+def _move_includes(text: str, path: str, program: Program, folder: Path) -> str:
+    """Leads what a file includes to the files of the bag, in older bags as far as that is sure."""
+    includes = program.includes.get(path, {})
 
-    def moved(match: re.Match[str]) -> str:
-        path = match.group(2)
-        if not posixpath.isabs(path) or posixpath.normpath(path) not in files:
-            return match.group()
-        return f"{match.group(1)}{_below(folder, path)}{match.group(3)}"
+    def moved(name: str) -> Optional[str]:
+        if name in includes:
+            return str(_below(folder, includes[name]))
+        is_known = posixpath.isabs(name) and posixpath.normpath(name) in program.files
+        return str(_below(folder, name)) if is_known else None
 
-    return _INCLUDE.sub(moved, text)
+    try:
+        return lexical.with_includes(text, moved)
+    except ProgramError:  # nobody has loaded it, as clingo does not; it may say why
+        return text
 
 
 def _below(folder: Path, path: str) -> Path:
