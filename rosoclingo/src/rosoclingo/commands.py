@@ -171,8 +171,6 @@ class ROSCommands:
 
     def publish(self) -> None:
         """Publishes the whole plan as one message; the loop is through then."""
-        if self.state.planned < 0:
-            raise ControllerError("there is no plan yet: solve has to find one before")
         plan = ", ".join(str(action) for action in self.state.plan.actions_from(0))
         self.state.environment.publish(SOLVER, f"[{plan}]")
         self.state.finish("the plan is published, and the mode is through: it takes no goals")

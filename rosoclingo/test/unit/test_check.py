@@ -55,7 +55,7 @@ STATIC = {
     ),
     "a part of another name": (
         "parts", "#program query(t).", "#program goal(t).\n#program query(t).",
-        "neither rosoclingo nor the encoding grounds it", "86",
+        "neither rosoclingo nor the encoding grounds it", "87",
     ),
     "no query": (
         "parts", "#external query(t).\n:- query(t), holds(want(ID,X),t).",
@@ -66,7 +66,7 @@ STATIC = {
     ),
     "a fluent that nothing makes true": (
         "predicates", "holds(closed(X),t-1).", "holds(close(X),t-1).",
-        "no rule, fact or external makes holds/2 true with close/1 in it; is closed/1 meant?", "63",
+        "no rule, fact or external makes holds/2 true with close/1 in it; is closed/1 meant?", "64",
     ),
     "an event that is not declared": (
         "predicates", "holds(closed(X),t) :- event(info,close(X),t), not event(info,open(X),t).",
@@ -76,11 +76,11 @@ STATIC = {
     "an action that there is not": (
         "predicates", "do(robot,go(X),t), not event(robot,failure,t)",
         "do(robot,goes(X),t), not event(robot,failure,t)",
-        "makes do/3 true with goes/1 in it", "82",
+        "makes do/3 true with goes/1 in it", "83",
     ),
     "an answer that is misspelt": (
         "predicates", "not event(robot,failure,t)", "not event(robot,failur,t)",
-        "makes event/3 true with failur in it; is failure meant?", "82",
+        "makes event/3 true with failur in it; is failure meant?", "83",
     ),
     "a fluent that is made true and not used": (
         "unused", "holds(closed(X),t) :- event(", "holds(close(X),t) :- event(",
@@ -172,7 +172,7 @@ def test_what_nothing_uses(what: str, tmp_path: Path, capsys: pytest.CaptureFixt
     if "meant?" in text:
         assert run([file, *SMALL, "--episodes", "0", "--goal", "visit(1)"]) == 0
         first, last = capsys.readouterr().out.splitlines()
-        assert first.endswith(f"changed.lp:82: unused (a hint): {text}")
+        assert first.endswith(f"changed.lp:83: unused (a hint): {text}")
         assert last.endswith(": nothing found, 1 hint")
 
 

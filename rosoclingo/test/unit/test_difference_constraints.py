@@ -51,7 +51,7 @@ def test_a_limit(seconds: str, mode: str, capsys: pytest.CaptureFixture[str]) ->
     assert run([*words, "-c", "limit=4", "-c", "steps=6"]) == 1
     said = capsys.readouterr().err
     assert "no plan within the horizon of 6 steps" in said
-    assert "Without visit(3), there would be a plan" in said
+    assert "the encoding excludes it by '&diff { end(t)-end(0) } <= limit.' (seconds.lp:7)" in said
 
 
 def test_the_loop_gets_the_values(seconds: str) -> None:

@@ -146,8 +146,6 @@ def test_wrong_steps_are_named(run: Callable[..., System]) -> None:
     run("initialize", "release_step(-1)")
     with pytest.raises(ControllerError, match=r"gave plan\(further\(0\)\), where 0 is no horizon"):
         run("initialize", "plan(further(0))")
-    with pytest.raises(ControllerError, match="gave publish: there is no plan yet"):
-        run("initialize", "publish")
 
 
 def test_events_of_a_step_that_is_not_grounded(system: Make, tmp_path: Path) -> None:

@@ -40,7 +40,7 @@ from rosoclingo.why.serving import LOWEST
 _RESULTS_KEPT = 1_000  # of goals, which may come again
 _SECONDS_TO_END = 1.0  # how long a shutdown waits for the loop
 _SECONDS_TO_SEND = 0.3  # how long the end and results have until rospy ends connections
-_WHY_SECONDS = 5.0  # how long an answer may take that is asked for by ~why
+_WHY_SECONDS = 20.0  # how long an answer may take that is asked for by ~why
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
 
 

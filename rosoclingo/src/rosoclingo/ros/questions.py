@@ -27,6 +27,7 @@ from rosoclingo.why.question import Kind, Question, Reply, Status, read
 from rosoclingo.why.situation import Situation
 from rosoclingo.why.task import Task
 
+_SECONDS_AT_END = 5.0  # how long goals wait for a reason before they end
 _POLL_SECONDS = 0.05  # how often what waits looks whether the node is shutting down
 
 
@@ -80,8 +81,8 @@ class Questions:
         self._explain(Question(), goals)
 
     def finish(self) -> None:
-        """Waits for the reasons that are looked for, as long as an answer may take."""
-        due = time.monotonic() + self._seconds
+        """Waits for the reasons that are looked for, as goals are about to end because of them."""
+        due = time.monotonic() + min(self._seconds, _SECONDS_AT_END)
         while self._reasons and not self._inbox.closed and time.monotonic() < due:
             self._reasons -= wait(self._reasons, _POLL_SECONDS).done
             self._inbox.show()

@@ -101,9 +101,11 @@ def _constraints(program: Program) -> List[Tuple[ast.AST, int, str]]:
 
 
 def _is_constraint(statement: ast.AST) -> bool:
-    if statement.ast_type is not ast.ASTType.Rule or statement.head.ast_type is not (
-        ast.ASTType.Literal
-    ):
+    if statement.ast_type is not ast.ASTType.Rule:
+        return False
+    if statement.head.ast_type is ast.ASTType.TheoryAtom:  # such as a difference constraint
+        return True
+    if statement.head.ast_type is not ast.ASTType.Literal:
         return False
     atom = statement.head.atom
     return bool(atom.ast_type is ast.ASTType.BooleanConstant and not atom.value)
