@@ -900,6 +900,39 @@ def test_a_regression_bag(page: Page) -> None:
         assert re.search(rf"\b{name}\b", recording), name
 
 
+BATTERY = """
+#program base. fluent(battery(0..3)). before(battery(3),0).
+#program state(t). holds(battery(N),0) :- before(battery(N),0), t = 0.
+#program transition(t).
+holds(battery(N-1),t) :- holds(battery(N),t-1), do(robot,_,t).
+holds(battery(N),t) :- holds(battery(N),t-1), not do(robot,_,t).
+"""
+
+
+@of("docs/why.md", "Rules")
+def test_a_rule_with_a_name(page: Page) -> None:
+    battery = page.folder / "battery.lp"
+    battery.write_text(BATTERY + page.block("prolog"))
+    command = [
+        "rosrun",
+        "rosoclingo",
+        "plan.py",
+        str(LINE),
+        str(battery),
+        "--goal=visit(6)",
+        "-c",
+        "steps=9",
+    ]
+    said = " ".join(
+        subprocess.run(command, check=False, stderr=subprocess.PIPE, text=True).stderr.split()
+    )
+    answer = re.search(
+        "The answer is `(.*?)`", " ".join((ROOT / "docs/why.md").read_text().split())
+    )
+    assert answer is not None
+    assert answer[1] in said
+
+
 def test_examples_of_an_encoding() -> None:
     check_output("docs/check.md", "Examples", (ASP / "mailbot.examples").read_text())
 

@@ -73,6 +73,8 @@ READ: Dict[str, Tuple[str, ...]] = {
     "office in seconds": (OFFICE, LENGTHS, MAILBOT),
     "hall": (HALL, MAILBOT),
     "jobs": (str(TOWER / "jobs.lp"), "--theory", "dl"),
+    "flood": (str(BENCHES / "flood.lp"),),
+    "courier": (str(ASP / "test" / "planning" / "courier.lp"),),
 }  # fmt: skip
 NO_PLANNERS = {
     TOWER / "toh.lp",  # has all steps at once

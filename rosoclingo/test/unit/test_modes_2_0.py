@@ -12,7 +12,7 @@ from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import LoopError
 
-MODE = str(Path(__file__).resolve().parents[1] / "modes_2_0" / "dynamic.lp")
+MODE = str(Path(__file__).resolve().parents[1] / "modes" / "dynamic_2_0.lp")
 LINE = f"{EXAMPLES}/line.lp"
 
 

@@ -251,7 +251,7 @@ def test_a_replay_is_the_same(
             recording = "dynamic.incremental.recording"
             return system(recording, "-c", "steps=40", encoding=WORKSHOP, inbox=inbox)
         if mode == "2.0":  # which resets before the answers of the step
-            style = str(PACKAGE / "test" / "modes_2_0" / "dynamic.lp")
+            style = str(PACKAGE / "test" / "modes" / "dynamic_2_0.lp")
             options = ("steps=80", "resets=every", "early=1")
             return system(style, *(f"-c{option}" for option in options), inbox=inbox)
         return system(f"dynamic.incremental.{mode}", "-c", "steps=80", inbox=inbox)

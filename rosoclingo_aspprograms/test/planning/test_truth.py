@@ -25,7 +25,7 @@ from rosoclingo.desk.parts import EXAMPLES, make_parts, shared
 from rosoclingo.desk.system import Request, System
 from rosoclingo.loop.goals import Goal
 
-IN_2_0_STYLE = str(shared() / "test" / "modes_2_0" / "dynamic.lp")
+IN_2_0_STYLE = str(shared() / "test" / "modes" / "dynamic_2_0.lp")
 
 
 class Mode(NamedTuple):
