@@ -28,7 +28,7 @@ class Rehearsal:
 
     @property
     def info(self) -> Info:
-        """What the controller is told now."""
+        """The info for the next decision."""
         return Info(
             self._result,
             self._pending,
