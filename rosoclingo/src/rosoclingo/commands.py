@@ -156,7 +156,7 @@ class ROSCommands:
         beginning.reset(self.state, _step(step))
 
     def forget(self, step: Symbol) -> None:
-        """Does what reset does, and asks for a plan as long as the rest of this one."""
+        """Resets, and sets the horizon to the number of steps that the plan had left."""
         self._settle(step)
         left = self.state.actions_left(_step(step))
         beginning.reset(self.state, _step(step))

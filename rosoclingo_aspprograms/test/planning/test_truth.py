@@ -74,7 +74,7 @@ class Log:
         self._carried: Dict[str, str] = {}
 
     def do(self, action: str) -> None:
-        """Does an action for real."""
+        """Executes an action."""
         name, (argument, *_) = split_term(action)
         if name == "go":
             self.place = argument

@@ -9,7 +9,7 @@ from typing import TextIO
 
 
 class ProgressLine:
-    """A line on stderr that says how far something is, rewritten in place on a terminal.
+    """A progress line on stderr, rewritten in place on a terminal.
 
     Elsewhere, such as in a file, each text is a line of its own. What else is printed meanwhile
     goes through :meth:`print`, which takes the line away first; any thread may call all methods.

@@ -191,7 +191,7 @@ class Mail(MailState):
             self._pace.reset()
 
     def _paces(self) -> bool:
-        """Whether a message has to wait until it begins a step."""
+        """Tells if a message has to wait before it begins a step."""
         may = self.between_steps and self.inbox.may_hold and not self.inbox.closed
         return may and self._pace.holds(self._environment.now())
 
@@ -339,7 +339,7 @@ class Mail(MailState):
         return True
 
     def _is_known(self, source: str, content: str) -> bool:
-        """Whether an event is true already in the step in which it would be told."""
+        """Tells if an event is true already in the step in which it would be told."""
         atom = event(source, content, self._progress.step)
         return not self.between_steps and self._externals.is_true(atom)
 
