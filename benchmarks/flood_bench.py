@@ -59,7 +59,7 @@ class FloodClient:
         wait_for_node(self._client, self._in, self._out)
 
     def close(self) -> None:
-        """Closes what would hear the next node of this name."""
+        """Closes the connections, before another node of this name starts."""
         self._in.unregister()
         self._out.unregister()
         self._client.stop()

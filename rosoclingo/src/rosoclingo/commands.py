@@ -80,7 +80,7 @@ class ROSCommands:
         self.state.horizon = horizon
 
     def assign_external(self, external: Symbol, value: Symbol) -> None:
-        """Sets an external of the planner to true, false or free; nothing happens without it."""
+        """Sets an external of the planner to true, false or free; ignored if it does not exist."""
         if str(value) not in _TRUTHS:
             raise ControllerError(f"{value} is not a value: it is true, false or free")
         truth = Truth(str(value))

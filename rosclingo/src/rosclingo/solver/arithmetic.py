@@ -1,4 +1,4 @@
-"""Exact arithmetic, to find where clingo's 32 bits would overflow without a word.
+"""Overflow check: exact arithmetic of terms, where clingo's 32 bits would wrap silently.
 
 >>> find_overflow("f(65536*65536+3)")
 '(65536*65536) is no whole number from -2147483647 to 2147483647'

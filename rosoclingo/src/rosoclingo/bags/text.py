@@ -20,7 +20,7 @@ class ProgressLine:
         self._shown = 0  # columns that are to be overwritten
 
     def show(self, text: str) -> None:
-        """Says how far it is."""
+        """Shows how far the program is."""
         with self._lock:
             if not sys.stderr.isatty():
                 print(text, file=sys.stderr)
@@ -52,7 +52,7 @@ class ProgressLine:
 
 
 PROGRESS = ProgressLine()
-"""The only one of the process."""
+"""The process's progress line, which all that it prints goes through."""
 
 
 def _columns() -> int:

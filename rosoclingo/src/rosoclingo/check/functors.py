@@ -1,4 +1,4 @@
-"""Finds atoms with a function that unifies with nothing which makes their predicate true.
+"""Finds functions in atoms that unify with no head, fact or external.
 
 So ``holds(batery(R,N),t)`` in a body is found where all that makes ``holds/2`` true has other
 functions in it. A variable in a head has the functions of the body's atom in which it stands.

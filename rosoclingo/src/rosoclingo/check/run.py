@@ -35,7 +35,7 @@ ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
 _SHARE = 0.1  # of the time for all runs, which one may take
 
 DOES = "does"
-"""The kind of an action that was published, among what was heard."""
+"""The kind of those entries of ``Run.heard`` that are published actions."""
 
 
 @dataclass(frozen=True)

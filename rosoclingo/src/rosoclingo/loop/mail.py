@@ -179,13 +179,13 @@ class Mail(MailState):
     # When it is taken.
 
     def begin_attempt(self) -> None:
-        """Takes note that planning begins, or begins again because of what has come."""
+        """Begins an attempt at planning, which inputs interrupt as the backoff allows."""
         now = self._environment.now()
         self._backoff.restart(now)
         self._told_at = now
 
     def end_attempt(self, *, acts: bool = False) -> None:
-        """Takes note that the loop waits, or has somebody act: what comes is taken at once."""
+        """Ends the attempt: the loop waits, or somebody acts, so inputs are taken at once."""
         self._backoff.reset()
         if acts:
             self._pace.reset()

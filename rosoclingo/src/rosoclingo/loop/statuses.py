@@ -15,7 +15,7 @@ from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
 
 def update(state: State, step: int) -> None:
-    """Sets the goals' statuses as the plan has them in a step; terminal ones as :func:`release`."""
+    """Sets the goals' statuses as the plan has them in a step; terminal ones by :func:`release`."""
     for slot, word in state.plan.statuses(step):
         if word not in TERMINAL_STATUSES:
             set_status(state, slot, word, step)

@@ -169,7 +169,7 @@ class Database:
         _, self._id, self._number = seals[0]
 
     def _compare(self, log: str) -> None:
-        """Sees whether all is there that was acknowledged."""
+        """Compares the last transaction with the high-water mark."""
         mark = _read_mark(self._connection)
         if mark is not None and mark.store != self._id:
             raise _damaged(self.path, "its log is of another store")
@@ -184,7 +184,7 @@ class Database:
         self._mark = HighWaterMarkFile(self.path, page)
 
     def accept_loss(self) -> None:
-        """Goes on with what is there, as if what is missing had never been."""
+        """Accepts that transactions are missing, and allows writes again."""
         if self.loss is not None:
             # A mark of before may come back when power fails.
             self._number = self.loss.acknowledged

@@ -158,7 +158,7 @@ class AssumingCopy(Copy):
         return [Assumption(name, atoms in keys) for atoms, name in self._tied.items()]
 
     def _make_free(self, events: FrozenSet[str]) -> None:
-        """Has searches decide events, unless they are assumed to be true or false."""
+        """Makes events free externals: searches decide them, unless they are assumed."""
         new: List[Command] = [
             AssignExternal(atom, Truth.FREE)
             for atom in sorted(events)

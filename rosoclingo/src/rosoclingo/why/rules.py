@@ -42,7 +42,7 @@ class Rules:
 
     @classmethod
     def read(cls, program: Program) -> Rules:
-        """Reads those of encodings."""
+        """Reads the constraints of encodings."""
         named: Dict[int, Fact] = {}
         others: Dict[int, Fact] = {}
         lines = _lines(program)

@@ -149,7 +149,7 @@ def _before(due: Due, decision: int) -> Due:
 
 
 def _phase(event: journal.Event, before: Optional[Phase]) -> Optional[Phase]:
-    """Returns whether the loop waits or has ended since an event; None for neither."""
+    """Returns the phase after an event: wait or end; None while the loop is at work."""
     if isinstance(event, journal.LoopEnded):
         return Phase.END
     if begins_a_wait(event):
