@@ -207,7 +207,7 @@ def _decide_here(mode: str, steps: str) -> None:
 
 
 def measure_decisions(report: Report, mode: str) -> None:
-    """Adds the rows of what a decision takes, which is not to depend on the number of steps."""
+    """Adds the rows about decisions, whose cost should not depend on the number of steps."""
     turns = [[decide_apart(mode, steps) for steps in HORIZONS] for _ in range(TURNS)]
     kinds = (("time", "ms", "x", DEARER), ("memory", "MiB", "MiB", BIGGER))
     for kind, (quantity, unit, compared, limit) in enumerate(kinds):

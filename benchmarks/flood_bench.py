@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How soon a goal's first action comes, and that each goal ends, while inputs come all the time.
+"""Load test: how soon a goal's first action comes under a flood of inputs, and if each goal ends.
 
 usage: flood_bench.py [--each] [--seconds N]
 
@@ -47,7 +47,7 @@ WORK_SECONDS = 0.02  # how long an action takes
 LONGEST_SECONDS = 60.0  # a goal that takes longer does not end
 
 
-class Client:
+class FloodClient:
     """The robot, and the client that gives it goals."""
 
     def __init__(self, name: str) -> None:
@@ -59,7 +59,7 @@ class Client:
         wait_for_node(self._client, self._in, self._out)
 
     def close(self) -> None:
-        """Closes what would hear the next node of this name."""
+        """Closes the connections, before another node of this name starts."""
         self._in.unregister()
         self._out.unregister()
         self._client.stop()
@@ -101,7 +101,7 @@ class Bench:
     def __init__(
         self, each: bool, seconds: float, system: RosSystem, folder: Path, report: Report
     ) -> None:
-        """Measures nothing yet.
+        """Prepares the measurements.
 
         Args:
             each: Whether each kind comes alone, too.
@@ -149,7 +149,7 @@ class Bench:
     def _measure(self, name: str, rate: float, kinds: Sequence[str], seconds: float) -> Samples:
         """Has goals executed in a fresh system for so long, and returns when they began."""
         nodes = self._start(name)
-        client = Client(nodes[-1])
+        client = FloodClient(nodes[-1])
         flood = self._flood(nodes[-1], rate, kinds) if rate else None
         times: List[float] = []
         begin = time.monotonic()

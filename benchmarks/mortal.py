@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs a node's program, which is killed or ended at the point that another process says.
+"""Fault injection: runs a node's program and ends it at the point that another process names.
 
 usage: mortal.py FATE PROGRAM [ARGUMENT]...
 
@@ -32,7 +32,7 @@ import rospy
 from rospy.impl.tcpros_base import TCPROSTransport
 
 WAYS = ("kill", "int", "term", "rosnode")
-"""How a process is ended: by SIGKILL, SIGINT, SIGTERM, or as ``rosnode kill`` does it."""
+"""Ways to end a process: SIGKILL, SIGINT, SIGTERM, or a call as of ``rosnode kill``."""
 
 _FORMAT = struct.Struct("=6I")
 _NOTES = 64  # bytes for what the last point was

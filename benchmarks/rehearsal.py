@@ -11,7 +11,7 @@ from rosoclingo.loop.controller import Info
 
 
 class Rehearsal:
-    """Tells a controller what a run would tell it.
+    """Simulates a run's infos for a controller.
 
     One goal comes after the other and takes some steps. Each step has one action, which succeeds.
     """
@@ -28,7 +28,7 @@ class Rehearsal:
 
     @property
     def info(self) -> Info:
-        """What the controller is told now."""
+        """The info for the next decision."""
         return Info(
             self._result,
             self._pending,
@@ -40,7 +40,7 @@ class Rehearsal:
         )
 
     def carry_out(self, command: clingo.Symbol) -> bool:
-        """Makes a command happen.
+        """Carries out a command.
 
         Returns:
             Whether the run goes on.

@@ -46,7 +46,7 @@ _TIMEOUT_SECONDS = 180.0  # no more than a bound for what never comes
 _POLL_SECONDS = 0.02
 
 
-class Case(NamedTuple):
+class EndCase(NamedTuple):
     """A run, and how it ends.
 
     Attributes:
@@ -97,67 +97,69 @@ LOST = "start that node again"
 ALONE = ("_abort_unreachable:=true",)
 LAST = ("-c", "steps=3")
 
-CASES: Dict[str, Case] = {
-    "no plan": Case(line(), RECORDING, 3, (("visit(6)",),), says=NO_PLAN),
-    "no plan, five goals": Case(line(), DYN_RESET, 3, FIVE, says=NO_PLAN),
-    "no plan, mailbot": Case(
+CASES: Dict[str, EndCase] = {
+    "no plan": EndCase(line(), RECORDING, 3, (("visit(6)",),), says=NO_PLAN),
+    "no plan, five goals": EndCase(line(), DYN_RESET, 3, FIVE, says=NO_PLAN),
+    "no plan, mailbot": EndCase(
         MAILBOT, DYN_RESET, 8, (("bring(1,2)",), ("bring(3,4)", "bring(2,3)")), says=NO_PLAN
     ),
-    "no plan, one node": Case(line(*LAST), goals=(("visit(2)",), ("visit(6)",)), says=NO_PLAN),
-    "no plan, dialect 1.0": Case(line(*LAST, name="line_1.0"), goals=FIVE, says=NO_PLAN),
-    "no plan, dialect paper": Case(line(*LAST, name="line_paper"), goals=FIVE, says=NO_PLAN),
-    "last step": Case(
+    "no plan, one node": EndCase(line(*LAST), goals=(("visit(2)",), ("visit(6)",)), says=NO_PLAN),
+    "no plan, dialect 1.0": EndCase(line(*LAST, name="line_1.0"), goals=FIVE, says=NO_PLAN),
+    "no plan, dialect paper": EndCase(line(*LAST, name="line_paper"), goals=FIVE, says=NO_PLAN),
+    "last step": EndCase(
         line(), RECORDING, 4, (("visit(3)", "visit(2)"), ("visit(4)", "visit(5)")), says="step"
     ),
-    "last step, reset": Case(line(), RESET, 6, (("visit(6)",), *FIVE, ("visit(1)",)), says="step"),
-    "last step, one node": Case(
+    "last step, reset": EndCase(
+        line(), RESET, 6, (("visit(6)",), *FIVE, ("visit(1)",)), says="step"
+    ),
+    "last step, one node": EndCase(
         line("-c", "steps=4"), goals=(("visit(5)",), ("visit(1)", "visit(2)")), says=TOO_LATE
     ),
-    "exit by the mode": Case(
+    "exit by the mode": EndCase(
         line(), RECORDING, 12, (("visit(3)", "visit(2)"),), says=TOO_LATE,
         edit=("next(idle,done) :- stage(done), not news, last.",
               "next(exit,done) :- stage(done), not news, last."),
     ),
-    "exit by the mode, goals open": Case(
+    "exit by the mode, goals open": EndCase(
         line(), DYN_RESET, 12, FIVE, says=NO_PLAN,
         edit=("next(status_update,done)", "next(exit,done)"),
     ),
-    "planner gone": Case(line(), DYN_RESET, 20, FIVE, answers=3, end="planner", says=LOST),
-    "controller gone": Case(line(), RECORDING, 20, FIVE, answers=2, end="controller", says=LOST),
-    "Ctrl-C": Case(line(), DYN_RESET, 20, FIVE, answers=4, end="interrupt"),
-    "Ctrl-C, one node": Case(line(), goals=FIVE, answers=3, end="interrupt"),
-    "static, incremental": Case(HANOI, "static.incremental.recording", 4, says=NO_PLAN),
-    "static, fixed": Case(HANOI, "static.fixed.recording", 4, says=NO_PLAN),
-    "contradiction": Case(line("FRAGILE"), RECORDING, 20, FIVE, says=CONTRADICTION),
-    "contradiction, one node": Case(line("FRAGILE"), goals=FIVE, says=CONTRADICTION),
-    "contradiction by a message": Case(
+    "planner gone": EndCase(line(), DYN_RESET, 20, FIVE, answers=3, end="planner", says=LOST),
+    "controller gone": EndCase(line(), RECORDING, 20, FIVE, answers=2, end="controller", says=LOST),
+    "Ctrl-C": EndCase(line(), DYN_RESET, 20, FIVE, answers=4, end="interrupt"),
+    "Ctrl-C, one node": EndCase(line(), goals=FIVE, answers=3, end="interrupt"),
+    "static, incremental": EndCase(HANOI, "static.incremental.recording", 4, says=NO_PLAN),
+    "static, fixed": EndCase(HANOI, "static.fixed.recording", 4, says=NO_PLAN),
+    "contradiction": EndCase(line("FRAGILE"), RECORDING, 20, FIVE, says=CONTRADICTION),
+    "contradiction, one node": EndCase(line("FRAGILE"), goals=FIVE, says=CONTRADICTION),
+    "contradiction by a message": EndCase(
         line("BROKEN"), DYN_RESET, 20, FIVE, (("info", "broken"),), end="interrupt"
     ),
-    "unreachable alone": Case(
+    "unreachable alone": EndCase(
         line("ISLAND"), DYN_RESET, 8, (("visit(3)", "visit(6)", "visit(2)"), ("visit(1)",)),
         end="interrupt", parameters=ALONE,
     ),
-    "unreachable alone, one node": Case(
+    "unreachable alone, one node": EndCase(
         line("ISLAND", "-c", "steps=8"), goals=(("visit(3)", "visit(5)"), ("visit(1)",)),
         end="interrupt", parameters=ALONE,
     ),
 }  # fmt: skip
 
 
-class Driver:
+class EndDriver:
     """Sends goals, and answers actions, of one run after the other. Make it in a ROS node."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()  # guards all that follows
         self._events: Dict[int, journal.Event] = {}
         self._open: Dict[str, None] = {}
-        self._case = Case(())
+        self._case = EndCase(())
         self._actions = 0
         self._goal = publisher("/rosoclingo/goal", ROSoClingoActionGoal)
         self._in = publisher("/rosoclingo/in", ROSoClingoIn)
         self._journal = subscriber("/rosoclingo/journal", ROSoClingoEvent, self._on_event)
 
-    def drive(self, case: Case, has_ended: Callable[[], bool]) -> None:
+    def drive(self, case: EndCase, has_ended: Callable[[], bool]) -> None:
         """Drives a run until it is to be ended, or has ended."""
         with self._changed:
             self._case = case
@@ -201,7 +203,7 @@ class Driver:
                     self._in.publish(event.actuator, "success")
 
 
-def record(case: Case, system: RosSystem, driver: Driver, bag: Path) -> None:
+def record_run(case: EndCase, system: RosSystem, driver: EndDriver, bag: Path) -> None:
     """Records a run in a bag.
 
     Raises:
@@ -246,7 +248,7 @@ def record(case: Case, system: RosSystem, driver: Driver, bag: Path) -> None:
         raise HarnessError(f"it has not ended with {case.says!r}:\n{said}")
 
 
-def replay(bag: Path, folder: Path) -> str:
+def replay_bag(bag: Path, folder: Path) -> str:
     """Replays a bag, and returns what is different; nothing if that is nothing."""
     command = [executable("rosoclingo", "replay.py"), str(bag), "--level", "exact"]
     try:
@@ -284,10 +286,10 @@ def main() -> int:
         bags = {name: folder / f"{name.replace(', ', '_').replace(' ', '_')}.bag" for name in names}
         with RosSystem() as system:
             rospy.init_node("driver", disable_signals=True)
-            driver = Driver()
+            driver = EndDriver()
             for name, bag in bags.items():
                 if not bag.exists():
-                    record(CASES[name], system, driver, bag)
+                    record_run(CASES[name], system, driver, bag)
                     print(f"recorded: {name}", flush=True)
             rospy.signal_shutdown("recorded")
         failures: List[str] = []
@@ -295,7 +297,7 @@ def main() -> int:
         with ThreadPoolExecutor(options.jobs) as pool:
             for name, bag in bags.items():
                 found = list(
-                    pool.map(lambda _, bag=bag: replay(bag, folder), range(options.replays))
+                    pool.map(lambda _, bag=bag: replay_bag(bag, folder), range(options.replays))
                 )
                 count += len(found)
                 different = [said for said in found if said]

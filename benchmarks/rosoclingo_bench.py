@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the controller loop takes: reactions to an actuator, and many goals with resets.
+"""Benchmarks the controller loop: reactions to an actuator, and many goals with resets.
 
 Run by scripts/bench. Exit status 1 says that a limit is missed.
 """

@@ -80,7 +80,7 @@ class ROSCommands:
         self.state.horizon = horizon
 
     def assign_external(self, external: Symbol, value: Symbol) -> None:
-        """Sets an external of the planner to true, false or free; nothing happens without it."""
+        """Sets an external of the planner to true, false or free; ignored if it does not exist."""
         if str(value) not in _TRUTHS:
             raise ControllerError(f"{value} is not a value: it is true, false or free")
         truth = Truth(str(value))
@@ -156,7 +156,7 @@ class ROSCommands:
         beginning.reset(self.state, _step(step))
 
     def forget(self, step: Symbol) -> None:
-        """Does what reset does, and asks for a plan as long as the rest of this one."""
+        """Resets, and sets the horizon to the number of steps that the plan had left."""
         self._settle(step)
         left = self.state.actions_left(_step(step))
         beginning.reset(self.state, _step(step))

@@ -14,7 +14,7 @@ class ShutdownError(LoopError):
 
 
 class OutsideError(LoopError):
-    """Something ends the loop that is no part of its run, such as a solver that is gone."""
+    """The loop ends for a cause outside of its run, such as a solver that is gone."""
 
 
 class PlannerError(LoopError):

@@ -322,7 +322,7 @@ def test_a_solver_that_does_not_come_back(folder: Path) -> None:
 
 @pytest.mark.parametrize("is_told", [False, True])
 def test_a_solver_is_lost_again_and_again(folder: Path, *, is_told: bool) -> None:
-    """That may be because of a call, unless it is told to end: then it is nobody's fault."""
+    """A call fails if its solver is lost again and again, unless that is told to end."""
     runs, calm, disturbed = Runs(folder, DYN_RESET), world(), world()
     runs.run(calm)
     mortal = Mortal(runs.parts.planner)

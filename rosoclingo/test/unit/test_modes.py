@@ -364,7 +364,7 @@ def test_a_reset_keeps_what_an_idle_robot_was_told() -> None:
 
 
 def test_canceled_goals_leave_no_steps_behind() -> None:
-    """What a plan had left to do for a goal is nothing that the next one has to wait for."""
+    """The next goal does not wait for actions that the plan had left for the last one."""
     running = robot(DYN_RESET, steps=7)
     for _ in range(4):
         goal = running.request("visit(6)")

@@ -124,7 +124,7 @@ def test_a_goal_that_waits_at_the_last_step() -> None:
 @pytest.mark.parametrize("early", [1, 2])
 @pytest.mark.parametrize("resets", ["every", "goal"])
 def test_a_reset_before_the_answers(resets: str, early: int) -> None:
-    """What failed has not happened, and is planned again."""
+    """A failed action has not happened, and is planned again."""
     robot = Robot(f"resets={resets}", "r=1", f"early={early}")
     goal = robot.request("visit(4)")
     robot.answers = ["failure", "success", "failure", "success"]

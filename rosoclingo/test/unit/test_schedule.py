@@ -271,7 +271,7 @@ def test_an_end_from_outside_is_no_part_of_the_run() -> None:
 
 
 def test_a_recording_that_ends_within_a_step() -> None:
-    """What the replay does in the same step, and in what order it is shown, makes no difference."""
+    """More events of the last step, or another order of them, make no difference."""
     both = [
         Record(StatusSet(goal, Status.ACCEPTED, slot)) for goal, slot in (("h", "1"), ("g", "2"))
     ]

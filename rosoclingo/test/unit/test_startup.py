@@ -77,7 +77,7 @@ def test_the_same_name_in_two_folders(tmp_path: Path) -> None:
 def test_links_and_names_that_are_alike(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, directory: str
 ) -> None:
-    """What a node says of itself is enough to load the same files again, as clingo finds them."""
+    """By a node's ``~about``, the same files are loaded again, as clingo finds them."""
     texts = {
         "a/robot.lp": '#include "x.lp". #include "parts/robot.lp". #include "../o/parts/robot.lp".',
         "a/x.lp": "x(a).", "b/x.lp": "x(b).", "w/x.lp": "x(w).", "o/parts/robot.lp": "robot(o).",

@@ -65,7 +65,7 @@ ENCODINGS = ["mailbot", "line", "template", "without passed", "1.0"]
 
 
 class Log:
-    """What a robot has done itself: where it was, and what it has delivered."""
+    """A robot's own log: where it was, and what it has delivered."""
 
     def __init__(self, place: str) -> None:
         self.place = place
@@ -74,7 +74,7 @@ class Log:
         self._carried: Dict[str, str] = {}
 
     def do(self, action: str) -> None:
-        """Does an action for real."""
+        """Executes an action."""
         name, (argument, *_) = split_term(action)
         if name == "go":
             self.place = argument

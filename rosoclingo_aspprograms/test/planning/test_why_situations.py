@@ -1,4 +1,4 @@
-"""Whether reasons are true: in the situations of random runs, against planners of their own.
+"""Checks reasons against independent planners, in the situations of random runs.
 
 Each run has goals, messages, failures, steps in which nothing is done, and resets, and is stopped
 somewhere. Then each question why there is no plan is asked. An encoding with externals is asked for
@@ -196,7 +196,7 @@ def begin(slot: str, told: AbstractSet[str]) -> int:
 
 
 class Office:
-    """What a mailbot in the office has done, and can do, computed without a solver."""
+    """A mailbot in the office, with its actions and possibilities computed without a solver."""
 
     savable = ()
 

@@ -194,7 +194,7 @@ class Client:
         return ServiceError(reason)
 
     def _shuts_down(self) -> SolverEndedError:
-        """Takes note that the node ends, so that another one is waited for; returns what to raise.
+        """Marks the connections of a node that ends, to wait for another one; returns the error.
 
         However a solver that ends puts it, that is no answer: it is lost, as one that was killed.
         """

@@ -239,7 +239,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
 
 
 def _is_harmless(commands: Sequence[Command], failure: Failure) -> bool:
-    """Whether a command has failed that makes an external false: what there is not is false."""
+    """Tells if a request failed only because an external that it makes false does not exist."""
     command = commands[failure.index] if 0 <= failure.index < len(commands) else None
     return isinstance(command, AssignExternal) and command.value is Truth.FALSE
 

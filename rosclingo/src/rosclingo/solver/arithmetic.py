@@ -1,4 +1,4 @@
-"""Exact arithmetic, to find where clingo's 32 bits would overflow without a word.
+"""Overflow check: exact arithmetic of terms, where clingo's 32 bits would wrap silently.
 
 >>> find_overflow("f(65536*65536+3)")
 '(65536*65536) is no whole number from -2147483647 to 2147483647'
@@ -20,7 +20,7 @@ LARGEST = 2**31 - 1
 
 
 def find_overflow(text: str) -> Optional[str]:
-    """Says which operation of a term clingo gets wrong, if there is one.
+    """Returns the message about the first overflow in a term; None without one.
 
     Args:
         text: A ground term that clingo parses.
@@ -51,7 +51,7 @@ def find_overflow(text: str) -> Optional[str]:
 
 
 def _subterms(term: ast.AST) -> List[ast.AST]:
-    """Returns a term with all below it, each before its own, which are in reverse order.
+    """Returns all subterms of a term in preorder, arguments in reverse.
 
     It does not recurse, since terms may nest deeper than Python's calls may.
     """

@@ -97,7 +97,7 @@ def _check_list(literals: Sequence[ast.AST], *, has_pools: bool) -> None:
 
 
 def _combinations(root: ast.AST, least: int = 2) -> int:
-    """Returns how often pools repeat a tree, with the elements in it, each by itself.
+    """Counts the combinations by which pools repeat a tree, and each element in it by itself.
 
     Args:
         root: The tree.

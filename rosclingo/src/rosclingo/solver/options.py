@@ -82,7 +82,7 @@ def arguments(words: Iterable[str]) -> Iterator[Argument]:
 
 
 def mark_files(words: Iterable[str], folder: str = "") -> Iterator[str]:
-    """Puts ``-f`` before each file of a command line where any may stand without.
+    """Puts ``-f`` before each file of a command line, where files may stand without it.
 
     That is a word that ends in ``.lp``, whatever there is, or follows no option and is no number of
     answer sets. What follows an option of clingo's may be its value: it is a file if there is one

@@ -263,7 +263,7 @@ class _Sources:
         self._policy = policy
 
     def open(self, path: str) -> str:
-        """Takes note of a name of a file, and returns its real path."""
+        """Registers a file by one of its names, and returns its real path."""
         if "\0" in path or not path.isprintable():
             raise ProgramError(
                 f"the file name {quote(path)} holds characters that no file name has"

@@ -56,7 +56,7 @@ class Program:
 
     @classmethod
     def of(cls, node: str, described: Mapping[str, Any]) -> Program:
-        """Reads what a node has said of itself; what makes no sense is left out.
+        """Parses a node's ``~about``, without entries of wrong types.
 
         Args:
             node: Its resolved name.

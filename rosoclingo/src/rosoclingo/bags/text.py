@@ -9,7 +9,7 @@ from typing import TextIO
 
 
 class ProgressLine:
-    """A line on stderr that says how far something is, rewritten in place on a terminal.
+    """A progress line on stderr, rewritten in place on a terminal.
 
     Elsewhere, such as in a file, each text is a line of its own. What else is printed meanwhile
     goes through :meth:`print`, which takes the line away first; any thread may call all methods.
@@ -20,7 +20,7 @@ class ProgressLine:
         self._shown = 0  # columns that are to be overwritten
 
     def show(self, text: str) -> None:
-        """Says how far it is."""
+        """Shows how far the program is."""
         with self._lock:
             if not sys.stderr.isatty():
                 print(text, file=sys.stderr)
@@ -52,7 +52,7 @@ class ProgressLine:
 
 
 PROGRESS = ProgressLine()
-"""The only one of the process."""
+"""The process's progress line, which all that it prints goes through."""
 
 
 def _columns() -> int:

@@ -103,7 +103,7 @@ def text_entries(value: object) -> Dict[str, str]:
 
 
 def resolved(topic: str) -> str:
-    """Returns a topic's name from the root on; ``rosbag record`` writes it as it was typed."""
+    """Resolves a topic's name in the root namespace; ``rosbag record`` writes it as typed."""
     return "/" + "/".join(filter(None, topic.split("/")))
 
 

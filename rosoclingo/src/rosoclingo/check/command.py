@@ -93,7 +93,7 @@ class Checking:
         return f"{self._examples} examples, {episodes} episodes, {len(self._runner.commands)} runs"
 
     def missed(self) -> str:
-        """Says what was not tried for want of time; empty if all was."""
+        """Reports that the time budget ran out; empty if all was tried."""
         if not self._runner.is_over:
             return ""
         return f", and then the {self._chosen.seconds:g} s were over; --seconds S gives more"

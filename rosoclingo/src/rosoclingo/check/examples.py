@@ -146,7 +146,7 @@ def _expecting(expected: str, words: Words, place: str) -> Example:
 
 
 def judge(example: Example, run: Run) -> List[Finding]:
-    """Returns what is wrong with the run of an example; nothing of one that was cut."""
+    """Returns the findings in the run of an example; none in a run that was cut."""
     if run.is_cut:
         return []
     said = list(_differences(example, run))

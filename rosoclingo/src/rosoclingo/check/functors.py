@@ -1,4 +1,4 @@
-"""Finds terms in the atoms of rules that no rule, fact or external puts there.
+"""Finds functions in atoms that unify with no head, fact or external.
 
 So ``holds(batery(R,N),t)`` in a body is found where all that makes ``holds/2`` true has other
 functions in it. A variable in a head has the functions of the body's atom in which it stands.
@@ -37,8 +37,8 @@ _ALIKE = 0.75  # how alike names are of which one is meant for the other, 0 to 1
 
 
 @dataclass(frozen=True)
-class Stranger:
-    """A term at a place where it cannot be.
+class UnmatchedFunction:
+    """A function in an atom that unifies with no atom on the other side of rules.
 
     Attributes:
         atom: The atom that has it.
@@ -115,8 +115,8 @@ class _Reader:
         self.uses += [(atom, parameters) for atom in _atoms(nodes)]
 
 
-def strangers(program: Program) -> Iterator[Stranger]:
-    """Yields the terms in a program that cannot be where they are; each function once."""
+def unmatched_functions(program: Program) -> Iterator[UnmatchedFunction]:
+    """Yields the functions that unify with nothing, each of a place once."""
     reader = _Reader()
     reader.read(program)
     if reader.has_script:
@@ -136,7 +136,7 @@ def strangers(program: Program) -> Iterator[Stranger]:
                 is_told = functor[1] > 0 or (meant is not None and place[:2] in _OF_EVENTS)
                 if is_told and (place, functor) not in told:
                     told.add((place, functor))
-                    yield Stranger(atom, functor, meant, is_used=True)
+                    yield UnmatchedFunction(atom, functor, meant, is_used=True)
     for rule in reader.heads:
         for place, term in _arguments(rule.head):
             if place[:2] not in _OF_EVENTS or term.ast_type is not ast.ASTType.Function:
@@ -145,11 +145,11 @@ def strangers(program: Program) -> Iterator[Stranger]:
             meant = _meant(functor, used.get(place, set()))
             if functor not in used.get(place, set()) and meant and (place, functor) not in told:
                 told.add((place, functor))
-                yield Stranger(rule.head, functor, meant, is_used=False)
+                yield UnmatchedFunction(rule.head, functor, meant, is_used=False)
 
 
 class _Possible:
-    """Which functions can be at each place of the predicates that are defined.
+    """The functions that can be at each place of the predicates that are defined.
 
     Attributes:
         at: The functions; ``None`` for any.

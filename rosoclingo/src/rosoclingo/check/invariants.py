@@ -199,7 +199,7 @@ CHECKS: Sequence[Check] = (
 
 
 def findings(run: Run) -> List[Finding]:
-    """Returns what is wrong in a run: of each check the first; nothing of one that was cut."""
+    """Returns the findings in a run: of each check the first; none in a run that was cut."""
     found = []
     for check in CHECKS if not run.is_cut else ():
         for text in check(run):

@@ -35,7 +35,7 @@ ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
 _SHARE = 0.1  # of the time for all runs, which one may take
 
 DOES = "does"
-"""The kind of an action that was published, among what was heard."""
+"""The kind of those entries of ``Run.heard`` that are published actions."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class Run:
 
 
 class Watched(Simulation):
-    """A simulation that remembers each plan that was found, and ends in time.
+    """A simulation with a deadline that remembers each plan that was found.
 
     Attributes:
         is_cut: Whether it has ended because of its time.
@@ -167,7 +167,7 @@ class Watched(Simulation):
 
     @property
     def closed(self) -> bool:
-        """Whether it is to end, also because of its time: whatever takes long asks this."""
+        """Whether the run has to end, also because its time is up; long operations poll this."""
         self.is_cut = self.is_cut or time.monotonic() > self._end_of_time
         return self.is_cut or super().closed
 
@@ -231,7 +231,7 @@ class Watched(Simulation):
 
 @dataclass(frozen=True)
 class SlowRun:
-    """A run that took its time.
+    """The slowest run, for the hint ``slow``.
 
     Attributes:
         seconds: How long it took.
@@ -273,7 +273,7 @@ class Runner:
 
     @property
     def is_over(self) -> bool:
-        """Whether there is no time left, so that a run would be cut at once."""
+        """Whether the time budget is used up, so that a run would be cut at once."""
         return time.monotonic() > self._end
 
     def run(self, words: Words) -> Run:

@@ -14,7 +14,7 @@ from rosclingo.solver.programs import Program, parse_files
 from rosclingo.wire.term_text import split_term
 from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding
-from rosoclingo.check.functors import Stranger, strangers
+from rosoclingo.check.functors import UnmatchedFunction, unmatched_functions
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.ids import RESERVED, is_own, why_no_actuator, why_no_slot
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
@@ -78,7 +78,7 @@ def look(options: Options, dialect: Type[Dialect2], alphabet: Alphabet) -> List[
     """
     program = parse_files(options.files)
     seen = _Reader().read(program)
-    findings = list(map(_never_true, strangers(program)))
+    findings = list(map(_never_true, unmatched_functions(program)))
     for check in (_parts, _undefined, _unused, _shown, _own_names):
         findings += check(seen, dialect, alphabet)
     for other in (_slots, _steps):
@@ -111,19 +111,19 @@ def _undefined(seen: Written, *_: object) -> Iterator[Finding]:
             )
 
 
-def _never_true(stranger: Stranger) -> Finding:
-    (name, arity), meant = stranger.functor, stranger.meant
+def _never_true(unmatched: UnmatchedFunction) -> Finding:
+    (name, arity), meant = unmatched.functor, unmatched.meant
     what = f"{name}/{arity}" if arity else name
     like = "" if meant is None else f"; is {meant[0]}{f'/{arity}' if arity else ''} meant?"
-    predicate = f"{stranger.atom.name}/{len(stranger.atom.arguments)}"
+    predicate = f"{unmatched.atom.name}/{len(unmatched.atom.arguments)}"
     text = f"no rule, fact or external makes {predicate} true with {what} in it"
-    if not stranger.is_used:
+    if not unmatched.is_used:
         text = f"{predicate} is made true with {what} in it, and nothing uses that"
     return Finding(
-        "predicates" if stranger.is_used else "unused",
-        f"{stranger.atom}: {text}{like}",
-        place(stranger.atom),
-        is_hint=not stranger.is_used,
+        "predicates" if unmatched.is_used else "unused",
+        f"{unmatched.atom}: {text}{like}",
+        place(unmatched.atom),
+        is_hint=not unmatched.is_used,
     )
 
 

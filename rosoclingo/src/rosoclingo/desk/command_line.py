@@ -158,7 +158,7 @@ def _pattern(text: str) -> Pattern[str]:
 
 
 def number_type(most: float = float("inf")) -> Callable[[str], float]:
-    """Returns what reads a number from 0 on, and raises a ``ValueError`` for all else."""
+    """Returns an argparse type: a number from 0 on; all else raises a ``ValueError``."""
 
     def number(text: str) -> float:
         value = float(text)

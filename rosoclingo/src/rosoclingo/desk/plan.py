@@ -162,7 +162,7 @@ class Desk(Simulation):
 
     @property
     def _refuses_all(self) -> bool:
-        """Whether all goals were rejected, so that the plan is one for nothing."""
+        """Whether all goals were rejected, so that there is no plan to show."""
         return bool(self.goals) and all(goal.words == ["rejected"] for goal in self.goals)
 
     def _print_plan(self, plan: Plan) -> None:

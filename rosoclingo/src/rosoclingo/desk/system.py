@@ -175,7 +175,7 @@ class System(Inbox, Environment):
 
     @property
     def may_hold(self) -> bool:
-        """Whether the loop decides when it takes what has come; here, time stands still."""
+        """Whether the loop may leave inputs in the inbox; not here, where time stands still."""
         return False
 
     def wait(self, timeout: float) -> bool:

@@ -85,7 +85,7 @@ class Acting:
 
     @property
     def is_awaited(self) -> bool:
-        """Whether an actuator has not answered, but for those that are known to be busy."""
+        """Whether an actuator that is not known to be busy has still to answer."""
         return bool(self._awaited)
 
     @property

@@ -1,4 +1,4 @@
-"""Bounds what inputs cost, so that each search ends under any rate of them.
+"""Exponential backoff and rate limit of inputs, so that each search ends under any rate of them.
 
 >>> backoff = Backoff()
 >>> backoff.restart(0.0)  # something has come, and planning begins
@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import Optional
 
 _FACTOR = 4.0
-"""So many times as long as the last attempt the next one goes on undisturbed.
+"""The hold-off after an interruption, in lengths of the attempt that was interrupted.
 
 If planning takes D seconds without interruptions, attempts that fail take 4/3 D together at most.
 """
@@ -38,7 +38,7 @@ class Backoff:
         self._hold = 0.0  # for how many seconds it is not disturbed
 
     def restart(self, now: float) -> None:
-        """Takes note that planning begins, or begins again with what has come.
+        """Begins an attempt at planning, the first one or one after an interruption.
 
         Args:
             now: What time it is, in seconds of a clock that never goes back.
@@ -48,12 +48,12 @@ class Backoff:
         self._since = now
 
     def reset(self) -> None:
-        """Takes note that planning is over."""
+        """Ends planning: the next input may interrupt at once."""
         self._since = None
         self._hold = 0.0
 
     def holds(self, now: float) -> bool:
-        """Whether what comes has to wait."""
+        """Tells if inputs have to wait."""
         return self._since is not None and now < self._since + self._hold
 
 
@@ -62,7 +62,7 @@ _LONGEST_PAUSE = 1.0
 
 
 class Pace:
-    """Bounds how often messages have a robot begin a step that has nothing to do.
+    """Rate limit of the steps that messages begin while the robot has nothing to do.
 
     Each message begins a step at once, unless one before has just done so. Then there are pauses
     that grow up to a second, and end when actions are published, or fewer messages come.
@@ -73,7 +73,7 @@ class Pace:
         self._pause = 0.0
 
     def begin_step(self, now: float) -> None:
-        """Takes note that messages have begun a step."""
+        """Counts a step that messages have begun."""
         if now - self._began > 2 * max(self._pause, _FIRST_PAUSE):
             self._pause = 0.0
         else:
@@ -81,9 +81,9 @@ class Pace:
         self._began = now
 
     def reset(self) -> None:
-        """Takes note that there was something to do."""
+        """Ends the pauses, since there was something to do."""
         self._pause = 0.0
 
     def holds(self, now: float) -> bool:
-        """Whether messages have to wait."""
+        """Tells if messages have to wait."""
         return now < self._began + self._pause

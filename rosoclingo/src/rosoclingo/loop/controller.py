@@ -285,7 +285,7 @@ class Controller:
         return ahead.decision if is_right else None
 
     def _told(self, info: Info) -> Set[str]:
-        """Returns what of an info the mode declares."""
+        """Returns the atoms of an info that the mode declares."""
         return self._declared.intersection(info.events() + info.position())
 
     def _decide(self, info: Info, stopped: Optional[Callable[[], bool]] = None) -> _Decision:

@@ -99,7 +99,7 @@ class PlannerExternals(ExternalsState):
         return self._vocabulary.explain(source, content)
 
     def suggest(self, source: str, content: str, others: Collection[str]) -> str:
-        """Returns the words by which it is asked whether another message was meant.
+        """Asks "did you mean" a known message that is like an unknown one; empty if none is.
 
         Args:
             source: The id of a message that the planner does not know.

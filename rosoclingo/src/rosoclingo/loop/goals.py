@@ -358,7 +358,7 @@ class Goals:
 
     @property
     def wait_for_next_step(self) -> bool:
-        """Whether a goal has no slot, and none is free before the next step begins."""
+        """Whether a goal waits for a slot that becomes free with the next step."""
         return self.waiting and not self.has_free_slot() and self.has_free_slot(next_step=True)
 
     def place(self) -> List[Tuple[str, Goal]]:

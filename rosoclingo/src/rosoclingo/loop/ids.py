@@ -1,4 +1,4 @@
-"""Decides what a term may be the id of: a slot, an actuator, or the source of a message.
+"""Validates ids of slots, actuators and sources of messages.
 
 The loop, ``plan.py`` and ``check.py`` ask here and nowhere else (docs/protocol.md, section "Ids").
 
@@ -29,7 +29,7 @@ RESERVED = {
 """The ids that no slot and no actuator may have, with what each is for."""
 
 GOAL, CANCEL = "goal", "cancel"
-"""What stands before the colon of a goal or a cancel request, where a message has its source."""
+"""The words before the colon of a goal and of a cancel request; a message has its source there."""
 
 _EVENT = re.compile(r'\s*((?:"(?:[^"\\]|\\.)*"|[^":])*?)\s*:\s*(.*?)\s*', re.DOTALL)
 
@@ -56,7 +56,7 @@ def why_no_actuator(term: str, slots: Collection[str]) -> Optional[str]:
 
 
 def why_no_message(source: str, content: str, slots: Collection[str]) -> Optional[str]:
-    """Says why nobody may announce an event; None if somebody may.
+    """Says why an event may not come as a message; None if it may.
 
     Args:
         source: The source, as clingo prints it.
@@ -69,7 +69,7 @@ def why_no_message(source: str, content: str, slots: Collection[str]) -> Optiona
 
 
 def is_own(source: str, content: str) -> bool:
-    """Whether an event is one by which rosoclingo itself tells the planner something."""
+    """Tells if an event is reserved for rosoclingo itself."""
     if source == QUEUE:
         name, arguments = split_term(content)
         return (name, len(arguments)) == ("first", 1)
@@ -90,5 +90,5 @@ def split_event(text: str) -> Optional[Tuple[str, str]]:
 
 
 def type_event(source: str, content: str) -> str:
-    """Returns what a user types for a message; see :func:`split_event`."""
+    """Formats a message as a user types it; the inverse of :func:`split_event`."""
     return f"({source}):{content}" if source in (GOAL, CANCEL) else f"{source}:{content}"

@@ -189,11 +189,11 @@ class Inbox(RecordedSearches):
 
     @property
     def may_hold(self) -> bool:
-        """Whether the loop decides when it takes what has come; a recording does in a replay."""
+        """Whether the loop may leave inputs in the inbox; in a replay, the recording decides."""
         return True
 
     def waiting(self) -> List[Item]:
-        """Returns what has come and is not taken, in order of arrival."""
+        """Returns the items that are not taken yet, in order of arrival; leaves them there."""
         with self._changed:
             return list(self._items)
 

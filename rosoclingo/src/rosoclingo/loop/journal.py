@@ -302,7 +302,7 @@ class LoopEnded(Event):
 
     @property
     def is_forced(self) -> bool:
-        """Whether a replay, to which nobody does the same, has no reason to end."""
+        """Whether a replay cannot repeat this end, since its cause is outside of the run."""
         return self.from_outside or self.reason is Reason.SHUTDOWN
 
 

@@ -227,7 +227,7 @@ class Loop:
         return replace(info, **probable)
 
     def _position_after(self, name: str, step: int, info: Info) -> Dict[str, Any]:
-        """Returns what of the position a command changes, by its name and its step."""
+        """Returns the fields of the position that a command changes, by its name and its step."""
         if name in ("commit_actions", "status_update"):
             return {"step": step, "planned_actions": self.state.actions_left(step) > 0}
         if name in ("query", "plan"):

@@ -179,19 +179,19 @@ class Mail(MailState):
     # When it is taken.
 
     def begin_attempt(self) -> None:
-        """Takes note that planning begins, or begins again because of what has come."""
+        """Begins an attempt at planning, which inputs interrupt as the backoff allows."""
         now = self._environment.now()
         self._backoff.restart(now)
         self._told_at = now
 
     def end_attempt(self, *, acts: bool = False) -> None:
-        """Takes note that the loop waits, or has somebody act: what comes is taken at once."""
+        """Ends the attempt: the loop waits, or somebody acts, so inputs are taken at once."""
         self._backoff.reset()
         if acts:
             self._pace.reset()
 
     def _paces(self) -> bool:
-        """Whether a message has to wait until it begins a step."""
+        """Tells if a message has to wait before it begins a step."""
         may = self.between_steps and self.inbox.may_hold and not self.inbox.closed
         return may and self._pace.holds(self._environment.now())
 
@@ -339,7 +339,7 @@ class Mail(MailState):
         return True
 
     def _is_known(self, source: str, content: str) -> bool:
-        """Whether an event is true already in the step in which it would be told."""
+        """Tells if an event is true already in the step in which it would be told."""
         atom = event(source, content, self._progress.step)
         return not self.between_steps and self._externals.is_true(atom)
 

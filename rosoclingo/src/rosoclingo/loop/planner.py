@@ -159,7 +159,7 @@ class Planner(PlannerState):
         return self._run(commands)[0]
 
     def _run(self, commands: Sequence[wire.Command]) -> Tuple[wire.Reply, List[str]]:
-        """Does so, and returns also which externals there are not that a mode has set."""
+        """Runs commands; returns the reply, and the externals set by a mode that do not exist."""
         later, self._later = self._later, []
         if later:
             self.assign(later, wire.Truth.TRUE)

@@ -177,7 +177,7 @@ class ReplayInbox(Inbox):
 
     @property
     def may_hold(self) -> bool:
-        """Whether the loop decides when it takes what has come, as after :meth:`open`."""
+        """Whether the loop may leave inputs in the inbox, as after :meth:`open`."""
         return self._is_open
 
     def go_on(self) -> None:

@@ -93,7 +93,7 @@ def take_plan(state: State, plan: Plan, is_best: bool = True) -> None:
 
 
 def _look_at_actuators(state: State, plan: Plan) -> None:
-    """Looks whether all who are to act can be told from others, before any of them is told to.
+    """Validates the ids of a plan's actuators, before any action is published.
 
     Raises:
         PlannerError: One cannot: its answer would be lost, and the step would never end.

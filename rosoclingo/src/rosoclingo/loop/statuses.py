@@ -15,7 +15,7 @@ from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
 
 def update(state: State, step: int) -> None:
-    """Sets the goals' statuses as the plan has them in a step; terminal ones as :func:`release`."""
+    """Sets the goals' statuses as the plan has them in a step; terminal ones by :func:`release`."""
     for slot, word in state.plan.statuses(step):
         if word not in TERMINAL_STATUSES:
             set_status(state, slot, word, step)
@@ -40,7 +40,7 @@ def release(state: State) -> None:
 
 
 def is_unsettled(state: State) -> bool:
-    """Whether the current step has actions that are to be published, answered or planned with.
+    """Tells if actions of the current step are still to be published, answered or planned with.
 
     The last means that the planner knows an answer, or an input, and has not planned since then.
     """
@@ -57,7 +57,7 @@ def is_unsettled(state: State) -> bool:
 
 
 def needs_next_step(state: State) -> bool:
-    """Whether goals wait for the next step, and the plan ends in this one.
+    """Tells if goals wait for slots of the next step while the plan ends in this one.
 
     They do if all slots belong to goals that have ended in this step, and the mode, which was told
     so, searches again in the place of moving on.

@@ -84,7 +84,7 @@ class Vocabulary:
         return explain(content, [pair[len(source) + 1 :] for pair in self._of(f"{source},")])
 
     def suggest(self, source: str, content: str, others: Collection[str]) -> str:
-        """Returns the words by which it is asked whether another message was meant.
+        """Asks "did you mean" a known message that is like an unknown one; empty if none is.
 
         Args:
             source: The id of a message that there is not.
@@ -151,7 +151,7 @@ class ToldVocabulary:
         return no_request_like(content, [c for (s, c), known in declared if known and s == source])
 
     def suggest(self, source: str, content: str, others: Collection[str]) -> str:
-        """Does what :meth:`Vocabulary.suggest` does, with examples and what was asked about."""
+        """Suggests a message as :meth:`Vocabulary.suggest`, from examples and earlier questions."""
         asked = [pair for pair, known in self._demand.declared.items() if known]
         return suggest(source, content, _messages([*self._demand.messages, *asked], others))
 
@@ -212,7 +212,7 @@ def no_request_like(request: str, known: Sequence[str]) -> str:
 
 
 def suggest(source: str, content: str, known: Messages) -> str:
-    """Returns the words by which it is asked whether a known message was meant; none if none is.
+    """Asks "did you mean" a known message that is like an unknown one; empty if none is.
 
     >>> suggest("info", "opne(3)", {"info": {"open(3)", "open(4)"}, "robot": {"success"}})
     '; did you mean open(3)?'
@@ -305,7 +305,7 @@ def _shape(arguments: Sequence[str]) -> Tuple[int, ...]:
 
 
 def _is_shaped(arguments: Sequence[str], shapes: Iterable[Tuple[int, ...]]) -> bool:
-    """Whether the same arguments are equal to each other as in a known request."""
+    """Tells if arguments repeat each other at the same places as in a known request."""
     return any(
         all(
             (one == other) == (first == second)

@@ -107,7 +107,7 @@ class Waiting:
             mail.take(may_ask=True)
 
     def wait_for_answers(self) -> None:
-        """Waits until the step has to wait for no actuator any more.
+        """Waits for the answers of all actuators that the step waits for.
 
         Raises:
             ShutdownError: The node is shutting down.

@@ -81,7 +81,7 @@ class Questions:
         self._explain(Question(), goals)
 
     def finish(self) -> None:
-        """Waits for the reasons that are looked for, as goals are about to end because of them."""
+        """Waits for pending answers about reasons, before goals end without them."""
         due = time.monotonic() + min(self._seconds, _SECONDS_AT_END)
         while self._reasons and not self._inbox.closed and time.monotonic() < due:
             self._reasons -= wait(self._reasons, _POLL_SECONDS).done

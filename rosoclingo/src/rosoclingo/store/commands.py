@@ -46,9 +46,10 @@ _T = TypeVar("_T")
 def again(
     call: Callable[[], _T], back: Optional[Back], restore: Callable[[], None], begins: bool = False
 ) -> _T:
-    """Calls a solver, again if it was lost meanwhile and is there again.
+    """Retries a call of a solver that was lost meanwhile, when it is there again.
 
-    A call by which it is lost each time ends that. A solver that was told to end does not count.
+    If it is lost at each try, the call fails. A solver that was told to end does not count as lost
+    by the call.
 
     Args:
         call: Calls it.

@@ -169,7 +169,7 @@ class Database:
         _, self._id, self._number = seals[0]
 
     def _compare(self, log: str) -> None:
-        """Sees whether all is there that was acknowledged."""
+        """Compares the last transaction with the high-water mark."""
         mark = _read_mark(self._connection)
         if mark is not None and mark.store != self._id:
             raise _damaged(self.path, "its log is of another store")
@@ -184,7 +184,7 @@ class Database:
         self._mark = HighWaterMarkFile(self.path, page)
 
     def accept_loss(self) -> None:
-        """Goes on with what is there, as if what is missing had never been."""
+        """Accepts that transactions are missing, and allows writes again."""
         if self.loss is not None:
             # A mark of before may come back when power fails.
             self._number = self.loss.acknowledged
@@ -374,7 +374,7 @@ def _read_mark(connection: sqlite3.Connection) -> Optional[HighWaterMark]:
 
 
 def _is_complete(connection: sqlite3.Connection) -> bool:
-    """Whether file and log are of one store, and have all that was acknowledged."""
+    """Tells if file and log are of one store, and reach its high-water mark."""
     try:
         mark = _read_mark(connection)
         store, number = connection.execute("SELECT store, number FROM seal").fetchone()
@@ -404,7 +404,7 @@ def _size(path: Path) -> int:
 
 @contextlib.contextmanager
 def _log_kept(path: Path) -> Iterator[None]:
-    """A context in which SQLite may remove a log in which it finds nothing, and which is back then.
+    """A context that restores a log if SQLite removes it, which finds nothing valid in it.
 
     On a file system without links, it is gone.
     """
@@ -421,7 +421,7 @@ def _log_kept(path: Path) -> Iterator[None]:
 
 
 def _describe_log(path: Path) -> str:
-    """Says what may be wrong with a log from which transactions are missing."""
+    """Describes the log file, for the message about missing transactions."""
     log = _log(path)
     if not log.exists():
         return f"its log {log.name} is gone"

@@ -35,7 +35,7 @@ _DIGEST = 16
 
 @dataclasses.dataclass(frozen=True)
 class HighWaterMark:
-    """What is known of the last acknowledged transaction.
+    """The number of the last acknowledged transaction, with its store and details.
 
     Attributes:
         store: Which store it is of.

@@ -1,4 +1,4 @@
-"""Describes what a store has lost, with the goals of which that is known.
+"""Describes the transactions and goals that a store has lost.
 
 >>> loss = Loss(5, 7, "its log is gone", summarize({"g1": "visit(3)", "g2": "visit(4)"}))
 >>> for part in describe(loss, {"g2": "visit(4)"}).split("; "):
@@ -21,7 +21,7 @@ _MOST_CHARACTERS = 100  # of each, in its id and in its request
 
 @dataclasses.dataclass(frozen=True)
 class Loss:
-    """Tells that acknowledged transactions are in neither the file nor its log.
+    """Acknowledged transactions that are in neither the file nor its log.
 
     Attributes:
         number: The number of the last transaction that is there.
@@ -37,7 +37,7 @@ class Loss:
 
 
 def summarize(is_open: Dict[str, str]) -> Any:
-    """Returns what is to be known of open goals if the store loses them, as JSON knows it.
+    """Returns a summary of open goals that survives their loss, as JSON knows it.
 
     Args:
         is_open: Their requests by their ids, the newest last.
@@ -51,7 +51,7 @@ def summarize(is_open: Dict[str, str]) -> Any:
 
 
 def describe(loss: Loss, is_open: Mapping[str, str]) -> str:
-    """Says what is lost, as far as that is known.
+    """Returns the message about lost transactions and goals, as far as these are known.
 
     Args:
         loss: The loss.

@@ -159,7 +159,7 @@ class Store:
         return database
 
     def _see_losses(self, lossy: bool) -> None:
-        """Says what is lost, and goes on without it if that is wanted."""
+        """Refuses a store that has lost transactions, or accepts the loss if that is wanted."""
         loss = self._database.loss
         if loss is None:
             return

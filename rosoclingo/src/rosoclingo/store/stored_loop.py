@@ -115,7 +115,7 @@ class StoredInbox(Inbox):
             self.put_known(item, number)
 
     def stop(self, reason: str) -> None:
-        """Refuses what comes from now on, of a run that cannot go on in this process."""
+        """Refuses inputs from now on, since the run cannot go on in this process."""
         with self._order:
             self._stopped = reason
 
@@ -136,7 +136,7 @@ class StoredInbox(Inbox):
         self.waits()
 
     def show(self) -> None:
-        """Lets out what rests on nothing that is to be written, and calls who wants to look."""
+        """Flushes outputs that need no transaction, and calls the functions of :meth:`look`."""
         self.looked()
         super().show()
 

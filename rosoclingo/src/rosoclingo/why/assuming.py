@@ -83,7 +83,7 @@ class AssumingCopy(Copy):
         return range(self.step, self.last + 1)
 
     def _wants(self, goals: FrozenSet[str], told: FrozenSet[str]) -> List[Assumption]:
-        """Returns what demands that the goals in some slots end, and no others."""
+        """Returns assumptions: the goals in some slots have to end, others need not."""
         begins = self._begins(told)
         wished = {f"{_WANTS}({slot},{begins[slot]})": slot for slot in goals}
         for name in sorted(wished.keys() - self._wishes.keys()):
@@ -142,7 +142,7 @@ class AssumingCopy(Copy):
         return Verdict(Answer.NONE, core=frozenset(core))
 
     def _ties(self, groups: Sequence[Sequence[str]]) -> List[Assumption]:
-        """Returns what demands that all events of a group are true, or none, for these groups."""
+        """Returns assumptions: of each of these groups, all events are true, or none."""
         keys = {tuple(atom for atom in group if atom in self._free) for group in groups}
         for atoms in sorted(keys - self._tied.keys()):
             name = f"{_TIE}({len(self._tied)})"
@@ -158,7 +158,7 @@ class AssumingCopy(Copy):
         return [Assumption(name, atoms in keys) for atoms, name in self._tied.items()]
 
     def _make_free(self, events: FrozenSet[str]) -> None:
-        """Has searches decide events, unless they are assumed to be true or false."""
+        """Makes events free externals: searches decide them, unless they are assumed."""
         new: List[Command] = [
             AssignExternal(atom, Truth.FREE)
             for atom in sorted(events)

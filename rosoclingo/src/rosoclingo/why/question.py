@@ -104,7 +104,7 @@ MORE_TIME = (
     "~why_seconds gives it more time, and a smaller ~why_nice than 19 more of that on a machine "
     "that is busy"
 )
-"""What helps if an answer took too long."""
+"""The remedy for an answer that took too long."""
 
 
 class Status(enum.Enum):

@@ -66,7 +66,7 @@ class Reason:
 
     @property
     def has_only_goals(self) -> bool:
-        """Whether the facts but goals do not matter."""
+        """Whether goals are the only members."""
         return all(member.fact.kind is Kind.REQUEST for member in self.members)
 
     @property
@@ -240,7 +240,7 @@ class Search:
                 return members
 
     def _find_enabling(self, members: FrozenSet[Fact]) -> Tuple[FrozenSet[Fact], bool]:
-        """Looks for facts that make a plan possible in spite of a reason, which is none then.
+        """Looks for enabling facts: with them, there is a plan in spite of a reason.
 
         Args:
             members: The members of the reason.
@@ -275,7 +275,7 @@ class Search:
     def _try_enabling(
         self, goals: FrozenSet[Fact], pool: Sequence[Fact]
     ) -> Tuple[FrozenSet[Fact], bool]:
-        """Does the same for goals alone by trying one set of facts after the other."""
+        """Tries one set of facts after the other, if only goals are members."""
         budget = Deadline(self._deadline.left() * _ENABLING)
         numbers = range(1, _MOST_ENABLING + 1)
         for some in chain.from_iterable(combinations(pool, number) for number in numbers):
@@ -286,7 +286,7 @@ class Search:
         return frozenset(), len(pool) <= _MOST_ENABLING
 
     def _with_enabling(self, enabling: FrozenSet[Fact]) -> FrozenSet[Fact]:
-        """Takes facts as given that make plans possible, and returns those that prevent one."""
+        """Takes enabling facts as given, and returns the candidates for another reason."""
         self._given |= enabling
         candidates = frozenset(self._facts.free) - self._given
         if not self._is_wrong(candidates):

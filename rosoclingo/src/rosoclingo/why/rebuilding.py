@@ -85,7 +85,7 @@ class RebuildingCopy(Copy):
         return self._cache[key]
 
     def _begin(self, told: FrozenSet[str], saved: Sequence[str] = ()) -> None:
-        """Has the planner begin anew, with the constraints relaxed that are told to be."""
+        """Restarts the planner, and relaxes the constraints whose atoms are among the events."""
         self._planner.begin(saved, self.slots)
         self._planner.assign(sorted(filter(is_relaxed, told)), Truth.TRUE)
 

@@ -1,4 +1,4 @@
-"""Constraints of an encoding that a question can relax, and what they are called.
+"""Relaxation of an encoding's constraints, which comments name.
 
 A comment that begins with ``%!`` names the constraint below it. It is a comment to clingo, so that
 it costs a planner nothing::
@@ -42,7 +42,7 @@ class Rules:
 
     @classmethod
     def read(cls, program: Program) -> Rules:
-        """Reads those of encodings."""
+        """Reads the constraints of encodings."""
         named: Dict[int, Fact] = {}
         others: Dict[int, Fact] = {}
         lines = _lines(program)
@@ -54,11 +54,11 @@ class Rules:
 
 
 NO_RULES = Rules()
-"""Those of an encoding without constraints."""
+"""The rules of an encoding without constraints."""
 
 
 def is_relaxed(atom: str) -> bool:
-    """Whether an atom that is told relaxes a constraint."""
+    """Tells if an atom is one that relaxes a constraint."""
     return atom.startswith(_RELAXED)
 
 
@@ -112,7 +112,7 @@ def _is_constraint(statement: ast.AST) -> bool:
 
 
 def _keeps(constraint: ast.AST) -> bool:
-    """Whether a constraint asks for a plan, or keeps what was done."""
+    """Tells if a constraint asks for a plan, or keeps committed actions."""
     visitor = _Mentions()
     for literal in constraint.body:
         visitor.visit(literal)
@@ -140,7 +140,7 @@ def _lines(program: Program) -> Dict[str, List[str]]:
 
 
 def _name(constraint: ast.AST, lines: Mapping[str, Sequence[str]]) -> str:
-    """Returns what the comments directly above a constraint call it; empty if they do not."""
+    """Returns the name that comments directly above a constraint give it; empty without one."""
     begin = constraint.location.begin
     names: List[str] = []
     for line in reversed(lines.get(os.path.realpath(begin.filename), ())[: begin.line - 1]):

@@ -76,7 +76,7 @@ def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> st
 
 
 def _by_the_encoding(reason: Reason, phrases: Phrases) -> str:
-    """Returns how a sentence goes on if only the encoding is the reason."""
+    """Returns the rest of a sentence whose reason is the encoding."""
     rules = phrases.join(reason.rules)
     if reason.relaxed is not None:
         that = _THESE[len(reason.rules) > 1]

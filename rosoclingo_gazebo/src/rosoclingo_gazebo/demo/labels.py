@@ -42,7 +42,7 @@ class Box:
 
     @property
     def area(self) -> float:
-        """How large it is."""
+        """The area, in squares of the unit."""
         return self.overlap(self)
 
 

@@ -122,7 +122,7 @@ def _shifted(path: Sequence[Point], number: int) -> np.ndarray:
 
 
 def _label(figure: Any, axes: Any, events: Sequence[Event], names: Sequence[Any]) -> None:
-    """Writes next to each mark when it was and what."""
+    """Writes time and event next to each mark."""
     figure.draw_without_rendering()  # until then nobody knows where anything is
     texts = [f"{event.seconds:.0f} s: {event.text}" for event in events]
     pixels = figure.dpi / 72  # in a point

@@ -145,7 +145,7 @@ class Run:
 
 
 def _is_forced_end(event: journal.Event) -> bool:
-    """Whether the end of the run begins here, and nothing in the run is the cause."""
+    """Tells if an event begins an end of the run that was forced from outside."""
     if isinstance(event, journal.StatusSet):
         return event.reason is Reason.SHUTDOWN
     return isinstance(event, journal.LoopEnded) and event.is_forced

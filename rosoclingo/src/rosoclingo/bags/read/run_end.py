@@ -1,4 +1,4 @@
-"""Tells when a run is over, for all who record, replay or compare one. Needs no ROS.
+"""Detects the end of a run in its journal, for recorder, replay and comparison. Needs no ROS.
 
 A journal says that its loop has ended before it says what becomes of the goals that are open then,
 and goals are what a client waits for. So a run is over with the last status of its last goal:
@@ -49,5 +49,5 @@ class RunEnd:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing of the run is to come."""
+        """Whether the loop and all of its goals have ended."""
         return self.loop_has_ended and not self._open

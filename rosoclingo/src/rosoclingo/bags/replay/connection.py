@@ -62,7 +62,7 @@ class Connection:
 
     @property
     def is_open(self) -> bool:
-        """Whether the node has not gone yet; all that it has sent is there when it has."""
+        """Whether the node is still connected; once it is not, all that it has sent is there."""
         return bool(self._journal.get_num_connections())
 
     def begin_again(self) -> None:

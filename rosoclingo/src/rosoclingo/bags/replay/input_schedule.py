@@ -149,7 +149,7 @@ def _before(due: Due, decision: int) -> Due:
 
 
 def _phase(event: journal.Event, before: Optional[Phase]) -> Optional[Phase]:
-    """Returns whether the loop waits or has ended since an event; None for neither."""
+    """Returns the phase after an event: wait or end; None while the loop is at work."""
     if isinstance(event, journal.LoopEnded):
         return Phase.END
     if begins_a_wait(event):
@@ -159,7 +159,7 @@ def _phase(event: journal.Event, before: Optional[Phase]) -> Optional[Phase]:
 
 
 def _at_the_end(due: Due, decision: int) -> Due:
-    """Has something that was taken after the last decision be taken when the loop has ended."""
+    """Reschedules an input that was taken after the last decision to the loop's end."""
     is_late = due.decision > decision
     return due._replace(decision=decision, phase=Phase.END) if is_late else due
 

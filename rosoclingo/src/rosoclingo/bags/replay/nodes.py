@@ -68,7 +68,7 @@ class Nodes:
                 self._connect()
 
     def has_loop(self, name: str) -> bool:
-        """Returns whether a process, by its name, is that with the planning loop."""
+        """Tells if a process, by its name, runs the planning loop."""
         return self._starts[journal.LOOP].name == name
 
     def due(self, decision: int) -> Optional[str]:

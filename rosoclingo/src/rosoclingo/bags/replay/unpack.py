@@ -179,7 +179,7 @@ def _base(path: str, files: Mapping[str, str]) -> Optional[str]:
 
 
 def _move_includes(text: str, path: str, program: Program, folder: Path) -> str:
-    """Leads what a file includes to the files of the bag, in older bags as far as that is sure."""
+    """Rewrites a file's includes to the files of the bag, in older bags as far as that is sure."""
     includes = program.includes.get(path, {})
 
     def moved(name: str) -> Optional[str]:

@@ -250,5 +250,5 @@ class Statistics:
 
 
 def numbered(request: str, number: int) -> str:
-    """Returns what the first, second, ... goal with a request is called."""
+    """Returns the name of the first, second, ... goal with the same request."""
     return request if number == 1 else f"{request} ({number})"

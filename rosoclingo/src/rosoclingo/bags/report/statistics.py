@@ -263,7 +263,7 @@ class _Reading:
         )
 
     def _asked(self, event: journal.Explained) -> str:
-        """Returns a question; one about a goal names it as all else does, and not by its slot."""
+        """Returns a question's text, with the report's name of a goal instead of its slot."""
         try:
             answer = json.loads(event.structure or "{}")
         except (ValueError, RecursionError):  # it may be anybody's bag
