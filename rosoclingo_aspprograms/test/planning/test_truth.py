@@ -95,7 +95,7 @@ class Episode(System):
         self._encoding = encoding
         self._visits: Dict[Goal, int] = {}  # how long the log was when a goal came
         self._reported: Count[Tuple[str, str]] = Counter()
-        self.left = 2 if mode.is_fixed else 3 if encoding == "mailbot" else GOALS
+        self.left = 2 if mode.is_fixed else GOALS if encoding != "mailbot" else 2 if IS_SHORT else 3
         self._at_once = 2 if mode.is_fixed else self.random.choice([1, 2, 3])
         self.failures = 0
         self._blocked: Set[Tuple[str, str]] = set()
