@@ -46,7 +46,7 @@ def _constants(*constants: str) -> Tuple[str, ...]:
 SEEDS = draws([0], 20, "EPISODES")
 IS_SHORT = SEEDS == (0,)
 GOALS = 3 if IS_SHORT else 10
-STEPS = f"steps={60 if IS_SHORT else 150}"
+STEPS = f"steps={100 if IS_SHORT else 150}"
 
 MODES = {
     "recording": Mode(RECORDING, _constants(STEPS)),
