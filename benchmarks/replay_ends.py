@@ -122,7 +122,7 @@ CASES: Dict[str, EndCase] = {
     ),
     "exit by the mode, goals open": EndCase(
         line(), DYN_RESET, 12, FIVE, says=NO_PLAN,
-        edit=("next(status_update,done)", "next(exit,done)"),
+        edit=("next(status_update(now),done)", "next(exit,done)"),
     ),
     "planner gone": EndCase(line(), DYN_RESET, 20, FIVE, answers=3, end="planner", says=LOST),
     "controller gone": EndCase(line(), RECORDING, 20, FIVE, answers=2, end="controller", says=LOST),
@@ -218,7 +218,10 @@ def record_run(case: EndCase, system: RosSystem, driver: EndDriver, bag: Path) -
     started = ["rosoclingo", "recorder"]
     if case.mode:
         mode = bag.with_name(f"{bag.stem}.mode.lp")
-        mode.write_text((MODES / f"{case.mode}.lp").read_text().replace(*case.edit))
+        text = (MODES / f"{case.mode}.lp").read_text()
+        if case.edit[0] not in text:
+            raise HarnessError(f"the mode {case.mode} has no {case.edit[0]!r} to be replaced")
+        mode.write_text(text.replace(*case.edit))
         steps = f"steps={case.steps}"
         system.rosrun("rosclingo", "run.py", "-f", str(mode), "-c", steps, name="controller")
         system.rosrun("rosclingo", "run.py", *planner, name="planner")
