@@ -118,7 +118,9 @@ CASES: Dict[str, EndCase] = {
     "exit by the mode": EndCase(
         line(), RECORDING, 12, (("visit(3)", "visit(2)"),), says=TOO_LATE,
         edit=("next(idle,done) :- stage(done), not news, last.",
-              "next(exit,done) :- stage(done), not news, last."),
+              "#external event(info,step(0),0). first :- event(info,step(0),0)."
+              "next(idle,done) :- stage(done), not news, last, first."
+              "next(exit,done) :- stage(done), not news, last, not first."),
     ),
     "exit by the mode, goals open": EndCase(
         line(), DYN_RESET, 12, FIVE, says=NO_PLAN,
