@@ -250,6 +250,19 @@ def test_the_end() -> None:
     assert replay.finished
 
 
+def test_a_goal_that_the_loop_takes_when_it_has_ended() -> None:
+    """The journal tells of the end first, then of the goal."""
+    last: List[Made] = [("goal", "g", "visit(3)", 0), ("status", "g", "rejected", 0)]
+    end: List[Made] = [("end", "", "no plan", 0)]
+    replay = Replay(run([ASK[0], *end, *last]))
+    replay.see(ASK[:1])
+    replay.send()
+    replay.see(end)
+    assert not replay.finished
+    replay.see(last)
+    assert replay.finished
+
+
 def test_a_recording_that_lacks_what_became_of_a_goal_in_the_end_is_cut() -> None:
     ended: List[Made] = [*ASK, ("end", "", "no plan", 0)]
     assert run(ended).is_open

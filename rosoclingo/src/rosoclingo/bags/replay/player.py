@@ -224,6 +224,8 @@ class _Player:
             self._hear(_POLL_SECONDS)
             if self._schedule.is_finished(time.monotonic()):
                 return ""
+        if self._schedule.loop_has_ended:  # what did not come will not
+            return ""
         log = self._system.processes[name].last_lines
         if self._last is None:
             raise ReplayError(f"{name} does not start; the end of what it says:\n{log}")

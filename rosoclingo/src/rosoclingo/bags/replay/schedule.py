@@ -180,10 +180,16 @@ class Schedule:
             return planned
         return None
 
+    @property
+    def loop_has_ended(self) -> bool:
+        """Whether the replayed loop has ended."""
+        return self._end.loop_has_ended
+
     def is_finished(self, now: float) -> bool:
         """Whether nothing is left to be sent, and nothing can come any more."""
         if self._end.loop_has_ended:
-            return self._end.is_over
+            # The journal tells of what the loop takes last, and of what becomes of it, after that.
+            return self._end.is_over and not self._on_way
         if self.passed < len(self.planned):
             return False
         if self._is_open and not self._awaited.missing and not self._on_way:
