@@ -330,6 +330,21 @@ def test_what_was_saved_of_a_goal_is_that_goal() -> None:
     ]
 
 
+def test_what_was_saved_of_a_goal_that_has_ended_is_history() -> None:
+    """The package of goal 1 was carried, and is delivered; goal 2 is open."""
+    told = ("at(r,9)", "carries(r,1)", "origin(1,3)", "origin(2,7)", "blocked(4,8)")
+    saved = tuple(f"event(save,{fluent},0)" for fluent in told)
+    done = ("event(commit,do(r,deliver(1)),1)", "event(r,success,1)")
+    situation = Situation((*saved, *done), step=1, last=9, goals=(("2", "bring(7,2)"),))
+    facts = Facts.of(situation, ["1", "2", "3"])
+    assert [(fact.kind.value, fact.content, fact.atoms) for fact in facts.free] == [
+        ("request", "bring(7,2)", (saved[3],)),
+        ("saved", "at(r,9)", (saved[0],)),
+        ("saved", "blocked(4,8)", (saved[4],)),
+    ]
+    assert [fact.content for fact in facts.history] == ["carries(r,1)", "origin(1,3)", "deliver(1)"]
+
+
 def test_a_number_that_could_be_a_slot_is_none_if_the_encoding_says_so() -> None:
     """Of a tank with 0 to 2 fillings, 1 was saved: that belongs to no goal."""
     saved = ("event(save,tank(1),0)", "event(save,wanted(1,visit(3)),0)")
