@@ -43,6 +43,7 @@ from rosoclingo.why.facts import Fact, Facts
 from rosoclingo.why.phrases import Phrases
 from rosoclingo.why.reason import Reason, Search
 from rosoclingo.why.rebuilding import RebuildingCopy
+from rosoclingo.why.rules import is_relaxed
 from rosoclingo.why.situation import Situation
 
 LINES = {
@@ -517,6 +518,80 @@ def test_a_rule_without_a_name_is_quoted_with_its_place(tmp_path: Path) -> None:
     assert found.text == (
         "There is no plan for visit(6), whatever else was told: the encoding excludes it by "
         f"{named[0]} and {named[1]}."
+    )
+
+
+@pytest.mark.parametrize(
+    ("slow", "has_names", "text"),
+    [
+        (
+            lambda last, relaxed: last == 12 and 0 < relaxed < 4,
+            False,
+            "whatever else was told: the encoding excludes it by ':- do(robot,_,t), "
+            "do(robot,_,t-1).' (battery.lp:15) and '{way}' (line.lp:{row}) up to step 8; there "
+            "was no time to look farther.",
+        ),
+        (
+            lambda last, relaxed: relaxed,
+            False,
+            "whatever else was told. There was no time to look which constraints prevent it.",
+        ),
+        (
+            lambda last, relaxed: relaxed == 1,
+            True,
+            "because cell 5 is not for robots, the battery does not last and the robot enters no "
+            "closed cell. Without these, there would be a plan of 9 steps. There was no time to "
+            "look whether all of these are needed.",
+        ),
+    ],
+)
+def test_what_is_known_of_rules_is_said_when_the_time_is_over(
+    slow: Callable[[int, int], bool],
+    has_names: bool,
+    text: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Some searches never end: those for all steps, all of them, or those without one rule."""
+    more = f"%! it goes slowly{SLOWLY}%! cell 5 is not for robots\n:- do(robot,go(5),t)."
+    texts = {"line.lp": Path(LINE).read_text(), "battery.lp": BATTERY.replace("{more}", SLOWLY)}
+    if has_names:
+        texts["battery.lp"] = BATTERY.replace("{more}", more)
+    for name, content in texts.items():
+        (tmp_path / name).write_text(content if has_names else content.replace("%!", "%"))
+    files = tuple(str(tmp_path / name) for name in texts)
+
+    def with_time(ask: Callable[..., Verdict]) -> Callable[..., Verdict]:
+        def asked(copy: AssumingCopy, told: FrozenSet[str], *others: Any, **more: Any) -> Verdict:
+            if slow(copy.last, sum(map(is_relaxed, told))):
+                raise InterruptedQuestionError
+            return ask(copy, told, *others, **more)
+
+        return asked
+
+    monkeypatch.setattr(AssumingCopy, "ask", with_time(AssumingCopy.ask))
+    monkeypatch.setattr(AssumingCopy, "ask_any", with_time(AssumingCopy.ask_any))
+    situation = Situation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
+    found = Explainer(Options(files), situation, seconds=SECONDS).no_plan()
+    way = ":- do(robot,go(X),t), holds(at(Y),t-1), |X-Y| != 1."
+    row = texts["line.lp"].splitlines().index(way) + 1
+    assert found.text == (
+        f"There is no plan for visit(6){'' if has_names else ','} {text.format(way=way, row=row)}"
+    )
+    assert decode(WhyNoPlan, encode(found)) == found
+
+
+def test_a_rule_of_an_encoding_that_is_told_its_events_is_named(tmp_path: Path) -> None:
+    """Its copy begins anew for each set of rules that are relaxed."""
+    file = tmp_path / "line.lp"
+    rule = "#program walk(k,d).\n%! cell 6 is not for robots\n:- goes(k,6,T), not newer(k)."
+    file.write_text(f"{(PACKAGE / 'example/line_demand.lp').read_text()}\n{rule}\n")
+    told = ("event(1,visit(6),0)", "event(info,close(1),0)")
+    situation = Situation(told, last=20, goals=(("1", "visit(6)"),), tells=True)
+    found = Explainer(Options((str(file),)), situation, seconds=SECONDS).no_plan()
+    assert found.is_contradictory
+    assert found.text.endswith(
+        " because cell 6 is not for robots. Without that, there would be a plan of 5 steps."
     )
 
 
