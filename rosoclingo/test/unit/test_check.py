@@ -157,6 +157,15 @@ UNUSED = {
     "one on which an external depends": (
         MOVED, f"{MOVED} leave(1..2) :- cell(1). #external event(info,leave,t) : leave(X).", "",
     ),
+    "a name above a rule": (
+        MOVED, f"%! the robot moves\n{MOVED}", "the comment %! names no constraint: it has to be",
+    ),
+    "a name with a blank line below it": (
+        MOVED, f"{MOVED}\n%! it stays in cell 1\n\n:- moved(1,t), t < 0.", "%! names no constraint",
+    ),
+    "a name above a constraint": (
+        MOVED, f"{MOVED}\n%! it stays\n% in\n%! cell 1\n:- moved(1,t), t < 0.", "",
+    ),
     "facts, as a map for pictures": ("cell(1..cells).", "cell(1..cells). position(1,0,0).", ""),
 }  # fmt: skip
 

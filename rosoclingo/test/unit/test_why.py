@@ -43,6 +43,7 @@ from rosoclingo.why.facts import Fact, Facts
 from rosoclingo.why.phrases import Phrases
 from rosoclingo.why.reason import Reason, Search
 from rosoclingo.why.rebuilding import RebuildingCopy
+from rosoclingo.why.rules import is_relaxed
 from rosoclingo.why.situation import Situation
 
 LINES = {
@@ -330,6 +331,21 @@ def test_what_was_saved_of_a_goal_is_that_goal() -> None:
     ]
 
 
+def test_what_was_saved_of_a_goal_that_has_ended_is_history() -> None:
+    """The package of goal 1 was carried, and is delivered; goal 2 is open."""
+    told = ("at(r,9)", "carries(r,1)", "origin(1,3)", "origin(2,7)", "blocked(4,8)")
+    saved = tuple(f"event(save,{fluent},0)" for fluent in told)
+    done = ("event(commit,do(r,deliver(1)),1)", "event(r,success,1)")
+    situation = Situation((*saved, *done), step=1, last=9, goals=(("2", "bring(7,2)"),))
+    facts = Facts.of(situation, ["1", "2", "3"])
+    assert [(fact.kind.value, fact.content, fact.atoms) for fact in facts.free] == [
+        ("request", "bring(7,2)", (saved[3],)),
+        ("saved", "at(r,9)", (saved[0],)),
+        ("saved", "blocked(4,8)", (saved[4],)),
+    ]
+    assert [fact.content for fact in facts.history] == ["carries(r,1)", "origin(1,3)", "deliver(1)"]
+
+
 def test_a_number_that_could_be_a_slot_is_none_if_the_encoding_says_so() -> None:
     """Of a tank with 0 to 2 fillings, 1 was saved: that belongs to no goal."""
     saved = ("event(save,tank(1),0)", "event(save,wanted(1,visit(3)),0)")
@@ -502,6 +518,80 @@ def test_a_rule_without_a_name_is_quoted_with_its_place(tmp_path: Path) -> None:
     assert found.text == (
         "There is no plan for visit(6), whatever else was told: the encoding excludes it by "
         f"{named[0]} and {named[1]}."
+    )
+
+
+@pytest.mark.parametrize(
+    ("slow", "has_names", "text"),
+    [
+        (
+            lambda last, relaxed: last == 12 and 0 < relaxed < 4,
+            False,
+            "whatever else was told: the encoding excludes it by ':- do(robot,_,t), "
+            "do(robot,_,t-1).' (battery.lp:15) and '{way}' (line.lp:{row}) up to step 8; there "
+            "was no time to look farther.",
+        ),
+        (
+            lambda last, relaxed: relaxed,
+            False,
+            "whatever else was told. There was no time to look which constraints prevent it.",
+        ),
+        (
+            lambda last, relaxed: relaxed == 1,
+            True,
+            "because cell 5 is not for robots, the battery does not last and the robot enters no "
+            "closed cell. Without these, there would be a plan of 9 steps. There was no time to "
+            "look whether all of these are needed.",
+        ),
+    ],
+)
+def test_what_is_known_of_rules_is_said_when_the_time_is_over(
+    slow: Callable[[int, int], bool],
+    has_names: bool,
+    text: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Some searches never end: those for all steps, all of them, or those without one rule."""
+    more = f"%! it goes slowly{SLOWLY}%! cell 5 is not for robots\n:- do(robot,go(5),t)."
+    texts = {"line.lp": Path(LINE).read_text(), "battery.lp": BATTERY.replace("{more}", SLOWLY)}
+    if has_names:
+        texts["battery.lp"] = BATTERY.replace("{more}", more)
+    for name, content in texts.items():
+        (tmp_path / name).write_text(content if has_names else content.replace("%!", "%"))
+    files = tuple(str(tmp_path / name) for name in texts)
+
+    def with_time(ask: Callable[..., Verdict]) -> Callable[..., Verdict]:
+        def asked(copy: AssumingCopy, told: FrozenSet[str], *others: Any, **more: Any) -> Verdict:
+            if slow(copy.last, sum(map(is_relaxed, told))):
+                raise InterruptedQuestionError
+            return ask(copy, told, *others, **more)
+
+        return asked
+
+    monkeypatch.setattr(AssumingCopy, "ask", with_time(AssumingCopy.ask))
+    monkeypatch.setattr(AssumingCopy, "ask_any", with_time(AssumingCopy.ask_any))
+    situation = Situation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
+    found = Explainer(Options(files), situation, seconds=SECONDS).no_plan()
+    way = ":- do(robot,go(X),t), holds(at(Y),t-1), |X-Y| != 1."
+    row = texts["line.lp"].splitlines().index(way) + 1
+    assert found.text == (
+        f"There is no plan for visit(6){'' if has_names else ','} {text.format(way=way, row=row)}"
+    )
+    assert decode(WhyNoPlan, encode(found)) == found
+
+
+def test_a_rule_of_an_encoding_that_is_told_its_events_is_named(tmp_path: Path) -> None:
+    """Its copy begins anew for each set of rules that are relaxed."""
+    file = tmp_path / "line.lp"
+    rule = "#program walk(k,d).\n%! cell 6 is not for robots\n:- goes(k,6,T), not newer(k)."
+    file.write_text(f"{(PACKAGE / 'example/line_demand.lp').read_text()}\n{rule}\n")
+    told = ("event(1,visit(6),0)", "event(info,close(1),0)")
+    situation = Situation(told, last=20, goals=(("1", "visit(6)"),), tells=True)
+    found = Explainer(Options((str(file),)), situation, seconds=SECONDS).no_plan()
+    assert found.is_contradictory
+    assert found.text.endswith(
+        " because cell 6 is not for robots. Without that, there would be a plan of 5 steps."
     )
 
 

@@ -18,6 +18,7 @@ from rosoclingo.check.functors import UnmatchedFunction, unmatched_functions
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.ids import RESERVED, is_own, why_no_actuator, why_no_slot
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
+from rosoclingo.why.rules import idle_names
 
 Signature = Tuple[str, int]
 
@@ -78,7 +79,7 @@ def look(options: Options, dialect: Type[Dialect2], alphabet: Alphabet) -> List[
     """
     program = parse_files(options.files)
     seen = _Reader().read(program)
-    findings = list(map(_never_true, unmatched_functions(program)))
+    findings = [*map(_never_true, unmatched_functions(program)), *_idle_names(program)]
     for check in (_parts, _undefined, _unused, _shown, _own_names):
         findings += check(seen, dialect, alphabet)
     for other in (_slots, _steps):
@@ -125,6 +126,16 @@ def _never_true(unmatched: UnmatchedFunction) -> Finding:
         place(unmatched.atom),
         is_hint=not unmatched.is_used,
     )
+
+
+def _idle_names(program: Program) -> Iterator[Finding]:
+    for path, line in idle_names(program):
+        yield Finding(
+            "unused",
+            "the comment %! names no constraint: it has to be directly above one",
+            f"{os.path.relpath(path)}:{line}",
+            is_hint=True,
+        )
 
 
 def _unused(seen: Written, *_: object) -> Iterator[Finding]:

@@ -147,7 +147,15 @@ def _(value: Reason, steps: int) -> Reason:
     members, given = later(value.members, steps), later(value.given, steps)
     enabling = later(value.enabling, steps)
     relaxed = later(value.relaxed, steps)
-    return replace(value, members=members, given=given, enabling=enabling, relaxed=relaxed)
+    up_to = None if value.examined_up_to is None else value.examined_up_to + steps
+    return replace(
+        value,
+        members=members,
+        given=given,
+        enabling=enabling,
+        relaxed=relaxed,
+        examined_up_to=up_to,
+    )
 
 
 @later.register(WhyNoPlan)

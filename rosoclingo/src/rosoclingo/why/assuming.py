@@ -57,6 +57,7 @@ class AssumingCopy(Copy):
         """
         self.step = situation.step
         self.last = max(situation.step, situation.last if last is None else last)
+        self._grounded = self.last
         self.deadline = deadline
         self._engine = Engine(options, rewrite=relaxable)
         planner = Planner(self._engine)
@@ -68,7 +69,7 @@ class AssumingCopy(Copy):
             Add(_PART, ("a", "z"), _RULES),
             Add(_WANTS, ("s", "b", "a", "z"), _WANTS_RULES),
             Ground((Part(_PART, (str(self.step), str(self.last))),)),
-            *(AssignExternal(query(h), Truth.FREE) for h in self._horizons()),
+            *(AssignExternal(query(h), Truth.FREE) for h in range(self.step, self._grounded + 1)),
             *(AssignExternal(atom, Truth.TRUE) for atom in situation.others),
             AssignExternal(f"{_ASKS}({self.last})", Truth.FREE),
         )
@@ -79,15 +80,12 @@ class AssumingCopy(Copy):
         self._wishes: Dict[str, None] = {}
         self._tied: Dict[Tuple[str, ...], str] = {}
 
-    def _horizons(self) -> range:
-        return range(self.step, self.last + 1)
-
     def _wants(self, goals: FrozenSet[str], told: FrozenSet[str]) -> List[Assumption]:
         """Returns assumptions: the goals in some slots have to end, others need not."""
         begins = self._begins(told)
         wished = {f"{_WANTS}({slot},{begins[slot]})": slot for slot in goals}
         for name in sorted(wished.keys() - self._wishes.keys()):
-            values = (wished[name], begins[wished[name]], self.step, self.last)
+            values = (wished[name], begins[wished[name]], self.step, self._grounded)
             self._planner.run(
                 Ground((Part(_WANTS, tuple(map(str, values))),)), AssignExternal(name, Truth.FREE)
             )
@@ -114,7 +112,7 @@ class AssumingCopy(Copy):
         if outcome.result is not Result.SAT:
             core = frozenset(a.name for a in self._engine.core if a.value) & told
             return Verdict(self._without_plan(facts), core=core)
-        for horizon in self._horizons():
+        for horizon in range(self.step, self.last + 1):
             asking = [*self._asking(horizon), *wishes, *facts]
             outcome = self._search(asking, best=False)
             if outcome.result is Result.SAT:
@@ -169,16 +167,18 @@ class AssumingCopy(Copy):
 
     def _asking(self, horizon: Optional[int] = None) -> List[Assumption]:
         """Returns what asks for a plan for a horizon; without one, for any."""
-        asks = Assumption(f"{_ASKS}({self.last})", horizon is None)
+        asks = Assumption(f"{_ASKS}({self._grounded})", horizon is None)
         if horizon is None:
-            return [asks]
-        return [asks, *(Assumption(query(h), h == horizon) for h in self._horizons())]
+            beyond = range(self.last + 1, self._grounded + 1)
+            return [asks, *(Assumption(query(h), False) for h in beyond)]
+        horizons = range(self.step, self._grounded + 1)
+        return [asks, *(Assumption(query(h), h == horizon) for h in horizons)]
 
     def _without_plan(self, facts: List[Assumption]) -> Answer:
         """Returns whether there is an answer set at least."""
-        nobody = [Assumption(query(h), False) for h in self._horizons()]
+        nobody = [Assumption(query(h), False) for h in range(self.step, self._grounded + 1)]
         idle = [Assumption(name, False) for name in self._wishes]
-        asks = Assumption(f"{_ASKS}({self.last})", False)
+        asks = Assumption(f"{_ASKS}({self._grounded})", False)
         asking = [*facts, *idle, *nobody, asks, *self._ties(())]
         result = self._search(asking, best=False).result
         return Answer.NONE if result is Result.SAT else Answer.CONTRADICTION

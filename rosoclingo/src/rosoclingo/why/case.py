@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
-from dataclasses import replace
 from typing import FrozenSet, Optional, Tuple
 
 from rosclingo.wire.commands import Assumption
-from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
 from rosoclingo.why.facts import Fact, Facts, Kind, atoms
-from rosoclingo.why.reason import Ask, Reason, Search
+from rosoclingo.why.reason import Reason, Search
+from rosoclingo.why.relaxation import Relaxation
 from rosoclingo.why.rules import NO_RULES, Rules
 from rosoclingo.why.situation import Situation
 
@@ -105,48 +103,15 @@ class Case:
         ask_any = self.ask_any if wrong is Answer.NONE else lambda facts, others: None
         reason = Search(self.ask, self.facts, self.deadline, wrong, ask_any).run()
         if reason.is_complete and reason.has_only_goals:
-            with contextlib.suppress(InterruptedQuestionError):
-                return self._with_rules(reason, wrong)
+            told = atoms(reason.facts) | self.facts.fixed
+            goals = self.goals(reason.facts)
+            relaxation = Relaxation(
+                self.copy, self._rules, told, goals, demands=self.demands, wrong=wrong
+            )
+            return relaxation.add_to(reason)
         return reason
-
-    def _with_rules(self, reason: Reason, wrong: Answer) -> Reason:
-        """Adds the constraints that prevent a plan for the goals of a reason."""
-        goals = self.goals(reason.facts)
-        fixed = atoms(reason.facts) | self.facts.fixed
-        named = frozenset(self._rules.named)
-        every = named.union(self._rules.others)
-
-        def relax(rules: FrozenSet[Fact]) -> Verdict:
-            return self.copy.ask(fixed | atoms(rules), goals, self.demands)
-
-        def keep(rules: FrozenSet[Fact]) -> Verdict:
-            told = fixed | atoms(every - rules)
-            verdict = self.copy.ask_any(told, (), goals, self.demands)
-            if verdict is None or wrong is not Answer.NONE:
-                return self.copy.ask(told, goals, self.demands)
-            return verdict
-
-        def search(ask: Ask, rules: FrozenSet[Fact], wrong: Answer) -> FrozenSet[Fact]:
-            facts = Facts(tuple(rules), (), frozenset())
-            found = Search(ask, facts, self.deadline, wrong).run()
-            return found.facts if found.is_complete else frozenset()
-
-        if relax(named).plan is not None:
-            plans = {rule: relax(frozenset([rule])).plan for rule in named}
-            steps = {rule: plan.horizon for rule, plan in plans.items() if plan is not None}
-            # The least change: without a rule of how robots move at all, a plan is very short.
-            first = sorted(steps, key=lambda rule: (-steps[rule], rule.content))[:1]
-            least = frozenset(first) or search(relax, named, Answer.PLAN) or named
-            return replace(reason, rules=_sorted(least), relaxed=relax(least).plan)
-        if relax(every).answer is wrong:
-            return reason
-        return replace(reason, rules=_sorted(search(keep, every, wrong)))
 
     def on(self, copy: Copy) -> Verdict:
         """Looks for a plan with all facts on another copy."""
         told = atoms(self.facts.all()) | self.facts.fixed
         return copy.ask(told, self.goals(self.facts.all()), self.demands)
-
-
-def _sorted(rules: FrozenSet[Fact]) -> Tuple[Fact, ...]:
-    return tuple(sorted(rules, key=lambda rule: rule.content))

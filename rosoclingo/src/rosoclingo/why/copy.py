@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import abc
+import contextlib
 import enum
 import time
 from dataclasses import dataclass
-from typing import AbstractSet, Callable, Dict, FrozenSet, List, Optional, Sequence, Tuple
+from typing import AbstractSet, Callable, Dict, FrozenSet, Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.wire.commands import Assumption
 from rosclingo.wire.term_text import last_number, split_term
@@ -81,6 +82,16 @@ class Deadline:
         """Returns how many seconds are left."""
         return max(0.0, self._end - time.monotonic())
 
+    @contextlib.contextmanager
+    def share(self, share: float) -> Iterator[None]:
+        """Returns a context for something that may take a share of the time that is left."""
+        end = self._end
+        self._end = min(end, time.monotonic() + self.left() * share)
+        try:
+            yield
+        finally:
+            self._end = end
+
     def check(self) -> None:
         """Raises InterruptedQuestionError if it is too late."""
         if self.is_over():
@@ -103,6 +114,15 @@ class Copy(abc.ABC):
     savable: FrozenSet[str]
     step: int
     last: int
+
+    @contextlib.contextmanager
+    def up_to(self, last: int) -> Iterator[None]:
+        """Returns a context in which no plan is looked for beyond a step, which is no later one."""
+        own, self.last = self.last, last
+        try:
+            yield
+        finally:
+            self.last = own
 
     @abc.abstractmethod
     def ask(

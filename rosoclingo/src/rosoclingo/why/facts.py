@@ -105,25 +105,33 @@ class _Sorter:
         self._saved_goals = self._find_saved_goals(savable)
 
     def _find_saved_goals(self, savable: Iterable[str]) -> Dict[str, str]:
-        """Returns the slot of each saved fluent that belongs to an open goal.
+        """Returns the slot of each saved fluent that belongs to a goal, which may have ended since.
 
         That is one of a goal that came before the reset, with the slot as an argument, at the first
         place that is for slots: there, the saved fluents of the same form have slots of such goals,
-        and those that could be saved have each slot, and nothing else.
+        and those that could be saved have each slot, and nothing else. Other slots than those of
+        open goals had a goal, too, if a form of which each open goal has a fluent has one of them.
         """
         saved = [content for _, source, content, _ in self._told if source == "save"]
         saved_forms = _forms(saved)
         savable_forms = _forms(_event(atom)[1] for atom in savable)
         earlier = set(self._open).difference(self._last)
+        places = [  # those that may be for slots, and the slots that are there
+            (form, place, {arguments[place] for arguments in lists})
+            for form, lists in saved_forms.items()
+            for place in range(form[1])
+            if {arguments[place] for arguments in savable_forms.get(form, ())}
+            in (set(), self._slots)
+        ]
+        goals = set(earlier)
+        if earlier:
+            goals.update(*(have for *_, have in places if earlier <= have <= self._slots))
         found: Dict[str, str] = {}
         for content in saved:
             name, arguments = split_term(content)
-            form = name, len(arguments)
-            for place, argument in enumerate(arguments):
-                could = {others[place] for others in savable_forms.get(form, ())}
-                have = {others[place] for others in saved_forms[form]}
-                if have <= earlier and could in (set(), self._slots):
-                    found.setdefault(content, argument)
+            for form, place, have in places:
+                if form == (name, len(arguments)) and have <= goals:
+                    found.setdefault(content, arguments[place])
         return found
 
     def sorted(self) -> Facts:
@@ -139,7 +147,11 @@ class _Sorter:
             if source == "info" and content == "passed":
                 fixed.add(atom)
             elif source == "save" and content in self._saved_goals:
-                goals.setdefault(self._saved_goals[content], []).append(atom)
+                slot = self._saved_goals[content]
+                if slot in self._open and slot not in self._last:
+                    goals.setdefault(slot, []).append(atom)
+                else:
+                    history.append(Fact(Kind.SAVED, step, source, content, (atom,)))
             elif source == "save":
                 free.append(Fact(Kind.SAVED, step, source, content, (atom,)))
             elif source in self._slots:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from itertools import chain, combinations
 from typing import Callable, Dict, FrozenSet, Iterable, List, Optional, Sequence, Set, Tuple
@@ -51,6 +52,9 @@ class Reason:
             as few as possible without which there is a plan. Else: those that prevent it together,
             whatever becomes of the others.
         relaxed: The plan without them; None if they have no names.
+        is_examined: Whether there was time to look for these rules. If not, they may be more than
+            need be if they have names, and else prevent a plan up to a step.
+        examined_up_to: That step.
         is_smallest: Whether no smaller set is a reason, as far as facts only ever prevent plans.
         is_complete: Whether there was time to look whether each member is needed.
     """
@@ -63,6 +67,8 @@ class Reason:
     is_absolute: bool = False
     rules: Tuple[Fact, ...] = ()
     relaxed: Optional[Possible] = None
+    is_examined: bool = True
+    examined_up_to: Optional[int] = None
 
     @property
     def has_only_goals(self) -> bool:
@@ -275,15 +281,16 @@ class Search:
     def _try_enabling(
         self, goals: FrozenSet[Fact], pool: Sequence[Fact]
     ) -> Tuple[FrozenSet[Fact], bool]:
-        """Tries one set of facts after the other, if only goals are members."""
-        budget = Deadline(self._deadline.left() * _ENABLING)
+        """Does the same for goals alone by trying one set of facts after the other."""
         numbers = range(1, _MOST_ENABLING + 1)
-        for some in chain.from_iterable(combinations(pool, number) for number in numbers):
-            if budget.is_over():
-                return frozenset(), False
-            if not self._is_wrong(goals.union(some)):
-                return frozenset(some), False
-        return frozenset(), len(pool) <= _MOST_ENABLING
+        with contextlib.suppress(InterruptedQuestionError), self._deadline.share(_ENABLING):
+            for some in chain.from_iterable(combinations(pool, number) for number in numbers):
+                if self._deadline.is_over():
+                    return frozenset(), False
+                if not self._is_wrong(goals.union(some)):
+                    return frozenset(some), False
+            return frozenset(), len(pool) <= _MOST_ENABLING
+        return frozenset(), False
 
     def _with_enabling(self, enabling: FrozenSet[Fact]) -> FrozenSet[Fact]:
         """Takes enabling facts as given, and returns the candidates for another reason."""
@@ -308,23 +315,20 @@ class Search:
         Returns:
             The members, and whether there are no fewer.
         """
-        budget = Deadline(self._deadline.left() * _BUDGET)
-        try:
+        with contextlib.suppress(InterruptedQuestionError), self._deadline.share(_BUDGET):
             pool = (frozenset(self._facts.free) - self._given) | members
             if not self._is_wrong(pool):  # such as failures without what was done before
                 pool = candidates | members
             if not self._is_wrong(pool):
                 return members, False
             must_hit = [pool - (members - {fact}) for fact in members]
-            while not budget.is_over():
+            while not self._deadline.is_over():
                 hitting = _hit(must_hit)
                 if len(hitting) >= len(members):
                     return members, True
                 if self._is_wrong(hitting):
                     return self._check(hitting), True
                 must_hit.append(pool - self._grow(hitting, pool))
-        except InterruptedQuestionError:
-            pass
         return members, False
 
     def _grow(self, facts: FrozenSet[Fact], pool: FrozenSet[Fact]) -> FrozenSet[Fact]:

@@ -53,6 +53,25 @@ class Rules:
         return cls(tuple(named.values()), tuple(others.values()))
 
 
+def idle_names(program: Program) -> List[Tuple[str, int]]:
+    """Returns the file and the line of each comment ``%!`` that names no constraint.
+
+    That is one with no constraint directly below it, of those that can be relaxed.
+    """
+    lines = _lines(program)
+    named = {
+        (path, number)
+        for statement, _, _ in _constraints(program)
+        for path, number, _ in _comments(statement, lines)
+    }
+    return [
+        (path, number)
+        for path, rows in lines.items()
+        for number, row in enumerate(rows, 1)
+        if row.strip().startswith(_NAME) and (path, number) not in named
+    ]
+
+
 NO_RULES = Rules()
 """The rules of an encoding without constraints."""
 
@@ -141,15 +160,25 @@ def _lines(program: Program) -> Dict[str, List[str]]:
 
 def _name(constraint: ast.AST, lines: Mapping[str, Sequence[str]]) -> str:
     """Returns the name that comments directly above a constraint give it; empty without one."""
-    begin = constraint.location.begin
-    names: List[str] = []
-    for line in reversed(lines.get(os.path.realpath(begin.filename), ())[: begin.line - 1]):
-        comment = line.strip()
-        if not comment.startswith("%"):
-            break
-        if comment.startswith(_NAME):
-            names.insert(0, comment[len(_NAME) :].strip())
+    names = (name for _, _, name in _comments(constraint, lines))
     return " ".join(filter(None, names)).rstrip(".")
+
+
+def _comments(
+    constraint: ast.AST, lines: Mapping[str, Sequence[str]]
+) -> List[Tuple[str, int, str]]:
+    """Returns the comments directly above a constraint that name it: file, line, and name."""
+    begin = constraint.location.begin
+    path = os.path.realpath(begin.filename)
+    found: List[Tuple[str, int, str]] = []
+    for number in range(begin.line - 1, 0, -1):
+        comment = lines.get(path, ())[number - 1 : number]
+        row = comment[0].strip() if comment else ""
+        if not row.startswith("%"):
+            break
+        if row.startswith(_NAME):
+            found.insert(0, (path, number, row[len(_NAME) :].strip()))
+    return found
 
 
 def _guarded(constraint: ast.AST, guard: str) -> ast.AST:

@@ -15,6 +15,7 @@ from rosoclingo.why.situation import Situation
 
 _THAT = ("that", "any one of these")
 _THESE = ("that", "these")
+_ALL_NEEDED = " There was no time to look whether all of {} needed."
 
 
 def no_plan(answer: WhyNoPlan, last: int, phrases: Phrases, goal: str = "") -> WhyNoPlan:
@@ -62,7 +63,7 @@ def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> st
     text += f" because {phrases.join(m.fact for m in causes)}" if causes else ""
     text += _given(reason)
     if not reason.is_complete:
-        return f"{text}. There was no time to look whether all of that is needed."
+        return f"{text}.{_ALL_NEEDED.format('that is')}"
     without = [f"without {m.fact.content}, {a_plan(m.without)}" for m in goals]
     if len(goals) == 1:
         without = []
@@ -81,13 +82,19 @@ def _by_the_encoding(reason: Reason, phrases: Phrases) -> str:
     if reason.relaxed is not None:
         that = _THESE[len(reason.rules) > 1]
         plan = a_plan(reason.relaxed)
-        return f" because {rules}{_given(reason)}. Without {that}, there would be {plan}."
+        text = f" because {rules}{_given(reason)}. Without {that}, there would be {plan}."
+        return text if reason.is_examined else f"{text}{_ALL_NEEDED.format('these are')}"
     else_ = " else" if reason.members or not reason.is_absolute else ""
     told = (
         f"whatever{else_} was told" if reason.is_absolute else "even if nothing else had been told"
     )
+    text = f", {told}{_given(reason)}"
+    if not reason.is_examined and not rules:
+        return f"{text}. There was no time to look which constraints prevent it."
     by = f" by {rules}" if rules else ""
-    return f", {told}{_given(reason)}: the encoding excludes it{by}."
+    if reason.examined_up_to is not None:
+        by = f"{by} up to step {reason.examined_up_to}; there was no time to look farther"
+    return f"{text}: the encoding excludes it{by}."
 
 
 def _given(reason: Reason) -> str:

@@ -1,0 +1,167 @@
+"""The constraints that prevent a plan, where no fact does.
+
+Those with names are relaxed, and as few as possible are looked for without which there is a plan.
+Of the others, as few as possible are kept so that there is none, whatever becomes of the rest.
+
+That few constraints exclude a plan may take very long to prove for many steps. So they are looked
+for up to a few steps first, and then up to twice as many. What suffices up to a few steps is tried
+for all steps; and if the time is over, it is the answer so far.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import replace
+from typing import Dict, FrozenSet, Iterator, Tuple
+
+from rosclingo.wire.commands import Assumption
+from rosoclingo.errors import InterruptedQuestionError
+from rosoclingo.why.copy import Answer, Copy, Deadline, Possible, Verdict
+from rosoclingo.why.facts import Fact, Facts, atoms
+from rosoclingo.why.reason import Ask, Reason, Search
+from rosoclingo.why.rules import Rules
+
+_SINGLES = 0.5  # of the time that is left, for relaxing one rule at a time
+_ALL_STEPS = 0.3  # likewise, for proving that a set suffices for all steps
+
+
+class Relaxation:
+    """Looks for the constraints that prevent a plan with some facts."""
+
+    def __init__(
+        self,
+        copy: Copy,
+        rules: Rules,
+        told: FrozenSet[str],
+        goals: FrozenSet[str],
+        *,
+        demands: Tuple[Assumption, ...],
+        wrong: Answer,
+    ) -> None:
+        """Prepares a search.
+
+        Args:
+            copy: The copy, which ends when its deadline is over.
+            rules: The constraints that can be relaxed.
+            told: The events that are true.
+            goals: The slots of the goals that have to end.
+            demands: What has to be in a plan.
+            wrong: The answer if nothing is relaxed.
+        """
+        self._copy = copy
+        self._rules = rules
+        self._told = told
+        self._goals = goals
+        self._demands = demands
+        self._wrong = wrong
+        self._every = frozenset((*rules.named, *rules.others))
+        self._plans: Dict[FrozenSet[Fact], Possible] = {}
+
+    def add_to(self, reason: Reason) -> Reason:
+        """Returns a reason with the rules that were found until the time was over."""
+        try:
+            if self._has_plan(frozenset(self._rules.named)):
+                return self._with_names(reason)
+            relaxed = self._relax(self._every)
+        except InterruptedQuestionError:
+            return replace(reason, is_examined=False)
+        if relaxed.answer is self._wrong:
+            return reason
+        first = self._copy.last
+        if relaxed.plan is not None and self._wrong is Answer.NONE:
+            first = relaxed.plan.horizon
+        return self._with_quotes(reason, first)
+
+    def _with_names(self, reason: Reason) -> Reason:
+        """Adds as few rules with names as possible without which there is a plan."""
+        named = frozenset(self._rules.named)
+        singles = [frozenset([rule]) for rule in _sorted(named)]
+        with contextlib.suppress(InterruptedQuestionError), self._deadline.share(_SINGLES):
+            for last in self._lasts(self._plans[named].horizon):
+                with self._copy.up_to(last):
+                    for single in singles:
+                        if single not in self._plans:
+                            self._has_plan(single)
+        found = [single for single in singles if single in self._plans]
+        if found:
+            # The least change: without a rule of how robots move at all, a plan is very short.
+            least = max(found, key=lambda single: self._plans[single].horizon)
+            return replace(reason, rules=_sorted(least), relaxed=self._plans[least])
+        least, is_smallest = self._search(self._relax, named, Answer.PLAN)
+        with contextlib.suppress(InterruptedQuestionError):
+            self._has_plan(least)
+        if least not in self._plans:
+            least, is_smallest = named, False
+        relaxed = self._plans[least]
+        return replace(reason, rules=_sorted(least), relaxed=relaxed, is_examined=is_smallest)
+
+    def _with_quotes(self, reason: Reason, first: int) -> Reason:
+        """Adds constraints that prevent a plan, each of which is needed for that.
+
+        Args:
+            reason: The reason.
+            first: The first step up to which that is looked for.
+        """
+        reason = replace(reason, is_examined=False)
+        for last in self._lasts(first):
+            with self._copy.up_to(last):
+                rules, is_smallest = self._search(self._keep, self._every, self._wrong)
+            if not is_smallest:
+                break
+            reason = replace(reason, rules=_sorted(rules), examined_up_to=last)
+            if last == self._copy.last or self._suffice(rules):
+                return replace(reason, is_examined=True, examined_up_to=None)
+        return reason
+
+    def _lasts(self, first: int) -> Iterator[int]:
+        """Returns the steps up to which plans are looked for, one after the other."""
+        steps = max(1, first - self._copy.step)
+        while self._copy.step + steps < self._copy.last:
+            yield self._copy.step + steps
+            steps *= 2
+        yield self._copy.last
+
+    def _suffice(self, rules: FrozenSet[Fact]) -> bool:
+        """Whether rules are known to prevent a plan up to the last step."""
+        with contextlib.suppress(InterruptedQuestionError), self._deadline.share(_ALL_STEPS):
+            return self._keep(rules).answer is self._wrong
+        return False
+
+    def _has_plan(self, rules: FrozenSet[Fact]) -> bool:
+        """Whether there is a plan without some rules; it is kept."""
+        plan = self._relax(rules).plan
+        if plan is not None:
+            self._plans[rules] = plan
+        return plan is not None
+
+    def _relax(self, rules: FrozenSet[Fact]) -> Verdict:
+        """Looks for a plan without some rules."""
+        return self._copy.ask(self._told | atoms(rules), self._goals, self._demands)
+
+    def _keep(self, rules: FrozenSet[Fact]) -> Verdict:
+        """Looks for a plan with some rules alone."""
+        told = self._told | atoms(self._every - rules)
+        if self._wrong is Answer.NONE:
+            verdict = self._copy.ask_any(told, (), self._goals, self._demands)
+            if verdict is not None:
+                return verdict
+        return self._copy.ask(told, self._goals, self._demands)
+
+    def _search(
+        self, ask: Ask, rules: FrozenSet[Fact], wrong: Answer
+    ) -> Tuple[FrozenSet[Fact], bool]:
+        """Returns the fewest rules with which the answer is still the wrong one, and if they are.
+
+        If there is no time, they are more than that.
+        """
+        facts = Facts(tuple(rules), (), frozenset())
+        found = Search(ask, facts, self._deadline, wrong).run()
+        return found.facts, found.is_complete
+
+    @property
+    def _deadline(self) -> Deadline:
+        return self._copy.deadline
+
+
+def _sorted(rules: FrozenSet[Fact]) -> Tuple[Fact, ...]:
+    return tuple(sorted(rules, key=lambda rule: rule.content))
