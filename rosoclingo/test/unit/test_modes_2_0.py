@@ -132,3 +132,18 @@ def test_a_reset_before_the_answers(resets: str, early: int) -> None:
     actions = [action for _, action in robot.published]
     assert actions == ["go(2)", "go(2)", "go(3)", "go(3)", "go(4)"]
     assert goal.words == ["accepted", "succeeded"]
+
+
+def test_a_reset_before_an_answer_that_contradicts_the_program(tmp_path: Path) -> None:
+    """The planner begins again, as in other modes: the action has not happened."""
+    file = tmp_path / "line.lp"
+    constraint = "\n#program transition(t). :- event(robot,failure,t).\n"
+    file.write_text(Path(LINE).read_text() + constraint)
+    robot = Robot("resets=every", "r=1", "early=1", encoding=str(file))
+    goal = robot.request("visit(3)")
+    robot.answers = ["success", "failure"]
+    assert robot.run() is None
+    assert [action for _, action in robot.published] == ["go(2)", "go(3)", "go(3)"]
+    assert goal.words == ["accepted", "succeeded"]
+    (warning,) = robot.warnings
+    assert "the planner begins again" in warning
