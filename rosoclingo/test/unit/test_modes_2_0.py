@@ -16,6 +16,25 @@ MODE = str(Path(__file__).resolve().parents[1] / "modes" / "dynamic_2_0.lp")
 LINE = f"{EXAMPLES}/line.lp"
 
 
+TWO = """
+#program base. rslot(1).
+#program state(t).
+#external event(1,(work;cancel),t).
+#external event((first;second),success,t).
+asked(t) :- event(1,work,t).
+asked(t) :- asked(t-1), not status(1,succeeded,t-1).
+status(1,accepted,t) :- event(1,work,t).
+#program transition(t).
+do(first,begin,t) :- event(1,work,t-1).
+do(second,end,t) :- do(first,begin,t-1).
+status(1,succeeded,t) :- do(second,end,t).
+#program query(t).
+#external query(t).
+:- query(t), asked(t), not status(1,succeeded,t).
+#show do/3. #show status/3.
+"""
+
+
 class Robot(System):
     """A robot on a line that answers as it is told, in order, and then succeeds."""
 
@@ -147,3 +166,27 @@ def test_a_reset_before_an_answer_that_contradicts_the_program(tmp_path: Path) -
     assert goal.words == ["accepted", "succeeded"]
     (warning,) = robot.warnings
     assert "the planner begins again" in warning
+
+
+def test_a_mode_that_does_not_wait_for_answers(tmp_path: Path) -> None:
+    """Two robots act one after the other, and the first one answers last."""
+    mode, encoding = tmp_path / "mode.lp", tmp_path / "two.lp"
+    waits = "pending :- event(info,pending_actions,0)."
+    text = Path(MODE).read_text()
+    assert waits in text
+    mode.write_text(text.replace(waits, "pending :- #false."))
+    encoding.write_text(TWO)
+    words: List[List[str]] = []
+
+    class Robots(System):
+        def turn(self) -> bool:
+            words.append(goal.words[:])
+            for robot in sorted(self.acting, reverse=True)[:1]:
+                self.answer(robot)
+            return bool(self._items)
+
+    robots = Robots(make_parts(str(mode), Options((str(encoding),)), ()).loop)
+    goal = robots.request("work")
+    assert robots.run() is None
+    assert robots.published == [("first", "begin"), ("second", "end")]
+    assert words == [["accepted"]] * 2 + [["accepted", "succeeded"]]
