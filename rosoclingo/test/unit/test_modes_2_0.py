@@ -8,9 +8,12 @@ from typing import Any, List
 import pytest
 
 from rosclingo.solver.options import Options
+from rosoclingo.bags.read.run import Run
+from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import LoopError
+from rosoclingo.loop.replay_inbox import Kind, Phase
 
 MODE = str(Path(__file__).resolve().parents[1] / "modes" / "dynamic_2_0.lp")
 LINE = f"{EXAMPLES}/line.lp"
@@ -151,6 +154,21 @@ def test_a_reset_before_the_answers(resets: str, early: int) -> None:
     actions = [action for _, action in robot.published]
     assert actions == ["go(2)", "go(2)", "go(3)", "go(3)", "go(4)"]
     assert goal.words == ["accepted", "succeeded"]
+
+
+def test_a_replay_of_an_answer_in_the_reset_that_has_published_its_action() -> None:
+    """It does not wait for the answer before the reset begins."""
+
+    class Quick(Robot):
+        def publish(self, actuator: str, action: str) -> None:
+            super().publish(actuator, action)
+            self.answer(actuator)
+
+    robot = Quick("resets=every", "r=1", "early=2")
+    robot.request("visit(3)")
+    assert robot.run() is None
+    dues = input_schedule(Run(robot.journal))
+    assert [due.phase for due in dues if due.kind is Kind.MESSAGE] == [Phase.WAIT] * 2
 
 
 def test_a_reset_before_an_answer_that_contradicts_the_program(tmp_path: Path) -> None:
