@@ -143,17 +143,36 @@ def test_a_goal_that_waits_at_the_last_step() -> None:
     assert second.reason.startswith("the mode ended after its last step, 2; it is too late for vis")
 
 
+@pytest.mark.parametrize("encoding", [LINE, f"{EXAMPLES}/line_demand.lp"])
 @pytest.mark.parametrize("early", [1, 2])
 @pytest.mark.parametrize("resets", ["every", "goal"])
-def test_a_reset_before_the_answers(resets: str, early: int) -> None:
+def test_a_reset_before_the_answers(resets: str, early: int, encoding: str) -> None:
     """A failed action has not happened, and is planned again."""
-    robot = Robot(f"resets={resets}", "r=1", f"early={early}")
+    robot = Robot(f"resets={resets}", "r=1", f"early={early}", encoding=encoding)
     goal = robot.request("visit(4)")
     robot.answers = ["failure", "success", "failure", "success"]
     assert robot.run() is None
     actions = [action for _, action in robot.published]
     assert actions == ["go(2)", "go(2)", "go(3)", "go(3)", "go(4)"]
     assert goal.words == ["accepted", "succeeded"]
+
+
+def test_a_reset_when_the_plan_needs_a_farther_horizon() -> None:
+    """What has been done is known after it, also if the plan becomes longer by a message then."""
+    demand = f"{EXAMPLES}/line_demand.lp"
+    robot = Robot("resets=every", "r=1", "early=1", slots=2, encoding=demand)
+    robot.tell("info", "close(3)")
+    goals = [robot.request("visit(2)"), robot.request("visit(5)")]
+
+    def turn() -> bool:
+        if len(robot.published) == 1:
+            robot.tell("info", "open(3)")
+        return Robot.turn(robot)
+
+    robot.turn = turn  # type: ignore[method-assign]
+    assert robot.run() is None
+    assert [action for _, action in robot.published] == [f"go({n})" for n in (2, 3, 4, 5)]
+    assert [goal.words for goal in goals] == [["accepted", "succeeded"]] * 2
 
 
 def test_a_replay_of_an_answer_in_the_reset_that_has_published_its_action() -> None:

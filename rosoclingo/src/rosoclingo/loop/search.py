@@ -59,6 +59,8 @@ def settle(state: State, step: int) -> None:
     if is_asked:  # what holds does not depend on it, and there may be no plan
         state.planner.assign([asked], Truth.FALSE)
     outcome = state.planner.search(step, state.horizon, lambda: state.mail.inbox.closed)
+    if state.planner.needed is not None:  # whatever horizon the plan needs
+        outcome = state.planner.search(step, state.planner.needed, lambda: False)
     if outcome.result is Result.UNKNOWN:
         raise ShutdownError(Reason.SHUTDOWN)
     if outcome.result is Result.UNSAT:
