@@ -76,6 +76,6 @@ class Interleaving:
             self._seconds *= self._lengthening
 
     def refute(self, horizon: int) -> None:
-        """Takes note that there is no plan with a horizon, which gets no more turns."""
+        """Gives no more turns to a horizon, with which there is no plan."""
         if horizon in self._open:
             self._open.remove(horizon)
