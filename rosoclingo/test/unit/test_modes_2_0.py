@@ -158,7 +158,7 @@ def test_a_reset_before_the_answers(resets: str, early: int, encoding: str) -> N
 
 
 def test_a_reset_when_the_plan_needs_a_farther_horizon() -> None:
-    """What has been done is known after it, also if the plan becomes longer by a message then."""
+    """It keeps what has been done, also if a message makes the plan longer then."""
     demand = f"{EXAMPLES}/line_demand.lp"
     robot = Robot("resets=every", "r=1", "early=1", slots=2, encoding=demand)
     robot.tell("info", "close(3)")

@@ -134,7 +134,7 @@ class CommandDone(Event):
 
     @property
     def resets(self) -> bool:
-        """Whether it was a reset, which waits for the answers of its step if the mode has not."""
+        """Tells if it was a reset, which waits for the answers of its step if the mode has not."""
         return self.name in ("reset", "forget")
 
     @property
