@@ -13,9 +13,9 @@ __all__ = ["terminals"]
 
 LINE = Path(__file__).resolve().parents[3] / "rosoclingo" / "example" / "line.lp"
 
-# The request visit(6) takes a longer search: no ten pigeons fit into nine holes.
+# The request visit(6) takes a longer search, in step 0 too: no ten pigeons fit into nine holes.
 HARD = """
-#program transition(t).
+#program state(t).
 { hard(t) } :- event(_,visit(6),t).
 1 { nest(P,H,t) : H = 1..9 } 1 :- P = 1..10, hard(t).
 :- nest(P,H,t), nest(Q,H,t), P < Q.
