@@ -26,7 +26,7 @@ from harness import HarnessError, Report, RosSystem, Row, Samples, measure
 from mailbot import ENCODING, FOLDER, MODES, Grid, Nodes, Run, deliveries
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Assumption, Command, Improvement, Outcome, Reply
+from rosclingo.wire.commands import Assumed, Command, Improvement, Outcome, Reply
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.atoms import Plan, event
@@ -200,7 +200,7 @@ class Watched(Forwarding):
 
     def solve(
         self,
-        assumptions: Sequence[Assumption] = (),
+        assumptions: Sequence[Assumed] = (),
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:

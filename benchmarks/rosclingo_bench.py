@@ -34,7 +34,7 @@ from rosclingo.solver.options import Options
 from rosclingo.srv import ROSClingoControl
 from rosclingo.wire.commands import (
     AssignExternal,
-    Assumption,
+    Assumed,
     Command,
     Ground,
     Outcome,
@@ -66,7 +66,7 @@ class InProcess:
         for command in commands:
             self._engine.apply(command)
 
-    def solve(self, assumptions: Sequence[Assumption] = ()) -> Outcome:
+    def solve(self, assumptions: Sequence[Assumed] = ()) -> Outcome:
         """Searches for answer sets."""
         return self._engine.solve(assumptions)
 

@@ -25,7 +25,7 @@ from rosclingo.ros import node as solver_node
 from rosclingo.ros.init import init_node
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
-from rosclingo.wire.commands import Answer, Assumption, Command, Ground, Improvement, Outcome
+from rosclingo.wire.commands import Answer, Assumed, Command, Ground, Improvement, Outcome
 from rosoclingo.commands import ROSCommands
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.inbox import Inbox
@@ -48,7 +48,7 @@ class TimedEngine(Engine):
 
     def solve(
         self,
-        assumptions: Sequence[Assumption] = (),
+        assumptions: Sequence[Assumed] = (),
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:

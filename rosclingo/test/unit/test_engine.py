@@ -27,6 +27,7 @@ from rosclingo.wire.commands import (
     AssignExternal,
     Assumption,
     CleanupDomains,
+    CostBound,
     Externals,
     GetExternals,
     GetPrograms,
@@ -746,3 +747,31 @@ def test_warnings_are_logged() -> None:
     assert "atom does not occur in any rule head" in messages[0]
     engine.solve()
     assert len(messages) == 2
+
+
+@pytest.mark.parametrize("is_file", [True, False])
+@pytest.mark.parametrize(("options", "first"), [((), "p(4)"), (("--heuristic=None",), "p(1)")])
+def test_heuristics_of_the_program_count(
+    is_file: bool, options: Tuple[str, ...], first: str, tmp_path: Path
+) -> None:
+    """Unless the command line names others."""
+    program = "1 { p(1..5) } 1. #heuristic p(X) : X = 4. [10,true]"
+    file = tmp_path / "program.lp"
+    file.write_text(program if is_file else "")
+    engine = Engine(Options((str(file),), options))
+    if not is_file:
+        engine.apply(Add("base", (), program))
+    for _ in range(2):
+        engine.apply(Ground((Part("base"),)))
+        assert (engine.solve().symbols == ("p(4)",)) == (first == "p(4)")
+        engine.apply(Restart())
+        if not is_file:
+            engine.apply(Add("base", (), program))
+
+
+def test_costs_are_bounded_for_one_search(engine: Engine) -> None:
+    add(engine, "{ a; b }. :- not a, not b. #minimize { 3,a : a ; 2,b : b }.")
+    assert engine.solve([Assumption("a", True), CostBound((2,))]).result is Result.UNSAT
+    assert engine.solve([CostBound((2,))]).symbols == ("b",)
+    assert engine.solve([CostBound((1,))]).result is Result.UNSAT
+    assert engine.solve([Assumption("a", True)]).symbols == ("a",)

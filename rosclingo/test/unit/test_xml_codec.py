@@ -18,6 +18,7 @@ from rosclingo.wire.commands import (
     Assumption,
     CleanupDomains,
     Command,
+    CostBound,
     Externals,
     Failure,
     GetExternals,
@@ -376,3 +377,16 @@ def test_a_reply_with_any_external_is_encoded() -> None:
     # A string of a loaded file may hold any character.
     reply = Reply((Externals((('e("\x01")', Truth.TRUE),)),))
     assert decode_reply(encode_reply(reply)).success
+
+
+def test_bounds_of_costs() -> None:
+    assumed = [Assumption("a", True), CostBound((3, -17))]
+    text = encode_assumptions(assumed)
+    assert '<cost_bound value="3 -17"/>' in text
+    assert decode_assumptions(text) == tuple(assumed)
+
+
+@pytest.mark.parametrize("value", ["", "x", "1.5", "3,17", "9" * 30])
+def test_a_wrong_bound_of_costs(value: str) -> None:
+    with pytest.raises(XmlError, match="cost bound"):
+        decode_assumptions(f'<assumptions><cost_bound value="{value}"/></assumptions>')

@@ -14,7 +14,7 @@ from test_replay_inbox import Session, commands, replay
 
 from rosclingo.errors import ParameterError
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Assumption, Outcome
+from rosclingo.wire.commands import Assumed, Outcome
 from rosoclingo.bags.compare import text_report
 from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.model import Entry
@@ -128,7 +128,7 @@ class Called(Forwarding):
         self.comes: Callable[[], None] = lambda: None
         self._improves = False
 
-    def solve(self, assumptions: Sequence[Assumption] = (), *others: Any) -> Outcome:
+    def solve(self, assumptions: Sequence[Assumed] = (), *others: Any) -> Outcome:
         if self._improves:
             self.comes()
         self._improves = any(one.name.startswith("as_before") for one in assumptions)

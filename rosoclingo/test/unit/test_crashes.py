@@ -182,7 +182,7 @@ class Searching(Forwarding):
 
     def solve(
         self,
-        assumptions: Sequence[wire.Assumption] = (),
+        assumptions: Sequence[wire.Assumed] = (),
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[wire.Improvement], None] = lambda _: None,
     ) -> wire.Outcome:

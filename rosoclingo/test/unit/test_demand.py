@@ -22,6 +22,7 @@ from rosclingo.wire.commands import (
     Result,
 )
 from rosoclingo.loop import demand
+from rosoclingo.loop.atoms import event
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 from rosoclingo.loop.planner import Planner
 from rosoclingo.loop.solver import Forwarding
@@ -357,3 +358,37 @@ def test_many_events_are_asked_about_at_once() -> None:
     assert [type(command) for command in solver.commands] == [Ground, GetExternals]
     known = [pair for pair in pairs if planner.demand.declared[pair]]
     assert known == [("1", f"visit({cell})") for cell in range(1, 7)]
+
+
+SLOTS = """
+rslot(1..40).
+#program event(s,c).
+#external event(s,c) : rslot(s), work(N) = c, N = 1..40.
+#program event(s,c,t).
+told(s,c,t).
+"""
+
+
+def test_a_request_is_looked_up_in_one_slot_first(tmp_path: Path) -> None:
+    """Then it is told in others, of which all externals need not be read."""
+    file = tmp_path / "slots.lp"
+    file.write_text(SLOTS)
+    solver = Counting(Engine(Options((str(file),))))
+    planner = Planner(solver)
+    planner.begin()
+    solver.commands.clear()
+    pairs = [(str(number), f"work({number})") for number in range(1, 41)]
+    for _, content in pairs:
+        planner.declare([("1", content)])
+    assert planner.tell([event(*pair, 0) for pair in pairs]) == []
+    assert not any(isinstance(command, GetExternals) for command in solver.commands)
+    assert planner.tell([event("1", "work(41)", 0)]) != []
+
+
+def test_goals_ask_about_one_slot(system: Callable[..., System]) -> None:
+    run = told(system, "recording")
+    run.start()
+    assert run.goal("visit(3)").wait() == "succeeded"
+    declared = run.loop.state.planner.demand.declared
+    asked = [source for source, content in declared if content == "visit(3)"]
+    assert asked == run.loop.state.goals.slots[:1]

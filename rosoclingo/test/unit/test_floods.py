@@ -10,7 +10,7 @@ from typing import Any, Callable, List, Optional, Sequence
 import pytest
 
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Assumption, Improvement, Outcome, Result
+from rosclingo.wire.commands import Assumed, Improvement, Outcome, Result
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
 from rosoclingo.loop.journal import MessageDropped
@@ -89,7 +89,7 @@ class Slow(Forwarding):
 
     def solve(
         self,
-        assumptions: Sequence[Assumption] = (),
+        assumptions: Sequence[Assumed] = (),
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:

@@ -8,7 +8,7 @@ import pytest
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Add, Assumption, Ground, Improvement, Outcome, Part, Result
+from rosclingo.wire.commands import Add, Assumed, Ground, Improvement, Outcome, Part, Result
 from rosoclingo.errors import LoopError
 from rosoclingo.loop.insistent import Insistent
 from rosoclingo.loop.solver import Forwarding
@@ -25,7 +25,7 @@ class Disturbed(Forwarding):
 
     def solve(
         self,
-        assumptions: Sequence[Assumption] = (),
+        assumptions: Sequence[Assumed] = (),
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:

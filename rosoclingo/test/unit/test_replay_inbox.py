@@ -14,7 +14,7 @@ from conftest import PACKAGE, TIMEOUT, RecordedGoal, System
 from replay_maker import run_of
 
 from rosclingo.errors import ParameterError
-from rosclingo.wire.commands import Assumption, Improvement, Outcome, Result
+from rosclingo.wire.commands import Assumed, Improvement, Outcome, Result
 from rosoclingo.bags.compare import text_report
 from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.model import Entry
@@ -128,7 +128,7 @@ class Slow:
 
     def solve(
         self,
-        assumptions: Sequence[Assumption] = (),
+        assumptions: Sequence[Assumed] = (),
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:

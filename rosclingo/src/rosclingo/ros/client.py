@@ -25,7 +25,7 @@ from rosclingo.ros.presence import Presence, presence
 from rosclingo.ros.reminder import Reminder
 from rosclingo.solver.worker import RESTARTED, SHUTTING_DOWN, Stop
 from rosclingo.srv import ROSClingoControl
-from rosclingo.wire.commands import Answer, Assumption, Command, Improvement, Outcome, Reply, Result
+from rosclingo.wire.commands import Answer, Assumed, Command, Improvement, Outcome, Reply, Result
 from rosclingo.wire.xml_codec import decode_reply, encode_assumptions, encode_commands
 
 OWN_RESTARTS_HEADER = "only_own_restarts"
@@ -232,7 +232,7 @@ class Client:
 
     def solve(
         self,
-        assumptions: Sequence[Assumption] = (),
+        assumptions: Sequence[Assumed] = (),
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:

@@ -33,6 +33,7 @@ from rosclingo.solver.worker import Caller, Job, Stop, Worker
 from rosclingo.srv import ROSClingoControl, ROSClingoControlRequest
 from rosclingo.wire.commands import (
     AssignExternal,
+    Assumed,
     Assumption,
     Command,
     Failure,
@@ -53,7 +54,7 @@ _SECONDS_TO_SEND = 0.2  # how long the results of aborted goals have until rospy
 class GoalJob(Job):
     """A solve call that reports to an action goal."""
 
-    def __init__(self, goal: actionlib.ServerGoalHandle, assumptions: Sequence[Assumption]) -> None:
+    def __init__(self, goal: actionlib.ServerGoalHandle, assumptions: Sequence[Assumed]) -> None:
         super().__init__(assumptions, _caller(goal.goal))
         self._goal = goal
         self._accepted = False
@@ -174,7 +175,8 @@ class Node:
         self._check_size(text)
         assumptions = decode_assumptions(text)
         for assumption in assumptions:
-            parse_term(assumption.name)
+            if isinstance(assumption, Assumption):
+                parse_term(assumption.name)
         job = GoalJob(goal, assumptions)
         jobs = {key: old for key, old in self._jobs.items() if not old.ended}
         jobs[goal.get_goal_id().id] = job

@@ -35,6 +35,19 @@ def new_control(options: Sequence[str], messages: Messages) -> clingo.Control:
         raise OptionsError(f"clingo refuses the options {' '.join(options)}: {detail}") from err
 
 
+def use_heuristics(control: clingo.Control, options: Sequence[str]) -> None:
+    """Has a solver decide by the ``#heuristic`` statements of its program.
+
+    clingo ignores them otherwise.
+
+    Args:
+        control: The solver.
+        options: Those that it was made with; if they name a heuristic, that one stays.
+    """
+    if not any(option.startswith("--heu") for option in options):
+        cast(Any, control.configuration.solver).heuristic = "Domain"
+
+
 class Messages:
     """Collects clingo's messages; an instance serves as its logger.
 

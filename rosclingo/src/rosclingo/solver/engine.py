@@ -12,7 +12,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Tuple, cast
 
 import clingo
 from clingo import ast
@@ -21,7 +21,7 @@ from clingo.symbolic_atoms import SymbolicAtom
 
 from rosclingo.errors import SolverError, UnknownExternalError, UnknownProgramError, report, shorten
 from rosclingo.solver import programs, scripts
-from rosclingo.solver.controls import Messages, atoms_after, new_control
+from rosclingo.solver.controls import Messages, atoms_after, new_control, use_heuristics
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Policy, Program
 from rosclingo.solver.terms import parse_term
@@ -150,14 +150,15 @@ class Engine:
 
     def solve(
         self,
-        assumptions: Sequence[wire.Assumption] = (),
+        assumptions: Sequence[wire.Assumed] = (),
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[wire.Improvement], None] = lambda _: None,
     ) -> wire.Outcome:
         """Searches for answer sets.
 
         Args:
-            assumptions: What to assume. An atom that the grounding does not have is false.
+            assumptions: What to assume. An atom that the grounding does not have is false. With
+                several bounds of costs, the last one counts.
             stopped: Asked every 10 ms, in another thread, while this one searches; the search ends
                 when it says True. Without it the search cannot be ended.
             improved: Called with each better model while optimising.
@@ -166,9 +167,16 @@ class Engine:
             TermError: An assumption is not a ground term.
             SolverError: clingo failed.
         """
-        literals = [(parse_term(a.name), a.value) for a in assumptions]
+        literals = [
+            (parse_term(a.name), a.value) for a in assumptions if isinstance(a, wire.Assumption)
+        ]
+        bounds = [a.cost for a in assumptions if isinstance(a, wire.CostBound)]
         self.core = ()
+        solving = cast(clingo.Configuration, self._control.configuration.solve)
+        mode = solving.opt_mode
         try:
+            if bounds:
+                solving.opt_mode = ",".join(["opt", *map(str, bounds[-1])])
             with Watch(stopped or (lambda: False), self._control.interrupt) as watch:
                 outcome = self._search(literals, watch, improved)
                 if outcome.interrupted and not watch.stopped:
@@ -178,6 +186,8 @@ class Engine:
         except (RuntimeError, MemoryError) as err:
             raise SolverError(f"clingo failed while solving: {err}") from err
         finally:
+            if bounds:
+                solving.opt_mode = mode
             self._log_messages()
 
     def _search(
@@ -243,6 +253,8 @@ class Engine:
         if program is not last:
             for remark in program.remarks:
                 self._log(remark)
+        if program.has_heuristics:
+            use_heuristics(control, options.clingo)
         self._program = program
         self._scripts = namespace
         self._control = control  # the old one goes before its theory
@@ -266,6 +278,8 @@ class Engine:
     def _take(self, program: Program) -> None:
         programs.check(program, self._definitions, self._options)
         program.add_to(self._control, self._theory)
+        if program.has_heuristics:
+            use_heuristics(self._control, self._options.clingo)
         self._parts |= program.parts
         self._definitions += program.definitions
 

@@ -63,6 +63,7 @@ class Program:
         named: The real paths of the files that were given, in order.
         includes: For each file, the real paths of what it includes, by how it names that.
         remarks: What is said of them.
+        has_heuristics: Whether there is a ``#heuristic`` statement.
     """
 
     scripts: List[ast.AST] = field(default_factory=list)
@@ -73,6 +74,7 @@ class Program:
     named: List[str] = field(default_factory=list)
     includes: Dict[str, Dict[str, str]] = field(default_factory=dict)
     remarks: List[str] = field(default_factory=list)
+    has_heuristics: bool = False
 
     def add_to(
         self,
@@ -220,6 +222,8 @@ def _parse(
             program.parts.add((statement.name, len(statement.parameters)))
         elif kind in (ast.ASTType.Definition, ast.ASTType.TheoryDefinition):
             program.definitions.append(statement)
+        elif kind is ast.ASTType.Heuristic:
+            program.has_heuristics = True
 
     try:
         parser(add, messages)

@@ -68,7 +68,7 @@ class Job:
         ended: Whether the worker is through with the job.
     """
 
-    def __init__(self, assumptions: Sequence[wire.Assumption], caller: Caller = _ANYBODY) -> None:
+    def __init__(self, assumptions: Sequence[wire.Assumed], caller: Caller = _ANYBODY) -> None:
         self.assumptions = tuple(assumptions)
         self.caller = caller
         self.reason: Optional[Stop] = None

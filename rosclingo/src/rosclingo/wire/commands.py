@@ -166,6 +166,21 @@ class Assumption:
     value: bool
 
 
+@dataclass(frozen=True)
+class CostBound:
+    """An assumption that answer sets cost at most something during one solve call.
+
+    Attributes:
+        cost: A number for each priority, the highest one first; greater ones are compared first.
+    """
+
+    cost: Tuple[int, ...]
+
+
+Assumed = Union[Assumption, CostBound]
+"""What a solve call assumes."""
+
+
 class Result(enum.Enum):
     """Answer of a solve call; its value is the word on the wire."""
 

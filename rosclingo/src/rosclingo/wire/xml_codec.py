@@ -11,6 +11,7 @@ same value.
 from __future__ import annotations
 
 import json
+import re
 from typing import Callable, Dict, List, Mapping, Sequence, Tuple, Union
 from xml.sax.saxutils import escape, quoteattr
 
@@ -20,6 +21,7 @@ from rosclingo.wire.characters import carried, check_text
 from rosclingo.wire.xml_tree import MAX_ELEMENTS, Element, parse
 
 _ELEMENTS, _TEXT = "elements", "text"  # what may be inside of an element, if not nothing
+_COSTS = re.compile(r"-?[0-9]{1,18}(?: -?[0-9]{1,18})*")
 _TRUTHS = {**{truth.value: truth for truth in wire.Truth}, "none": wire.Truth.FREE}
 
 
@@ -59,7 +61,7 @@ def encode_commands(commands: Sequence[wire.Command]) -> str:
     return f"<commands>{''.join(_encode_command(command) for command in commands)}</commands>"
 
 
-def decode_assumptions(text: Union[str, bytes]) -> Tuple[wire.Assumption, ...]:
+def decode_assumptions(text: Union[str, bytes]) -> Tuple[wire.Assumed, ...]:
     """Decodes a goal's assumptions; an empty text means none.
 
     Raises:
@@ -69,8 +71,11 @@ def decode_assumptions(text: Union[str, bytes]) -> Tuple[wire.Assumption, ...]:
         return ()
     root = parse(text, MAX_ELEMENTS)
     _expect(root, "assumptions", inside=_ELEMENTS)
-    assumptions = []
+    assumptions: List[wire.Assumed] = []
     for element in root.children:
+        if element.name == "cost_bound":
+            assumptions.append(_cost_bound(element))
+            continue
         name, value = _valued(element, "assumption")
         if value is wire.Truth.FREE:
             raise element.error("an assumption's value is true or false")
@@ -78,17 +83,28 @@ def decode_assumptions(text: Union[str, bytes]) -> Tuple[wire.Assumption, ...]:
     return tuple(assumptions)
 
 
-def encode_assumptions(assumptions: Sequence[wire.Assumption]) -> str:
+def encode_assumptions(assumptions: Sequence[wire.Assumed]) -> str:
     """Encodes a goal's assumptions.
 
     Raises:
         XmlError: An atom holds a character that XML cannot carry.
     """
-    items = (
-        f'<assumption name={_attribute(a.name)} value="{"true" if a.value else "false"}"/>'
-        for a in assumptions
-    )
-    return f"<assumptions>{''.join(items)}</assumptions>"
+    return f"<assumptions>{''.join(map(_encode_assumed, assumptions))}</assumptions>"
+
+
+def _encode_assumed(assumed: wire.Assumed) -> str:
+    if isinstance(assumed, wire.CostBound):
+        return f'<cost_bound value="{" ".join(map(str, assumed.cost))}"/>'
+    value = "true" if assumed.value else "false"
+    return f'<assumption name={_attribute(assumed.name)} value="{value}"/>'
+
+
+def _cost_bound(element: Element) -> wire.CostBound:
+    """Reads an upper bound of costs."""
+    text = _expect(element, "cost_bound", "value")["value"]
+    if not _COSTS.fullmatch(text):
+        raise element.error('a cost bound has whole numbers, such as value="3 17"')
+    return wire.CostBound(tuple(map(int, text.split())))
 
 
 def decode_reply(text: Union[str, bytes]) -> wire.Reply:

@@ -15,6 +15,7 @@ from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import SINGLE
 from rosoclingo.desk.simulation import Seconds
 from rosoclingo.loop.ids import GOAL
+from rosoclingo.loop.planner import DEFAULT_PATIENCE
 
 _MODE = "dynamic.incremental.recording"
 _STEPS = 50  # the longest plan; the modes' own default is too short for trying
@@ -87,8 +88,9 @@ def make_parser() -> OptionParser:
     add("--commands", action="store_true", help="also tell each command of the mode")
     add("--abort-unreachable", action="store_true",
         help="a goal without a plan ends alone, and not all with the loop")  # fmt: skip
-    add("--patience", type=number_type(), default=0.0, metavar="S",
-        help="when an optimising search ends that has found a plan")  # fmt: skip
+    add("--patience", type=number_type(), default=DEFAULT_PATIENCE, metavar="S",
+        help="when an optimising search ends that has found a plan; 0 for when it is through; by "
+        "default 1 if its encoding looks for better plans while robots act, else 0")  # fmt: skip
     add("--why-seconds", type=number_type(), default=_WHY_SECONDS, metavar="S",
         help=f"how long to look why there is no plan; by default {_WHY_SECONDS:g}, and 0 for "
         "not at all")  # fmt: skip

@@ -88,6 +88,7 @@ class Simulation(System):
         self._answers: Dict[str, str] = {}
         super().__init__(make, action_timeout=action_timeout, **parameters)
         self.improves = improves
+        self.loop.state.planner.is_awaited = not improves
         self._come([one for one in self.left if (one.moment.kind, one.moment.number) == (STEP, 0)])
 
     def turn(self) -> bool:

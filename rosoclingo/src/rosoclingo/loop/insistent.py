@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Callable, Optional, Sequence
 
-from rosclingo.wire.commands import Assumption, Improvement, Outcome
+from rosclingo.wire.commands import Assumed, Improvement, Outcome
 from rosoclingo.errors import OutsideError
 from rosoclingo.loop.solver import Forwarding, Solver
 
@@ -30,7 +30,7 @@ class Insistent(Forwarding):
 
     def solve(
         self,
-        assumptions: Sequence[Assumption] = (),
+        assumptions: Sequence[Assumed] = (),
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:

@@ -78,7 +78,7 @@ class Loop:
                 it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
             patience: When an optimising search ends that has found a plan, in seconds since
-                it began; 0 for when it is through.
+                it began; 0 for when it is through, DEFAULT_PATIENCE for what suits its encoding.
         """
         self._parts = (controller, planner)
         self.state = State(

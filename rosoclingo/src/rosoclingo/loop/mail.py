@@ -448,8 +448,10 @@ class Mail(MailState):
         if (externals.knows(pairs) and not may_be_own) or externals.is_sure(pairs):
             return False
         if may_ask:
-            externals.ask(pairs)
-            if externals.is_sure(pairs):
+            externals.ask(pairs[:1])  # most encodings know a request in all slots or in none
+            if not (externals.knows(pairs[:1]) or externals.is_sure(pairs)):
+                externals.ask(pairs)
+            if externals.is_sure(pairs) or (externals.knows(pairs) and not may_be_own):
                 return False
         self._held.append(item)
         return True

@@ -11,11 +11,19 @@ from rosoclingo.loop.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS
 from rosoclingo.loop.atoms import QUERY, query
 from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
 from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
 from rosoclingo.loop.requests import Requests, read_externals
 from rosoclingo.loop.searching import Searching
 from rosoclingo.loop.solver import Solver
+
+DEFAULT_PATIENCE = -1.0
+"""The value for what every user wants: a second, if better plans are looked for while robots act,
+and a tenth of it for a plan of many tasks, which is not proven the best soon; else 0."""
+
+_PATIENCE = 1.0
+_FIRST = 0.1
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,8 +54,7 @@ class Planner(PlannerState):
     """The planner's solver, with what the commands need of it.
 
     Attributes:
-        patience: After how many seconds an optimising search ends that has found a plan; 0
-            for when it is through.
+        is_awaited: Whether no better plan is looked for while robots act.
         recorded: Knows in a replay how searches end that depend on time.
         note: Called with how such a search has ended.
         missing: Called with an external that a mode makes true or free, and that there is not.
@@ -57,13 +64,26 @@ class Planner(PlannerState):
         super().__init__()
         self._solver = solver
         self._requests = Requests(solver)
-        self.patience = patience
+        self._patience = patience
+        self.is_awaited = False
         self.recorded = RecordedSearches()
+        self._neighbourhoods = Neighbourhoods()
         self.note: Callable[[SearchEnded], None] = lambda _: None
         self.missing: Callable[[str], None] = lambda _: None
         self._optional: Set[str] = set()  # externals that a mode has set
         # A dialect's translation may be in between.
         self._is_translated = bool(getattr(solver, "events_are_facts", False))
+
+    @property
+    def patience(self) -> float:
+        """After how many seconds an optimising search ends that has found a plan, 0 for never."""
+        if self._patience == DEFAULT_PATIENCE:
+            return _PATIENCE if self.demand.improves else 0.0
+        return self._patience
+
+    @patience.setter
+    def patience(self, seconds: float) -> None:
+        self._patience = seconds
 
     @property
     def events_are_facts(self) -> bool:
@@ -241,6 +261,8 @@ class Planner(PlannerState):
             self.demand,
             lambda parts: self.run(self.demand.ground(parts)),
             patience=self.patience,
+            first=_FIRST if self._patience == DEFAULT_PATIENCE and not self.is_awaited else None,
+            neighbourhoods=self._neighbourhoods,
             recorded=self.recorded,
             note=self.note,
         )

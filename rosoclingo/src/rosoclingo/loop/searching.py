@@ -15,6 +15,8 @@ from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.demand import Demand
 from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
+from rosoclingo.loop.local_search import Incumbent, LocalSearch
+from rosoclingo.loop.neighbourhoods import Neighbourhoods, says_choices
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
 from rosoclingo.loop.solver import Solver
@@ -37,6 +39,8 @@ class Searching:
         ground: Callable[[Sequence[wire.Part]], object],
         *,
         patience: float,
+        first: Optional[float] = None,
+        neighbourhoods: Neighbourhoods,
         recorded: RecordedSearches,
         note: Callable[[SearchEnded], None],
     ) -> None:
@@ -48,6 +52,8 @@ class Searching:
             ground: Grounds parts that an answer set asks for.
             patience: After how many seconds it ends if it optimises and has found a plan; 0 for
                 when it is through.
+            first: Likewise for a plan that says its choices, if that is another time.
+            neighbourhoods: Says what of a plan is searched anew.
             recorded: Knows in a replay how it ends, if that depends on time.
             note: Called with how it has ended, likewise.
         """
@@ -55,6 +61,8 @@ class Searching:
         self._demand = demand
         self._ground = ground
         self._patience = patience
+        self._first = first
+        self._neighbourhoods = neighbourhoods
         self._recorded = recorded
         self._note = note
 
@@ -150,6 +158,12 @@ class Searching:
             return SearchEnded(Ended.NOTHING)
         before, symbols = cost, outcome.symbols
         found.clear()
+        if says_choices(symbols):
+            best = Incumbent(before, symbols)
+            best = self._local_search().descend(best, stopped, shows=True)
+            quality = Quality(best.cost, best.cost if best.is_best else ())
+            how = Ended.BETTER if best.cost < before else Ended.AS_BEFORE
+            return SearchEnded(how, best.symbols, quality)
         outcome = self._solver.solve((), stopped, found.append)
         better = self._cost(outcome, found)
         bound = better if outcome.result is wire.Result.SAT else self._bound()
@@ -199,37 +213,64 @@ class Searching:
         """Does what :meth:`_solve` says; with an answer set, ``interrupted`` is by the time."""
         found: List[wire.Improvement] = []
         limit = self._patience if not self._recorded.knows_searches else 0.0
-        end = time.monotonic() + limit
-        before: Tuple[Tuple[int, ...], Tuple[str, ...]] = (), ()  # what is left costs, and is
+        begin = time.monotonic()
+        end = begin + limit
+        best: Optional[Incumbent] = None  # what is left of the plan before
         is_stopped = False
 
         def has_to_end() -> bool:
             nonlocal is_stopped
             is_stopped = is_stopped or stopped()
-            has_plan = bool(limit and (found or before[0]))
+            has_plan = bool(limit and (found or best))
             return is_stopped or (has_plan and time.monotonic() > end)
+
+        def has_to_end_first() -> bool:
+            return has_to_end() or bool(limit and found and says_choices(found[-1].symbols))
 
         if limit and compares:
             allowed, end = end, max(end, time.monotonic() + _SAME_SECONDS)
-            outcome = self._solver.solve((self._same(),), has_to_end, found.append)
+            outcome = self._solver.solve((self._same(),), has_to_end_first, found.append)
             end = allowed
-            if found:
-                symbols = outcome.symbols or found[-1].symbols
-                before = self._cost(outcome, found), symbols
-                found.clear()
-        outcome = self._solver.solve((), has_to_end, found.append)
-        is_cut = limit and outcome.interrupted and not is_stopped
+            best = self._incumbent(outcome, found)
+            found.clear()
+        bound: Tuple[int, ...] = ()
+        if best is None or not says_choices(best.symbols):
+            outcome = self._solver.solve((), has_to_end_first, found.append)
+            is_cut = limit and outcome.interrupted and not is_stopped
+            if not (is_cut and (found or best)):
+                cost = self._cost(outcome, found)
+                return outcome, Quality(cost, cost) if cost else None
+            bound = self._bound()
+            best = self._incumbent(outcome, found, best)
+        assert best is not None
+        if says_choices(best.symbols):
+            if self._first is not None:
+                end = min(end, begin + self._first)
+            best = self._local_search().descend(best, has_to_end)
+            if is_stopped:
+                return wire.Outcome(wire.Result.UNKNOWN, interrupted=True), None
+        if best.is_best or (self._demand.improves and not self._demand.asks(best.symbols)):
+            # If it asks for nothing, it stands, or an answer set before has decided it: there is no
+            # other.
+            outcome = wire.Outcome(wire.Result.SAT, symbols=best.symbols)
+            return outcome, Quality(best.cost, best.cost)
+        outcome = wire.Outcome(wire.Result.SAT, interrupted=True, symbols=best.symbols)
+        return outcome, Quality(best.cost, bound)
+
+    def _local_search(self) -> LocalSearch:
+        return LocalSearch(self._solver, self._neighbourhoods, self._cost)
+
+    def _incumbent(
+        self,
+        outcome: wire.Outcome,
+        found: Sequence[wire.Improvement],
+        before: Optional[Incumbent] = None,
+    ) -> Optional[Incumbent]:
+        """Returns the better one of what a search has found and of what was found before."""
         cost = self._cost(outcome, found)
-        if not (is_cut and (found or before[0])):
-            return outcome, Quality(cost, cost) if cost else None
-        symbols = outcome.symbols or (found[-1].symbols if found else ())
-        if before[0] and not (cost and cost < before[0]):
-            cost, symbols = before
-        if self._demand.improves and not self._demand.asks(symbols):
-            # The plan stands, or is what an answer set before has decided: there is no other.
-            return wire.Outcome(wire.Result.SAT, symbols=symbols), Quality(cost, cost)
-        quality = Quality(cost, self._bound())
-        return wire.Outcome(wire.Result.SAT, interrupted=True, symbols=symbols), quality
+        if not found or (before is not None and not (cost and cost < before.cost)):
+            return before
+        return Incumbent(cost, outcome.symbols or found[-1].symbols)
 
     def _cost(self, outcome: wire.Outcome, found: Sequence[wire.Improvement]) -> Tuple[int, ...]:
         """Returns what the last answer set of a search costs; nothing if that is not known."""

@@ -19,7 +19,7 @@ class Solver(Protocol):
 
     def solve(
         self,
-        assumptions: Sequence[wire.Assumption] = ...,
+        assumptions: Sequence[wire.Assumed] = ...,
         stopped: Optional[Callable[[], bool]] = ...,
         improved: Callable[[wire.Improvement], None] = ...,
     ) -> wire.Outcome:
@@ -41,7 +41,7 @@ class Forwarding:
 
     def solve(
         self,
-        assumptions: Sequence[wire.Assumption] = (),
+        assumptions: Sequence[wire.Assumed] = (),
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[wire.Improvement], None] = lambda _: None,
     ) -> wire.Outcome:

@@ -24,6 +24,7 @@ from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
 from rosoclingo.loop.inbox import Answer, Inbox, Item, Message
 from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.planner import DEFAULT_PATIENCE
 from rosoclingo.loop.replay_inbox import ReplayInbox
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.tokens import TOKENS_HEADER
@@ -82,9 +83,13 @@ class Node:
             ParameterError: A parameter is wrong.
         """
         timeout = parameters.number("action_timeout", 0.0, what="seconds")
+        # Bags that do not say it were made when it was 0.
+        default_patience = 0.0 if isinstance(inbox, ReplayInbox) else DEFAULT_PATIENCE
         deciding: Dict[str, Any] = {
             "abort_unreachable": parameters.flag("abort_unreachable", False),
-            "patience": parameters.number("patience", 0.0, what="seconds"),
+            "patience": parameters.number(
+                "patience", default_patience, least=DEFAULT_PATIENCE, what="seconds"
+            ),
         }
         why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
         why_nice = parameters.integer("why_nice", LOWEST, LOWEST)

@@ -163,7 +163,7 @@ class PaperDialect(_Translation):
 
     def solve(
         self,
-        assumptions: Sequence[wire.Assumption] = (),
+        assumptions: Sequence[wire.Assumed] = (),
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[wire.Improvement], None] = lambda _: None,
     ) -> wire.Outcome:

@@ -1,0 +1,126 @@
+"""Large neighbourhood search for a cheaper plan, by assumptions of the solver's."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Callable, List, Optional, Sequence, Tuple
+
+from rosclingo.wire import commands as wire
+from rosoclingo.loop.neighbourhoods import Neighbourhood, Neighbourhoods
+from rosoclingo.loop.solver import Solver
+
+_MOST = 2**31 - 1  # a cost at a priority of which nothing is known
+
+
+@dataclass(frozen=True)
+class Incumbent:
+    """The best plan so far. Immutable.
+
+    Attributes:
+        cost: What it costs, the highest priority first.
+        symbols: Its answer set.
+        is_best: Whether there is no better one.
+    """
+
+    cost: Tuple[int, ...]
+    symbols: Tuple[str, ...]
+    is_best: bool = False
+
+
+class LocalSearch:
+    """Improves a plan, neighbourhood by neighbourhood, and proves it the best if there is time."""
+
+    def __init__(
+        self,
+        solver: Solver,
+        neighbourhoods: Neighbourhoods,
+        cost: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]],
+    ) -> None:
+        """Prepares searches.
+
+        Args:
+            solver: The planner's solver.
+            neighbourhoods: Says which ones are tried.
+            cost: Returns what the last answer set of a search costs; nothing if there is none.
+        """
+        self._solver = solver
+        self._neighbourhoods = neighbourhoods
+        self._cost = cost
+
+    def descend(
+        self, best: Incumbent, is_called: Callable[[], bool], *, shows: bool = False
+    ) -> Incumbent:
+        """Improves a plan until told to stop, or until it is proven the best.
+
+        Args:
+            best: The plan. If it says nothing of its choices, everything is searched at once.
+            is_called: Whether to end.
+            shows: Whether to end also when it is time to show a better plan.
+
+        Returns:
+            The best plan that was found.
+        """
+        first = best
+        end = time.monotonic() + self._neighbourhoods.until_shown(shows)
+
+        def stopped() -> bool:
+            is_shown = shows and best.cost < first.cost and time.monotonic() > end
+            return is_called() or is_shown
+
+        plan = Neighbourhood.of(best.symbols)
+        seeds = [] if plan is None else self._neighbourhoods.begin(plan)
+        while plan is not None and self._neighbourhoods.size < len(plan.groups):
+            had_success = False
+            for seed in seeds or self._neighbourhoods.seeds(plan):
+                has_success = True
+                while has_success:
+                    if stopped():
+                        return best
+                    better = self._try(best, plan, seed, stopped)
+                    has_success = better is not None
+                    if better is not None:
+                        best, had_success = better, True
+                        plan = Neighbourhood.of(best.symbols) or plan
+            if not had_success and not seeds:
+                self._neighbourhoods.grow()
+            seeds = []
+        return self._search(best, (), stopped)
+
+    def _try(
+        self, best: Incumbent, plan: Neighbourhood, seed: str, stopped: Callable[[], bool]
+    ) -> Optional[Incumbent]:
+        """Returns a better plan in the neighbourhood of a group; None if none was found."""
+        hood = self._neighbourhoods
+        end = time.monotonic() + hood.seconds
+        kept = plan.assumptions(plan.around(seed, hood.size, hood.dice))
+        better = self._search(best, kept, lambda: stopped() or time.monotonic() > end)
+        return better if better.cost < best.cost else None
+
+    def _search(
+        self,
+        best: Incumbent,
+        kept: Sequence[wire.Assumption],
+        stopped: Callable[[], bool],
+    ) -> Incumbent:
+        """Returns the best plan that was found under some assumptions."""
+        found: List[wire.Improvement] = []
+        bound = wire.CostBound(below(best.cost))
+        outcome = self._solver.solve((*kept, bound), stopped, found.append)
+        is_best = not (kept or outcome.interrupted)
+        cost = self._cost(outcome, found)
+        if cost and cost < best.cost:
+            return Incumbent(cost, outcome.symbols or found[-1].symbols, is_best)
+        return Incumbent(best.cost, best.symbols, best.is_best or is_best)
+
+
+def below(cost: Sequence[int]) -> Tuple[int, ...]:
+    """Returns the highest costs below some.
+
+    >>> below((3, 17)), below((3, 0))
+    ((3, 16), (2, 2147483647))
+    """
+    *higher, last = cost
+    if higher and last == 0:  # clingo takes no negative bounds
+        return (*below(higher), _MOST)
+    return (*higher, last - 1)

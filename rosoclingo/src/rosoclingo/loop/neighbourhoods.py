@@ -1,0 +1,146 @@
+"""Large neighbourhood search: which choices of a plan are kept while others are made anew.
+
+A plan says by terms ``keep(A,G,X)`` that its choice A, an atom, puts the group G, such as a task,
+beside X. A neighbourhood is a set of free groups: the choices of all others are assumed. By
+``close(X,G)`` the plan says that G might be beside X instead. Then G is worth being free if the
+group is that is beside X now.
+
+>>> plan = Neighbourhood.of(["keep(next(a,b),b,a)", "keep(next(b,c),c,b)", "close(a,c)"])
+>>> plan.groups
+['b', 'c']
+>>> [assumed.name for assumed in plan.assumptions({"b"})]
+['next(b,c)']
+"""
+
+from __future__ import annotations
+
+import random
+from collections import defaultdict
+from typing import AbstractSet, Dict, List, Optional, Sequence, Set, Tuple
+
+from rosclingo.wire.commands import Assumption
+from rosclingo.wire.term_text import split_term
+
+_KEEP, _CLOSE = "keep(", "close("
+_SIZE = 8  # groups that are free at first
+_GROWTH = 1.25  # of that when all neighbourhoods have been tried
+_SECONDS = 0.006  # for each free group that a search may take
+_SHOW_SECONDS = 0.5  # after which the first better plan is shown
+_LAST = 0.7  # of the groups are found from the one before
+
+
+def says_choices(symbols: Sequence[str]) -> bool:
+    """Whether an answer set says what its choices are."""
+    return any(text.startswith(_KEEP) for text in symbols)
+
+
+class Neighbourhood:
+    """The choices of one plan and the groups that they belong to. Immutable.
+
+    Attributes:
+        groups: The groups, in order.
+    """
+
+    def __init__(
+        self, choices: Sequence[Tuple[str, str, str]], close: Sequence[Tuple[str, str]]
+    ) -> None:
+        """Takes what a plan says.
+
+        Args:
+            choices: Choices with their groups, and what those are beside.
+            close: What a group might be beside, with the group.
+        """
+        self._choices: Dict[str, str] = {choice: group for choice, group, _ in choices}
+        self._beside: Dict[str, List[str]] = defaultdict(list)
+        for _, group, other in choices:
+            self._beside[group].append(other)
+        self.groups: List[str] = sorted(self._beside)
+        self._close: Dict[str, List[str]] = defaultdict(list)
+        for other, group in close:
+            if group in self._beside:
+                self._close[other].append(group)
+
+    @classmethod
+    def of(cls, symbols: Sequence[str]) -> Optional[Neighbourhood]:
+        """Reads an answer set; None if it says nothing of choices."""
+        terms = [split_term(text) for text in symbols if text.startswith((_KEEP, _CLOSE))]
+        choices = [(a[0], a[1], a[2]) for name, a in terms if name == "keep" and len(a) == 3]
+        close = [(a[0], a[1]) for name, a in terms if name == "close" and len(a) == 2]
+        return cls(choices, close) if choices else None
+
+    def assumptions(self, free: AbstractSet[str]) -> List[Assumption]:
+        """Returns what is assumed if some groups are free."""
+        return [
+            Assumption(choice, True) for choice, group in self._choices.items() if group not in free
+        ]
+
+    def around(self, seed: str, size: int, dice: random.Random) -> Set[str]:
+        """Returns groups that are worth being free together.
+
+        Args:
+            seed: One of them.
+            size: How many there are to be.
+            dice: Draws which ones.
+        """
+        free = {seed}
+        open_groups = [seed]
+        while open_groups and len(free) < min(size, len(self.groups)):
+            is_last = dice.random() < _LAST
+            group = open_groups[-1] if is_last else dice.choice(open_groups)
+            others = [g for x in self._beside[group] for g in self._close[x] if g not in free]
+            if not others:
+                open_groups.remove(group)
+                continue
+            group = dice.choice(others)
+            free.add(group)
+            open_groups.append(group)
+        others = [group for group in self.groups if group not in free]
+        free.update(dice.sample(others, max(0, min(len(others), size - len(free)))))
+        return free
+
+
+class Neighbourhoods:
+    """Says which neighbourhoods are tried, from small to large ones. Not thread-safe.
+
+    Attributes:
+        size: How many groups are free in the next one.
+    """
+
+    def __init__(self) -> None:
+        self.size = _SIZE
+        self.dice = random.Random(1)  # noqa: S311 (a draw, not a secret)
+        self._known: Set[str] = set()  # groups of earlier searches
+        self._show_seconds = _SHOW_SECONDS
+
+    @property
+    def seconds(self) -> float:
+        """How long one of them may be searched."""
+        return self.size * _SECONDS
+
+    def begin(self, plan: Neighbourhood) -> List[str]:
+        """A search begins with a plan.
+
+        Returns:
+            The groups that no plan before had, unless there was none.
+        """
+        self.size = _SIZE
+        new = [group for group in plan.groups if group not in self._known] if self._known else []
+        self._known = set(plan.groups)
+        return new
+
+    def until_shown(self, again: bool) -> float:
+        """Returns how many seconds a better plan may be kept back while it is improved.
+
+        Args:
+            again: Whether nothing has come since the last one was shown.
+        """
+        self._show_seconds = 2 * self._show_seconds if again else _SHOW_SECONDS
+        return self._show_seconds
+
+    def seeds(self, plan: Neighbourhood) -> List[str]:
+        """Returns the groups around which a neighbourhood is worth a try, in their order."""
+        return self.dice.sample(plan.groups, len(plan.groups))
+
+    def grow(self) -> None:
+        """All of a size were tried in vain."""
+        self.size = int(self.size * _GROWTH)

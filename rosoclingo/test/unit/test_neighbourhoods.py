@@ -1,0 +1,111 @@
+"""Large neighbourhood search: what is kept of a plan, and that it finds the best one."""
+
+from __future__ import annotations
+
+import random
+from typing import List, Tuple
+
+import pytest
+
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Add, Assumption, Ground, Outcome, Part
+from rosoclingo.loop.local_search import Incumbent, LocalSearch, below
+from rosoclingo.loop.neighbourhoods import Neighbourhood, Neighbourhoods, says_choices
+
+# A tour of 12 points on a circle, 1 to 12, that begins at point 0.
+TOUR = """
+point(1..12). cost(X,J,C) :- X = 0..12, point(J), X != J, C = #min { |X-J| ; 13-|X-J| }.
+{ next(X,J) : cost(X,J,_) } = 1 :- point(J).
+:- X = 0..12, 2 { next(X,J) }.
+#edge (X,J) : next(X,J).
+#minimize { C,X,J : next(X,J), cost(X,J,C) }.
+#show keep(next(X,J),J,X) : next(X,J).
+#show close(X,J) : cost(X,J,C), C < 3.
+#show.
+"""
+GROUPS = [str(number) for number in range(1, 13)]
+
+
+@pytest.fixture
+def engine() -> Engine:
+    engine = Engine(Options())
+    assert engine.run([Add("base", (), TOUR), Ground((Part("base"),))]).failure is None
+    return engine
+
+
+def worst(engine: Engine) -> Incumbent:
+    """Returns the tour that goes to and fro."""
+    order = [0, 7, 1, 8, 2, 9, 3, 10, 4, 11, 5, 12, 6]
+    kept = [Assumption(f"next({x},{j})", True) for x, j in zip(order, order[1:])]
+    found: List[Tuple[int, ...]] = []
+    outcome = engine.solve(kept, None, lambda one: found.append(one.cost))
+    return Incumbent(found[-1], outcome.symbols)
+
+
+def search(engine: Engine, hoods: Neighbourhoods) -> LocalSearch:
+    def cost(_: Outcome, found: object) -> Tuple[int, ...]:
+        return found[-1].cost if found else ()  # type: ignore[index]
+
+    return LocalSearch(engine, hoods, cost)
+
+
+def test_a_plan_is_improved_and_proven_the_best(engine: Engine) -> None:
+    begin = worst(engine)
+    assert begin.cost > (60,)
+    best = search(engine, Neighbourhoods()).descend(begin, lambda: False)
+    assert (best.cost, best.is_best) == ((12,), True)
+    assert says_choices(best.symbols)
+
+
+def test_it_ends_when_it_is_called(engine: Engine) -> None:
+    begin = worst(engine)
+    assert search(engine, Neighbourhoods()).descend(begin, lambda: True) == begin
+
+
+def test_a_plan_that_says_nothing_is_searched_as_a_whole(engine: Engine) -> None:
+    begin = Incumbent(worst(engine).cost, ())
+    best = search(engine, Neighbourhoods()).descend(begin, lambda: False)
+    assert (best.cost, best.is_best) == ((12,), True)
+
+
+def test_what_is_free_is_not_assumed(engine: Engine) -> None:
+    plan = Neighbourhood.of(worst(engine).symbols)
+    assert plan is not None
+    assert plan.groups == sorted(GROUPS)
+    assert len(plan.assumptions(set())) == len(GROUPS)
+    dice = random.Random(0)
+    for size in (1, 5, 12, 20):
+        free = plan.around("3", size, dice)
+        assert "3" in free
+        assert len(free) == min(size, 12)
+        kept = {one.name for one in plan.assumptions(free)}
+        assert len(kept) == 12 - len(free)
+        assert not [name for name in kept for group in free if name.endswith(f",{group})")]
+
+
+def test_groups_that_are_new_come_first(engine: Engine) -> None:
+    plan = Neighbourhood.of(worst(engine).symbols)
+    hoods = Neighbourhoods()
+    assert plan is not None
+    assert hoods.begin(plan) == []
+    more = Neighbourhood([("a", "x", "y"), *((g, g, g) for g in GROUPS)], [])
+    assert hoods.begin(more) == ["x"]
+    hoods.grow()
+    assert hoods.size > 8
+    hoods.begin(more)
+    assert hoods.size == 8
+
+
+@pytest.mark.parametrize("symbols", [(), ("do(a,b,1)",), ("close(a,b)",), ("keep(a,b)",)])
+def test_no_choices(symbols: Tuple[str, ...]) -> None:
+    assert Neighbourhood.of(symbols) is None
+
+
+@pytest.mark.parametrize(
+    ("cost", "bound"),
+    [((3,), (2,)), ((0, 4), (0, 3)), ((1, 0), (0, 2**31 - 1)), ((0,), (-1,)),
+     ((2, 0, 0), (1, 2**31 - 1, 2**31 - 1))],
+)  # fmt: skip
+def test_what_is_below_a_cost(cost: Tuple[int, ...], bound: Tuple[int, ...]) -> None:
+    assert below(cost) == bound

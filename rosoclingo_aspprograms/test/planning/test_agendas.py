@@ -1,0 +1,101 @@
+"""Agendas of many tasks: a first plan at once, better ones soon, and what news changes."""
+
+from __future__ import annotations
+
+import random
+import time
+from pathlib import Path
+from typing import List, Optional, Sequence, Tuple
+
+import pytest
+
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Outcome, Result
+from rosoclingo.loop.atoms import Plan, event
+from rosoclingo.loop.planner import Planner
+
+FOLDER = Path(__file__).parents[2] / "mailbot"
+SIDE = 8
+AT_ONCE = 0.001
+
+
+class Office:
+    """A planner of robots on a grid that is told requests."""
+
+    def __init__(self, requests: int, robots: int, folder: Path, patience: float) -> None:
+        more = folder / "robots.lp"
+        more.write_text(f"start(robot(N),c(8*N)) :- N = 2..{robots}.")
+        files = [FOLDER / "instances" / "graph_bench.lp", more, FOLDER / "mailbot.lp"]
+        constants = ("-c", f"x={SIDE}", "-c", f"y={SIDE}", "-c", f"slots={requests + 1}")
+        self.planner = Planner(Engine(Options(tuple(map(str, files)), constants)), patience)
+        self.planner.begin()
+        dice = random.Random(f"{requests} {robots}")
+        pairs = [dice.sample(range(1, SIDE**2 + 1), 2) for _ in range(requests + 1)]
+        self.requests = [f"bring({origin},{destination})" for origin, destination in pairs]
+
+    def tell(self, events: Sequence[Tuple[str, str]], step: int = 0) -> None:
+        assert self.planner.tell([event(*pair, step) for pair in events]) == []
+
+    def ask(self, first: int, last: int, step: int = 0) -> None:
+        self.tell([(str(slot), self.requests[slot - 1]) for slot in range(first, last + 1)], step)
+
+    def plan(self, step: int = 0) -> Plan:
+        outcome = self.planner.search(step, 10_000, lambda: False)
+        assert outcome.result is Result.SAT
+        return Plan(outcome.symbols)
+
+    def improve(self, seconds: float, step: int = 0) -> Optional[Outcome]:
+        end = time.monotonic() + seconds
+        return self.planner.improve(step, lambda: time.monotonic() > end)
+
+    @property
+    def cost(self) -> Tuple[int, ...]:
+        assert self.planner.quality is not None
+        return self.planner.quality.cost
+
+
+def served(plan: Plan) -> List[str]:
+    """Returns the requests that are delivered, in order; each is picked up before."""
+    actions = [action.name for action in plan.actions_from(0)]
+    for slot in [action[len("deliver(") : -1] for action in actions if "deliver" in action]:
+        assert actions.index(f"pickup({slot})") < actions.index(f"deliver({slot})")
+    return sorted(action for action in actions if "deliver" in action)
+
+
+@pytest.mark.parametrize(("requests", "robots"), [(11, 1), (30, 1), (14, 2), (24, 4)])
+def test_a_first_plan_is_improved(requests: int, robots: int, tmp_path: Path) -> None:
+    office = Office(requests, robots, tmp_path, AT_ONCE)
+    office.ask(1, requests)
+    plan = office.plan()
+    assert served(plan) == sorted(f"deliver({slot})" for slot in range(1, requests + 1))
+    actors = {action.actuator for action in plan.actions_from(0)}
+    assert len(actors) == robots  # not one does all
+    before = office.cost
+    while office.improve(60.0) is None and not office.planner.quality.is_best:  # type: ignore[union-attr]
+        pass
+    assert office.cost < before
+    assert served(office.plan()) == served(plan)
+
+
+def test_what_is_left_of_a_plan_stays_after_news(tmp_path: Path) -> None:
+    office = Office(20, 1, tmp_path, AT_ONCE)
+    office.ask(1, 20)
+    plan = office.plan()
+    begin = [action.name for action in plan.actions_from(0) if "deliver" in action.name]
+    (first,) = plan.actions(1)
+    office.tell([("commit", f"do({first.actuator},{first.name})")], 1)
+    office.ask(21, 21, 1)
+    again = office.plan(1)
+    assert len(served(again)) == 21
+    left = [action.name for action in again.actions_from(0) if "deliver" in action.name]
+    left.remove("deliver(21)")
+    assert left == begin
+
+
+def test_a_small_agenda_is_proven_best_as_before(tmp_path: Path) -> None:
+    office = Office(10, 1, tmp_path, 60.0)
+    office.ask(1, 10)
+    assert len(served(office.plan())) == 10
+    assert office.planner.quality is not None
+    assert office.planner.quality.is_best
