@@ -54,7 +54,9 @@ def settle(state: State, step: int) -> None:
     is_asked = asked in state.externals.kept
     if is_asked:  # what holds does not depend on it, and there may be no plan
         state.planner.assign([asked], Truth.FALSE)
-    outcome = state.planner.search(step, state.horizon, lambda: state.mail.inbox.closed)
+    outcome = state.planner.search(
+        step, state.horizon, lambda: state.mail.inbox.closed, looks_ahead=False
+    )
     if outcome.result is Result.SAT:
         take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
         statuses.release(state)

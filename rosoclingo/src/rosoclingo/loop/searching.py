@@ -39,6 +39,8 @@ class Searching:
         patience: float,
         recorded: RecordedSearches,
         note: Callable[[SearchEnded], None],
+        notes_all: bool = False,
+        is_late: Callable[[], bool] = lambda: False,
     ) -> None:
         """Prepares a search.
 
@@ -50,6 +52,9 @@ class Searching:
                 when it is through.
             recorded: Knows in a replay how it ends, if that depends on time.
             note: Called with how it has ended, likewise.
+            notes_all: Whether time has ended searches before without patience, so that plans
+                depend on it.
+            is_late: Whether a search without an answer set has to end, though nothing has come.
         """
         self._solver = solver
         self._demand = demand
@@ -57,6 +62,8 @@ class Searching:
         self._patience = patience
         self._recorded = recorded
         self._note = note
+        self._notes_all = notes_all or patience > 0
+        self._is_late = is_late
 
     def find(
         self,
@@ -184,7 +191,7 @@ class Searching:
         ended = self._recorded.search_due(Ended.CUT, Ended.FINISHED, number=number)
         if ended is None:
             outcome, quality = self._solve_in_time(stopped, compares=compares)
-            if outcome.result is not wire.Result.SAT or not self._patience:
+            if outcome.result is not wire.Result.SAT or not self._notes_all:
                 return outcome, quality
             how = Ended.CUT if outcome.interrupted else Ended.FINISHED
             ended = SearchEnded(how, outcome.symbols, quality, number)
@@ -207,7 +214,8 @@ class Searching:
             nonlocal is_stopped
             is_stopped = is_stopped or stopped()
             has_plan = bool(limit and (found or before[0]))
-            return is_stopped or (has_plan and time.monotonic() > end)
+            is_over = has_plan and time.monotonic() > end
+            return is_stopped or is_over or (not found and self._is_late())
 
         if limit and compares:
             allowed, end = end, max(end, time.monotonic() + _SAME_SECONDS)

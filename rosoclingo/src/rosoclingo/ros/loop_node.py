@@ -24,6 +24,7 @@ from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
 from rosoclingo.loop.inbox import Answer, Inbox, Item, Message
 from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.planner import ONE_BY_ONE_SECONDS
 from rosoclingo.loop.replay_inbox import ReplayInbox
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.tokens import TOKENS_HEADER
@@ -85,7 +86,12 @@ class Node:
         deciding: Dict[str, Any] = {
             "abort_unreachable": parameters.flag("abort_unreachable", False),
             "patience": parameters.number("patience", 0.0, what="seconds"),
+            "one_by_one_seconds": parameters.number(
+                "one_by_one_seconds", ONE_BY_ONE_SECONDS, what="seconds"
+            ),
         }
+        if isinstance(inbox, ReplayInbox):
+            deciding["one_by_one_seconds"] = 0.0  # the journal says what was found ahead
         why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
         why_nice = parameters.integer("why_nice", LOWEST, LOWEST)
         explains = parameters.flag("explain", True)
