@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import signal
+import subprocess
 import sys
 import types
 from typing import Iterator
@@ -48,3 +49,23 @@ def test_numpy_is_for_who_needs_it(monkeypatch: pytest.MonkeyPatch) -> None:
     with starting():  # is there already
         import numpy as found  # noqa: PLC0415
     assert found is sys.modules["numpy"] is module
+
+
+def test_the_parser_of_conditions_is_imported_when_it_is_needed() -> None:
+    """In a process of its own, where nobody has imported catkin."""
+    code = """
+import sys
+from rosclingo.start import starting
+with starting():
+    import catkin_pkg.package
+assert "pyparsing" not in sys.modules
+for _ in range(2):
+    assert catkin_pkg.package.evaluate_condition("$A == 1", {"A": "1"})
+    assert not catkin_pkg.package.evaluate_condition("$A == 1", {"A": "2"})
+from catkin_pkg.condition import evaluate_condition
+assert evaluate_condition.__module__ == "catkin_pkg.condition"
+with starting():
+    from catkin_pkg.condition import evaluate_condition as again
+assert again is evaluate_condition
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)

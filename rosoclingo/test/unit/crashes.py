@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Collection, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
@@ -63,6 +63,7 @@ class World:
         requests: Sequence[str],
         cancel: Mapping[str, str] = {},
         messages: Sequence[Message] = (),
+        failures: Collection[int] = (),
     ) -> None:
         """Nothing has happened yet.
 
@@ -70,6 +71,7 @@ class World:
             requests: What is asked for; the ids are the numbers, from 1.
             cancel: By their ids, what is cancelled; as soon as it has a status, if one is given.
             messages: What is said besides, when the first goal is known.
+            failures: The numbers of the tokens that are answered by ``failure``.
         """
         self.effects: List[Tuple[str, str]] = []
         self.latched: Optional[str] = None
@@ -78,6 +80,7 @@ class World:
         self._to_ask = list(self.clients)
         self._to_cancel = dict(cancel)
         self._to_send = list(messages)
+        self._failures = failures
         self._done: Dict[str, Tuple[str, int]] = {}  # the last token of each actuator
         self._open: List[Tuple[str, int]] = []  # tokens without an answer
 
@@ -109,7 +112,7 @@ class World:
                 del self._to_cancel[key]
                 return
         for run, number in self._open[:1]:
-            life.put(Answer(run, number, "success"))
+            life.put(Answer(run, number, "failure" if number in self._failures else "success"))
 
     def _send(self, life: Life, message: Message) -> None:
         try:
@@ -223,6 +226,7 @@ class Runs:
 
         def point(what: str) -> None:
             points.append(what)
+            assert len(points) < 10 * MANY, "it does not end"
             if limit and len(points) >= limit:
                 raise Crash
 

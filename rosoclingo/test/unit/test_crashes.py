@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import threading
-from contextlib import closing, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from random import Random
@@ -25,7 +25,7 @@ from rosclingo.errors import ServiceError, SolverEndedError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
-from rosoclingo.desk.parts import SINGLE, find_mode, make_parts
+from rosoclingo.desk.parts import EXAMPLES, SINGLE, find_mode, make_parts
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.goals import Goal
@@ -33,6 +33,7 @@ from rosoclingo.loop.inbox import Message
 from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.solver import Forwarding, Solver
+from rosoclingo.store import stored_loop
 from rosoclingo.store.store import Store
 from rosoclingo.store.stored_loop import StoredLoop
 
@@ -40,6 +41,7 @@ REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)"]
 CANCELS = {"3": "accepted", "4": ""}
 ENDS = {"1": ["succeeded"], "2": ["rejected"], "3": ["canceled"], "4": ["canceled"]}
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
+IN_2_0_STYLE = str(PACKAGE / "test" / "modes" / "dynamic_2_0.lp")
 CASES = [(DYN_RESET, "line_demand.lp"), (RECORDING, "line.lp"), (SINGLE, "line_1.0.lp")]
 UNHEARD = ["after plan", "after note", "after feedback"]
 KILLS = 30  # of a seed
@@ -229,11 +231,9 @@ def test_a_rejection_does_not_wait_for_a_search(folder: Path, encoding: str, *, 
     assert [type(one).__name__ for one in about] == ["GoalArrived", "StatusSet"]
 
 
-def end_politely(runs: Runs, world: World, file: Path, number: int) -> None:
-    """Ends a process at a point as a signal does, after which it has its say.
-
-    A goal comes while it ends, and another one when its store is closed.
-    """
+@contextmanager
+def living(runs: Runs, world: World, file: Path, number: int) -> Iterator[Life]:
+    """A process that was ended at a point as a signal does, and has had its say."""
     left = number
 
     def point(_: str) -> None:
@@ -245,6 +245,15 @@ def end_politely(runs: Runs, world: World, file: Path, number: int) -> None:
     with closing(Store(file, point=point)) as store:
         life = Life(world, store, runs.make(store))
         life.live()
+        yield life
+
+
+def end_politely(runs: Runs, world: World, file: Path, number: int) -> None:
+    """Ends a process at a point.
+
+    A goal comes while it ends, and another one when its store is closed.
+    """
+    with living(runs, world, file, number) as life:
         life.put(Goal("visit(98)", (), "late", world.clients["late"]))
     with pytest.raises(StoreError):
         life.put(Goal("visit(98)", (), "latest", world.clients["latest"]))
@@ -263,6 +272,33 @@ def test_a_polite_end_at_some_points(folder: Path) -> None:
         assert (late.words, latest.words) == (["rejected"], []), number  # there is no such place
         del disturbed.clients["late"], disturbed.clients["latest"]
         assert outcome(disturbed) == outcome(calm), number
+
+
+@pytest.mark.parametrize("early", [1, 2])
+def test_the_end_of_a_process_in_a_reset_that_waits(
+    folder: Path, early: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The next process does not take for done what has failed, and resets anew."""
+    monkeypatch.setattr(stored_loop, "_LATEST_SECONDS", 0.0)
+    runs = Runs(folder, DYN_RESET)
+    constants = ("steps=30", "resets=every", "r=1", f"early={early}")
+    options = [word for constant in constants for word in ("-c", constant)]
+    runs.parts = make_parts(IN_2_0_STYLE, Options((f"{EXAMPLES}/line.lp",)), options)
+
+    def make() -> World:
+        return World(["visit(2)"], failures=[1])
+
+    calm = make()
+    many = len(runs.run(calm))
+    actions = [("robot", action) for action in ("go(2)", "go(2)")]
+    assert outcome(calm) == (actions, {"1": ["succeeded"]})
+    for number in draws(range(30, many, 7), many):
+        ended, killed, file = make(), make(), runs.file()
+        with living(runs, ended, file, number):
+            pass
+        runs.run(ended, file=file)
+        runs.run(killed, [number])
+        assert outcome(ended) == outcome(killed) == outcome(calm), number
 
 
 def test_a_goal_that_comes_after_the_end(folder: Path) -> None:

@@ -133,9 +133,14 @@ class CommandDone(Event):
         return self.name == "idle"
 
     @property
+    def resets(self) -> bool:
+        """Whether it was a reset, which waits for the answers of its step if the mode has not."""
+        return self.name in ("reset", "forget")
+
+    @property
     def resets_to(self) -> Optional[int]:
         """The step that it has made number 0; None if it is no reset."""
-        return last_number(self.command) if self.name in ("reset", "forget") else None
+        return last_number(self.command) if self.resets else None
 
     @property
     def publishes(self) -> bool:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from rosclingo.errors import shorten
 from rosclingo.wire.commands import Outcome, Result, Truth
-from rosoclingo.errors import PlannerError
+from rosoclingo.errors import PlannerError, ShutdownError
 from rosoclingo.loop import diagnosis, statuses
 from rosoclingo.loop.added import HAS, SEEN
 from rosoclingo.loop.atoms import Plan, query
 from rosoclingo.loop.ids import why_no_actuator
-from rosoclingo.loop.journal import PlanFound
+from rosoclingo.loop.journal import PlanFound, Reason
 from rosoclingo.loop.state import State
 
 _FIRST_DOUBT = 8  # searches without a plan, after which the program itself is looked at
@@ -47,6 +47,10 @@ def settle(state: State, step: int) -> None:
     Args:
         state: What is known.
         step: The current step, whose actions are published.
+
+    Raises:
+        ShutdownError: The node is shutting down, and it is not known what holds.
+        PlannerError: The program has no answer set with the answers.
     """
     state.waiting.wait_for_answers()
     state.assign_answers(step)
@@ -57,9 +61,14 @@ def settle(state: State, step: int) -> None:
     outcome = state.planner.search(
         step, state.horizon, lambda: state.mail.inbox.closed, looks_ahead=False
     )
-    if outcome.result is Result.SAT:
-        take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
-        statuses.release(state)
+    if state.planner.needed is not None:  # whatever horizon the plan needs
+        outcome = state.planner.search(step, state.planner.needed, lambda: False)
+    if outcome.result is Result.UNKNOWN:
+        raise ShutdownError(Reason.SHUTDOWN)
+    if outcome.result is Result.UNSAT:
+        raise PlannerError(f"the program has no answer set after the answers in step {step}")
+    take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
+    statuses.release(state)
     if is_asked:
         state.planner.assign([asked], Truth.TRUE)
 

@@ -9,6 +9,7 @@ and are set as the plan has them then.
 from __future__ import annotations
 
 from rosclingo.wire.term_text import split_term
+from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.goals import STATUSES, TERMINAL_STATUSES
 from rosoclingo.loop.state import State
 from rosoclingo.loop.words import TIMEOUT, UNKNOWN
@@ -31,8 +32,8 @@ def release(state: State) -> None:
     """
     if not state.held or is_unsettled(state):
         return
-    held = list(state.held)
-    state.held.clear()
+    held = [step for step in state.held if not _is_left_open(state, step)]
+    state.held = [step for step in state.held if step not in held]
     for step in held:
         for slot, word in state.plan.statuses(step):
             if word in TERMINAL_STATUSES:
@@ -53,6 +54,17 @@ def is_unsettled(state: State) -> bool:
     return any(
         from_outside or state.acting.actor(split_term(atom)[1][0])
         for atom, from_outside in state.externals.told.items()
+    )
+
+
+def _is_left_open(state: State, step: int) -> bool:
+    """Tells if an action up to a step is not answered, because the mode has not waited for that."""
+    return any(
+        told.answer is None
+        and told.step <= step
+        and state.is_published(Action(told.actuator, told.action, told.step))
+        and state.acting.actor(told.actuator) is None
+        for told in state.tokens.told
     )
 
 

@@ -115,9 +115,9 @@ class Waiting:
         """
         mail = self._mail
         mail.end_attempt()
-        mail.take(may_ask=True)
         if self._acting.pending_actions:
-            self._note(LoopWaits())
+            self._note(LoopWaits())  # before an answer to what the command itself has published
+        mail.take(may_ask=True)
         while self._acting.pending_actions:
             if mail.inbox.closed:
                 raise ShutdownError(Reason.SHUTDOWN)

@@ -413,7 +413,8 @@ class StoredLoop(Loop):
             self._save()
 
     def _call(self, command: clingo.Symbol, info: Info) -> None:
-        if not CommandDone(str(command)).waits:
+        done = CommandDone(str(command))
+        if not (done.waits or done.resets):  # a reset changes nothing before it has waited
             self._before = None
         super()._call(command, info)
 
