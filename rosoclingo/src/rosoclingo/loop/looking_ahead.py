@@ -41,7 +41,7 @@ def look_ahead(
     Returns:
         How it has ended.
     """
-    order = Interleaving(asked, last)
+    order = Interleaving(asked, last, growth=1.2, seconds=0.1, share=0.95, lengthening=1.2)
     current = grounded = asked
     try:
         for turn in order.turns():
