@@ -15,7 +15,7 @@ from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import SINGLE
 from rosoclingo.desk.simulation import Seconds
 from rosoclingo.loop.ids import GOAL
-from rosoclingo.loop.planner import DEFAULT_PATIENCE
+from rosoclingo.loop.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
 
 _MODE = "dynamic.incremental.recording"
 _STEPS = 50  # the longest plan; the modes' own default is too short for trying
@@ -91,6 +91,9 @@ def make_parser() -> OptionParser:
     add("--patience", type=number_type(), default=DEFAULT_PATIENCE, metavar="S",
         help="when an optimising search ends that has found a plan; 0 for when it is through; by "
         "default 1 if its encoding looks for better plans while robots act, else 0")  # fmt: skip
+    add("--one-by-one-seconds", type=number_type(), default=ONE_BY_ONE_SECONDS, metavar="S",
+        help="how long one horizon after the other is searched, until several take turns; by "
+        f"default {ONE_BY_ONE_SECONDS:g}, and 0 for always")  # fmt: skip
     add("--why-seconds", type=number_type(), default=_WHY_SECONDS, metavar="S",
         help=f"how long to look why there is no plan; by default {_WHY_SECONDS:g}, and 0 for "
         "not at all")  # fmt: skip
@@ -115,6 +118,7 @@ def simulated(chosen: argparse.Namespace) -> Dict[str, Any]:
         "action_timeout": chosen.action_timeout,
         "abort_unreachable": chosen.abort_unreachable,
         "patience": chosen.patience,
+        "one_by_one_seconds": chosen.one_by_one_seconds,
         "improves": False,  # a search ends when --patience says so, and no other begins
     }
 

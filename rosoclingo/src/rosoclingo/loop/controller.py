@@ -35,7 +35,7 @@ from rosclingo.wire.commands import (
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import ControllerError
 from rosoclingo.loop.atoms import EVENT, SAVE, event
-from rosoclingo.loop.named_steps import number_steps
+from rosoclingo.loop.named_steps import last_horizon, number_steps
 from rosoclingo.loop.solver import Solver
 
 _MOST_DECISIONS = 10_000  # that are remembered
@@ -93,6 +93,10 @@ class Decider(Protocol):
     @property
     def dynamic(self) -> bool:
         """Whether it takes messages and goals."""
+
+    @property
+    def last_horizon(self) -> Optional[float]:
+        """The last horizon that it may ask for; infinite without one, None if that is unknown."""
 
     def snapshot(self) -> str:
         """Returns all that it keeps from one decision to the next, as a text of its own kind."""
@@ -195,6 +199,7 @@ class Controller:
         self._background = ThreadPoolExecutor(1, "look ahead") if is_remote else None
         self._ahead: Optional[_Ahead] = None
         self._decided_from: Set[str] = set()  # the last time
+        self._last_horizon: Optional[float] = None
 
     def prepare(self) -> None:
         """Grounds the mode, on a fresh solver, and sees what it declares.
@@ -223,6 +228,11 @@ class Controller:
         self._begun = True
         if self._known is not None:
             self._known.declared = self._declared
+
+    @property
+    def last_horizon(self) -> Optional[float]:
+        """The last horizon that the mode has named by ``further(N)``; None if it has named none."""
+        return self._last_horizon
 
     def snapshot(self) -> str:
         """Returns the events that the mode wants to be reminded of, as JSON."""
@@ -253,6 +263,8 @@ class Controller:
         ahead = self._take_ahead(info)
         decision = self._decide(info) if ahead is None else ahead.result()
         self._saved, self._decided_from = decision.saved, decision.true
+        last = last_horizon(decision.command)
+        self._last_horizon = self._last_horizon if last is None else last
         return number_steps(decision.command, info.step, info.asked, info.horizon)
 
     def look_ahead(self, info: Info) -> None:

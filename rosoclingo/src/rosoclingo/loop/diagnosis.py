@@ -41,6 +41,8 @@ def end(state: State) -> None:
     Raises:
         LoopError: There is nothing to be done; the message says why.
     """
+    if state.planner.give_up_ahead():
+        return
     state.tries += 1
     if mend_contradiction(state) or _is_called_away(state):
         return

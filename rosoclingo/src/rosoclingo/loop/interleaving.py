@@ -3,12 +3,15 @@
 The shortest horizon with a plan is often hard to prove to be the shortest, while a longer one has a
 plan that is found at once. So several horizons take turns, and each gets a fixed share of the time
 of the one before it, which is Rintanen's algorithm B ("Evaluation strategies for planning as
-satisfiability", 2004); horizons grow geometrically, and so do the turns.
+satisfiability", 2004); horizons grow geometrically, and so do the turns. With several,
+the first turn of each round is that of the shortest horizon that is not refuted, so that none is
+left out for ever.
 """
 
 from __future__ import annotations
 
-from typing import Iterator, List, NamedTuple
+import math
+from typing import Iterator, List, NamedTuple, Set
 
 
 class Turn(NamedTuple):
@@ -39,6 +42,7 @@ class Interleaving:
     def __init__(
         self,
         first: int,
+        last: float = math.inf,
         *,
         width: int = 6,
         growth: float = 1.15,
@@ -50,6 +54,7 @@ class Interleaving:
 
         Args:
             first: The first horizon, 0 or more.
+            last: The last one.
             width: How many horizons take turns.
             growth: The factor by which a horizon is longer than the one before it; it is longer by
                 one at least.
@@ -57,7 +62,9 @@ class Interleaving:
             share: The part of that which the next horizon gets, and so on.
             lengthening: The factor by which turns are longer in the next round.
         """
-        self._next = first
+        self._first = self._next = first
+        self._last = last
+        self._refuted: Set[int] = set()
         self._width = width
         self._growth = growth
         self._seconds = seconds
@@ -66,16 +73,24 @@ class Interleaving:
         self._open: List[int] = []
 
     def turns(self) -> Iterator[Turn]:
-        """Yields one turn after the other, without end."""
+        """Yields one turn after the other, until all horizons are refuted."""
         while True:
-            while len(self._open) < self._width:
+            while len(self._open) < self._width and self._next <= self._last:
                 self._open.append(self._next)
                 self._next = max(self._next + 1, int(self._next * self._growth))
+            while self._first in self._refuted:
+                self._first += 1
+            if self._first > self._last:
+                return
+            fills_gaps = self._width > 1 or self._next > self._last
+            if fills_gaps and self._first not in self._open:
+                self._open.insert(0, self._first)
             for place, horizon in enumerate(tuple(self._open)):
                 yield Turn(horizon, self._seconds * self._share**place)
             self._seconds *= self._lengthening
 
     def refute(self, horizon: int) -> None:
         """Gives no more turns to a horizon, with which there is no plan."""
+        self._refuted.add(horizon)
         if horizon in self._open:
             self._open.remove(horizon)

@@ -65,6 +65,7 @@ class Loop:
         action_timeout: float = 0.0,
         abort_unreachable: bool = False,
         patience: float = 0.0,
+        one_by_one_seconds: float = 0.0,
     ) -> None:
         """Prepares a loop that asks nobody yet.
 
@@ -79,10 +80,12 @@ class Loop:
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
             patience: When an optimising search ends that has found a plan, in seconds since
                 it began; 0 for when it is through, DEFAULT_PATIENCE for what suits its encoding.
+            one_by_one_seconds: How long one horizon after the other is searched, until several
+                take turns; 0 for always.
         """
         self._parts = (controller, planner)
         self.state = State(
-            Planner(planner, patience),
+            Planner(planner, patience, one_by_one_seconds),
             inbox,
             environment,
             self._check,
@@ -187,6 +190,7 @@ class Loop:
             planned_actions=state.actions_left(state.step) > 0,
         )
         command = self._controller.decide(info)
+        state.planner.last_horizon = self._controller.last_horizon
         ahead = self._guess(command, info)
         begins = command.type is clingo.SymbolType.Function and command.name == _BEGINS_ACTIONS
         if not begins:

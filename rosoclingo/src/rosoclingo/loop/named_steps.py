@@ -61,3 +61,13 @@ def number_steps(command: Symbol, step: int, horizon: int, needed: Optional[int]
         return min(wanted, last.number)
 
     return Function(command.name, [number(a) for a in command.arguments], command.positive)
+
+
+def last_horizon(command: Symbol) -> Optional[int]:
+    """Returns the N of ``further(N)`` in a command, the last horizon that the mode may ask for."""
+    if command.type is SymbolType.Function and command.name in STEP_COMMANDS:
+        for argument in command.arguments:
+            if argument.type is SymbolType.Function and argument.match("further", 1):
+                (last,) = argument.arguments
+                return last.number if last.type is SymbolType.Number else None
+    return None

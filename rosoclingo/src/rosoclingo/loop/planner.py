@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+import time
+from dataclasses import field
 from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.wire import commands as wire
@@ -10,7 +13,8 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.loop.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS
 from rosoclingo.loop.atoms import QUERY, query
 from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
-from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.journal import LOOKING_AHEAD, Ended, SearchEnded
+from rosoclingo.loop.looking_ahead import look_ahead
 from rosoclingo.loop.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
@@ -21,6 +25,9 @@ from rosoclingo.loop.solver import Solver
 DEFAULT_PATIENCE = -1.0
 """The value for what every user wants: a second, if better plans are looked for while robots act,
 and a tenth of it for a plan of many tasks, which is not proven the best soon; else 0."""
+
+ONE_BY_ONE_SECONDS = 2.0
+"""How long nodes and ``plan.py`` search one horizon after the other, by default."""
 
 _PATIENCE = 1.0
 _FIRST = 0.1
@@ -44,10 +51,14 @@ class PlannerState:
             known.
     """
 
-    demand: Demand = dataclasses.field(default_factory=Demand)
+    demand: Demand = field(default_factory=Demand)
     quality: Optional[Quality] = None
     _kept: Optional[KeptPlan] = None
-    _later: List[str] = dataclasses.field(default_factory=list)  # externals that are to be true
+    _ahead: Set[int] = field(default_factory=set)  # steps grounded before the mode asks for them
+    _top: int = 0  # the last step that is grounded
+    _is_timed: bool = False  # whether time has ended a search, so that plans depend on it
+    _stays_near: bool = False  # whether the mode has stopped before a plan that was kept
+    _later: List[str] = field(default_factory=list)  # externals that are to be true
 
 
 class Planner(PlannerState):
@@ -55,17 +66,26 @@ class Planner(PlannerState):
 
     Attributes:
         is_awaited: Whether no better plan is looked for while robots act.
+        one_by_one_seconds: How long one horizon after the other is searched, without grounding
+            on demand, until several take turns; 0 for always.
+        last_horizon: The last horizon that the mode may ask for; infinite without one, None if
+            that is unknown, so that no horizon is looked ahead to.
         recorded: Knows in a replay how searches end that depend on time.
         note: Called with how such a search has ended.
         missing: Called with an external that a mode makes true or free, and that there is not.
     """
 
-    def __init__(self, solver: Solver, patience: float = 0.0) -> None:
+    def __init__(
+        self, solver: Solver, patience: float = 0.0, one_by_one_seconds: float = 0.0
+    ) -> None:
         super().__init__()
         self._solver = solver
         self._requests = Requests(solver)
         self._patience = patience
         self.is_awaited = False
+        self.one_by_one_seconds = one_by_one_seconds
+        self.last_horizon: Optional[float] = None
+        self._began: Optional[float] = None  # when it was first searched in this situation
         self.recorded = RecordedSearches()
         self._neighbourhoods = Neighbourhoods()
         self.note: Callable[[SearchEnded], None] = lambda _: None
@@ -111,7 +131,10 @@ class Planner(PlannerState):
         """
         self.demand.begin(())
         self._later = []
-        self._kept = self.quality = None
+        self._forget_plan()
+        self.quality = None
+        self._ahead.clear()
+        self._top, self._is_timed = 0, False
         is_first = slots is None
         self.run(wire.Restart(), *([SLOTS] if is_first else ()), *EMPTY_PARTS)
         self.demand.begin(() if self._is_translated else self._requests.programs())
@@ -137,10 +160,18 @@ class Planner(PlannerState):
 
         While there is a plan that stands, that has time until the planner is needed.
         """
-        if self._kept is None:
-            self.run(*map(self._grounding, steps))
+        if self._kept is None or not self.demand:
+            self.run(*self._ground_missing(steps))
         else:
             self.demand.add_steps(steps)
+
+    def _ground_missing(self, steps: Iterable[int]) -> List[wire.Command]:
+        """Returns what grounds steps, but for those that were grounded ahead."""
+        steps = list(steps)
+        missing = [step for step in steps if step not in self._ahead]
+        self._ahead.difference_update(steps)
+        self._top = max([self._top, *missing])
+        return [self._grounding(step) for step in missing]
 
     def _grounding(self, step: int) -> wire.Ground:
         return (
@@ -160,14 +191,14 @@ class Planner(PlannerState):
         Raises:
             PlannerError: A command failed.
         """
-        if self._kept is not None:
+        if self._kept is not None and self.demand:
             self.demand.add_steps(steps)
             if before is not None:
                 self.demand.set_query(query(before), wire.Truth.FALSE)
             self.demand.set_query(query(horizon), wire.Truth.TRUE)
             return
         old = [] if before is None else [wire.AssignExternal(query(before), wire.Truth.FALSE)]
-        grounding = map(self._grounding, steps)
+        grounding = self._ground_missing(steps)
         self.run(*old, *grounding, wire.AssignExternal(query(horizon), wire.Truth.TRUE))
 
     def run(self, *commands: wire.Command) -> wire.Reply:
@@ -198,9 +229,13 @@ class Planner(PlannerState):
     def _forget_plan(self) -> None:
         """Takes note that something was told by which the plan may be another one."""
         self._kept = None
+        self._began = None
+        self._stays_near = False
         self.demand.note_news()
 
-    def search(self, step: int, horizon: int, stopped: Callable[[], bool]) -> wire.Outcome:
+    def search(
+        self, step: int, horizon: int, stopped: Callable[[], bool], *, looks_ahead: bool = True
+    ) -> wire.Outcome:
         """Searches for a plan until told to stop, which may be so from the beginning.
 
         A plan whose encoding says from which horizon on it is one stands until something is told.
@@ -209,12 +244,15 @@ class Planner(PlannerState):
             step: The current step.
             horizon: The step at which all has to be done.
             stopped: Whether the search has to end.
+            looks_ahead: Whether further horizons may be searched, too, if it takes too long.
 
         Raises:
             PlannerError: The encoding asks for what there is not.
         """
         if stopped() and not self.recorded.is_search_due(improves=False):
             return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
+        if not self.demand:
+            return self._search_plain(horizon, stopped, looks_ahead)
         if self._kept is None:
             prefers = self.patience > 0 and self.demand.prefers and self.demand.searches > 0
             commands = self.demand.prepare(step, prefers=prefers)
@@ -229,6 +267,72 @@ class Planner(PlannerState):
         if horizon < self._kept.horizon:
             return wire.Outcome(wire.Result.UNSAT)
         return self._kept.outcome
+
+    def _search_plain(
+        self, horizon: int, stopped: Callable[[], bool], looks_ahead: bool
+    ) -> wire.Outcome:
+        """Searches with an encoding that is grounded step by step, and asks for nothing."""
+        kept = self._kept
+        if kept is not None and horizon <= kept.horizon and looks_ahead:
+            is_there = horizon == kept.horizon
+            return kept.outcome if is_there else wire.Outcome(wire.Result.UNSAT)
+        self._kept = None
+        if self._began is None:
+            self._began = time.monotonic()
+        ended = self.recorded.search_due(*LOOKING_AHEAD)
+        if ended is None:
+            last = self.last_horizon
+            may = self.one_by_one_seconds > 0 and looks_ahead and not self._stays_near
+            may &= last is not None and last > horizon and not self.recorded.knows_searches
+            end = self._began + self.one_by_one_seconds if may else math.inf
+            self.run()  # what is still to be told
+            outcome, self.quality = self._searching(lambda: time.monotonic() > end).find(
+                stopped, self.quality
+            )
+            is_late = outcome.result is wire.Result.UNKNOWN and time.monotonic() > end
+            if not is_late or stopped():
+                return outcome
+            assert last is not None
+            self._is_timed = True
+            ended = look_ahead(
+                self._solver, self._requests.run, self._ground_ahead,
+                asked=horizon, last=last, stopped=stopped,
+            )  # fmt: skip
+        self._ground_ahead(ended.grounded)
+        self.note(ended)
+        return self._take_ahead(ended, horizon)
+
+    def _take_ahead(self, ended: SearchEnded, horizon: int) -> wire.Outcome:
+        """Keeps what was found for other horizons than the one that is asked for."""
+        if ended.how is Ended.AHEAD_CALLED:
+            return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
+        outcome = wire.Outcome(wire.Result.UNSAT)
+        if ended.how is Ended.AHEAD:
+            self.quality = ended.quality
+            outcome = wire.Outcome(wire.Result.SAT, interrupted=True, symbols=ended.symbols)
+        self._kept = KeptPlan(outcome, ended.horizon)
+        return outcome if horizon == ended.horizon else wire.Outcome(wire.Result.UNSAT)
+
+    def _ground_ahead(self, last: int) -> None:
+        """Grounds all steps up to one that the mode has not asked for yet."""
+        steps = range(self._top + 1, last + 1)
+        if steps:
+            self.run(*map(self._grounding, steps))
+            self._ahead.update(steps)
+            self._top = last
+
+    def give_up_ahead(self) -> bool:
+        """Forgets a plan for a horizon that the mode does not ask for, and looks for none again.
+
+        Returns:
+            Whether there was one, so that shorter horizons were answered though not searched.
+        """
+        kept = self._kept
+        if self.demand or kept is None or kept.outcome.result is not wire.Result.SAT:
+            return False
+        self._kept = None
+        self._stays_near = True
+        return True
 
     def improve(self, step: int, stopped: Callable[[], bool]) -> Optional[wire.Outcome]:
         """Looks for a better plan than the one that stands, until told to stop or through.
@@ -255,7 +359,7 @@ class Planner(PlannerState):
             self._kept = None
         return better
 
-    def _searching(self) -> Searching:
+    def _searching(self, is_late: Callable[[], bool] = lambda: False) -> Searching:
         return Searching(
             self._solver,
             self.demand,
@@ -265,6 +369,8 @@ class Planner(PlannerState):
             neighbourhoods=self._neighbourhoods,
             recorded=self.recorded,
             note=self.note,
+            notes_all=self._is_timed,
+            is_late=is_late,
         )
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:

@@ -58,7 +58,9 @@ def settle(state: State, step: int) -> None:
     is_asked = asked in state.externals.kept
     if is_asked:  # what holds does not depend on it, and there may be no plan
         state.planner.assign([asked], Truth.FALSE)
-    outcome = state.planner.search(step, state.horizon, lambda: state.mail.inbox.closed)
+    outcome = state.planner.search(
+        step, state.horizon, lambda: state.mail.inbox.closed, looks_ahead=False
+    )
     if state.planner.needed is not None:  # whatever horizon the plan needs
         outcome = state.planner.search(step, state.planner.needed, lambda: False)
     if outcome.result is Result.UNKNOWN:

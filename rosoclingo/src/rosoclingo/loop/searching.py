@@ -43,6 +43,8 @@ class Searching:
         neighbourhoods: Neighbourhoods,
         recorded: RecordedSearches,
         note: Callable[[SearchEnded], None],
+        notes_all: bool = False,
+        is_late: Callable[[], bool] = lambda: False,
     ) -> None:
         """Prepares a search.
 
@@ -56,6 +58,9 @@ class Searching:
             neighbourhoods: Says what of a plan is searched anew.
             recorded: Knows in a replay how it ends, if that depends on time.
             note: Called with how it has ended, likewise.
+            notes_all: Whether time has ended searches before without patience, so that plans
+                depend on it.
+            is_late: Whether a search without an answer set has to end, though nothing has come.
         """
         self._solver = solver
         self._demand = demand
@@ -65,6 +70,8 @@ class Searching:
         self._neighbourhoods = neighbourhoods
         self._recorded = recorded
         self._note = note
+        self._notes_all = notes_all or patience > 0
+        self._is_late = is_late
 
     def find(
         self,
@@ -198,7 +205,7 @@ class Searching:
         ended = self._recorded.search_due(Ended.CUT, Ended.FINISHED, number=number)
         if ended is None:
             outcome, quality = self._solve_in_time(stopped, compares=compares)
-            if outcome.result is not wire.Result.SAT or not self._patience:
+            if outcome.result is not wire.Result.SAT or not self._notes_all:
                 return outcome, quality
             how = Ended.CUT if outcome.interrupted else Ended.FINISHED
             ended = SearchEnded(how, outcome.symbols, quality, number)
@@ -222,7 +229,8 @@ class Searching:
             nonlocal is_stopped
             is_stopped = is_stopped or stopped()
             has_plan = bool(limit and (found or best))
-            return is_stopped or (has_plan and time.monotonic() > end)
+            is_over = has_plan and time.monotonic() > end
+            return is_stopped or is_over or (not found and self._is_late())
 
         def has_to_end_first() -> bool:
             return has_to_end() or bool(limit and found and says_choices(found[-1].symbols))

@@ -24,7 +24,7 @@ from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.goals import Goal, GoalClient, Stage
 from rosoclingo.loop.inbox import Answer, Inbox, Item, Message
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.planner import DEFAULT_PATIENCE
+from rosoclingo.loop.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
 from rosoclingo.loop.replay_inbox import ReplayInbox
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.tokens import TOKENS_HEADER
@@ -90,7 +90,12 @@ class Node:
             "patience": parameters.number(
                 "patience", default_patience, least=DEFAULT_PATIENCE, what="seconds"
             ),
+            "one_by_one_seconds": parameters.number(
+                "one_by_one_seconds", ONE_BY_ONE_SECONDS, what="seconds"
+            ),
         }
+        if isinstance(inbox, ReplayInbox):
+            deciding["one_by_one_seconds"] = 0.0  # the journal says what was found ahead
         why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
         why_nice = parameters.integer("why_nice", LOWEST, LOWEST)
         explains = parameters.flag("explain", True)

@@ -105,6 +105,11 @@ class Algorithm1:
         }
         self.prepare()
 
+    @property
+    def last_horizon(self) -> Optional[float]:
+        """The last horizon that it may ask for."""
+        return math.inf if self._last is None else self._last
+
     def snapshot(self) -> str:
         """Returns the position, as JSON."""
         return encode(self.position)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Optional
+
 import clingo
 
 from rosoclingo.loop.controller import Decider, Info
@@ -25,6 +27,11 @@ class LastingController:
     def dynamic(self) -> bool:
         """Whether it takes messages and goals."""
         return self._decider.dynamic
+
+    @property
+    def last_horizon(self) -> Optional[float]:
+        """The last horizon that it may ask for."""
+        return self._decider.last_horizon
 
     def snapshot(self) -> str:
         """Returns all that it keeps from one decision to the next."""

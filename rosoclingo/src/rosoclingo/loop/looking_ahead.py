@@ -1,0 +1,83 @@
+"""The search of several horizons in turn, where one after the other takes too long.
+
+The plan that is found first is kept for its horizon: a mode that asks for one horizon after the
+other is told that there is none before it. So modes need not know of this.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Callable, List, Sequence
+
+from rosclingo.wire import commands as wire
+from rosoclingo.loop.atoms import query
+from rosoclingo.loop.interleaving import Interleaving
+from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.solver import Solver
+
+
+def look_ahead(
+    solver: Solver,
+    run: Callable[[Sequence[wire.Command]], object],
+    ground: Callable[[int], None],
+    *,
+    asked: int,
+    last: float,
+    stopped: Callable[[], bool],
+) -> SearchEnded:
+    """Searches horizons in turn until there is a plan, and asks for the first one again then.
+
+    A search that optimises has the rest of its turn to find a better plan.
+
+    Args:
+        solver: The planner's solver.
+        run: Runs commands that concern queries alone.
+        ground: Grounds all steps up to one.
+        asked: The horizon that is asked for, which is the first one.
+        last: The last one; infinite if there is none.
+        stopped: Whether the search has to end.
+
+    Returns:
+        How it has ended.
+    """
+    order = Interleaving(asked, last, growth=1.2, seconds=0.1, share=0.95, lengthening=1.2)
+    current = grounded = asked
+    try:
+        for turn in order.turns():
+            if stopped():
+                return SearchEnded(Ended.AHEAD_CALLED, grounded=grounded)
+            if turn.horizon > grounded:
+                ground(turn.horizon)
+                grounded = turn.horizon
+            if turn.horizon != current:
+                run(_move(current, turn.horizon))
+                current = turn.horizon
+            found: List[wire.Improvement] = []
+            outcome = solver.solve((), _until(turn.seconds, stopped), found.append)
+            symbols = outcome.symbols or (found[-1].symbols if found else ())
+            if outcome.result is wire.Result.SAT or symbols:
+                quality = Quality(found[-1].cost) if found else None
+                return SearchEnded(
+                    Ended.AHEAD, symbols, quality, horizon=turn.horizon, grounded=grounded
+                )
+            if outcome.result is wire.Result.UNSAT:
+                order.refute(turn.horizon)
+    finally:
+        if current != asked:
+            run(_move(current, asked))
+    return SearchEnded(Ended.AHEAD_REFUTED, horizon=grounded + 1, grounded=grounded)
+
+
+def _until(seconds: float, stopped: Callable[[], bool]) -> Callable[[], bool]:
+    """Returns what ends a search when it is told to stop, or after its time."""
+    end = time.monotonic() + seconds
+    return lambda: stopped() or time.monotonic() > end
+
+
+def _move(before: int, horizon: int) -> List[wire.Command]:
+    """Returns the commands by which another horizon is asked for."""
+    return [
+        wire.AssignExternal(query(before), wire.Truth.FALSE),
+        wire.AssignExternal(query(horizon), wire.Truth.TRUE),
+    ]

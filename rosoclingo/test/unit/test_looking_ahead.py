@@ -1,0 +1,216 @@
+"""Several horizons take turns when one after the other takes too long, and the modes do as ever."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from pathlib import Path
+from typing import Any, Callable, Collection, List, Optional, Sequence
+
+import pytest
+from conftest import PACKAGE, System
+from test_replay_inbox import Session, commands, replay
+
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import AssignExternal, Command, Ground, Outcome, Reply, Result, Truth
+from rosoclingo.bags.compare.comparison import compare
+from rosoclingo.bags.read.run import Run
+from rosoclingo.bags.replay.input_schedule import input_schedule
+from rosoclingo.desk.parts import SINGLE, make_parts
+from rosoclingo.desk.simulation import Simulation
+from rosoclingo.loop.atoms import query
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.journal import CommandDone, Ended, Event, LoopWaits, SearchEnded
+from rosoclingo.loop.journal import decode as decode_event
+from rosoclingo.loop.journal import encode as encode_event
+from rosoclingo.loop.planner import PlannerState
+from rosoclingo.loop.replay_inbox import ReplayInbox, decode, encode
+from rosoclingo.loop.snapshot import plain, remade
+from rosoclingo.loop.solver import Forwarding, Solver
+
+LINE = str(PACKAGE / "example" / "line.lp")
+AT_ONCE = 1e-6  # seconds
+WALK = [f"go({cell})" for cell in range(2, 7)]  # the way to 6
+MODES = ["dynamic.incremental.recording", "dynamic.incremental.dyn_reset", SINGLE]
+
+
+class Slow(Forwarding):
+    """A solver that never ends with some horizons, unless it is told to.
+
+    Attributes:
+        asked: The query that is true.
+        grounded: The steps whose transition was grounded, in order.
+    """
+
+    def __init__(self, solver: Solver, hard: Collection[int]) -> None:
+        super().__init__(solver)
+        self.events_are_facts = False
+        self.grounded: List[str] = []
+        self._hard = [query(horizon) for horizon in hard]
+        self.asked = ""
+
+    def run(self, commands: Sequence[Command]) -> Reply:
+        for one in commands:
+            if isinstance(one, AssignExternal) and one.name.startswith("query"):
+                self.asked = one.name if one.value is Truth.TRUE else self.asked
+            if isinstance(one, Ground):
+                self.grounded += [p.parameters[0] for p in one.parts if p.name == "transition"]
+        return super().run(commands)
+
+    def solve(self, assumptions: Any = (), stopped: Any = None, improved: Any = None) -> Outcome:
+        if self.asked not in self._hard or stopped is None:
+            return super().solve(assumptions, stopped, improved)
+        while not stopped():
+            time.sleep(0.001)
+        return Outcome(Result.UNKNOWN, interrupted=True)
+
+
+def simulation(
+    mode: str, hard: Collection[int], *, steps: int = 20, seconds: float = AT_ONCE
+) -> Any:
+    parts = make_parts(mode, Options((LINE,), ("-c", f"steps={steps}")), ("-c", f"steps={steps}"))
+    solver = Slow(parts.planner, hard)
+    parts = dataclasses.replace(parts, planner=solver)
+    return Simulation(parts.loop, one_by_one_seconds=seconds), solver
+
+
+def searches(run: Simulation) -> List[SearchEnded]:
+    return [one.event for one in run.journal if isinstance(one.event, SearchEnded)]
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_plan_is_found_beyond_a_horizon_that_never_ends(mode: str) -> None:
+    run, solver = simulation(mode, [2, 3, 4])
+    goal = run.request("visit(6)")
+    assert run.run() is None
+    assert goal.words == ["accepted", "succeeded"]
+    assert [action for _, action in run.published] == WALK
+    (first, *_) = searches(run)
+    assert (first.how, first.horizon) == (Ended.AHEAD, 5)
+    assert first.symbols
+    assert solver.grounded == sorted(set(solver.grounded), key=int)  # each step once
+    second = run.request("visit(3)")
+    assert run.run() is None
+    assert second.words == ["accepted", "succeeded"]
+    assert solver.grounded == sorted(set(solver.grounded), key=int)
+
+
+def test_with_zero_seconds_it_is_not_looked_ahead() -> None:
+    run, _ = simulation(MODES[0], [], seconds=0.0)
+    run.request("visit(6)")
+    assert run.run() is None
+    assert not searches(run)
+
+
+def test_the_last_horizon_is_never_exceeded() -> None:
+    run, solver = simulation(MODES[0], [2, 3], steps=4)
+    goal = run.request("visit(6)")
+
+    # The proof that there is no plan with the hard ones never ends, so it is interrupted.
+    turns = iter(range(10_000))
+    state = run.loop.state
+    interrupted = state.interrupted
+    state.interrupted = lambda: next(turns) > 100 or interrupted()
+    with pytest.raises(StopIteration):
+        run.run()
+    assert max(map(int, solver.grounded)) <= 4
+    assert goal.words != ["accepted", "succeeded"]
+
+
+def make_late_once(solver: Slow, horizon: int) -> None:
+    """Has the first search with a horizon never end, unless it is told to."""
+    hard = [horizon]
+    solve = solver.solve
+
+    def late(assumptions: Any = (), stopped: Any = None, improved: Any = None) -> Outcome:
+        if stopped is not None and hard and solver.asked == query(horizon):
+            hard.clear()
+            while not stopped():
+                time.sleep(0.001)
+            return Outcome(Result.UNKNOWN, interrupted=True)
+        return solve(assumptions, stopped, improved)
+
+    solver.solve = late  # type: ignore[method-assign]
+
+
+def test_all_horizons_are_refuted() -> None:
+    """A horizon is late once, and has a turn after that, in which it is refuted."""
+    run, solver = simulation(MODES[0], [], steps=4)
+    goal = run.request("visit(6)")
+    make_late_once(solver, 2)
+    assert run.run() is not None
+    assert goal.words[-1] == "aborted"
+    assert [one.how for one in searches(run)] == [Ended.AHEAD_REFUTED]
+    assert max(map(int, solver.grounded)) == 4
+
+
+def test_a_plan_that_the_mode_does_not_ask_for_is_forgotten(tmp_path: Path) -> None:
+    """A mode that ends before it asks for the plan is told that there was none."""
+    text = (PACKAGE / "modes" / f"{MODES[0]}.lp").read_text()
+    changed = text.replace("event(info,query(steps),0)", "event(info,horizon(5),0)")
+    assert changed != text
+    mode = tmp_path / "early.lp"
+    mode.write_text(changed)
+    run, solver = simulation(str(mode), [])
+    goal = run.request("visit(6)")
+    make_late_once(solver, 2)
+    assert run.run() is None
+    assert goal.words[-1] == "succeeded"
+    assert searches(run)[0].horizon == 5
+    asked = [one.event.command for one in run.journal if isinstance(one.event, CommandDone)]
+    assert "exit" in asked
+    assert asked.index("plan(5)") > asked.index("plan(4)") > asked.index("exit")
+
+
+def test_a_replay_takes_what_was_found_ahead(system: Callable[..., System]) -> None:
+    def make(inbox: Inbox, hard: Collection[int], seconds: float) -> System:
+        made = system(MODES[0], "-c", "steps=20", encoding=[LINE], inbox=inbox)
+        planner = made.loop.state.planner
+        planner.one_by_one_seconds = seconds
+        planner._solver = planner._requests._solver = Slow(planner._solver, hard)
+        return made
+
+    def answer(actuator: str, action: str) -> Optional[str]:
+        return "success"
+
+    recorded_run = Session(make(Inbox(), [2, 3], AT_ONCE), answer)
+    recorded_run.start()
+    recorded_run.goal("g0", "visit(6)")
+    recorded_run.goals["g0"].wait()
+    recorded_run.wait_for(lambda events: isinstance(events[-1], LoopWaits))
+    recorded = list(recorded_run.entries)
+    found = [one.event for one in recorded if isinstance(one.event, SearchEnded)]
+    assert found[0].how in (Ended.AHEAD, Ended.AHEAD_CALLED)
+    inbox = ReplayInbox(decode(encode(input_schedule(Run(recorded)))))
+    again = replay(make(inbox, [], 0.0), recorded, 0)
+    assert not compare(Run(recorded), Run(again)).differences
+    old, new = (commands([entry.event for entry in run]) for run in (recorded, again))
+    assert new[: len(old)] == old
+    assert [one.event for one in again if isinstance(one.event, SearchEnded)] == found
+
+
+@pytest.mark.parametrize(
+    "event",
+    [SearchEnded(Ended.AHEAD, ("do(r,a,1)",), horizon=7, grounded=9),
+     SearchEnded(Ended.AHEAD_CALLED, grounded=4), SearchEnded(Ended.CUT, ("a",), round=2)],
+)  # fmt: skip
+def test_the_journal_has_it(event: Event) -> None:
+    class Message:
+        kind, id, text, details, seconds = encode_event(event)
+
+    assert decode_event(Message) == event
+
+
+def test_it_is_saved_what_is_grounded_ahead() -> None:
+    run, _ = simulation(MODES[0], [2, 3, 4])
+    run.request("visit(6)")
+    planner = run.loop.state.planner
+    while planner._kept is None:
+        if not run._is_prepared:
+            run._is_prepared = True
+            run.loop.prepare()
+        run.step()
+    saved = remade(PlannerState, plain(planner))
+    assert saved._ahead == planner._ahead
+    assert saved._ahead
+    assert saved._kept == planner._kept
