@@ -61,6 +61,7 @@ READ: Dict[str, Tuple[str, ...]] = {
     "tower": (str(TOWER / "instance.lp"), str(TOWER / "itoh.lp")),
     "ricochet": (str(BENCHES / "ricochet.lp"),),
     "robots": (str(BENCHES / "robots.lp"), GRID, MAILBOT, "-c", "robots=5", "-c", "x=4"),
+    "several mailbots in one place": (str(BENCHES / "depot.lp"), GRID, MAILBOT, *SMALL),
     "mailbot in the office": (OFFICE, MAILBOT),
     "mailbot with two offices": (str(BENCHES / "two_offices.lp"), MAILBOT),
     **{f"{robots} mailbots": (FLEET.format(robots), MAILBOT) for robots in (2, 3, 4)},
