@@ -373,7 +373,7 @@ def test_a_mode_that_resets(terminals: Terminals, recorder: Recorder, tmp_path: 
     assert "no difference at level exact: 4 goals" in ended.output
     program = read_recording(bag).programs["/rosoclingo"]
     assert program.parameters == {
-        "abort_unreachable": True, "patience": 0.0, "one_by_one_seconds": 2.0,
+        "abort_unreachable": True, "patience": -1.0, "one_by_one_seconds": 2.0,
     }  # fmt: skip
 
 

@@ -35,7 +35,7 @@ MODES = ["dynamic.incremental.recording", "dynamic.incremental.dyn_reset", SINGL
 
 
 class Slow(Forwarding):
-    """A solver that never ends with some horizons, unless it is told to.
+    """A solver whose time is over at once with some horizons, without assumptions.
 
     Attributes:
         asked: The query that is true.
@@ -58,10 +58,8 @@ class Slow(Forwarding):
         return super().run(commands)
 
     def solve(self, assumptions: Any = (), stopped: Any = None, improved: Any = None) -> Outcome:
-        if self.asked not in self._hard or stopped is None:
+        if assumptions or self.asked not in self._hard:
             return super().solve(assumptions, stopped, improved)
-        while not stopped():
-            time.sleep(0.001)
         return Outcome(Result.UNKNOWN, interrupted=True)
 
 
@@ -162,9 +160,14 @@ def test_a_plan_that_the_mode_does_not_ask_for_is_forgotten(tmp_path: Path) -> N
     assert asked.index("plan(5)") > asked.index("plan(4)") > asked.index("exit")
 
 
-def test_a_replay_takes_what_was_found_ahead(system: Callable[..., System]) -> None:
+@pytest.mark.parametrize(("waits", "hard"), [(False, [2, 3]), (True, range(1, 12))])
+def test_a_replay_takes_what_was_found_ahead(
+    system: Callable[..., System], tmp_path: Path, waits: bool, hard: Collection[int]
+) -> None:
+    encoding = wandering(tmp_path) if waits else LINE
+
     def make(inbox: Inbox, hard: Collection[int], seconds: float) -> System:
-        made = system(MODES[0], "-c", "steps=20", encoding=[LINE], inbox=inbox)
+        made = system(MODES[0], "-c", "steps=20", encoding=[encoding], inbox=inbox)
         planner = made.loop.state.planner
         planner.one_by_one_seconds = seconds
         planner._solver = planner._requests._solver = Slow(planner._solver, hard)
@@ -173,7 +176,7 @@ def test_a_replay_takes_what_was_found_ahead(system: Callable[..., System]) -> N
     def answer(actuator: str, action: str) -> Optional[str]:
         return "success"
 
-    recorded_run = Session(make(Inbox(), [2, 3], AT_ONCE), answer)
+    recorded_run = Session(make(Inbox(), hard, AT_ONCE), answer)
     recorded_run.start()
     recorded_run.goal("g0", "visit(6)")
     recorded_run.goals["g0"].wait()
@@ -214,3 +217,54 @@ def test_it_is_saved_what_is_grounded_ahead() -> None:
     assert saved._ahead == planner._ahead
     assert saved._ahead
     assert saved._kept == planner._kept
+
+
+# A plan beyond the shortest horizon is followed, and shortened.
+
+RESETS = ["dynamic.incremental.reset", "dynamic.incremental.dyn_reset", MODES[0], SINGLE]
+FAR = 12  # a horizon from which on plans are found
+
+
+def wandering(folder: Path) -> str:
+    """Returns the path of the line's encoding, in which the robot may go to and fro."""
+    lines = [one for one in Path(LINE).read_text().splitlines() if not one.startswith("#minimize")]
+    place = lines.index("#program query(t).")
+    lines.insert(place, ":- holds(want(_,_),t-1), not do(robot,_,t), not event(info,passed,t).")
+    file = folder / "wandering.lp"
+    file.write_text("\n".join(lines))
+    return str(file)
+
+
+def far_simulation(mode: str, folder: Path, *, improves: bool) -> Simulation:
+    options = Options((wandering(folder),), ("-c", "steps=40", "--rand-freq=1", "--seed=1"))
+    parts = make_parts(mode, options, ("-c", "steps=40"))
+    parts = dataclasses.replace(parts, planner=Slow(parts.planner, range(1, FAR)))
+    return Simulation(parts.loop, one_by_one_seconds=AT_ONCE, improves=improves)
+
+
+@pytest.mark.parametrize("mode", RESETS)
+def test_a_plan_that_is_followed_ends_no_later(mode: str, tmp_path: Path) -> None:
+    """Though nearer horizons are hard, as often as the planner is asked, and resets come."""
+    run = far_simulation(mode, tmp_path, improves=False)
+    goal = run.request("visit(6)")
+    assert run.run() is None
+    assert goal.words == ["accepted", "succeeded"]
+    assert max(one.horizon for one in searches(run)) == FAR
+    assert run.loop.state.externals.grounded <= set(range(FAR + 1))
+
+
+@pytest.mark.parametrize("mode", RESETS)
+def test_a_plan_is_shortened_while_robots_act(mode: str, tmp_path: Path) -> None:
+    """As soon as somebody acts by it; it is not told of that the horizon is longer."""
+    run = far_simulation(mode, tmp_path, improves=True)
+    goal = run.request("visit(6)")
+    assert run.run() is None
+    assert goal.words == ["accepted", "succeeded"]
+    assert [action for _, action in run.published] == WALK
+    as_found = far_simulation(mode, tmp_path, improves=False)
+    as_found.request("visit(6)")
+    assert as_found.run() is None
+    assert len(as_found.published) > len(WALK)
+    first, *others = [one for one in searches(run) if one.quality]
+    assert (first.how, str(first.quality)) == (Ended.BETTER, "5/5")
+    assert all(one.how is Ended.AS_BEFORE for one in others)

@@ -21,6 +21,16 @@ EMPTY_PARTS = (
 )
 """What lets an encoding leave out a part that it does not need, and tells what it hides."""
 
+STILL_PART = "rosoclingo_still"
+"""The part, and the external in it, that forbids actions in a step if it is true."""
+
+STILL = wire.Add(
+    STILL_PART,
+    ("t",),
+    f"#defined do/3. #external {STILL_PART}(t). :- {STILL_PART}(t), do(_,_,t).",
+)
+"""The part :data:`STILL_PART`, which an encoding gets when a shorter plan is looked for."""
+
 SLOT_PART = "rosoclingo_slot"
 SLOT = f"{SLOT_PART}("
 """How an external begins that is declared for each slot: so a solver node shows the slots."""

@@ -100,6 +100,7 @@ def reset(state: State, step: int) -> None:
     """Makes the fluents of a step the initial ones, and forgets what happened."""
     if not state.externals.reset(_fluents(state, step)) and not state.has_warned("reset"):
         _warn_of_forgetting(state, step)
+    state.planner.note_reset(step)
     state.acting.reset()
     state.free_slots()
     state.goals.some_ended = False

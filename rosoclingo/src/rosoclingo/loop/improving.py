@@ -19,9 +19,9 @@ def improve(state: State) -> bool:
     if not (inbox.is_search_due(improves=True) if inbox.knows_searches else _may_improve(state)):
         return False
     inbox.begin_improving()
-    outcome = state.planner.improve(state.step, lambda: is_called(state))
+    outcome = state.planner.improve(state.step, state.horizon, lambda: is_called(state))
     if outcome is not None:
-        take_plan(state, Plan(outcome.symbols))
+        take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
         if any(not state.is_published(action) for action in state.plan.actions(state.step)):
             state.waiting.stop()  # they begin at once
     state.show_plan()
@@ -30,9 +30,7 @@ def improve(state: State) -> bool:
 
 def _may_improve(state: State) -> bool:
     """Whether somebody acts by a plan that may not be the best."""
-    planner, quality = state.planner, state.planner.quality
-    may = planner.patience > 0 and planner.demand.improves and state.mail.inbox.improves
-    if not may or quality is None or quality.is_best:
+    if not (state.mail.inbox.improves and state.planner.may_improve):
         return False
     return state.shows_plan and bool(state.ahead()) and state.acting.pending_actions
 

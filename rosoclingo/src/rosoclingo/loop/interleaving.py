@@ -4,8 +4,8 @@ The shortest horizon with a plan is often hard to prove to be the shortest, whil
 plan that is found at once. So several horizons take turns, and each gets a fixed share of the time
 of the one before it, which is Rintanen's algorithm B ("Evaluation strategies for planning as
 satisfiability", 2004); horizons grow geometrically, and so do the turns. With several,
-the first turn of each round is that of the shortest horizon that is not refuted, so that none is
-left out for ever.
+the first turn of each round is that of the shortest horizon that is not refuted, and each round has
+one horizon more at its end, so that none is left out for ever.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Interleaving:
         Args:
             first: The first horizon, 0 or more.
             last: The last one.
-            width: How many horizons take turns.
+            width: How many horizons take turns at first.
             growth: The factor by which a horizon is longer than the one before it; it is longer by
                 one at least.
             seconds: How long the first turn of the first horizon may take.
@@ -88,6 +88,8 @@ class Interleaving:
             for place, horizon in enumerate(tuple(self._open)):
                 yield Turn(horizon, self._seconds * self._share**place)
             self._seconds *= self._lengthening
+            if self._width > 1:
+                self._width += 1
 
     def refute(self, horizon: int) -> None:
         """Gives no more turns to a horizon, with which there is no plan."""

@@ -10,16 +10,17 @@ from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tupl
 
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS
-from rosoclingo.loop.atoms import QUERY, query
+from rosoclingo.loop.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS, STILL, STILL_PART
+from rosoclingo.loop.atoms import QUERY, Action, Plan, query
 from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
-from rosoclingo.loop.journal import LOOKING_AHEAD, Ended, SearchEnded
+from rosoclingo.loop.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
 from rosoclingo.loop.looking_ahead import look_ahead
 from rosoclingo.loop.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
 from rosoclingo.loop.requests import Requests, read_externals
 from rosoclingo.loop.searching import Searching
+from rosoclingo.loop.shortening import shorten
 from rosoclingo.loop.solver import Solver
 
 DEFAULT_PATIENCE = -1.0
@@ -29,6 +30,7 @@ and a tenth of it for a plan of many tasks, which is not proven the best soon; e
 ONE_BY_ONE_SECONDS = 2.0
 """How long nodes and ``plan.py`` search one horizon after the other, by default."""
 
+_FOLLOW_SECONDS = 0.5  # how long it may take to find the rest of a plan again
 _PATIENCE = 1.0
 _FIRST = 0.1
 
@@ -58,6 +60,10 @@ class PlannerState:
     _top: int = 0  # the last step that is grounded
     _is_timed: bool = False  # whether time has ended a search, so that plans depend on it
     _stays_near: bool = False  # whether the mode has stopped before a plan that was kept
+    _symbols: Tuple[str, ...] = ()  # the plan that is followed, if it may not be the shortest
+    _passed: int = 0  # the steps of that plan before the last reset
+    _is_shortened: bool = False  # whether no shorter one can be found
+    _still: int = 0  # the last step in which actions can be forbidden
     _later: List[str] = field(default_factory=list)  # externals that are to be true
 
 
@@ -134,7 +140,8 @@ class Planner(PlannerState):
         self._forget_plan()
         self.quality = None
         self._ahead.clear()
-        self._top, self._is_timed = 0, False
+        self._top, self._still, self._passed = 0, 0, 0
+        self._is_timed, self._symbols = False, ()
         is_first = slots is None
         self.run(wire.Restart(), *([SLOTS] if is_first else ()), *EMPTY_PARTS)
         self.demand.begin(() if self._is_translated else self._requests.programs())
@@ -230,7 +237,7 @@ class Planner(PlannerState):
         """Takes note that something was told by which the plan may be another one."""
         self._kept = None
         self._began = None
-        self._stays_near = False
+        self._stays_near = self._is_shortened = False
         self.demand.note_news()
 
     def search(
@@ -252,7 +259,10 @@ class Planner(PlannerState):
         if stopped() and not self.recorded.is_search_due(improves=False):
             return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
         if not self.demand:
-            return self._search_plain(horizon, stopped, looks_ahead)
+            outcome = self._search_plain(step, horizon, stopped, looks_ahead)
+            if self._is_timed and outcome.result is wire.Result.SAT:
+                self._symbols, self._passed = outcome.symbols, 0
+            return outcome
         if self._kept is None:
             prefers = self.patience > 0 and self.demand.prefers and self.demand.searches > 0
             commands = self.demand.prepare(step, prefers=prefers)
@@ -269,7 +279,7 @@ class Planner(PlannerState):
         return self._kept.outcome
 
     def _search_plain(
-        self, horizon: int, stopped: Callable[[], bool], looks_ahead: bool
+        self, step: int, horizon: int, stopped: Callable[[], bool], looks_ahead: bool
     ) -> wire.Outcome:
         """Searches with an encoding that is grounded step by step, and asks for nothing."""
         kept = self._kept
@@ -282,10 +292,12 @@ class Planner(PlannerState):
         ended = self.recorded.search_due(*LOOKING_AHEAD)
         if ended is None:
             last = self.last_horizon
-            may = self.one_by_one_seconds > 0 and looks_ahead and not self._stays_near
-            may &= last is not None and last > horizon and not self.recorded.knows_searches
-            end = self._began + self.one_by_one_seconds if may else math.inf
+            may = self._takes_turns and looks_ahead
+            looks_far = may and not self._stays_near and last is not None and last > horizon
+            end = self._began + self.one_by_one_seconds if looks_far else math.inf
             self.run()  # what is still to be told
+            ended = self._find_rest(step, horizon, stopped) if may else None
+        if ended is None:
             outcome, self.quality = self._searching(lambda: time.monotonic() > end).find(
                 stopped, self.quality
             )
@@ -301,6 +313,43 @@ class Planner(PlannerState):
         self._ground_ahead(ended.grounded)
         self.note(ended)
         return self._take_ahead(ended, horizon)
+
+    @property
+    def _takes_turns(self) -> bool:
+        """Whether horizons may take turns, so that plans may be longer than they need to be."""
+        return self.one_by_one_seconds > 0 and not self.recorded.knows_searches
+
+    def _find_rest(
+        self, step: int, horizon: int, stopped: Callable[[], bool]
+    ) -> Optional[SearchEnded]:
+        """Finds the rest of the plan that is followed again, where that took long to find.
+
+        So no plan takes its place that ends later, as often as the planner is asked: after each
+        answer, and after each reset.
+
+        Returns:
+            How that has ended; None if it is no plan now, or not found soon.
+        """
+        rest = [
+            wire.Assumption(str(Action(one.actuator, one.name, one.step - self._passed)), True)
+            for one in Plan(self._symbols).actions_from(max(step, 1) + self._passed)
+        ]
+        if not rest:
+            return None
+        end = time.monotonic() + _FOLLOW_SECONDS
+        found: List[wire.Improvement] = []
+        outcome = self._solver.solve(
+            rest, lambda: stopped() or time.monotonic() > end, found.append
+        )
+        symbols = outcome.symbols or (found[-1].symbols if found else ())
+        if stopped() or not symbols:
+            return None
+        quality = Quality(found[-1].cost) if found else None
+        return SearchEnded(Ended.AHEAD, symbols, quality, horizon=horizon, grounded=self._top)
+
+    def note_reset(self, step: int) -> None:
+        """Takes note that a step of the plan that is followed is step 0 from now on."""
+        self._passed += step
 
     def _take_ahead(self, ended: SearchEnded, horizon: int) -> wire.Outcome:
         """Keeps what was found for other horizons than the one that is asked for."""
@@ -334,16 +383,28 @@ class Planner(PlannerState):
         self._stays_near = True
         return True
 
-    def improve(self, step: int, stopped: Callable[[], bool]) -> Optional[wire.Outcome]:
+    @property
+    def may_improve(self) -> bool:
+        """Whether there may be a better plan than the one that stands, to be looked for."""
+        if self.demand:
+            is_best = self.quality is None or self.quality.is_best
+            return self.patience > 0 and self.demand.improves and not is_best
+        is_open = self._is_timed and bool(self._symbols) and not self._is_shortened
+        return is_open and self._takes_turns and self.quality is None
+
+    def improve(
+        self, step: int, horizon: int, stopped: Callable[[], bool]
+    ) -> Optional[wire.Outcome]:
         """Looks for a better plan than the one that stands, until told to stop or through.
 
-        It is not stopped before it is known what the plan costs that stands.
-
-        That is for an encoding that has opted in, see ``Demand.improves``. What was published stays
-        in the plan. If it is not told of a better one, the plan stands as it was.
+        That is for an encoding that has opted in, see ``Demand.improves``: it is not stopped before
+        it is known what the plan costs that stands. And for a plan beyond the shortest horizon, in
+        whose place a shorter one comes. What was published stays in the plan. If it is not told of
+        a better one, the plan stands as it was.
 
         Args:
             step: The current step.
+            horizon: The step at which all has to be done.
             stopped: Whether the search has to end; what it has found is taken then.
 
         Returns:
@@ -352,12 +413,41 @@ class Planner(PlannerState):
         Raises:
             PlannerError: The encoding asks for what there is not.
         """
+        if not self.demand:
+            return self._shorten(step, horizon, stopped)
         self.run(self.demand.prepare_improving(step))
         ended, better = self._searching().improve(stopped)
         self.quality = ended.quality
         if ended.how is not Ended.NOTHING:
             self._kept = None
         return better
+
+    def _shorten(
+        self, step: int, horizon: int, stopped: Callable[[], bool]
+    ) -> Optional[wire.Outcome]:
+        """Looks for a shorter plan."""
+        ended = self.recorded.search_due(*IMPROVING)
+        if ended is None:
+            self.run(*self._still_parts(horizon))
+            ended = shorten(
+                self._solver, self._requests.run, Plan(self._symbols),
+                step=step, horizon=horizon, stopped=stopped,
+            )  # fmt: skip
+            self._is_shortened = not stopped()
+        self.note(ended)
+        if ended.how is not Ended.BETTER:
+            return None
+        self._symbols, self._passed = ended.symbols, 0
+        self._kept = None
+        is_best = ended.quality is not None and ended.quality.is_best
+        return wire.Outcome(wire.Result.SAT, not is_best, ended.symbols)
+
+    def _still_parts(self, last: int) -> List[wire.Command]:
+        """Returns what lets actions be forbidden in each step up to a last one."""
+        steps = range(self._still + 1, last + 1)
+        first = [STILL] if steps and not self._still else []
+        self._still = max(self._still, last)
+        return [*first, *(wire.Ground((wire.Part(STILL_PART, (str(t),)),)) for t in steps)]
 
     def _searching(self, is_late: Callable[[], bool] = lambda: False) -> Searching:
         return Searching(

@@ -1,0 +1,95 @@
+"""Anytime improvement of a plan beyond the shortest horizon: a shorter one is looked for meanwhile.
+
+The horizon stays as it is, so that modes need not know of this. A shorter plan is one in which
+nobody does anything from some step on: for each step there is an external that forbids actions.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Callable, List, Sequence, Tuple
+
+from rosclingo.wire import commands as wire
+from rosoclingo.loop.added import STILL_PART
+from rosoclingo.loop.atoms import Action, Plan
+from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.solver import Solver
+
+_JUMP_SECONDS = 1.0  # how long a plan may be looked for that is shorter by several steps
+
+
+def shorten(
+    solver: Solver,
+    run: Callable[[Sequence[wire.Command]], object],
+    plan: Plan,
+    *,
+    step: int,
+    horizon: int,
+    stopped: Callable[[], bool],
+) -> SearchEnded:
+    """Looks for a plan whose last action comes earlier, until there is none or it has to stop.
+
+    After each success it tries to save twice as many steps. What was done up to the current step
+    stays, also where the encoding is not told of it.
+
+    Args:
+        solver: The planner's solver; its externals of :data:`STILL_PART` are false before and
+            after that.
+        run: Runs commands that set these externals.
+        plan: The plan that stands.
+        step: The current step, whose actions are published.
+        horizon: The horizon that is asked for.
+        stopped: Whether the search has to end.
+
+    Returns:
+        How it has ended; a plan costs the number of its last step with an action.
+    """
+    last, saved, best = plan.last_actions(step, horizon), 1, plan
+    is_best = False
+    past = _until(plan, step)
+    still: List[int] = []
+    try:
+        while last > step and not stopped():
+            target = max(step, last - saved)
+            more = [one for one in range(target + 1, horizon + 1) if one not in still]
+            less = [one for one in still if one <= target]
+            run([*_set(more, wire.Truth.TRUE), *_set(less, wire.Truth.FALSE)])
+            still = list(range(target + 1, horizon + 1))
+            outcome, symbols = _solve(solver, past, stopped, saved > 1)
+            found = Plan(symbols)
+            if symbols and _until(found, step) == past:
+                best, last = found, found.last_actions(step, horizon)
+                saved *= 2
+            elif saved > 1:
+                saved = 1
+            else:
+                is_best = outcome.result is wire.Result.UNSAT
+                break
+    finally:
+        run(_set(still, wire.Truth.FALSE))
+    bound = (last,) if is_best or last <= step else ()
+    how = Ended.AS_BEFORE if best is plan else Ended.BETTER
+    return SearchEnded(how, best.symbols, Quality((last,), bound))
+
+
+def _until(plan: Plan, step: int) -> List[Action]:
+    """Returns the actions of a plan up to a step, ordered."""
+    return sorted((one for one in plan.actions_from(0) if one.step <= step), key=str)
+
+
+def _solve(
+    solver: Solver, past: Sequence[Action], stopped: Callable[[], bool], is_jump: bool
+) -> Tuple[wire.Outcome, Tuple[str, ...]]:
+    """Returns how a search ends, and the last answer set that it has found."""
+    found: List[wire.Improvement] = []
+    end = time.monotonic() + _JUMP_SECONDS
+    assumed = [wire.Assumption(str(action), True) for action in past]
+    outcome = solver.solve(
+        assumed, lambda: stopped() or (is_jump and time.monotonic() > end), found.append
+    )
+    return outcome, outcome.symbols or (found[-1].symbols if found else ())
+
+
+def _set(steps: Sequence[int], value: wire.Truth) -> List[wire.Command]:
+    return [wire.AssignExternal(f"{STILL_PART}({step})", value) for step in steps]
