@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict, List, Pattern, Sequence
 from rosclingo.errors import OptionsError
 from rosclingo.solver.option_parser import OptionParser
 from rosclingo.solver.options import Options, constants, mark_files, parse_options
+from rosclingo.solver.threads import AUTO, read_threads, with_threads
 from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import SINGLE
@@ -39,7 +40,8 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         RosclingoError: A file or a term is wrong.
     """
     chosen, rest = make_parser().parse_known_args(arguments)
-    chosen.options = options = parse_planner(rest, "plan.py")
+    options = with_threads(parse_planner(rest, "plan.py"), chosen.threads)
+    chosen.options = options
     alone = ("at", "lasts", "fail", "no_answer", "fail_probability", "action_timeout", "commands")
     for option in alone if not chosen.simulate else ():
         if getattr(chosen, option):
@@ -89,6 +91,8 @@ def make_parser() -> OptionParser:
         help="a goal without a plan ends alone, and not all with the loop")  # fmt: skip
     add("--patience", type=number_type(), default=0.0, metavar="S",
         help="when an optimising search ends that has found a plan")  # fmt: skip
+    add("--threads", type=read_threads, default=1, metavar="N",
+        help=f"search with N threads, or {AUTO} for as many as there are spare cores")  # fmt: skip
     add("--why-seconds", type=number_type(), default=_WHY_SECONDS, metavar="S",
         help=f"how long to look why there is no plan; by default {_WHY_SECONDS:g}, and 0 for "
         "not at all")  # fmt: skip

@@ -14,7 +14,7 @@ from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
 from rosoclingo.loop.requests import Requests, read_externals
-from rosoclingo.loop.searching import Searching
+from rosoclingo.loop.searching import Searching, read_summary
 from rosoclingo.loop.solver import Solver
 
 
@@ -62,6 +62,7 @@ class Planner(PlannerState):
         self.note: Callable[[SearchEnded], None] = lambda _: None
         self.missing: Callable[[str], None] = lambda _: None
         self._optional: Set[str] = set()  # externals that a mode has set
+        self._has_threads: Optional[bool] = None  # None as long as that is not known
         # A dialect's translation may be in between.
         self._is_translated = bool(getattr(solver, "events_are_facts", False))
 
@@ -92,6 +93,7 @@ class Planner(PlannerState):
         self.demand.begin(())
         self._later = []
         self._kept = self.quality = None
+        self._has_threads = None
         is_first = slots is None
         self.run(wire.Restart(), *([SLOTS] if is_first else ()), *EMPTY_PARTS)
         self.demand.begin(() if self._is_translated else self._requests.programs())
@@ -243,7 +245,15 @@ class Planner(PlannerState):
             patience=self.patience,
             recorded=self.recorded,
             note=self.note,
+            varies=self._varies,
         )
+
+    def _varies(self) -> bool:
+        """Whether which answer set its solver finds is up to chance, since it has threads."""
+        if self._has_threads is None:
+            number = read_summary(self._solver, "concurrency")
+            self._has_threads = None if number is None else number > 1
+        return bool(self._has_threads)
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
         """Returns whether there is any, be it the best one or not; None if told to stop before."""
