@@ -20,6 +20,7 @@ from rosoclingo.loop.ids import GOAL
 _MODE = "dynamic.incremental.recording"
 _STEPS = 50  # the longest plan; the modes' own default is too short for trying
 _WHY_SECONDS = 20.0
+_PROFILE_SECONDS = 60.0
 _OF_THE_MODE = ("steps", "r")  # constants
 
 _EPILOG = """\
@@ -46,6 +47,10 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     for option in alone if not chosen.simulate else ():
         if getattr(chosen, option):
             raise OptionsError(f"--{option.replace('_', '-')} is for a run: add --simulate")
+    if chosen.profile_seconds is not None and not chosen.profile:
+        raise OptionsError("--profile-seconds is for a profile: add --profile")
+    if chosen.profile_seconds is None:
+        chosen.profile_seconds = _PROFILE_SECONDS
     chosen.inputs = [
         *(read_input(text) for text in chosen.event),
         *(read_input(f"{GOAL}:{text}") for text in chosen.goal),
@@ -96,6 +101,11 @@ def make_parser() -> OptionParser:
     add("--why-seconds", type=number_type(), default=_WHY_SECONDS, metavar="S",
         help=f"how long to look why there is no plan; by default {_WHY_SECONDS:g}, and 0 for "
         "not at all")  # fmt: skip
+    add("--profile", action="store_true",
+        help="say where the time goes: into which horizons, predicates and rules")  # fmt: skip
+    add("--profile-seconds", type=number_type(), default=None, metavar="S",
+        help=f"when a profile ends the planning, as Ctrl-C does; by default {_PROFILE_SECONDS:g}, "
+        "and 0 for when that is through")  # fmt: skip
     add("--json", action="store_true", help="print plan, goals and journal as JSON")
     add("--picture", type=Path, metavar="FILE", help="draw the plan or the run; .svg, .png, .pdf")
     return parser
