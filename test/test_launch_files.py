@@ -33,7 +33,8 @@ NEEDED = {
     "nodes.launch": [
         "abort_unreachable:=false", "action_timeout:=0", "encoding:=line.lp", "explain:=true",
         "mode:=static.fixed.recording", "options:=-t 1", "r:=5", "record:=none",
-        "required:=false", "patience:=0", "steps:=10", "why_seconds:=20",
+        "required:=false", "patience:=0", "steps:=10", "threads:=1",
+        "why_seconds:=20",
     ],
     "rosoclingo.launch": ["encoding:=line.lp", "mode:=static.fixed.recording"],
     "single.launch": ["encoding:=line.lp"],

@@ -85,6 +85,7 @@ COMPARED = {
     ("rosoclingo/README.md", "rosoclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "At the desk: plan.py"): "test/test_readmes.py",
     ("rosoclingo/README.md", "Before it runs: check.py"): "test/test_readmes.py",
+    ("rosoclingo/README.md", "Where the time goes"): "test/test_readmes.py",
     ("rosoclingo_aspprograms/README.md", "rosoclingo_aspprograms"): "test/test_readmes.py",
     ("rosoclingo_examples/README.md", "rosoclingo_examples"): "test/test_readmes.py",
     ("rosoclingo_interfaces/README.md", "rosoclingo_interfaces"): "test/test_readmes.py",
@@ -373,6 +374,12 @@ def test_plan(page: Page) -> None:
     page.has(line_lp=LINE)
     has_libraries(page)
     assert page.run("python3 -m").splitlines()[1:] == planned.splitlines()[1:]
+
+
+@of("rosoclingo/README.md", "Where the time goes")
+def test_profile(page: Page) -> None:
+    page.has(line_lp=LINE)
+    check_output("rosoclingo/README.md", "Where the time goes", page.run("--profile"))
 
 
 @of("rosoclingo/README.md", "Before it runs: check.py")

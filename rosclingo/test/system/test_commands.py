@@ -201,10 +201,13 @@ def test_a_solver_that_was_killed_is_known_to_have_ended(terminals: Terminals) -
     assert client.wait() == 1
 
 
-def test_interrupt_of_a_search(terminals: Terminals, tmp_path: Path) -> None:
+@pytest.mark.parametrize("threads", [1, 2])
+def test_interrupt_of_a_search(terminals: Terminals, tmp_path: Path, threads: int) -> None:
     program = "1 {at(P,H) : H=1..11} 1 :- P=1..12. :- at(P,H), at(Q,H), P<Q. "
     (tmp_path / "hard.lp").write_text(program)
-    node = terminals.start("rosrun", "rosclingo", "run.py", "-f", str(tmp_path / "hard.lp"))
+    node = terminals.start(
+        "rosrun", "rosclingo", "run.py", "-f", str(tmp_path / "hard.lp"), f"_threads:={threads}"
+    )
     client = terminals.start("python", f"{example()}/start.py")
     terminals.listen("/rosclingo", "/rosclingo/status").wait_for("status: 1")
     interrupt(node, client)
@@ -378,6 +381,7 @@ def test_wrong_parameters(terminals: Terminals) -> None:
         "_max_request_bytes:=0": "parameter /n0/max_request_bytes: expected an integer from 1: 0",
         "_allow_scripts:=7": "parameter /n1/allow_scripts: expected true or false: 7",
         "_load_path:=7": "parameter /n2/load_path: expected a list of words: 7",
+        "_threads:=0": "parameter /n3/threads: expected a number of threads from 1 to 64, or auto",
     }
     run = ("rosrun", "rosclingo", "run.py")
     nodes = [terminals.start(*run, f"__name:=n{n}", text) for n, text in enumerate(wrong)]

@@ -197,6 +197,65 @@ def test_the_search_is_kept_in_a_replay(system: Callable[..., System]) -> None:
         assert events(again, PlanFound) == events(recorded, PlanFound)
 
 
+ANY_OF_MANY = """
+#program base.
+rslot(1..4).
+#program state(t).
+#external event(ID,R,t) : rslot(ID), R = (bring(a,b);bring(b,c);bring(d,a);bring(c,d);bring(b,a)).
+#external event(info,unblocked(a,hall),t).
+#external event(r,(success;failure),t).
+#external event(info,passed,t).
+wants(ID,t) :- event(ID,R,t), R != passed, rslot(ID).
+wants(ID,t) :- wants(ID,t-1), not met(ID,t-1).
+status(ID,accepted,t) :- wants(ID,t), not wants(ID,t-1).
+status(ID,succeeded,t) :- met(ID,t).
+#program transition(t).
+% Any of these does.
+#external event(commit,do(r,go(1..40)),t).
+{ do(r,go(N),t) : N = 1..40 } 1.
+:- event(commit,do(R,A),t), not do(R,A,t).
+:- do(R,A,t), not event(commit,do(R,A),t), event(info,passed,t).
+met(ID,t) :- wants(ID,t), ID = #min { I : wants(I,t) }, do(r,_,t), not event(r,failure,t).
+#program query(t).
+#external query(t).
+:- query(t), wants(ID,t), not met(ID,t).
+#show do/3. #show status/3.
+"""
+
+
+@pytest.mark.parametrize("is_plain", [True, False], ids=["plain", "on demand"])
+def test_what_several_threads_find_is_kept_in_a_replay(
+    system: Callable[..., System], tmp_path: Path, is_plain: bool
+) -> None:
+    """Without patience; the solver of the replay has one thread, and finds other plans."""
+    (tmp_path / "any.lp").write_text(ANY_OF_MANY)
+    encoding = [str(tmp_path / "any.lp")] if is_plain else [*HALL, "-c", "slots=4"]
+
+    def make(inbox: Inbox, *options: str) -> System:
+        mode = "dynamic.incremental.recording"
+        return system(mode, "-c", "steps=80", encoding=[*encoding, *options], inbox=inbox)
+
+    recorded = record(make(Inbox(), "--parallel-mode=2,compete"), 1)
+    searches = events(recorded, SearchEnded)
+    assert Ended.FINISHED in {one.how for one in searches}
+    assert len(searches) >= len({one.actions for one in events(recorded, PlanFound)})
+    inbox = ReplayInbox(decode(encode(input_schedule(Run(recorded)))))
+    again = replay(make(inbox, "--rand-freq=1", "--seed=7"), recorded, 1)
+    comparison = compare(Run(recorded), Run(again))
+    assert not comparison.differences, text_report.describe(comparison)
+    assert events(again, SearchEnded) == searches
+    assert events(again, PlanFound) == events(recorded, PlanFound)
+
+
+def test_a_search_with_one_thread_is_not_noted(
+    system: Callable[..., System], tmp_path: Path
+) -> None:
+    (tmp_path / "any.lp").write_text(ANY_OF_MANY)
+    mode = "dynamic.incremental.recording"
+    run = system(mode, "-c", "steps=80", encoding=[str(tmp_path / "any.lp")])
+    assert events(record(run, 0), SearchEnded) == []
+
+
 def record(system: System, seed: int) -> List[Entry]:
     """Runs a system to which goals and answers come at random."""
     chance = random.Random(seed)

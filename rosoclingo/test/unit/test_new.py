@@ -160,6 +160,7 @@ def test_the_launch_file_has_the_arguments_of_rosoclingo(package: Path) -> None:
     assert own["abort_unreachable"] == str(chosen.abort_unreachable).lower()
     assert float(own["patience"] or -1) == chosen.patience
     assert float(own["action_timeout"] or -1) == chosen.action_timeout
+    assert int(own["threads"] or -1) == chosen.threads
     assert float(own["why_seconds"] or -1) == chosen.why_seconds
 
 

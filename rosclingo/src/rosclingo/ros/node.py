@@ -219,6 +219,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
             sys.exit(0)
         engine = Engine(options, log=log_clingo)
         init_node("rosclingo")
+        engine.use_threads(parameters.threads())
         described = about(
             "rosclingo run.py",
             arguments,

@@ -10,6 +10,7 @@ import rospy
 
 from rosclingo.errors import ParameterError, TermError
 from rosclingo.solver.terms import parse_term
+from rosclingo.solver.threads import read_threads
 
 NOTHING = r"(?!)"
 """A regular expression that matches nothing."""
@@ -61,6 +62,18 @@ def integer(name: str, default: int, most: float = math.inf, *, least: int = 0) 
     if not value.is_integer():
         raise wrong(name, f"expected an integer: {value}")
     return int(value)
+
+
+def threads() -> int:
+    """Returns the number of threads of a solver, ``~threads``.
+
+    Raises:
+        ParameterError: It is something else.
+    """
+    try:
+        return read_threads(_get("threads", 1))
+    except ValueError as err:
+        raise wrong("threads", err) from err
 
 
 def flag(name: str, default: bool) -> bool:

@@ -26,6 +26,7 @@ from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Policy, Program
 from rosclingo.solver.terms import parse_term
 from rosclingo.solver.theories import make_theory
+from rosclingo.solver.threads import with_threads
 from rosclingo.solver.watch import Watch
 from rosclingo.wire import commands as wire
 
@@ -106,6 +107,16 @@ class Engine:
     def includes(self) -> Dict[str, Dict[str, str]]:
         """For each of the files, the real paths of what it includes, by how it names that."""
         return dict(self._program.includes) if self._program else {}
+
+    def use_threads(self, threads: int) -> None:
+        """Restarts with so many threads, unless it is one.
+
+        Raises:
+            OptionsError: The command line has a number of threads already.
+        """
+        if threads > 1:
+            self._options = with_threads(self._options, threads)
+            self._restart()
 
     def apply(self, command: wire.Command) -> Optional[wire.Answer]:
         """Runs a command.

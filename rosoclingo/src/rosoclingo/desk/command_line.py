@@ -10,6 +10,7 @@ from typing import Any, Callable, Dict, List, Pattern, Sequence
 from rosclingo.errors import OptionsError
 from rosclingo.solver.option_parser import OptionParser
 from rosclingo.solver.options import Options, constants, mark_files, parse_options
+from rosclingo.solver.threads import AUTO, read_threads, with_threads
 from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import SINGLE
@@ -20,6 +21,7 @@ from rosoclingo.loop.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
 _MODE = "dynamic.incremental.recording"
 _STEPS = 50  # the longest plan; the modes' own default is too short for trying
 _WHY_SECONDS = 20.0
+_PROFILE_SECONDS = 60.0
 _OF_THE_MODE = ("steps", "r")  # constants
 
 _EPILOG = """\
@@ -40,11 +42,16 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         RosclingoError: A file or a term is wrong.
     """
     chosen, rest = make_parser().parse_known_args(arguments)
-    chosen.options = options = parse_planner(rest, "plan.py")
+    options = with_threads(parse_planner(rest, "plan.py"), chosen.threads)
+    chosen.options = options
     alone = ("at", "lasts", "fail", "no_answer", "fail_probability", "action_timeout", "commands")
     for option in alone if not chosen.simulate else ():
         if getattr(chosen, option):
             raise OptionsError(f"--{option.replace('_', '-')} is for a run: add --simulate")
+    if chosen.profile_seconds is not None and not chosen.profile:
+        raise OptionsError("--profile-seconds is for a profile: add --profile")
+    if chosen.profile_seconds is None:
+        chosen.profile_seconds = _PROFILE_SECONDS
     chosen.inputs = [
         *(read_input(text) for text in chosen.event),
         *(read_input(f"{GOAL}:{text}") for text in chosen.goal),
@@ -94,9 +101,16 @@ def make_parser() -> OptionParser:
     add("--one-by-one-seconds", type=number_type(), default=ONE_BY_ONE_SECONDS, metavar="S",
         help="how long one horizon after the other is searched, until several take turns; by "
         f"default {ONE_BY_ONE_SECONDS:g}, and 0 for always")  # fmt: skip
+    add("--threads", type=read_threads, default=1, metavar="N",
+        help=f"search with N threads, or {AUTO} for as many as there are spare cores")  # fmt: skip
     add("--why-seconds", type=number_type(), default=_WHY_SECONDS, metavar="S",
         help=f"how long to look why there is no plan; by default {_WHY_SECONDS:g}, and 0 for "
         "not at all")  # fmt: skip
+    add("--profile", action="store_true",
+        help="say where the time goes: into which horizons, predicates and rules")  # fmt: skip
+    add("--profile-seconds", type=number_type(), default=None, metavar="S",
+        help=f"when a profile ends the planning, as Ctrl-C does; by default {_PROFILE_SECONDS:g}, "
+        "and 0 for when that is through")  # fmt: skip
     add("--json", action="store_true", help="print plan, goals and journal as JSON")
     add("--picture", type=Path, metavar="FILE", help="draw the plan or the run; .svg, .png, .pdf")
     return parser

@@ -61,6 +61,7 @@ def make_parts(
     *,
     commands: Type[Any] = ROSCommands,
     log: Callable[[str], None] = lambda _: None,
+    engine: Callable[..., Engine] = Engine,
 ) -> Parts:
     """Makes the solvers of a system, and what decides.
 
@@ -70,6 +71,7 @@ def make_parts(
         mode_options: The controller's options for clingo.
         commands: Class with a method for each command, such as ``ROSCommands``.
         log: Called with clingo's warnings of the planner.
+        engine: Makes the planner's solver of its options and of ``log``.
 
     Raises:
         RosclingoError: There is no such mode, or a file or an option is wrong.
@@ -79,12 +81,12 @@ def make_parts(
         last = last_step((*options.clingo, *mode_options))
         return Parts(
             lambda: Algorithm1(dialect.first_step, last),
-            dialect(Engine(options, log=log)),
+            dialect(engine(options, log=log)),
             commands_for(dialect, commands, says_status(options)),
         )
     controller = Engine(Options((find_mode(mode),), tuple(mode_options)))
     known = _decisions(tuple(controller.files.items()), tuple(mode_options))
-    return Parts(lambda: Controller(controller, known=known), Engine(options, log=log), commands)
+    return Parts(lambda: Controller(controller, known=known), engine(options, log=log), commands)
 
 
 @functools.lru_cache(maxsize=100)

@@ -6,16 +6,19 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import signal
 import sys
-from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence
+from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
+from rosclingo.solver.engine import Engine
 from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.outcome import DROPPED, Plan, current_plan, reasons, refused, unreached
 from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.profiling import Profiler, TimeLimit
 from rosoclingo.desk.progress import Progress
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.desk.story import Story
@@ -29,6 +32,7 @@ from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.ids import GOAL
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.snapshot import encode
+from rosoclingo.profile.text import Profile
 from rosoclingo.why.question import Answer
 
 _PROGRAM = "plan.py"
@@ -58,11 +62,34 @@ def run(arguments: Sequence[str]) -> int:
         OSError: The picture cannot be written.
     """
     chosen = parse(arguments)
-    parts = make_parts(chosen.mode, chosen.options, chosen.mode_options, log=_warn)
+    profiler = Profiler(chosen.options) if chosen.profile else None
+    make_engine = Engine if profiler is None else profiler.make_engine
+    parts = make_parts(
+        chosen.mode, chosen.options, chosen.mode_options, log=_warn, engine=make_engine
+    )
     desk = Desk(parts.loop, chosen)
-    with Progress(desk.place):
+    if profiler:
+        profiler.follow(lambda: desk.loop.state.horizon)
+    limit = TimeLimit(chosen.profile_seconds, desk.close) if profiler else None
+    with limit or contextlib.nullcontext(), Progress(lambda: _place(desk, profiler)):
         failure = desk.run()
         desk.take_situation(failure)
+    if limit and limit.is_over:
+        wrong, why, answers = [], [_cut_off(chosen, desk)], []  # type: _Said
+    else:
+        wrong, why, answers = _judge(chosen, desk, failure)
+    profile = profiler.profile() if profiler else None
+    desk.finish(wrong, why, answers, profile)
+    if chosen.picture is not None and desk.plan is not None:
+        _draw(chosen, desk, desk.plan)
+    return 2 if wrong else 1 if why else 0
+
+
+_Said = Tuple[List[str], List[str], List[Answer]]
+
+
+def _judge(chosen: argparse.Namespace, desk: Desk, failure: Optional[RosclingoError]) -> _Said:
+    """Says what is wrong, why goals were not reached, and what of that was found out by asking."""
     wrong = refused(desk, failure)
     if not (desk.loop.dynamic or isinstance(failure, ControllerError)):
         messages = [one for one in chosen.inputs if one.kind != GOAL]
@@ -80,10 +107,22 @@ def run(arguments: Sequence[str]) -> int:
         if answers:
             why = [desk.in_short(text) for text in why]
         why += [answer.text for answer in answers] + unanswered
-    desk.finish(wrong, why, answers)
-    if chosen.picture is not None and desk.plan is not None:
-        _draw(chosen, desk, desk.plan)
-    return 2 if wrong else 1 if why else 0
+    return wrong, why, answers
+
+
+def _cut_off(chosen: argparse.Namespace, desk: Desk) -> str:
+    """Says that the time for a profile was over."""
+    what = "the simulation was" if desk.plan else "planning was"
+    return (
+        f"{what} ended with a horizon of {desk.loop.state.horizon} steps, by Ctrl-C or after "
+        f"{chosen.profile_seconds:g} s, as --profile-seconds says; the profile is of what was done "
+        "until then"
+    )
+
+
+def _place(desk: Desk, profiler: Optional[Profiler]) -> str:
+    doing = profiler.doing if profiler else ""
+    return f"{desk.place()}, {doing}" if doing else desk.place()
 
 
 class Desk(Simulation):
@@ -116,24 +155,35 @@ class Desk(Simulation):
         if self._is_shown and self._tells:
             self._story.hear(self.journal[-1])
 
-    def finish(self, wrong: Sequence[str], why: Sequence[str], answers: Sequence[Answer]) -> None:
+    def finish(
+        self,
+        wrong: Sequence[str],
+        why: Sequence[str],
+        answers: Sequence[Answer],
+        profile: Optional[Profile] = None,
+    ) -> None:
         """Says how it has ended.
 
         Args:
             wrong: What of the input is wrong.
             why: Why goals were not reached.
             answers: What of that was found out by asking.
+            profile: Where the time has gone, if that is wanted.
         """
         if not self._is_shown:  # the loop has ended before it could wait
             self._tell_all()
         if self._chosen.json:
             values = self._values(wrong, why)
             values["why"] = [json.loads(encode(answer)) for answer in answers]
+            if profile is not None:
+                values["profile"] = profile.values()
             print(json.dumps(values, indent=1))
         elif self._chosen.simulate:
             _print(f"after {self.elapsed} steps, at {self.clock:g} s")
             for goal in self.goals:
                 _print(f"    {_name(goal)}: {_status(goal)}")
+        if profile is not None and not self._chosen.json:
+            _print(f"\n{profile.describe()}\n")
         for warning in self.warnings:
             if not warning.startswith(DROPPED):  # which is among what is wrong
                 say("warning", self.in_short(warning) if answers else warning)

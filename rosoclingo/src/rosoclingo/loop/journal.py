@@ -189,10 +189,10 @@ LOOKING_AHEAD = (Ended.AHEAD, Ended.AHEAD_CALLED, Ended.AHEAD_REFUTED)
 
 @dataclass(frozen=True)
 class SearchEnded(Event):
-    """A search has ended whose outcome depends on time, so that a replay needs to know it.
+    """A search has ended whose outcome depends on time or chance, so that a replay has to know it.
 
-    With ``~patience`` those are all that have found a plan: what is found depends also on what the
-    solver has learned in searches that time has ended.
+    If the planner has several threads, or with ``~patience``, those are all that have found a plan:
+    what is found depends also on what the solver has learned in searches that time has ended.
 
     Attributes:
         how: How it has ended.

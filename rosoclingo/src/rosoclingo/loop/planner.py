@@ -19,7 +19,7 @@ from rosoclingo.loop.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
 from rosoclingo.loop.requests import Requests, read_externals
-from rosoclingo.loop.searching import Searching
+from rosoclingo.loop.searching import Searching, read_summary
 from rosoclingo.loop.shortening import shorten
 from rosoclingo.loop.solver import Solver
 
@@ -97,6 +97,7 @@ class Planner(PlannerState):
         self.note: Callable[[SearchEnded], None] = lambda _: None
         self.missing: Callable[[str], None] = lambda _: None
         self._optional: Set[str] = set()  # externals that a mode has set
+        self._has_threads: Optional[bool] = None  # None as long as that is not known
         # A dialect's translation may be in between.
         self._is_translated = bool(getattr(solver, "events_are_facts", False))
 
@@ -142,6 +143,7 @@ class Planner(PlannerState):
         self._ahead.clear()
         self._top, self._still, self._passed = 0, 0, 0
         self._is_timed, self._symbols = False, ()
+        self._has_threads = None
         is_first = slots is None
         self.run(wire.Restart(), *([SLOTS] if is_first else ()), *EMPTY_PARTS)
         self.demand.begin(() if self._is_translated else self._requests.programs())
@@ -459,9 +461,18 @@ class Planner(PlannerState):
             neighbourhoods=self._neighbourhoods,
             recorded=self.recorded,
             note=self.note,
-            notes_all=self._is_timed,
             is_late=is_late,
+            varies=self._varies,
         )
+
+    def _varies(self) -> bool:
+        """Whether which answer set its solver finds is up to time, or, with threads, to chance."""
+        if self._is_timed:
+            return True
+        if self._has_threads is None:
+            number = read_summary(self._solver, "concurrency")
+            self._has_threads = None if number is None else number > 1
+        return bool(self._has_threads)
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
         """Returns whether there is any, be it the best one or not; None if told to stop before."""

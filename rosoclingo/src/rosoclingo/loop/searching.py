@@ -1,14 +1,15 @@
 """How the planner's solver searches: for how long, what plans cost, and what a replay knows of it.
 
-What is found in a given time depends on how quick the machine is. So all that ends a search in that
-way is noted, and a replay takes the outcome from there instead of searching.
+What is found in a given time depends on how quick the machine is, and what several threads find is
+up to chance. So the outcomes of such searches are noted, and a replay takes them from there instead
+of searching.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import time
-from typing import Callable, List, Optional, Sequence, Tuple
+from typing import Any, Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire import commands as wire
@@ -43,8 +44,8 @@ class Searching:
         neighbourhoods: Neighbourhoods,
         recorded: RecordedSearches,
         note: Callable[[SearchEnded], None],
-        notes_all: bool = False,
         is_late: Callable[[], bool] = lambda: False,
+        varies: Callable[[], bool] = lambda: False,
     ) -> None:
         """Prepares a search.
 
@@ -58,9 +59,9 @@ class Searching:
             neighbourhoods: Says what of a plan is searched anew.
             recorded: Knows in a replay how it ends, if that depends on time.
             note: Called with how it has ended, likewise.
-            notes_all: Whether time has ended searches before without patience, so that plans
-                depend on it.
             is_late: Whether a search without an answer set has to end, though nothing has come.
+            varies: Whether which answer set the solver finds is up to chance, or to searches that
+                time has ended; asked after a search.
         """
         self._solver = solver
         self._demand = demand
@@ -70,8 +71,8 @@ class Searching:
         self._neighbourhoods = neighbourhoods
         self._recorded = recorded
         self._note = note
-        self._notes_all = notes_all or patience > 0
         self._is_late = is_late
+        self._varies = varies
 
     def find(
         self,
@@ -101,7 +102,7 @@ class Searching:
             called = self._recorded.search_due(Ended.CALLED, number=number)
             is_stopped = stopped() and not self._recorded.is_search_due(improves=False)
             if called or is_stopped:  # while it was grounded
-                return self._be_called(number), quality
+                return self._be_called(number, is_recorded=called is not None), quality
             outcome, found = self._solve(stopped, number, compares=compares and not number)
             if outcome.result is wire.Result.UNKNOWN:
                 return self._be_called(number), quality
@@ -183,9 +184,9 @@ class Searching:
         """Returns the assumption that the plan is the one before, as far as it is left."""
         return wire.Assumption(f"{_AS_BEFORE}({self._demand.searches})", True)
 
-    def _be_called(self, number: int) -> wire.Outcome:
+    def _be_called(self, number: int, *, is_recorded: bool = False) -> wire.Outcome:
         """Takes note that something has interrupted a search, which has its number."""
-        if self._demand and self._patience:
+        if is_recorded or (self._demand and (self._patience or self._varies())):
             self._note(SearchEnded(Ended.CALLED, round=number))
         return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
 
@@ -205,7 +206,9 @@ class Searching:
         ended = self._recorded.search_due(Ended.CUT, Ended.FINISHED, number=number)
         if ended is None:
             outcome, quality = self._solve_in_time(stopped, compares=compares)
-            if outcome.result is not wire.Result.SAT or not self._notes_all:
+            if outcome.result is not wire.Result.SAT:
+                return outcome, quality
+            if not (self._patience or self._varies()):
                 return outcome, quality
             how = Ended.CUT if outcome.interrupted else Ended.FINISHED
             ended = SearchEnded(how, outcome.symbols, quality, number)
@@ -286,14 +289,19 @@ class Searching:
             return found[-1].cost
         # Over ROS, the result may be here before the costs. Who does not minimise is not asked.
         is_known = bool(found) or self._demand.improves
-        return self._summary("costs") if is_known and outcome.symbols else ()
+        return self._numbers("costs") if is_known and outcome.symbols else ()
 
     def _bound(self) -> Tuple[int, ...]:
         """Returns what each answer set of the last search costs at least, if that is known."""
-        return self._summary("lower")
+        return self._numbers("lower")
 
-    def _summary(self, name: str) -> Tuple[int, ...]:
-        for answer in self._solver.run([wire.GetStats()]).answers:
-            if isinstance(answer, wire.Stats):
-                return tuple(map(int, answer.values.get("summary", {}).get(name, ())))
-        return ()
+    def _numbers(self, name: str) -> Tuple[int, ...]:
+        return tuple(map(int, read_summary(self._solver, name) or ()))
+
+
+def read_summary(solver: Solver, name: str) -> Any:
+    """Returns a value of clingo's statistics about the last search; None if there is none."""
+    for answer in solver.run([wire.GetStats()]).answers:
+        if isinstance(answer, wire.Stats):
+            return answer.values.get("summary", {}).get(name)
+    return None

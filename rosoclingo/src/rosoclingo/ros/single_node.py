@@ -10,6 +10,7 @@ from typing import Any, NoReturn, Type
 import rospy
 
 from rosclingo.errors import RosclingoError
+from rosclingo.ros import parameters
 from rosclingo.ros.init import end_wrong, init_node, log_clingo
 from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
@@ -25,7 +26,7 @@ _USAGE = """\
 usage: run-1.0.py --file FILE... [--theory dl] [clingo options]
                   [_action_timeout:=SECONDS] [_abort_unreachable:=true] [_patience:=SECONDS]
                   [_one_by_one_seconds:=SECONDS]
-                  [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false]
+                  [_threads:=NUMBER] [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false]
                   [_store:=FILE] [_resume:=fresh] [ROS remappings]
 
 Plans and executes in one process, as the paper has it; a controller and a planner are not needed.
@@ -80,6 +81,7 @@ def main(commands: Type[Any]) -> NoReturn:
     encodings.tell(rospy.get_name(), describe())
 
     def make() -> Node:
+        engine.use_threads(parameters.threads())
         store = open_store()
         inbox = open_inbox(store)
         return Node(
