@@ -7,12 +7,14 @@ other is told that there is none before it. So modes need not know of this.
 from __future__ import annotations
 
 import time
-from typing import Callable, List, Sequence
+from dataclasses import replace
+from typing import Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
 from rosoclingo.loop.atoms import query
 from rosoclingo.loop.interleaving import Interleaving
 from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.local_search import below
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.solver import Solver
 
@@ -67,6 +69,63 @@ def look_ahead(
         if current != asked:
             run(_move(current, asked))
     return SearchEnded(Ended.AHEAD_REFUTED, horizon=grounded + 1, grounded=grounded)
+
+
+def look_for_cheaper(
+    solver: Solver,
+    run: Callable[[Sequence[wire.Command]], object],
+    ground: Callable[[int], None],
+    cost_of: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]],
+    *,
+    asked: int,
+    last: float,
+    cost: Tuple[int, ...],
+    stopped: Callable[[], bool],
+) -> Optional[SearchEnded]:
+    """Searches horizons in turn for plans that cost less, and asks for the first one again then.
+
+    Args:
+        solver: The planner's solver.
+        run: Runs commands that concern queries alone.
+        ground: Grounds all steps up to one.
+        cost_of: Returns what the last answer set of a search costs.
+        asked: The horizon that is asked for, all of whose plans cost at least as much as its best.
+        last: The last one; infinite if there is none.
+        cost: What that one costs.
+        stopped: Whether the search has to end.
+
+    Returns:
+        The cheapest plan, with a bound if none is cheaper with any horizon; None if none is cheaper
+        than that of the horizon that is asked for.
+    """
+    order = Interleaving(asked + 1, last, width=3, growth=1.5, seconds=0.1)
+    current = grounded = asked
+    best: Optional[SearchEnded] = None
+    try:
+        for turn in order.turns():
+            if stopped():
+                return best
+            if turn.horizon > grounded:
+                ground(turn.horizon)
+                grounded = turn.horizon
+            if turn.horizon != current:
+                run(_move(current, turn.horizon))
+                current = turn.horizon
+            found: List[wire.Improvement] = []
+            bound = wire.CostBound(below(cost))
+            outcome = solver.solve((bound,), _until(turn.seconds, stopped), found.append)
+            symbols = outcome.symbols or (found[-1].symbols if found else ())
+            if symbols:
+                cost = cost_of(outcome, found) or bound.cost
+                best = SearchEnded(
+                    Ended.AHEAD, symbols, Quality(cost), horizon=turn.horizon, grounded=grounded
+                )
+            if outcome.result is not wire.Result.UNKNOWN:
+                order.refute(turn.horizon)  # none is cheaper than the best one
+    finally:
+        if current != asked:
+            run(_move(current, asked))
+    return None if best is None else replace(best, quality=Quality(cost, cost), grounded=grounded)
 
 
 def _until(seconds: float, stopped: Callable[[], bool]) -> Callable[[], bool]:

@@ -14,7 +14,7 @@ from rosoclingo.loop.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS, STILL, ST
 from rosoclingo.loop.atoms import QUERY, Action, Plan, query
 from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
 from rosoclingo.loop.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
-from rosoclingo.loop.looking_ahead import look_ahead
+from rosoclingo.loop.looking_ahead import look_ahead, look_for_cheaper
 from rosoclingo.loop.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
@@ -303,18 +303,42 @@ class Planner(PlannerState):
             outcome, self.quality = self._searching(lambda: time.monotonic() > end).find(
                 stopped, self.quality
             )
-            is_late = outcome.result is wire.Result.UNKNOWN and time.monotonic() > end
-            if not is_late or stopped():
+            if outcome.result is wire.Result.SAT:
+                ended = self.recorded.search_due(*LOOKING_AHEAD)
+                if ended is None and looks_far:
+                    ended = self._find_cheaper(horizon, stopped)
+            elif outcome.result is wire.Result.UNKNOWN and time.monotonic() > end:
+                ended = self._look_ahead(horizon, stopped)
+            if ended is None:
                 return outcome
-            assert last is not None
-            self._is_timed = True
-            ended = look_ahead(
-                self._solver, self._requests.run, self._ground_ahead,
-                asked=horizon, last=last, stopped=stopped,
-            )  # fmt: skip
         self._ground_ahead(ended.grounded)
         self.note(ended)
         return self._take_ahead(ended, horizon)
+
+    def _look_ahead(self, horizon: int, stopped: Callable[[], bool]) -> Optional[SearchEnded]:
+        """Searches several horizons in turn, unless it has to stop before."""
+        if self.last_horizon is None or stopped():
+            return None
+        self._is_timed = True
+        return look_ahead(
+            self._solver, self._requests.run, self._ground_ahead,
+            asked=horizon, last=self.last_horizon, stopped=stopped,
+        )  # fmt: skip
+
+    def _find_cheaper(self, horizon: int, stopped: Callable[[], bool]) -> Optional[SearchEnded]:
+        """Searches longer horizons for a cheaper plan, for the time that ``patience`` has left."""
+        if self.last_horizon is None or self.patience <= 0 or self.quality is None:
+            return None
+        assert self._began is not None
+        end = self._began + self.patience
+        searching = self._searching()
+        ended = look_for_cheaper(
+            self._solver, self._requests.run, self._ground_ahead, searching.cost,
+            asked=horizon, last=self.last_horizon, cost=self.quality.cost,
+            stopped=lambda: stopped() or time.monotonic() > end,
+        )  # fmt: skip
+        self._is_timed |= ended is not None
+        return ended
 
     @property
     def _takes_turns(self) -> bool:

@@ -161,7 +161,7 @@ class Searching:
         """Finds out what the plan costs now, and looks for one that costs less."""
         found: List[wire.Improvement] = []
         outcome = self._solver.solve((self._same(),), None, found.append)
-        cost = self._cost(outcome, found)
+        cost = self.cost(outcome, found)
         if outcome.result is not wire.Result.SAT or not cost:
             return SearchEnded(Ended.NOTHING)
         before, symbols = cost, outcome.symbols
@@ -173,7 +173,7 @@ class Searching:
             how = Ended.BETTER if best.cost < before else Ended.AS_BEFORE
             return SearchEnded(how, best.symbols, quality)
         outcome = self._solver.solve((), stopped, found.append)
-        better = self._cost(outcome, found)
+        better = self.cost(outcome, found)
         bound = better if outcome.result is wire.Result.SAT else self._bound()
         if not better or better >= before:
             return SearchEnded(Ended.AS_BEFORE, symbols, Quality(before, bound))
@@ -249,7 +249,7 @@ class Searching:
             outcome = self._solver.solve((), has_to_end_first, found.append)
             is_cut = limit and outcome.interrupted and not is_stopped
             if not (is_cut and (found or best)):
-                cost = self._cost(outcome, found)
+                cost = self.cost(outcome, found)
                 return outcome, Quality(cost, cost) if cost else None
             bound = self._bound()
             best = self._incumbent(outcome, found, best)
@@ -269,7 +269,7 @@ class Searching:
         return outcome, Quality(best.cost, bound)
 
     def _local_search(self) -> LocalSearch:
-        return LocalSearch(self._solver, self._neighbourhoods, self._cost)
+        return LocalSearch(self._solver, self._neighbourhoods, self.cost)
 
     def _incumbent(
         self,
@@ -278,12 +278,12 @@ class Searching:
         before: Optional[Incumbent] = None,
     ) -> Optional[Incumbent]:
         """Returns the better one of what a search has found and of what was found before."""
-        cost = self._cost(outcome, found)
+        cost = self.cost(outcome, found)
         if not found or (before is not None and not (cost and cost < before.cost)):
             return before
         return Incumbent(cost, outcome.symbols or found[-1].symbols)
 
-    def _cost(self, outcome: wire.Outcome, found: Sequence[wire.Improvement]) -> Tuple[int, ...]:
+    def cost(self, outcome: wire.Outcome, found: Sequence[wire.Improvement]) -> Tuple[int, ...]:
         """Returns what the last answer set of a search costs; nothing if that is not known."""
         if found and (found[-1].symbols == outcome.symbols or not outcome.symbols):
             return found[-1].cost
