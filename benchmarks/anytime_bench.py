@@ -80,7 +80,7 @@ def improve(planner: Planner) -> List[Cost]:
     costs = [cost(planner)]
     for number in count(1):
         end = time.monotonic() + number * SLICE
-        planner.improve(0, 0, lambda end=end: time.monotonic() > end)  # type: ignore[misc]
+        planner.improve(0, lambda end=end: time.monotonic() > end)  # type: ignore[misc]
         costs.append(cost(planner))
         if planner.quality is not None and planner.quality.is_best:
             break

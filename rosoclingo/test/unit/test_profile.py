@@ -388,13 +388,14 @@ def test_profile_seconds_need_a_profile() -> None:
 
 
 def test_a_time_limit_ends_by_ctrl_c() -> None:
+    before = signal.getsignal(signal.SIGINT)
     ended = threading.Event()
     with TimeLimit(0, ended.set) as limit:
         assert not limit.is_over
         os.kill(os.getpid(), signal.SIGINT)
         assert ended.wait(60)
     assert limit.is_over
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_a_time_limit_that_is_not_needed_leaves_nothing_behind() -> None:

@@ -19,7 +19,7 @@ def improve(state: State) -> bool:
     if not (inbox.is_search_due(improves=True) if inbox.knows_searches else _may_improve(state)):
         return False
     inbox.begin_improving()
-    outcome = state.planner.improve(state.step, state.horizon, lambda: is_called(state))
+    outcome = state.planner.improve(state.step, lambda: is_called(state), horizon=state.horizon)
     if outcome is not None:
         take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
         if any(not state.is_published(action) for action in state.plan.actions(state.step)):

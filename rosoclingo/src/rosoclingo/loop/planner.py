@@ -419,7 +419,7 @@ class Planner(PlannerState):
         return is_open and self._takes_turns and self.quality is None
 
     def improve(
-        self, step: int, horizon: int, stopped: Callable[[], bool]
+        self, step: int, stopped: Callable[[], bool], *, horizon: int = 0
     ) -> Optional[wire.Outcome]:
         """Looks for a better plan than the one that stands, until told to stop or through.
 
@@ -430,8 +430,8 @@ class Planner(PlannerState):
 
         Args:
             step: The current step.
-            horizon: The step at which all has to be done.
             stopped: Whether the search has to end; what it has found is taken then.
+            horizon: The step at which all has to be done, where the plan may be made shorter.
 
         Returns:
             The better plan; None if none was found.
