@@ -25,14 +25,14 @@ from rosoclingo.loop.solver import Solver
 
 DEFAULT_PATIENCE = -1.0
 """The value for what every user wants: a second, if better plans are looked for while robots act,
-and a tenth of it for a plan of many tasks, which is not proven the best soon; else 0."""
+and 0.03 s for a plan of many tasks, which is not proven the best soon; else 0."""
 
 ONE_BY_ONE_SECONDS = 2.0
 """How long nodes and ``plan.py`` search one horizon after the other, by default."""
 
 _FOLLOW_SECONDS = 0.5  # how long it may take to find the rest of a plan again
 _PATIENCE = 1.0
-_FIRST = 0.1
+_FIRST = 0.03
 
 
 @dataclasses.dataclass(frozen=True)
