@@ -54,7 +54,7 @@ class Depot(Grid):
 
 @dataclass(frozen=True)
 class Played:
-    """What became of requests.
+    """The outcome of a run with some requests.
 
     Attributes:
         first: Milliseconds until the first action.

@@ -43,7 +43,7 @@ class Profiler:
 
     @property
     def doing(self) -> str:
-        """What the planner's solver does now, in words; empty for nothing."""
+        """Says in words what the planner's solver does now; empty for nothing."""
         return self._trace.doing
 
     def profile(self) -> Profile:

@@ -44,31 +44,23 @@ def look_ahead(
         How it has ended.
     """
     order = Interleaving(asked, last, growth=1.2, seconds=0.1, share=0.95, lengthening=1.2)
-    current = grounded = asked
-    try:
+    with _Query(run, ground, asked) as asking:
         for turn in order.turns():
             if stopped():
-                return SearchEnded(Ended.AHEAD_CALLED, grounded=grounded)
-            if turn.horizon > grounded:
-                ground(turn.horizon)
-                grounded = turn.horizon
-            if turn.horizon != current:
-                run(_move(current, turn.horizon))
-                current = turn.horizon
+                return SearchEnded(Ended.AHEAD_CALLED, grounded=asking.grounded)
+            asking.move(turn.horizon)
             found: List[wire.Improvement] = []
             outcome = solver.solve((), _until(turn.seconds, stopped), found.append)
             symbols = outcome.symbols or (found[-1].symbols if found else ())
             if outcome.result is wire.Result.SAT or symbols:
                 quality = Quality(found[-1].cost) if found else None
                 return SearchEnded(
-                    Ended.AHEAD, symbols, quality, horizon=turn.horizon, grounded=grounded
+                    Ended.AHEAD, symbols, quality, horizon=turn.horizon, grounded=asking.grounded
                 )
             if outcome.result is wire.Result.UNSAT:
                 order.refute(turn.horizon)
-    finally:
-        if current != asked:
-            run(_move(current, asked))
-    return SearchEnded(Ended.AHEAD_REFUTED, horizon=grounded + 1, grounded=grounded)
+    last_step = asking.grounded
+    return SearchEnded(Ended.AHEAD_REFUTED, horizon=last_step + 1, grounded=last_step)
 
 
 def look_for_cheaper(
@@ -99,18 +91,12 @@ def look_for_cheaper(
         than that of the horizon that is asked for.
     """
     order = Interleaving(asked + 1, last, width=3, growth=1.5, seconds=0.1)
-    current = grounded = asked
     best: Optional[SearchEnded] = None
-    try:
+    with _Query(run, ground, asked) as asking:
         for turn in order.turns():
             if stopped():
                 return best
-            if turn.horizon > grounded:
-                ground(turn.horizon)
-                grounded = turn.horizon
-            if turn.horizon != current:
-                run(_move(current, turn.horizon))
-                current = turn.horizon
+            asking.move(turn.horizon)
             found: List[wire.Improvement] = []
             bound = wire.CostBound(below(cost))
             outcome = solver.solve((bound,), _until(turn.seconds, stopped), found.append)
@@ -118,25 +104,55 @@ def look_for_cheaper(
             if symbols:
                 cost = cost_of(outcome, found) or bound.cost
                 best = SearchEnded(
-                    Ended.AHEAD, symbols, Quality(cost), horizon=turn.horizon, grounded=grounded
-                )
+                    Ended.AHEAD, symbols, Quality(cost),
+                    horizon=turn.horizon, grounded=asking.grounded,
+                )  # fmt: skip
             if outcome.result is not wire.Result.UNKNOWN:
                 order.refute(turn.horizon)  # none is cheaper than the best one
-    finally:
-        if current != asked:
-            run(_move(current, asked))
-    return None if best is None else replace(best, quality=Quality(cost, cost), grounded=grounded)
+    if best is None:
+        return None
+    return replace(best, quality=Quality(cost, cost), grounded=asking.grounded)
+
+
+class _Query:
+    """Moves the query from one horizon to another, and back to the first one at the end."""
+
+    def __init__(
+        self,
+        run: Callable[[Sequence[wire.Command]], object],
+        ground: Callable[[int], None],
+        asked: int,
+    ) -> None:
+        self.grounded = asked
+        self._run = run
+        self._ground = ground
+        self._first = self._current = asked
+
+    def __enter__(self) -> _Query:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._assign(self._first)
+
+    def move(self, horizon: int) -> None:
+        """Asks for plans with a horizon, whose steps are grounded before."""
+        if horizon > self.grounded:
+            self._ground(horizon)
+            self.grounded = horizon
+        self._assign(horizon)
+
+    def _assign(self, horizon: int) -> None:
+        if horizon != self._current:
+            self._run(
+                [
+                    wire.AssignExternal(query(self._current), wire.Truth.FALSE),
+                    wire.AssignExternal(query(horizon), wire.Truth.TRUE),
+                ]
+            )
+            self._current = horizon
 
 
 def _until(seconds: float, stopped: Callable[[], bool]) -> Callable[[], bool]:
     """Returns what ends a search when it is told to stop, or after its time."""
     end = time.monotonic() + seconds
     return lambda: stopped() or time.monotonic() > end
-
-
-def _move(before: int, horizon: int) -> List[wire.Command]:
-    """Returns the commands by which another horizon is asked for."""
-    return [
-        wire.AssignExternal(query(before), wire.Truth.FALSE),
-        wire.AssignExternal(query(horizon), wire.Truth.TRUE),
-    ]

@@ -30,7 +30,7 @@ _LAST = 0.7  # of the groups are found from the one before
 
 
 def says_choices(symbols: Sequence[str]) -> bool:
-    """Whether an answer set says what its choices are."""
+    """Returns whether an answer set says what its choices are."""
     return any(text.startswith(_KEEP) for text in symbols)
 
 

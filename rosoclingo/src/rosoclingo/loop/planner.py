@@ -342,7 +342,7 @@ class Planner(PlannerState):
 
     @property
     def _takes_turns(self) -> bool:
-        """Whether horizons may take turns, so that plans may be longer than they need to be."""
+        """Tells whether horizons may take turns, so that plans may be longer than needed."""
         return self.one_by_one_seconds > 0 and not self.recorded.knows_searches
 
     def _find_rest(
@@ -374,7 +374,7 @@ class Planner(PlannerState):
         return SearchEnded(Ended.AHEAD, symbols, quality, horizon=horizon, grounded=self._top)
 
     def note_reset(self, step: int) -> None:
-        """Takes note that a step of the plan that is followed is step 0 from now on."""
+        """Counts the steps of the plan that is followed from one of them on."""
         self._passed += step
 
     def _take_ahead(self, ended: SearchEnded, horizon: int) -> wire.Outcome:
@@ -411,7 +411,7 @@ class Planner(PlannerState):
 
     @property
     def may_improve(self) -> bool:
-        """Whether there may be a better plan than the one that stands, to be looked for."""
+        """Tells whether it is worth looking for a better plan than the one that stands."""
         if self.demand:
             is_best = self.quality is None or self.quality.is_best
             return self.patience > 0 and self.demand.improves and not is_best
@@ -490,7 +490,7 @@ class Planner(PlannerState):
         )
 
     def _varies(self) -> bool:
-        """Whether which answer set its solver finds is up to time, or, with threads, to chance."""
+        """Returns whether its plans depend on time, or, with several threads, on chance."""
         if self._is_timed:
             return True
         if self._has_threads is None:

@@ -137,7 +137,7 @@ def _events(one: Measured, counts: Counts) -> Optional[str]:
 
 
 def _of_no_step(one: Measured, _: Counts) -> Optional[str]:
-    """What is the same in each step."""
+    """Finds rules that are the same in each step."""
     if not (one.statement.is_constant and one.in_step):
         return None
     return (
@@ -184,7 +184,7 @@ def _numbers(one: Measured, _: Counts) -> Optional[str]:
 
 
 def _growth(one: Measured, counts: Counts) -> Optional[str]:
-    """What has more instances in each step than in the one before."""
+    """Finds statements with more instances in each step than in the one before."""
     last = max((step for step in one.steps if step), default=0)
     if last < _LEAST_STEP:
         return None

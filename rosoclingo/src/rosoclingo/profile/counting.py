@@ -39,7 +39,7 @@ class Values:
 
 @dataclass
 class Counts:
-    """What was grounded.
+    """The numbers of ground instances and atoms of a run.
 
     Attributes:
         statements: All statements, in the order of the files.

@@ -178,7 +178,7 @@ class _Reader:
         )
 
     def _is_plain_fact(self, statement: ast.AST) -> bool:
-        """Whether it is a fact with exactly one instance, of which a program may have many."""
+        """Tells whether it is a fact with one instance, of which a program may have many."""
         return (
             not self._parameters
             and statement.ast_type is ASTType.Rule
@@ -323,7 +323,7 @@ def _is_theory(literal: ast.AST) -> bool:
 
 
 def _is_plain(literal: ast.AST) -> bool:
-    """Whether it is an atom or a comparison."""
+    """Returns whether it is an atom or a comparison."""
     return literal.ast_type is ASTType.Literal and literal.atom.ast_type in (
         ASTType.SymbolicAtom,
         ASTType.Comparison,
@@ -355,7 +355,7 @@ def _equations(body: Iterable[ast.AST]) -> List[Set[str]]:
 
 
 def _is_equation(comparison: ast.AST) -> bool:
-    """Whether clingo computes the value of a variable by it, and need not try all."""
+    """Returns whether clingo computes the value of a variable by it, and need not try all."""
     if hasattr(comparison, "guards"):
         operators = [guard.comparison for guard in comparison.guards]
         sides = [comparison.term, *(guard.term for guard in comparison.guards)]
@@ -367,7 +367,7 @@ def _is_equation(comparison: ast.AST) -> bool:
 
 
 def _is_linear(term: ast.AST) -> bool:
-    """Whether a term neither multiplies nor divides variables, and takes no absolute value."""
+    """Returns whether a term neither multiplies nor divides variables nor takes absolute values."""
     for node in _walk([term]):
         is_operation = node.ast_type is ASTType.BinaryOperation
         if is_operation and node.operator_type not in _LINEAR and len(_variables([node])) > 1:

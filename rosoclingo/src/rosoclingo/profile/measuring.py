@@ -40,7 +40,7 @@ class Grounding:
 
 @dataclass(frozen=True)
 class Search:
-    """One search.
+    """A search with its time.
 
     Attributes:
         horizon: Its horizon.
@@ -59,7 +59,7 @@ class Search:
 
 @dataclass
 class Trace:
-    """What a planner's solver has done, in order.
+    """A log of what a planner's solver has done, in order.
 
     Attributes:
         events: The groundings and the searches.
@@ -156,7 +156,7 @@ def step_of(command: wire.Command) -> Optional[int]:
 
 @dataclass
 class Horizon:
-    """What was done for one horizon.
+    """The work for a horizon.
 
     Attributes:
         grounding: How long its step, and what was asked for then, took to ground, in seconds.

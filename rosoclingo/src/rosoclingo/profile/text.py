@@ -17,7 +17,7 @@ _RIGHT = ">"
 
 @dataclass(frozen=True)
 class Profile:
-    """What was measured.
+    """A profile: the time and the ground instances of a run.
 
     Attributes:
         trace: What the planner's solver has done.
