@@ -236,6 +236,18 @@ def test_it_is_saved_what_is_grounded_ahead() -> None:
     assert saved._kept == planner._kept
 
 
+def test_a_restored_planner_knows_the_last_horizon() -> None:
+    """The mode may not name it again before a search that never ends without it."""
+    run, _ = simulation(MODES[0], [])
+    goal = run.request("visit(6)")
+    assert run.run() is None
+    assert goal.words == ["accepted", "succeeded"]
+    planner = run.loop.state.planner
+    assert remade(PlannerState, plain(planner)).last_horizon == 20
+    planner.note_last_horizon(None)  # as a controller says that was just restored
+    assert planner.last_horizon == 20
+
+
 # A plan beyond the shortest horizon is followed, and shortened.
 
 RESETS = ["dynamic.incremental.reset", "dynamic.incremental.dyn_reset", MODES[0], SINGLE]

@@ -190,7 +190,7 @@ class Loop:
             planned_actions=state.actions_left(state.step) > 0,
         )
         command = self._controller.decide(info)
-        state.planner.last_horizon = self._controller.last_horizon
+        state.planner.note_last_horizon(self._controller.last_horizon)
         ahead = self._guess(command, info)
         begins = command.type is clingo.SymbolType.Function and command.name == _BEGINS_ACTIONS
         if not begins:

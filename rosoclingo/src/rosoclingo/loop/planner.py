@@ -51,10 +51,13 @@ class PlannerState:
         demand: What its encoding is told by grounding, and asks for.
         quality: How good the plan is; None if its encoding minimises nothing, or if that is not
             known.
+        last_horizon: The last horizon that the mode may ask for; infinite without one, None if
+            that is unknown, so that no horizon is looked ahead to.
     """
 
     demand: Demand = field(default_factory=Demand)
     quality: Optional[Quality] = None
+    last_horizon: Optional[float] = None
     _kept: Optional[KeptPlan] = None
     _ahead: Set[int] = field(default_factory=set)  # steps grounded before the mode asks for them
     _top: int = 0  # the last step that is grounded
@@ -74,8 +77,6 @@ class Planner(PlannerState):
         is_awaited: Whether no better plan is looked for while robots act.
         one_by_one_seconds: How long one horizon after the other is searched, without grounding
             on demand, until several take turns; 0 for always.
-        last_horizon: The last horizon that the mode may ask for; infinite without one, None if
-            that is unknown, so that no horizon is looked ahead to.
         recorded: Knows in a replay how searches end that depend on time.
         note: Called with how such a search has ended.
         missing: Called with an external that a mode makes true or free, and that there is not.
@@ -90,7 +91,6 @@ class Planner(PlannerState):
         self._patience = patience
         self.is_awaited = False
         self.one_by_one_seconds = one_by_one_seconds
-        self.last_horizon: Optional[float] = None
         self._began: Optional[float] = None  # when it was first searched in this situation
         self.recorded = RecordedSearches()
         self._neighbourhoods = Neighbourhoods()
@@ -372,6 +372,10 @@ class Planner(PlannerState):
             return None
         quality = Quality(found[-1].cost) if found else None
         return SearchEnded(Ended.AHEAD, symbols, quality, horizon=horizon, grounded=self._top)
+
+    def note_last_horizon(self, last: Optional[float]) -> None:
+        """Takes note of the last horizon; None, as after a restart, keeps what is known."""
+        self.last_horizon = self.last_horizon if last is None else last
 
     def note_reset(self, step: int) -> None:
         """Counts the steps of the plan that is followed from one of them on."""
