@@ -1,11 +1,11 @@
-"""The order and the time in which horizons are searched that are not refuted one after the other.
+"""Schedules searches of several horizons, where one after the other takes too long.
 
 The shortest horizon with a plan is often hard to prove to be the shortest, while a longer one has a
 plan that is found at once. So several horizons take turns, and each gets a fixed share of the time
 of the one before it, which is Rintanen's algorithm B ("Evaluation strategies for planning as
 satisfiability", 2004); horizons grow geometrically, and so do the turns. With several,
 the first turn of each round is that of the shortest horizon that is not refuted, and each round has
-one horizon more at its end, so that none is left out for ever.
+one horizon more at its end: so a plan is found in the end if longer horizons have plans, too.
 """
 
 from __future__ import annotations

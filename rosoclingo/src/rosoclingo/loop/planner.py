@@ -262,7 +262,7 @@ class Planner(PlannerState):
             return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
         if not self.demand:
             outcome = self._search_plain(step, horizon, stopped, looks_ahead)
-            if self._is_timed and outcome.result is wire.Result.SAT:
+            if self._is_timed and looks_ahead and outcome.result is wire.Result.SAT:
                 self._symbols, self._passed = outcome.symbols, 0
             return outcome
         if self._kept is None:
