@@ -178,7 +178,7 @@ class CostBound:
 
 
 Assumed = Union[Assumption, CostBound]
-"""What a solve call assumes."""
+"""An assumption of a solve call: an atom with its value, or a bound of costs."""
 
 
 class Result(enum.Enum):

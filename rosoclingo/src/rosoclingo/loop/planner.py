@@ -374,7 +374,7 @@ class Planner(PlannerState):
         return SearchEnded(Ended.AHEAD, symbols, quality, horizon=horizon, grounded=self._top)
 
     def note_last_horizon(self, last: Optional[float]) -> None:
-        """Takes note of the last horizon; None, as after a restart, keeps what is known."""
+        """Stores the last horizon; None, as after a restart, keeps what is known."""
         self.last_horizon = self.last_horizon if last is None else last
 
     def note_reset(self, step: int) -> None:
