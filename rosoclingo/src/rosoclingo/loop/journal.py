@@ -170,10 +170,15 @@ class Ended(str, enum.Enum):
     BETTER = "better"  # it has looked for a better plan, and found one
     AS_BEFORE = "as before"  # likewise, and found none in its time, or that there is none
     NOTHING = "nothing"  # likewise, and could not find out what the plan costs now
+    LAYERED = "layers"  # it has found out how many layers there are to be
+    NOT_LAYERED = "layers, no plan"  # likewise, and has given up
 
 
 IMPROVING = (Ended.BETTER, Ended.AS_BEFORE, Ended.NOTHING)
 """How a search for a better plan ends."""
+
+PROGRAMS_OWN = (Ended.FINISHED, Ended.LAYERED, Ended.NOT_LAYERED)
+"""How a search ends that says something of its program alone, and nothing of another one."""
 
 
 @dataclass(frozen=True)
@@ -188,12 +193,16 @@ class SearchEnded(Event):
         symbols: The answer set that was taken; that of the plan as it was, if none is better.
         quality: What that costs.
         round: How many answer sets have asked for something before, in the same search.
+        horizon: That of the plan, if several horizons were searched in turn.
+        grounded: The last one that was grounded for that.
     """
 
     how: Ended
     symbols: Tuple[str, ...] = ()
     quality: Optional[Quality] = None
     round: int = 0
+    horizon: int = 0
+    grounded: int = 0
 
 
 @dataclass(frozen=True)
@@ -361,7 +370,7 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
         "plan", _text(e.quality), "" if e.is_best else _BEST_SO_FAR, e.actions
     ),
     SearchEnded: lambda e: Fields(
-        "search", _text(e.quality), e.how.value, (str(e.round), *e.symbols)
+        "search", _text(e.quality), e.how.value, (_numbers(e), *e.symbols)
     ),
     ActionPublished: lambda e: Fields("action", e.actuator, e.action),
     ActionTook: lambda e: Fields("took", e.actuator, e.kind, (str(e.number),), e.seconds),
@@ -384,7 +393,7 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
     "command": lambda f: CommandDone(f.text, Result(f.id) if f.id else None, f.seconds),
     "plan": lambda f: PlanFound(f.details, f.text != _BEST_SO_FAR, _quality(f.id)),
     "search": lambda f: SearchEnded(
-        Ended(f.text), f.details[1:], _quality(f.id), int("".join(f.details[:1]))
+        Ended(f.text), f.details[1:], _quality(f.id), *map(int, "".join(f.details[:1]).split())
     ),
     "action": lambda f: ActionPublished(f.id, f.text),
     "took": lambda f: ActionTook(f.id, f.text, int("".join(f.details[:1])), f.seconds),
@@ -419,6 +428,13 @@ def decode(message: Any) -> Event:
 
 def _text(quality: Optional[Quality]) -> str:
     return "" if quality is None else str(quality)
+
+
+def _numbers(event: SearchEnded) -> str:
+    numbers = [event.round]
+    if event.grounded:
+        numbers += [event.horizon, event.grounded]
+    return " ".join(map(str, numbers))
 
 
 def _quality(text: str) -> Optional[Quality]:

@@ -11,6 +11,7 @@ from rosoclingo.loop.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS
 from rosoclingo.loop.atoms import QUERY, query
 from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
 from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.layers import LayersState
 from rosoclingo.loop.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
@@ -42,10 +43,12 @@ class PlannerState:
         demand: What its encoding is told by grounding, and asks for.
         quality: How good the plan is; None if its encoding minimises nothing, or if that is not
             known.
+        layers: What is known of the layers of its plans.
     """
 
     demand: Demand = dataclasses.field(default_factory=Demand)
     quality: Optional[Quality] = None
+    layers: LayersState = dataclasses.field(default_factory=LayersState)
     _kept: Optional[KeptPlan] = None
     _later: List[str] = dataclasses.field(default_factory=list)  # externals that are to be true
 
@@ -112,6 +115,7 @@ class Planner(PlannerState):
         self.demand.begin(())
         self._later = []
         self._kept = self.quality = None
+        self.layers = LayersState()
         is_first = slots is None
         self.run(wire.Restart(), *([SLOTS] if is_first else ()), *EMPTY_PARTS)
         self.demand.begin(() if self._is_translated else self._requests.programs())
@@ -265,6 +269,8 @@ class Planner(PlannerState):
             neighbourhoods=self._neighbourhoods,
             recorded=self.recorded,
             note=self.note,
+            layers=self.layers,
+            run=self.run,
         )
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
