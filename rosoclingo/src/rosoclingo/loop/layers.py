@@ -30,7 +30,7 @@ _LAYERS, _LAYERS_BEFORE, _GRANTED = "layers(", "layers_before(", "granted("
 _AT_ONCE_SECONDS = 0.05  # which each way to search has at first
 _ONE_BY_ONE_SECONDS = 0.2
 _LENGTHENING = 1.5
-_POLISH_SECONDS = float(__import__("os").environ.get("POLISH","0.01"))
+_POLISH_SECONDS = float(__import__("os").environ.get("POLISH", "0.01"))
 _SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a plan fits
 _MOST_SECONDS = 30.0  # after which there is no plan
 
@@ -208,9 +208,7 @@ class LayeredSearch:
             end = end if found else time.monotonic() + polish
             found.append(improvement)
 
-        outcome = self._solver.solve(
-            assumed, lambda: stopped() or time.monotonic() > end, improved
-        )
+        outcome = self._solver.solve(assumed, lambda: stopped() or time.monotonic() > end, improved)
         symbols = outcome.symbols or (found[-1].symbols if found else ())
         if not symbols:
             return outcome.result, None
