@@ -62,6 +62,7 @@ class Hospital(World):
         self.lift, self.cabin = "1", ""
         self.bags: Dict[Request, str] = {}
         self.blocked: Set[frozenset] = set()  # type: ignore[type-arg] # Python 3.8
+        self.to_fail: List[str] = []
         super().__init__(mode, [HOSPITAL, *instance])
 
     # What the loop calls.
@@ -73,6 +74,15 @@ class Hospital(World):
             self._check(not lift or not {"call", "ride", "enter", "leave"} & {*others}, action)
             self._check(self._is_legal(actuator, action), f"{actuator}: {action}")
         super().publish(actuator, action)
+
+    def turn(self) -> bool:
+        """Ends all actions; those that are to fail do so once."""
+        for robot, action in sorted(self.acting.items()):
+            fails = action in self.to_fail
+            if fails:
+                self.to_fail.remove(action)
+            self.end(robot, "failure" if fails else "success")
+        return bool(self._items)
 
     # What a test calls.
 
@@ -209,7 +219,7 @@ class RandomHospital(Hospital):
 
 
 def _name(action: str) -> str:
-    return action.split("(")[0]
+    return action.partition("(")[0]
 
 
 def _argument(action: str) -> str:
@@ -228,4 +238,44 @@ def test_a_random_episode_in_the_hospital(seed: int, tmp_path: Path) -> None:
     world.ask_something()
     failure = world.run()
     assert failure is None, failure
+    assert world.finish() == []
+
+
+HERE = Path(__file__).parent
+
+
+def _world(encoding: str, *requests: str) -> World:
+    world = World(DYN_RESET, [str(HERE / encoding)])
+    goals = [world.request(text) for text in requests]
+    failure = world.run()
+    assert failure is None, failure
+    assert {goal.words[-1] for goal in goals} == {"succeeded"}
+    return world
+
+
+def test_trucks_bring_boxes() -> None:
+    """Each box is loaded and unloaded once, and no truck drives further than its fuel lasts."""
+    world = _world("transport.lp", "bring(2,5)", "bring(3,1)", "bring(6,2)")
+    done = [_name(action) for action in world.done]
+    assert (done.count("load"), done.count("unload")) == (3, 3)
+
+
+def test_an_action_that_fails_is_done_again() -> None:
+    world = Hospital(DYN_RESET, [SMALL], ["linen1"])
+    world.ask("linen(ward_a,bags(1))")
+    world.to_fail.append("load(1)")
+    assert world.run() is None
+    assert world.finish() == []
+    assert world.done.count("load(1)") == 2
+
+
+def test_a_locked_door_keeps_a_request_waiting() -> None:
+    world = Hospital(DYN_RESET, [SMALL], ["linen1"])
+    world.tell("info", "locked(isolation)")
+    goal = world.ask("linen(ward_b,bags(1))")
+    assert world.run() is None
+    assert goal.words == ["accepted"]
+    assert world.done == []
+    world.tell("info", "unlocked(isolation)")
+    assert world.run() is None
     assert world.finish() == []

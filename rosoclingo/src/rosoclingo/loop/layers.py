@@ -180,8 +180,9 @@ class LayeredSearch:
         wanted: WantedLayers,
         layers: int,
         wishes: int,
-        seconds: float,
         stopped: Callable[[], bool],
+        *,
+        seconds: float,
         assumed: Sequence[wire.Assumption] = (),
         polish: float = 0.0,
     ) -> Tuple[wire.Result, Optional[SearchEnded]]:
@@ -191,8 +192,8 @@ class LayeredSearch:
             wanted: What the encoding says of layers.
             layers: How many there are to be.
             wishes: How many wishes are to be granted.
-            seconds: How long it may take.
             stopped: Whether it has to end.
+            seconds: How long it may take.
             assumed: What is assumed.
             polish: How long to look for a cheaper plan when there is one.
 
@@ -269,8 +270,8 @@ class _Way:
         """Searches once; returns a plan for all wishes, if one is found."""
         offset, seconds = next(self._turns)
         result, found = self._search.attempt(
-            self._wanted, self._first + offset, self._wishes, seconds, stopped, self._assumed,
-            self._polish,
+            self._wanted, self._first + offset, self._wishes, stopped, seconds=seconds,
+            assumed=self._assumed, polish=self._polish,
         )  # fmt: skip
         if result is wire.Result.UNSAT:
             self._order.refute(offset)

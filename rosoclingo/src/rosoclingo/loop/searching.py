@@ -185,8 +185,8 @@ class Searching:
         else:
             self._layers.take(wanted, ended)
         if ended.how is not Ended.CALLED:
-            numbers = {"horizon": ended.horizon, "grounded": ended.grounded}
-            self._note(SearchEnded(ended.how, round=number, **numbers))
+            horizon, grounded = ended.horizon, ended.grounded
+            self._note(SearchEnded(ended.how, round=number, horizon=horizon, grounded=grounded))
         return ended
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
