@@ -23,6 +23,7 @@ Pair = Tuple[str, str]
 
 _EVENT, _TOLD, _SEARCH = ("event", 2), ("event", 3), ("search", 2)
 _IMPROVE, _PREFER = ("improve", 2), ("prefer", 2)
+_LAYER, _GOAL = ("layer", 2), ("goal", 2)
 _RESERVED = ("event", "search", "improve", "prefer", "state", "transition", "query")
 _ASKS = "ground("
 _HORIZON = "horizon("
@@ -40,6 +41,7 @@ class Demand:
         messages: Messages likewise, with which those are compared that it does not know.
         improves: Whether a better plan can be looked for while the one that was found is executed.
         prefers: Whether a search can begin with what is left of the plan before.
+        has_layers: Whether plans have layers, see :mod:`rosoclingo.loop.layers`.
     """
 
     tells: bool = False
@@ -48,6 +50,7 @@ class Demand:
     messages: List[Pair] = field(default_factory=list)
     improves: bool = False
     prefers: bool = False
+    has_layers: bool = False
     _searches: bool = False  # whether it has the part for that
     _unknown: Deque[Pair] = field(default_factory=deque)  # in the order in which they were asked
     _pending: List[Part] = field(default_factory=list)  # told, and not grounded yet
@@ -82,6 +85,7 @@ class Demand:
         self.tells, self._searches = has_told, _SEARCH in parts
         self.improves = self._searches and _IMPROVE in parts
         self.prefers = self.improves and _PREFER in parts
+        self.has_layers = self._searches and _LAYER in parts and _GOAL in parts
         self._pending.clear()
         self._steps.clear()
         self._queries.clear()

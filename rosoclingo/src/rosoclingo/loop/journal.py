@@ -178,6 +178,8 @@ class Ended(str, enum.Enum):
     AHEAD = "ahead"  # it has searched several horizons in turn, see LOOKING_AHEAD
     AHEAD_CALLED = "ahead, interrupted"  # likewise, by an input
     AHEAD_REFUTED = "ahead, no plan"  # likewise, and there is no plan with any of them
+    LAYERED = "layers"  # it has found out how many layers there are to be
+    NOT_LAYERED = "layers, no plan"  # likewise, and has given up
 
 
 IMPROVING = (Ended.BETTER, Ended.AS_BEFORE, Ended.NOTHING)
@@ -185,6 +187,9 @@ IMPROVING = (Ended.BETTER, Ended.AS_BEFORE, Ended.NOTHING)
 
 LOOKING_AHEAD = (Ended.AHEAD, Ended.AHEAD_CALLED, Ended.AHEAD_REFUTED)
 """How a search ends that has not gone on with one horizon after the other."""
+
+PROGRAMS_OWN = (Ended.FINISHED, Ended.LAYERED, Ended.NOT_LAYERED)
+"""How a search ends that says something of its program alone, and nothing of another one."""
 
 
 @dataclass(frozen=True)
@@ -200,7 +205,7 @@ class SearchEnded(Event):
         quality: What that costs.
         round: How many answer sets have asked for something before, in the same search.
         horizon: That of the plan, if several horizons were searched in turn.
-        grounded: The last step that was grounded for that.
+        grounded: The last step, or layer, that was grounded for that.
     """
 
     how: Ended
@@ -438,7 +443,7 @@ def _text(quality: Optional[Quality]) -> str:
 
 def _numbers(event: SearchEnded) -> str:
     numbers = [event.round]
-    if event.how in LOOKING_AHEAD:
+    if event.how in LOOKING_AHEAD or event.grounded:
         numbers += [event.horizon, event.grounded]
     return " ".join(map(str, numbers))
 

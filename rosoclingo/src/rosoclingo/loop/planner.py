@@ -14,6 +14,7 @@ from rosoclingo.loop.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS, STILL, ST
 from rosoclingo.loop.atoms import QUERY, Action, Plan, query
 from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
 from rosoclingo.loop.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
+from rosoclingo.loop.layers import LayersState
 from rosoclingo.loop.looking_ahead import look_ahead, look_for_cheaper
 from rosoclingo.loop.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.quality import Quality
@@ -53,11 +54,13 @@ class PlannerState:
             known.
         last_horizon: The last horizon that the mode may ask for; infinite without one, None if
             that is unknown, so that no horizon is looked ahead to.
+        layers: What is known of the layers of its plans.
     """
 
     demand: Demand = field(default_factory=Demand)
     quality: Optional[Quality] = None
     last_horizon: Optional[float] = None
+    layers: LayersState = field(default_factory=LayersState)
     _kept: Optional[KeptPlan] = None
     _ahead: Set[int] = field(default_factory=set)  # steps grounded before the mode asks for them
     _top: int = 0  # the last step that is grounded
@@ -140,6 +143,7 @@ class Planner(PlannerState):
         self._later = []
         self._forget_plan()
         self.quality = None
+        self.layers = LayersState()
         self._ahead.clear()
         self._top, self._still, self._passed = 0, 0, 0
         self._is_timed, self._symbols = False, ()
@@ -489,6 +493,8 @@ class Planner(PlannerState):
             neighbourhoods=self._neighbourhoods,
             recorded=self.recorded,
             note=self.note,
+            layers=self.layers,
+            run=self.run,
             is_late=is_late,
             varies=self._varies,
         )

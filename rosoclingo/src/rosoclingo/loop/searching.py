@@ -16,6 +16,7 @@ from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.demand import Demand
 from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
+from rosoclingo.loop.layers import LayeredSearch, LayersState, WantedLayers
 from rosoclingo.loop.local_search import Incumbent, LocalSearch
 from rosoclingo.loop.neighbourhoods import Neighbourhoods, says_choices
 from rosoclingo.loop.quality import Quality
@@ -44,6 +45,8 @@ class Searching:
         neighbourhoods: Neighbourhoods,
         recorded: RecordedSearches,
         note: Callable[[SearchEnded], None],
+        layers: LayersState,
+        run: Callable[..., object],
         is_late: Callable[[], bool] = lambda: False,
         varies: Callable[[], bool] = lambda: False,
     ) -> None:
@@ -59,6 +62,8 @@ class Searching:
             neighbourhoods: Says what of a plan is searched anew.
             recorded: Knows in a replay how it ends, if that depends on time.
             note: Called with how it has ended, likewise.
+            layers: What is known of the layers of its plans.
+            run: Runs commands.
             is_late: Whether a search without an answer set has to end, though nothing has come.
             varies: Whether which answer set the solver finds is up to chance, or to searches that
                 time has ended; asked after a search.
@@ -71,6 +76,7 @@ class Searching:
         self._neighbourhoods = neighbourhoods
         self._recorded = recorded
         self._note = note
+        self._layers = LayeredSearch(solver, run, layers, self.cost)
         self._is_late = is_late
         self._varies = varies
 
@@ -98,16 +104,31 @@ class Searching:
             PlannerError: The encoding asks for what there is not, or without end.
         """
         bound: Optional[Tuple[int, ...]] = None  # if one was cut off
+        has_layers = self._demand.has_layers
+        best: Optional[Incumbent] = None
         for number in range(rounds, _MOST_ROUNDS):
             called = self._recorded.search_due(Ended.CALLED, number=number)
             is_stopped = stopped() and not self._recorded.is_search_due(improves=False)
             if called or is_stopped:  # while it was grounded
                 return self._be_called(number, is_recorded=called is not None), quality
-            outcome, found = self._solve(stopped, number, compares=compares and not number)
+            outcome, found = self._solve(
+                stopped, number, compares=compares and not (number or has_layers), best=best
+            )
+            best = None
             if outcome.result is wire.Result.UNKNOWN:
                 return self._be_called(number), quality
             if outcome.result is not wire.Result.SAT:
                 return outcome, quality
+            wanted = self._layers.wanted(outcome.symbols) if has_layers else None
+            if wanted is not None:
+                ended = self._find_layers(wanted, stopped, number, compares=compares)
+                if ended.how is Ended.CALLED:
+                    return self._be_called(number), quality
+                if ended.how is Ended.NOT_LAYERED:
+                    return wire.Outcome(wire.Result.UNSAT), quality
+                if ended.quality is not None:
+                    best = Incumbent(ended.quality.cost, ended.symbols)
+                continue
             if outcome.interrupted:
                 bound = found.bound if found else ()
             if found is not None and bound is not None:
@@ -149,6 +170,33 @@ class Searching:
         is_better = ended.how is Ended.BETTER and outcome.result is wire.Result.SAT
         return ended, outcome if is_better else None
 
+    def _find_layers(
+        self,
+        wanted: WantedLayers,
+        stopped: Callable[[], bool],
+        number: int,
+        *,
+        compares: bool,
+    ) -> SearchEnded:
+        """Finds out how many layers the plan has.
+
+        Args:
+            wanted: What an answer set says of them.
+            stopped: Whether it has to end.
+            number: How many answer sets have asked for something before.
+            compares: Whether to begin with what is left of the plan before.
+        """
+        ways = (Ended.LAYERED, Ended.NOT_LAYERED, Ended.CALLED)
+        ended = self._recorded.search_due(*ways, number=number)
+        if ended is None:
+            ended = self._layers.find(wanted, stopped, same=self._same() if compares else None)
+        else:
+            self._layers.take(wanted, ended)
+        if ended.how is not Ended.CALLED:
+            horizon, grounded = ended.horizon, ended.grounded
+            self._note(SearchEnded(ended.how, round=number, horizon=horizon, grounded=grounded))
+        return ended
+
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
         """Returns whether there is any, be it the best one or not; None if told to stop before."""
         found: List[wire.Improvement] = []
@@ -160,6 +208,8 @@ class Searching:
     def _look_for_better(self, stopped: Callable[[], bool]) -> SearchEnded:
         """Finds out what the plan costs now, and looks for one that costs less."""
         found: List[wire.Improvement] = []
+        if self._demand.has_layers and not self._keep_layers():
+            return SearchEnded(Ended.NOTHING)
         outcome = self._solver.solve((self._same(),), None, found.append)
         cost = self.cost(outcome, found)
         if outcome.result is not wire.Result.SAT or not cost:
@@ -180,18 +230,35 @@ class Searching:
         symbols = outcome.symbols or found[-1].symbols
         return SearchEnded(Ended.BETTER, symbols, Quality(better, bound))
 
+    def _keep_layers(self) -> bool:
+        """Takes as many layers as what is left of the plan has, if there is anything left."""
+        wanted = self._layers.wanted(self._solver.solve().symbols)
+        if wanted is None or not wanted.before:
+            return False
+        self._layers.keep(wanted)
+        return True
+
     def _same(self) -> wire.Assumption:
         """Returns the assumption that the plan is the one before, as far as it is left."""
         return wire.Assumption(f"{_AS_BEFORE}({self._demand.searches})", True)
 
     def _be_called(self, number: int, *, is_recorded: bool = False) -> wire.Outcome:
         """Takes note that something has interrupted a search, which has its number."""
-        if is_recorded or (self._demand and (self._patience or self._varies())):
+        if is_recorded or (self._demand and self._depends_on_time()):
             self._note(SearchEnded(Ended.CALLED, round=number))
         return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
 
+    def _depends_on_time(self) -> bool:
+        """Returns whether it depends on time, or on chance, what is found; asked after a search."""
+        return bool(self._patience or self._demand.has_layers or self._varies())
+
     def _solve(
-        self, stopped: Callable[[], bool], number: int, *, compares: bool
+        self,
+        stopped: Callable[[], bool],
+        number: int,
+        *,
+        compares: bool,
+        best: Optional[Incumbent],
     ) -> Tuple[wire.Outcome, Optional[Quality]]:
         """Searches until told to stop, or, with a model, for as long as is allowed.
 
@@ -199,16 +266,15 @@ class Searching:
             stopped: Whether it has to end.
             number: How many answer sets have asked for something before.
             compares: Whether to begin with what is left of the plan before.
+            best: A plan that is known already.
 
         Returns:
             How that has ended, and how good the answer set is, if that is known.
         """
         ended = self._recorded.search_due(Ended.CUT, Ended.FINISHED, number=number)
         if ended is None:
-            outcome, quality = self._solve_in_time(stopped, compares=compares)
-            if outcome.result is not wire.Result.SAT:
-                return outcome, quality
-            if not (self._patience or self._varies()):
+            outcome, quality = self._solve_in_time(stopped, compares=compares, best=best)
+            if outcome.result is not wire.Result.SAT or not self._depends_on_time():
                 return outcome, quality
             how = Ended.CUT if outcome.interrupted else Ended.FINISHED
             ended = SearchEnded(how, outcome.symbols, quality, number)
@@ -218,14 +284,13 @@ class Searching:
         return outcome, ended.quality
 
     def _solve_in_time(
-        self, stopped: Callable[[], bool], *, compares: bool
+        self, stopped: Callable[[], bool], *, compares: bool, best: Optional[Incumbent]
     ) -> Tuple[wire.Outcome, Optional[Quality]]:
         """Does what :meth:`_solve` says; with an answer set, ``interrupted`` is by the time."""
         found: List[wire.Improvement] = []
         limit = self._patience if not self._recorded.knows_searches else 0.0
         begin = time.monotonic()
         end = begin + limit
-        best: Optional[Incumbent] = None  # what is left of the plan before
         is_stopped = False
 
         def has_to_end() -> bool:

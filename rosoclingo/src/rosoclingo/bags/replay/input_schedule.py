@@ -97,7 +97,7 @@ def _searches(entries: Sequence[Entry], same_encodings: bool) -> List[Due]:
         if isinstance(event, journal.CommandDone):
             decision += 1
         elif isinstance(event, journal.SearchEnded):
-            if event.how is journal.Ended.FINISHED and not same_encodings:
+            if event.how in journal.PROGRAMS_OWN and not same_encodings:
                 is_told = True
                 continue
             found.append(Due(decision, Phase.DURING, Kind.SEARCH, "", search_text(event)))

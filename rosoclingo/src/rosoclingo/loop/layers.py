@@ -1,0 +1,314 @@
+"""Plans in layers: finds out how many layers a plan needs, wish by wish or all wishes at once.
+
+An encoding with the parts ``layer(k,n)`` and ``goal(k,n)`` says in an answer set of search K, by
+``layers(K,N,M)``, that its plan has N layers at least, and that M wishes are to be granted. Then
+layers are grounded as needed, and with ``goal(K,N,I)``, an external, I of the wishes are granted
+after N layers, and nothing is done in later ones.
+
+Two ways to search take turns, each for longer than the other one before:
+
+- all wishes at once, where several numbers of layers take turns;
+- one wish after the other: what was found for some of them stays, by assumptions, and the plan goes
+  on from there. That is quick for any number of wishes, unless some order of them is a dead end.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Callable, Iterator, List, Optional, Sequence, Tuple
+
+from rosclingo.wire import commands as wire
+from rosclingo.wire.term_text import number, split_term
+from rosoclingo.loop.interleaving import Interleaving
+from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.neighbourhoods import Neighbourhood
+from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.solver import Solver
+
+_LAYERS, _LAYERS_BEFORE, _GRANTED = "layers(", "layers_before(", "granted("
+_AT_ONCE_SECONDS = 0.05  # which each way to search has at first
+_ONE_BY_ONE_SECONDS = 0.2
+_LENGTHENING = 1.5
+_POLISH_SECONDS = float(__import__("os").environ.get("POLISH", "0.01"))
+_SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a plan fits
+_MOST_SECONDS = 30.0  # after which there is no plan
+
+
+@dataclass
+class LayersState:
+    """What is known of the layers of the latest search; all of it is saved.
+
+    Attributes:
+        search: Its number.
+        grounded: The last layer that is grounded.
+        is_decided: Whether it is known how many there are.
+        is_over: Whether no plan was found in all the time that there was for it.
+        goal: The external ``goal(K,N,I)`` that is true, if any is.
+    """
+
+    search: int = 0
+    grounded: int = 0
+    is_decided: bool = False
+    is_over: bool = False
+    goal: str = ""
+
+    def begin(self, search: int) -> None:
+        """Forgets all for a new search."""
+        self.search, self.grounded, self.goal = search, 0, ""
+        self.is_decided = self.is_over = False
+
+
+@dataclass(frozen=True)
+class WantedLayers:
+    """What an answer set says of the layers that it needs. Immutable.
+
+    Attributes:
+        search: The number of the search.
+        least: How many there are at least.
+        wishes: How many wishes are to be granted.
+        before: How many what is left of the plan before has; 0 if there is none.
+    """
+
+    search: int
+    least: int
+    wishes: int
+    before: int = 0
+
+    @classmethod
+    def of(cls, symbols: Sequence[str]) -> Optional[WantedLayers]:
+        """Reads an answer set; None if it needs no layers.
+
+        >>> WantedLayers.of(["layers(2,4,1)", "layers_before(2,7)"])
+        WantedLayers(search=2, least=4, wishes=1, before=7)
+        """
+        for search, least, wishes in _numbers(symbols, _LAYERS, 3):
+            before = [last for _, last in _numbers(symbols, _LAYERS_BEFORE, 2)]
+            return cls(search, least, wishes, max(before, default=0))
+        return None
+
+
+class LayeredSearch:
+    """Finds a number of layers with which there is a plan. One thread makes the calls."""
+
+    def __init__(
+        self,
+        solver: Solver,
+        run: Callable[..., object],
+        state: LayersState,
+        cost: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]],
+    ) -> None:
+        """Prepares a search.
+
+        Args:
+            solver: The planner's solver.
+            run: Runs commands.
+            state: What is known of the layers; changes.
+            cost: Returns what the last answer set of a search costs; nothing if there is none.
+        """
+        self._solver = solver
+        self._run = run
+        self._state = state
+        self._cost = cost
+
+    def wanted(self, symbols: Sequence[str]) -> Optional[WantedLayers]:
+        """Returns the layers that an answer set needs and that are not decided yet."""
+        wanted = WantedLayers.of(symbols)
+        if wanted is None:
+            return None
+        if wanted.search != self._state.search:
+            self._state.begin(wanted.search)
+        return None if self._state.is_decided else wanted
+
+    def take(self, wanted: WantedLayers, ended: SearchEnded) -> None:
+        """Does to the solver what a search did that has ended."""
+        if ended.how is Ended.LAYERED:
+            self._ask(wanted, ended.horizon, wanted.wishes, ended.grounded)
+            self._state.is_decided = True
+        self._state.is_over = ended.how is Ended.NOT_LAYERED
+
+    def keep(self, wanted: WantedLayers) -> None:
+        """Takes as many layers as what is left of the plan before has."""
+        self._ask(wanted, max(wanted.before, wanted.least), wanted.wishes)
+        self._state.is_decided = True
+
+    def find(
+        self, wanted: WantedLayers, stopped: Callable[[], bool], *, same: Optional[wire.Assumption]
+    ) -> SearchEnded:
+        """Searches until there is a plan, or until told to stop.
+
+        Args:
+            wanted: What the encoding says of layers.
+            stopped: Whether the search has to end.
+            same: The assumption that the plan has what is left of the one before, if that is to be
+                tried first.
+        """
+        all_wishes = wanted.wishes
+        before = max(wanted.before, wanted.least)
+        turns = [(_Way(self, wanted, first=wanted.least, wishes=all_wishes), _AT_ONCE_SECONDS)]
+        if all_wishes > 1:
+            turns.append((_OneByOne(self, wanted, first=1, wishes=1), _ONE_BY_ONE_SECONDS))
+        if same is not None and wanted.before:
+            kept = _Way(self, wanted, first=before, wishes=all_wishes, assumed=[same])
+            turns.insert(0, (kept, _SAME_SECONDS))
+        begin = time.monotonic()
+        while not self._state.is_over:
+            way, seconds = turns.pop(0)
+            end = time.monotonic() + seconds
+
+            def is_over(end: float = end) -> bool:
+                return stopped() or time.monotonic() > end
+
+            while not is_over():
+                found = way.turn(is_over)
+                if found is not None:
+                    return self._ended(wanted, found)
+            if stopped():
+                return SearchEnded(Ended.CALLED)
+            turns.append((way, seconds * _LENGTHENING))
+            self._state.is_over = time.monotonic() > begin + _MOST_SECONDS
+        return SearchEnded(Ended.NOT_LAYERED, grounded=self._state.grounded)
+
+    def _ended(self, wanted: WantedLayers, found: SearchEnded) -> SearchEnded:
+        """Has all wishes granted from now on, with the layers of a plan."""
+        self._ask(wanted, found.horizon, wanted.wishes)
+        self._state.is_decided = True
+        return found
+
+    def attempt(
+        self,
+        wanted: WantedLayers,
+        layers: int,
+        wishes: int,
+        stopped: Callable[[], bool],
+        *,
+        seconds: float,
+        assumed: Sequence[wire.Assumption] = (),
+        polish: float = 0.0,
+    ) -> Tuple[wire.Result, Optional[SearchEnded]]:
+        """Searches with a number of layers.
+
+        Args:
+            wanted: What the encoding says of layers.
+            layers: How many there are to be.
+            wishes: How many wishes are to be granted.
+            stopped: Whether it has to end.
+            seconds: How long it may take.
+            assumed: What is assumed.
+            polish: How long to look for a cheaper plan when there is one.
+
+        Returns:
+            The result, and the plan, if one was found.
+        """
+        self._ask(wanted, layers, wishes)
+        found: List[wire.Improvement] = []
+        end = time.monotonic() + seconds
+
+        def improved(improvement: wire.Improvement) -> None:
+            nonlocal end
+            end = end if found else time.monotonic() + polish
+            found.append(improvement)
+
+        outcome = self._solver.solve(assumed, lambda: stopped() or time.monotonic() > end, improved)
+        symbols = outcome.symbols or (found[-1].symbols if found else ())
+        if not symbols:
+            return outcome.result, None
+        cost = self._cost(outcome, found)
+        quality = Quality(cost) if cost else None
+        return wire.Result.SAT, SearchEnded(
+            Ended.LAYERED, symbols, quality, horizon=layers, grounded=self._state.grounded
+        )
+
+    def _ask(self, wanted: WantedLayers, layers: int, wishes: int, grounded: int = 0) -> None:
+        """Grounds layers, and sets the goal."""
+        goal = f"goal({wanted.search},{layers},{wishes})"
+        state = self._state
+        last = max(layers, grounded)
+        parts = [
+            wire.Part(name, (str(wanted.search), str(n)))
+            for n in range(state.grounded + 1, last + 1)
+            for name in ("layer", "goal")
+        ]
+        commands: List[wire.Command] = []
+        if parts:
+            commands.append(wire.Ground(tuple(parts)))
+        if state.goal != goal:
+            if state.goal:
+                commands.append(wire.AssignExternal(state.goal, wire.Truth.FALSE))
+            commands.append(wire.AssignExternal(goal, wire.Truth.TRUE))
+        if commands:
+            self._run(*commands)
+        state.grounded, state.goal = max(state.grounded, last), goal
+
+
+class _Way:
+    """Searches for a plan with several numbers of layers in turn."""
+
+    _polish = 0.0
+
+    def __init__(
+        self,
+        search: LayeredSearch,
+        wanted: WantedLayers,
+        *,
+        first: int,
+        wishes: int,
+        assumed: Sequence[wire.Assumption] = (),
+    ) -> None:
+        self._search = search
+        self._wanted = wanted
+        self._wishes = wishes
+        self._assumed = assumed
+        self._begin(first)
+
+    def _begin(self, first: int) -> None:
+        self._first = first
+        self._order = Interleaving(0, width=6, growth=1.15, seconds=0.05, share=0.85)
+        self._turns = self._order.turns()
+
+    def turn(self, stopped: Callable[[], bool]) -> Optional[SearchEnded]:
+        """Searches once; returns a plan for all wishes, if one is found."""
+        offset, seconds = next(self._turns)
+        result, found = self._search.attempt(
+            self._wanted, self._first + offset, self._wishes, stopped, seconds=seconds,
+            assumed=self._assumed, polish=self._polish,
+        )  # fmt: skip
+        if result is wire.Result.UNSAT:
+            self._order.refute(offset)
+        return None if found is None else self._take(found)
+
+    def _take(self, found: SearchEnded) -> Optional[SearchEnded]:
+        return found
+
+
+class _OneByOne(_Way):
+    """Searches for a plan for one more wish at a time, and keeps what was planned before."""
+
+    _polish = _POLISH_SECONDS
+
+    def _take(self, found: SearchEnded) -> Optional[SearchEnded]:
+        granted = sum(n == str(found.horizon) for _, n, _ in _terms(found.symbols, _GRANTED, 3))
+        if granted >= self._wanted.wishes:
+            return found
+        plan = Neighbourhood.of(found.symbols)
+        self._assumed = () if plan is None else plan.assumptions(frozenset())
+        self._wishes = max(granted, self._wishes) + 1
+        self._begin(found.horizon)
+        return None
+
+
+def _terms(symbols: Sequence[str], name: str, count: int) -> Iterator[List[str]]:
+    """Yields the arguments of the terms of an answer set with a name and so many arguments."""
+    for text in symbols:
+        if text.startswith(name):
+            arguments = split_term(text)[1]
+            if len(arguments) == count:
+                yield arguments
+
+
+def _numbers(symbols: Sequence[str], name: str, count: int) -> Iterator[List[int]]:
+    """Yields them likewise, if all are numbers."""
+    for arguments in _terms(symbols, name, count):
+        numbers = [number(argument) for argument in arguments]
+        if None not in numbers:
+            yield [n for n in numbers if n is not None]

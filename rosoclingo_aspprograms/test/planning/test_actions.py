@@ -1,0 +1,281 @@
+"""Actions in general: whatever happens in the hospital, no action is illegal, all goals end right.
+
+EPISODES=100 in the environment runs so many in each mode, FULL=1 runs 20.
+"""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from typing import Dict, List, Sequence, Set, Tuple
+
+import pytest
+from draws import draws
+from episode import DYN_RESET, PACKAGE, RECORDING, RESET, SINGLE
+
+from rosclingo.solver.options import Options
+from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.system import Request, System
+from rosoclingo.loop.words import SOLVER
+
+HOSPITAL = str(PACKAGE / "hospital" / "hospital.lp")
+SMALL = str(PACKAGE / "hospital" / "instances" / "small.lp")
+ACTIONS = PACKAGE / "lib" / "actions.lp"
+STEPS: Dict[str, List[str]] = {
+    RECORDING: ["-c", "steps=300"],
+    RESET: ["-c", "steps=300", "-c", "r=4"],
+    DYN_RESET: ["-c", "steps=300"],
+    SINGLE: [],
+}
+SEEDS = draws(list(range(8)), 100, "EPISODES", len(STEPS))
+WARDS = ("ward_a", "ward_b", "ward_c", "ward_d")
+CORRIDORS = [
+    ("dock", "laundry"), ("laundry", "hall1"), ("hall1", "ward_a"), ("hall1", "ward_b"),
+    ("hall2", "ward_c"), ("hall2", "ward_d"), ("ward_c", "ward_d"),
+]  # fmt: skip
+STOPS = {"1": "hall1", "2": "hall2"}
+BAGS, FULL = 3, 20
+
+
+class World(System):
+    """Takes note of what is done, and lets all actions succeed unless a test says otherwise."""
+
+    def __init__(self, mode: str, encoding: Sequence[str]) -> None:
+        parts = make_parts(mode, Options(tuple(encoding), ()), STEPS[mode], log=self.warn)
+        super().__init__(parts.loop)
+
+    @property
+    def done(self) -> List[str]:
+        return [action for actuator, action in self.published if actuator != SOLVER]
+
+
+class Hospital(World):
+    """A hospital that believes its robots' answers alone, and finds what is illegal."""
+
+    def __init__(self, mode: str, instance: Sequence[str], robots: Sequence[str]) -> None:
+        self.violations: List[str] = []
+        self.requests: List[Request] = []
+        self.canceled: Set[Request] = set()
+        self.at: Dict[str, str] = dict.fromkeys(robots, "dock")
+        self.battery = dict.fromkeys(robots, FULL)
+        self.room = dict.fromkeys(robots, BAGS)
+        self.lift, self.cabin = "1", ""
+        self.bags: Dict[Request, str] = {}
+        self.blocked: Set[frozenset] = set()  # type: ignore[type-arg] # Python 3.8
+        self.to_fail: List[str] = []
+        super().__init__(mode, [HOSPITAL, *instance])
+
+    # What the loop calls.
+
+    def publish(self, actuator: str, action: str) -> None:
+        if actuator != SOLVER:
+            lift = "lift" if _name(action) in ("call", "ride", "enter", "leave") else ""
+            others = [_name(a) for r, a in self.acting.items() if r != actuator]
+            self._check(not lift or not {"call", "ride", "enter", "leave"} & {*others}, action)
+            self._check(self._is_legal(actuator, action), f"{actuator}: {action}")
+        super().publish(actuator, action)
+
+    def turn(self) -> bool:
+        """Ends all actions; those that are to fail do so once."""
+        for robot, action in sorted(self.acting.items()):
+            fails = action in self.to_fail
+            if fails:
+                self.to_fail.remove(action)
+            self.end(robot, "failure" if fails else "success")
+        return bool(self._items)
+
+    # What a test calls.
+
+    def ask(self, text: str) -> Request:
+        goal = self.request(text)
+        self.requests.append(goal)
+        self.bags[goal] = "laundry"
+        return goal
+
+    def end(self, robot: str, outcome: str) -> None:
+        """Answers an action, and takes note of what it has changed."""
+        action = self.acting[robot]
+        if outcome == "success":
+            self._apply(robot, action)
+        elif _name(action) == "go":
+            self.battery[robot] -= outcome == "unknown"
+            if outcome == "failure":
+                self.blocked.add(frozenset((self.at[robot], _argument(action))))
+            else:
+                self.at[robot] = ""
+        self.answer(robot, outcome)
+
+    def finish(self) -> List[str]:
+        """Returns all violations, once everything is over."""
+        for goal in self.requests:
+            word, text = (goal.words or [""])[-1], goal.request
+            if word == "succeeded" and text.startswith("linen"):
+                self._check(self.bags[goal] == "given", f"{text} {word}, {self.bags[goal]}")
+            elif word in ("canceled", "preempted", "recalled"):
+                self._check(self.bags[goal] == "laundry", f"{text} {word}, {self.bags[goal]}")
+                self._check(goal in self.canceled, f"{text} {word}")
+            else:
+                self._check(word == "succeeded", f"{text} {word}")
+        return self.violations
+
+    def _check(self, is_right: bool, text: str) -> None:
+        if not is_right:
+            self.violations.append(text)
+
+    def _goal(self, action: str) -> Request:
+        goal = self.loop.state.goals.occupant(_argument(action))
+        assert isinstance(goal, Request), action
+        return goal
+
+    def _is_legal(self, robot: str, action: str) -> bool:
+        name, value, here = _name(action), _argument(action), self.at[robot]
+        if name == "go":
+            known = (here, value) in CORRIDORS or (value, here) in CORRIDORS
+            is_free = frozenset((here, value)) not in self.blocked
+            return known and is_free and self.battery[robot] > 0
+        if name == "call":
+            return here == STOPS[value] and not self.cabin
+        if name == "enter":
+            return here == STOPS[value] and self.lift == value and not self.cabin
+        if name == "ride":
+            return here == "lift" and self.cabin == robot
+        if name == "leave":
+            return here == "lift" and self.lift == value and self.cabin == robot
+        if name == "recharge":
+            return here == "dock"
+        goal = self._goal(action)
+        where, bags = self.bags[goal], _order(goal)[1]
+        if name == "load":
+            return here == "laundry" == where and self.room[robot] >= bags
+        if name == "unload":
+            return here == _order(goal)[0] and where == robot
+        return name == "restock" and here == "laundry" and where == robot
+
+    def _apply(self, robot: str, action: str) -> None:
+        name, value = _name(action), _argument(action)
+        if name == "go":
+            self.at[robot], self.battery[robot] = value, self.battery[robot] - 1
+        elif name in ("call", "ride"):
+            self.lift = value
+        elif name == "enter":
+            self.at[robot], self.cabin = "lift", robot
+        elif name == "leave":
+            self.at[robot], self.cabin = STOPS[value], ""
+        elif name == "recharge":
+            self.battery[robot] = FULL
+        else:
+            goal = self._goal(action)
+            self.room[robot] += -_order(goal)[1] if name == "load" else _order(goal)[1]
+            self.bags[goal] = {"load": robot, "unload": "given", "restock": "laundry"}[name]
+
+
+class RandomHospital(Hospital):
+    """A world of requests, cancels, failures, messages, and answers that nobody understands."""
+
+    def __init__(self, mode: str, seed: int, tmp_path: Path) -> None:
+        self.random = random.Random(seed)
+        robots = [f"linen{n + 1}" for n in range(self.random.choice([1, 1, 2]))]
+        instance = tmp_path / "robots.lp"
+        instance.write_text("".join(f"robot({r}). start({r},dock).\n" for r in robots))
+        self.left = self.random.randint(1, 4)
+        self.failures = self.random.choice([0.0, 0.1, 0.2])
+        self.trouble = self.random.choice([0.0, 0.05, 0.15])
+        self.ends = 0
+        super().__init__(mode, [SMALL, str(instance)], robots)
+
+    def turn(self) -> bool:
+        """Lets something happen, or nothing if all is over."""
+        if self.left and self.random.random() < 0.2:
+            self.ask_something()
+        open_ones = [g for g in self.requests if g.stage.value != "ended"]
+        if open_ones and self.random.random() < self.trouble:
+            goal = self.random.choice(open_ones)
+            self.canceled.add(goal)
+            self.cancel(goal)
+        for robot in sorted(self.acting):
+            self.ends += 1
+            self.end(robot, self._outcome(self.acting[robot]))
+        if not self._items and self.left:
+            self.ask_something()
+        if not self._items and [g for g in self.requests if g.stage.value != "ended"]:
+            for way in sorted(self.blocked, key=sorted):
+                self.tell("info", "unblocked({},{})".format(*sorted(way)))
+            self.blocked.clear()
+            for robot in sorted(r for r, place in self.at.items() if not place):
+                self.at[robot] = "hall1"
+                self.tell("info", f"at({robot},hall1)")
+        return bool(self._items)
+
+    def ask_something(self) -> None:
+        self.left -= 1
+        ward = self.random.choice(WARDS)
+        self.ask(f"linen({ward},bags({self.random.randint(1, BAGS)}))")
+
+    def _outcome(self, action: str) -> str:
+        if self.ends > 60 or self.random.random() >= self.failures:
+            return "success"
+        is_known = _name(action) not in ("go", "recharge") or self.random.random() < 0.7
+        return "failure" if is_known else "unknown"
+
+
+def _name(action: str) -> str:
+    return action.partition("(")[0]
+
+
+def _argument(action: str) -> str:
+    return action.partition("(")[2][:-1]
+
+
+def _order(goal: Request) -> Tuple[str, int]:
+    ward, bags = _argument(goal.request).split(",", 1)
+    return ward, int(_argument(bags))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_random_episode_in_the_hospital(seed: int, tmp_path: Path) -> None:
+    """Each mode in turn has a world of its own."""
+    world = RandomHospital(list(STEPS)[seed % len(STEPS)], seed, tmp_path)
+    world.ask_something()
+    failure = world.run()
+    assert failure is None, failure
+    assert world.finish() == []
+
+
+HERE = Path(__file__).parent
+
+
+def _world(encoding: str, *requests: str) -> World:
+    world = World(DYN_RESET, [str(HERE / encoding)])
+    goals = [world.request(text) for text in requests]
+    failure = world.run()
+    assert failure is None, failure
+    assert {goal.words[-1] for goal in goals} == {"succeeded"}
+    return world
+
+
+def test_trucks_bring_boxes() -> None:
+    """Each box is loaded and unloaded once, and no truck drives further than its fuel lasts."""
+    world = _world("transport.lp", "bring(2,5)", "bring(3,1)", "bring(6,2)")
+    done = [_name(action) for action in world.done]
+    assert (done.count("load"), done.count("unload")) == (3, 3)
+
+
+def test_an_action_that_fails_is_done_again() -> None:
+    world = Hospital(DYN_RESET, [SMALL], ["linen1"])
+    world.ask("linen(ward_a,bags(1))")
+    world.to_fail.append("load(1)")
+    assert world.run() is None
+    assert world.finish() == []
+    assert world.done.count("load(1)") == 2
+
+
+def test_a_locked_door_keeps_a_request_waiting() -> None:
+    world = Hospital(DYN_RESET, [SMALL], ["linen1"])
+    world.tell("info", "locked(isolation)")
+    goal = world.ask("linen(ward_b,bags(1))")
+    assert world.run() is None
+    assert goal.words == ["accepted"]
+    assert world.done == []
+    world.tell("info", "unlocked(isolation)")
+    assert world.run() is None
+    assert world.finish() == []
