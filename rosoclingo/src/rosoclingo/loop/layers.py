@@ -39,7 +39,7 @@ _LENGTHENING = 1.5
 _POLISH_SECONDS = 0.01
 _SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a plan fits
 _MOST_SECONDS = 30.0  # after which there is no plan for any request
-_MORE_SECONDS = 2.0  # after which there is one for some of them only, if there is no progress
+_MORE_SECONDS = 5.0  # after which there is one for some of them only, if there is no progress
 
 
 @dataclass
