@@ -247,10 +247,12 @@ def test_what_several_threads_find_is_kept_in_a_replay(
     assert events(again, PlanFound) == events(recorded, PlanFound)
 
 
-def test_a_search_with_one_thread_is_not_noted(system: Callable[..., System]) -> None:
-    run = system(
-        "dynamic.incremental.recording", "-c", "steps=80", encoding=[*HALL, "-c", "slots=4"]
-    )
+def test_a_search_with_one_thread_is_not_noted(
+    system: Callable[..., System], tmp_path: Path
+) -> None:
+    (tmp_path / "any.lp").write_text(ANY_OF_MANY)
+    mode = "dynamic.incremental.recording"
+    run = system(mode, "-c", "steps=80", encoding=[str(tmp_path / "any.lp")])
     assert events(record(run, 0), SearchEnded) == []
 
 

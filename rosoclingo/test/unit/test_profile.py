@@ -125,12 +125,12 @@ def test_instances_are_the_rules_that_clingo_grounds(ground: Any) -> None:
     assert lines(ground(f"{text}\n{rules}"))[2] == rules_of(text + rules) - rules_of(text)
 
 
-FOLDERS = ("rosclingo/example", "rosoclingo/example", "rosoclingo/modes", "rosoclingo_aspprograms")
+FOLDERS = ("rosclingo/example", "rosoclingo/example", "rosoclingo_aspprograms")
 ENCODINGS = sorted(file for folder in FOLDERS for file in (ROOT / folder).rglob("*.lp"))
 
 
 def test_every_encoding_can_be_marked() -> None:
-    assert len(ENCODINGS) > 20
+    assert len(ENCODINGS) > 10
     for file in ENCODINGS:
         options = Options((str(file),))
         found: List[Statement] = []
