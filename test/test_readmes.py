@@ -7,6 +7,7 @@ and each command has to do what the text says. Needs a sourced workspace.
 from __future__ import annotations
 
 import ast
+import contextlib
 import functools
 import os
 import re
@@ -75,6 +76,12 @@ COMPARED = {
     ("docs/bags.md", "replay.py"): "rosoclingo/test/system/test_replay.py",
     ("docs/bags.md", "compare.py"): "test/test_readmes.py",
     ("docs/check.md", "Examples"): "test/test_readmes.py",
+    ("docs/modelling.md", "A plain encoding"): "test/test_readmes.py",
+    ("docs/modelling.md", "Numbers"): "test/test_readmes.py",
+    ("docs/modelling.md", "Capacities"): "test/test_readmes.py",
+    ("docs/modelling.md", "Several robots"): "test/test_readmes.py",
+    ("docs/modelling.md", "Doors and waiting"): "test/test_readmes.py",
+    ("docs/modelling.md", "Bringing things back"): "test/test_readmes.py",
     ("docs/tutorial.md", "1. A package that runs"): "test/test_readmes.py",
     ("docs/tutorial.md", "2. A second action"): "test/test_readmes.py",
     ("docs/tutorial.md", "3. Failures and announcements"): "test/test_readmes.py",
@@ -955,13 +962,63 @@ TUTORIAL = [
 @pytest.fixture
 def tutorial(tmp_path: Path) -> Iterator[Page]:
     """The tutorial's steps, with all that they have to be typed, as one page."""
-    steps = [section("docs/tutorial.md", heading) for heading in TUTORIAL]
-    page = Page(tmp_path, [piece for step in steps for piece in step if piece.kind != "output"])
+    with as_one_page(tmp_path, "docs/tutorial.md", TUTORIAL) as page:
+        yield page
+
+
+@contextlib.contextmanager
+def as_one_page(place: Path, document: str, headings: Sequence[str]) -> Iterator[Page]:
+    """Makes one page of several sections, which needs no master."""
+    found = [section(document, heading) for heading in headings]
+    page = Page(place, [piece for part in found for piece in part if piece.kind != "output"])
     try:
         yield page
-        assert not page.left, "the tutorial prints more than the test types"
+        assert not page.left, f"{document} prints more than the test types"
     finally:
         page.terminals.close()
+
+
+MODELLING = [
+    "A map in a file of its own",
+    "A plain encoding",
+    "Numbers",
+    "Capacities",
+    "Several robots",
+    "Doors and waiting",
+    "Bringing things back",
+    "All of it",
+]
+
+
+@of("docs/modelling.md", "A plain encoding")
+@of("docs/modelling.md", "Numbers")
+@of("docs/modelling.md", "Capacities")
+@of("docs/modelling.md", "Several robots")
+@of("docs/modelling.md", "Doors and waiting")
+@of("docs/modelling.md", "Bringing things back")
+@of("docs/modelling.md", "All of it")
+@of("docs/modelling.md", "A map in a file of its own")
+def test_modelling(tmp_path: Path) -> None:
+    """Each file is written as the guide prints it, and added to those before it."""
+    with as_one_page(tmp_path, "docs/modelling.md", MODELLING) as guide:
+
+        def write(*names: str) -> None:
+            for name in names:
+                (guide.folder / f"my_{name}.lp").write_text(guide.block("prolog"))
+
+        write("map", "robot")
+        check_output("docs/modelling.md", "A plain encoding", guide.run("plan.py"))
+        write("battery")
+        check_output("docs/modelling.md", "Numbers", guide.run("plan.py"))
+        write("bags")
+        check_output("docs/modelling.md", "Capacities", guide.run("plan.py"))
+        write("narrow", "more")
+        check_output("docs/modelling.md", "Several robots", guide.run("plan.py"))
+        write("doors")
+        check_output("docs/modelling.md", "Doors and waiting", guide.run("--simulate"))
+        write("return")
+        check_output("docs/modelling.md", "Bringing things back", guide.run("--simulate"))
+        assert "nothing found" in guide.run("check.py")
 
 
 @of("docs/tutorial.md", TUTORIAL[0])
