@@ -1072,24 +1072,28 @@ def test_the_tutorial(tutorial: Page) -> None:
 
 def meet_failures(tutorial: Page, encoding: Path) -> None:
     """Types the tutorial's third step."""
-    said = tutorial.run("plan.py")
-    change(encoding, tutorial.block("diff"))
-    said += tutorial.run("plan.py")
-    blocked = tutorial.type("plan.py")
-    assert blocked.wait() == 1
     text = (ROOT / "docs/tutorial.md").read_text()
+    said = tutorial.run("robot:failure")
+    blocked = tutorial.type("blocked(dock,hall)")
+    assert blocked.wait() == 1
     (reason,) = re.findall(r"says why:\n`([^`]+)`", text)
     assert reason in blocked.output
-    change(encoding, tutorial.block("diff"))
-    said += tutorial.run("plan.py")
+    said += tutorial.run("unblocked(dock,hall)")
     check_output("docs/tutorial.md", "3. Failures and announcements", said)
+    change(encoding, tutorial.block("diff"))
+    wet = tutorial.type("wet(kitchen)")
+    assert wet.wait() == 1
+    (reason,) = re.findall(r"says `(There is no plan[^`]+)`", text)
+    assert reason in wet.output
+    examples = encoding.with_suffix(".examples")
+    change(examples, tutorial.block("diff"))
     checked = tutorial.type("check.py")
     assert checked.wait() == 1
-    (difference,) = re.findall(r"the same way again:\n`([^`]+)`", text)
-    assert f"robot.examples:8: example: {difference}" in checked.output
+    (difference,) = re.findall(r"the request waits: `([^`]+)`", text)
+    assert f"robot.examples:15: example: {difference}" in checked.output
     assert "1 found" in checked.output
-    change(encoding.with_suffix(".examples"), tutorial.block("diff"))
-    assert re.search("3 examples, .*: nothing found", tutorial.run("check.py"))
+    change(examples, tutorial.block("diff"))
+    assert re.search("5 examples, .*: nothing found", tutorial.run("check.py"))
 
 
 def change(file: Path, difference: str) -> None:

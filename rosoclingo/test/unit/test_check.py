@@ -18,7 +18,7 @@ from rosoclingo.check.again import is_reproduced
 from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import Checking, main, run
 from rosoclingo.check.command_line import parse
-from rosoclingo.check.examples import read_example
+from rosoclingo.check.examples import read_example, read_examples
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.run import FoundPlan, Run
 from rosoclingo.desk.command_line import parse as parse_plan
@@ -337,6 +337,15 @@ def test_files_of_an_example(tmp_path: Path) -> None:
     assert example.words[:2] == (f"{tmp_path}/map.asp", str(tmp_path.parent / "b"))
     rest = "--simulate -t 2 --goal -visit(1) --at 1 -1:x"
     assert example.words[2:] == (f"{tmp_path}/robot.lp", *rest.split())
+
+
+def test_an_example_without_files(tmp_path: Path) -> None:
+    """It is planned with all files of the command line, as there may be a library among them."""
+    files = ("lib/actions.lp", str(tmp_path / "robot.lp"))
+    (tmp_path / "robot.examples").write_text("--goal x => 1 step\nmap.lp --goal x => 1 step\n")
+    alone, own = read_examples(files[1], files)
+    assert alone.words == (*files, "--simulate", "--goal", "x")
+    assert own.words[:3] == (f"{tmp_path}/map.lp", files[1], "--simulate")
 
 
 @pytest.mark.parametrize(
