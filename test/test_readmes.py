@@ -30,6 +30,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
 from rosclingo.wire.commands import Ground, Part
+from rosoclingo.desk import plan
 from rosoclingo.why.phrases import Phrases
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 
@@ -555,6 +556,17 @@ def test_plants(page: Page) -> None:
     wait_for(lambda: heard.output.count("go(") == 2)
     assert "goal 1, water((3,4)): succeeded" in page.run("plan.py")
     page.block("prolog")  # which test_library.py plans with
+
+
+@of("rosoclingo_aspprograms/README.md", "Actions in general")
+def test_actions_in_general(page: Page, capsys: pytest.CaptureFixture[str]) -> None:
+    """The encoding is written beside the library, as it names that."""
+    library = Path("rosoclingo_aspprograms/lib/actions.lp")
+    (page.folder / "lamp.lp").write_text(
+        page.block("prolog").replace(library.name, str(ROOT / library))
+    )
+    assert plan.run([str(page.folder / "lamp.lp"), "--goal", "light"]) == 0
+    assert "arm: press" in capsys.readouterr().out
 
 
 @of("rosoclingo_aspprograms/README.md", "Seconds")
