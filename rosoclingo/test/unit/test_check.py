@@ -256,12 +256,19 @@ def test_each_check_has_a_test() -> None:
     assert all(hasattr(twins, name) for name in ("failed", "recall", "reset"))
 
 
-def found(actions: Sequence[Action], *, successes: int = 0, has_barrier: bool = True) -> Run:
+def found(
+    actions: Sequence[Action],
+    *,
+    successes: int = 0,
+    has_barrier: bool = True,
+    is_layered: bool = False,
+) -> Run:
     """Returns a run in which one plan was found, in its first step."""
     plan = FoundPlan(
         elapsed=0, step=0, actions=tuple(actions), published=frozenset(), has_barrier=has_barrier,
         statuses=(), fluents=frozenset(), slots={"1": "1"}, told={}, active=frozenset({"1"}),
         over=frozenset(), cancelled=frozenset(), heard=(), successes=successes,
+        is_layered=is_layered,
     )  # fmt: skip
     nothing: List[Any] = []
     return Run((), True, nothing, [plan], nothing, [], None, False, 1, frozenset(), ())
@@ -275,6 +282,7 @@ def test_plans_that_are_compared() -> None:
     assert not [*twins.reset(found(short), found(long, successes=1))]
     assert not [*twins.reset(found(short), found(long, has_barrier=False))]
     assert not [*twins.reset(found(short, has_barrier=False), found(long))]
+    assert not [*twins.reset(found(short, is_layered=True), found(long, is_layered=True))]
 
 
 # Examples of an author.

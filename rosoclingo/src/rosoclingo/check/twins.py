@@ -30,8 +30,8 @@ def reset(one: Run, other: Run) -> Iterator[str]:
         known = first.get(_history(plan))
         if known is None:
             continue
-        has_barriers = known.has_barrier and plan.has_barrier
-        if has_barriers and known.length != plan.length:
+        is_comparable = known.has_barrier and plan.has_barrier and not plan.is_layered
+        if is_comparable and known.length != plan.length:
             yield (
                 f"in step {plan.elapsed}, after the same, the plan takes {_steps(known.length)} in "
                 f"the first run, and {_steps(plan.length)} in the second, which forgets the past"
