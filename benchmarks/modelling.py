@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Times the plain encoding of docs/modelling.md, and the library, on larger and larger maps.
+"""Times the encodings of docs/modelling.md on larger and larger maps: how large each can get.
 
-A map is a corridor with a room beside each of its places. Robots bring things between random rooms,
-by the plain encoding of the guide, and by the mailbot's, which has the library for agendas. Each
-plan is made by plan.py in a process of its own, whose processor time it is. Run by hand:
+A map is a corridor with a room beside each of its places. Robots bring things between random rooms:
+by the plain encoding of the guide, by its encodings for actions.lp, without and with batteries and
+bags, and by the mailbot's, which has agenda.lp. Each plan is made by plan.py in a process of its
+own, whose processor time it is. Run by hand:
 
     python benchmarks/modelling.py [DRAWS]
 """
@@ -18,30 +19,37 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "docs/modelling.md"
-MAILBOT = ROOT / "rosoclingo_aspprograms" / "mailbot" / "mailbot.lp"
-PLACES, REQUESTS, ROBOTS = (10, 20, 40, 80), (1, 2, 4), (1, 3)
+ASP = ROOT / "rosoclingo_aspprograms"
+ACTIONS, MAILBOT = str(ASP / "lib" / "actions.lp"), str(ASP / "mailbot" / "mailbot.lp")
+PLACES, ROBOTS, REQUESTS = (10, 20, 40, 80), (1, 3), (1, 2, 6, 20)
 SECONDS = 60  # that a plan may take
+ENCODINGS = {
+    "plain": ["my_plain.lp"],
+    "`actions.lp`": [ACTIONS, "my_robot.lp"],
+    "with batteries and bags": [ACTIONS, "my_robot.lp", "my_battery.lp", "my_bags.lp"],
+    "`agenda.lp`": [MAILBOT],
+}
 
 
 def files() -> Dict[str, str]:
     """Returns the files of the guide, by their names."""
     text = GUIDE.read_text()
-    return dict(re.findall(r"`(\w+\.lp)`[^`]*?:\n\n```prolog\n(.*?)```", text, re.DOTALL))
+    return dict(re.findall(r"`(my_\w+\.lp)`[^`]*?:\n\n```prolog\n(.*?)```", text, re.DOTALL))
 
 
 def building(places: int, robots: int) -> Tuple[str, List[str]]:
-    """Returns a map for both encodings, and its rooms."""
+    """Returns a map for all encodings, and its rooms."""
     half = places // 2
     ways = [(f"c{i}", f"c{i + 1}") for i in range(1, half)]
     ways += [(f"c{i}", f"r{i}") for i in range(1, half + 1)]
     rooms = [f"r{i}" for i in range(1, half + 1)]
-    lines = ["#program base."]
+    lines = ["#program base.", "charger(c1)."]
     lines += [f"robot(b{i}). start(b{i},c{1 + i % half})." for i in range(robots)]
-    lines += [f"way({v},{w}). connection({v},{w})." for v, w in ways]
+    lines += [f"corridor({v},{w}). connection({v},{w})." for v, w in ways]
     lines += [f"office({room})." for room in rooms]
     return "\n".join(lines), rooms
 
@@ -54,10 +62,11 @@ def seconds(encoding: Sequence[str], places: int, robots: int, goals: int, draw:
         Path(folder, "places.lp").write_text(text)
         for name, content in files().items():
             Path(folder, name).write_text(content)
-        words = ["places.lp", *encoding, "-c", f"slots={goals}", "-c", "steps=300"]
+        words = ["places.lp", *encoding, "-c", f"slots={goals}", "-c", "steps=3000"]
+        words += ["-c", f"full={2 * places}"] if "my_battery.lp" in encoding else []
         for _ in range(goals):
             words += ["--goal", "bring({},{})".format(*chance.sample(rooms, 2))]
-        command = [sys.executable, "-m", "rosoclingo.desk.plan", *words, "--patience", "1"]
+        command = [sys.executable, "-m", "rosoclingo.desk.plan", *words, "--patience", "0.3"]
         before = _children()
         try:
             ended = subprocess.run(
@@ -76,27 +85,38 @@ def _children() -> float:
     return usage.ru_utime + usage.ru_stime
 
 
-def median(draws: Sequence[float]) -> Optional[float]:
-    """Returns the median; None if it is too long."""
-    found = statistics.median(draws)
-    return None if found == float("inf") else found
+class Column:
+    """The times of one encoding, which is not tried any more where less has taken too long."""
+
+    def __init__(self, encoding: Sequence[str], draws: int) -> None:
+        self._encoding = encoding
+        self._draws = draws
+        self._too_large: List[Tuple[int, int, int]] = []
+
+    def cell(self, places: int, robots: int, goals: int) -> str:
+        """Returns the median, as the table says it."""
+        size = (places, robots, goals)
+        if any(all(a >= b for a, b in zip(size, known)) for known in self._too_large):
+            return "-"
+        draws: List[float] = []
+        while len(draws) < self._draws and float("inf") not in draws:
+            draws.append(seconds(self._encoding, *size, len(draws)))
+        if draws[-1] == float("inf"):
+            self._too_large.append(size)
+            return f"over {SECONDS} s"
+        return f"{statistics.median(draws):.1f} s"
 
 
 def main(draws: int) -> None:
     """Prints a table for the guide."""
-    print("| places | robots | requests | plain | library for agendas |\n|---|---|---|---|---|")
+    columns = [Column(encoding, draws) for encoding in ENCODINGS.values()]
+    print(f"| places | robots | requests | {' | '.join(ENCODINGS)} |")
+    print(f"|{'---|' * (3 + len(columns))}")
     for places in PLACES:
         for robots in ROBOTS:
             for goals in REQUESTS:
-                row = []
-                for encoding in (["my_robot.lp"], [str(MAILBOT)]):
-                    first = seconds(encoding, places, robots, goals, 0)
-                    more = [] if first == float("inf") else range(1, draws)
-                    found = median(
-                        [first, *(seconds(encoding, places, robots, goals, n) for n in more)]
-                    )
-                    row.append(f"over {SECONDS} s" if found is None else f"{found:.1f} s")
-                print(f"| {places} | {robots} | {goals} | {' | '.join(row)} |", flush=True)
+                cells = [column.cell(places, robots, goals) for column in columns]
+                print(f"| {places} | {robots} | {goals} | {' | '.join(cells)} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -11,13 +11,14 @@ import contextlib
 import functools
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
 import textwrap
 import xml.etree.ElementTree as ET
 from pathlib import Path
-from typing import Callable, Iterator, List, Sequence
+from typing import Callable, Dict, Iterator, List, Sequence
 
 import pytest
 import yaml
@@ -30,6 +31,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
 from rosclingo.wire.commands import Ground, Part
+from rosoclingo.check import command as check
 from rosoclingo.desk import plan
 from rosoclingo.why.phrases import Phrases
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
@@ -77,12 +79,14 @@ COMPARED = {
     ("docs/bags.md", "replay.py"): "rosoclingo/test/system/test_replay.py",
     ("docs/bags.md", "compare.py"): "test/test_readmes.py",
     ("docs/check.md", "Examples"): "test/test_readmes.py",
-    ("docs/modelling.md", "A plain encoding"): "test/test_readmes.py",
-    ("docs/modelling.md", "Numbers"): "test/test_readmes.py",
+    ("docs/modelling.md", "A first encoding"): "test/test_readmes.py",
+    ("docs/modelling.md", "Batteries"): "test/test_readmes.py",
     ("docs/modelling.md", "Capacities"): "test/test_readmes.py",
     ("docs/modelling.md", "Several robots"): "test/test_readmes.py",
-    ("docs/modelling.md", "Doors and waiting"): "test/test_readmes.py",
+    ("docs/modelling.md", "Shared resources"): "test/test_readmes.py",
+    ("docs/modelling.md", "Doors"): "test/test_readmes.py",
     ("docs/modelling.md", "Bringing things back"): "test/test_readmes.py",
+    ("docs/modelling.md", "Waiting"): "test/test_readmes.py",
     ("docs/tutorial.md", "1. A package that runs"): "test/test_readmes.py",
     ("docs/tutorial.md", "2. A second action"): "test/test_readmes.py",
     ("docs/tutorial.md", "3. Failures and announcements"): "test/test_readmes.py",
@@ -101,6 +105,7 @@ COMPARED = {
     ("rosoclingo_simulator/README.md", "rosoclingo_simulator"): "test/test_readmes.py",
 }
 
+ACTIONS = str(ROOT / "rosoclingo_aspprograms" / "lib" / "actions.lp")
 ASP = ROOT / "rosoclingo_aspprograms" / "mailbot"
 OFFICE, PAPER = ASP / "instances" / "graph_wg.lp", ASP / "mailbot_paper.lp"
 TOWER = ROOT / "rosclingo" / "example"
@@ -990,47 +995,46 @@ def as_one_page(place: Path, document: str, headings: Sequence[str]) -> Iterator
         page.terminals.close()
 
 
-MODELLING = [
-    "A map in a file of its own",
-    "A plain encoding",
-    "Numbers",
-    "Capacities",
-    "Several robots",
-    "Doors and waiting",
-    "Bringing things back",
-    "All of it",
-]
+GUIDE = "docs/modelling.md"
 
 
-@of("docs/modelling.md", "A plain encoding")
-@of("docs/modelling.md", "Numbers")
-@of("docs/modelling.md", "Capacities")
-@of("docs/modelling.md", "Several robots")
-@of("docs/modelling.md", "Doors and waiting")
-@of("docs/modelling.md", "Bringing things back")
-@of("docs/modelling.md", "All of it")
-@of("docs/modelling.md", "A map in a file of its own")
-def test_modelling(tmp_path: Path) -> None:
-    """Each file is written as the guide prints it, and added to those before it."""
-    with as_one_page(tmp_path, "docs/modelling.md", MODELLING) as guide:
+def test_modelling(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each file is written as the guide prints it, and all commands are typed, in this process."""
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / GUIDE).read_text()
+    for name, content in re.findall(
+        r"`(my_\w+\.lp)`[^`]*?:\n\n```prolog\n(.*?)```", text, re.DOTALL
+    ):
+        Path(name).write_text(content)
+    programs: Dict[str, Callable[[List[str]], int]] = {"plan.py": plan.run, "check.py": check.run}
+    said = {heading: "" for heading, _ in sections(GUIDE)}
+    for heading, pieces in sections(GUIDE):
+        for command in (piece.text for piece in pieces if piece.kind == "command"):
+            words = shlex.split(command.replace("\\\n", "").replace("$A", ACTIONS))
+            programs[words[2]](words[3:])
+            said[heading] += "".join(capsys.readouterr())
+    check_output("docs/modelling.md", "A first encoding", said["A first encoding"])
+    check_output("docs/modelling.md", "Batteries", said["Batteries"])
+    check_output("docs/modelling.md", "Capacities", said["Capacities"])
+    check_output("docs/modelling.md", "Several robots", said["Several robots"])
+    check_output("docs/modelling.md", "Shared resources", said["Shared resources"])
+    check_output("docs/modelling.md", "Doors", said["Doors"])
+    check_output("docs/modelling.md", "Bringing things back", said["Bringing things back"])
+    check_output("docs/modelling.md", "Waiting", said["Waiting"])
+    (reason,) = re.findall(r"^says `([^`]+)`", text, re.MULTILINE)
+    assert reason in said["Waiting"]
+    assert "nothing found" in said["All of it"]
+    assert "6  r1: deliver(1)" in said["A plain encoding"]
+    robot = Path("my_robot.lp").read_text()
+    Path("my_robot.lp").write_text(re.sub("^request.*", "", robot, flags=re.MULTILINE))
+    files = ["my_map.lp", "my_robot.lp", "my_many.lp"]
+    assert plan.run([ACTIONS, *files, "--goal", "bring(store,ward1)"]) == 0
 
-        def write(*names: str) -> None:
-            for name in names:
-                (guide.folder / f"my_{name}.lp").write_text(guide.block("prolog"))
 
-        write("map", "robot")
-        check_output("docs/modelling.md", "A plain encoding", guide.run("plan.py"))
-        write("battery")
-        check_output("docs/modelling.md", "Numbers", guide.run("plan.py"))
-        write("bags")
-        check_output("docs/modelling.md", "Capacities", guide.run("plan.py"))
-        write("narrow", "more")
-        check_output("docs/modelling.md", "Several robots", guide.run("plan.py"))
-        write("doors")
-        check_output("docs/modelling.md", "Doors and waiting", guide.run("--simulate"))
-        write("return")
-        check_output("docs/modelling.md", "Bringing things back", guide.run("--simulate"))
-        assert "nothing found" in guide.run("check.py")
+for _heading, _pieces in sections(GUIDE):
+    test_modelling = of(GUIDE, _heading)(test_modelling)
 
 
 @of("docs/tutorial.md", TUTORIAL[0])
