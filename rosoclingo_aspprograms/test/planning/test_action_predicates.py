@@ -8,7 +8,10 @@ from typing import Dict, List
 import pytest
 from test_actions import ACTIONS, World
 
+from rosclingo.solver.options import Options
 from rosoclingo.desk.system import Request
+from rosoclingo.why.explainer import Explainer
+from rosoclingo.why.situation import Situation
 
 MODE = "dynamic.incremental.dyn_reset"
 
@@ -231,3 +234,22 @@ def test_more_than_there_can_be(tmp_path: Path) -> None:
 def test_a_number_that_nobody_declares_restricts_nothing(tmp_path: Path) -> None:
     task = Task(tmp_path, JOBS + "uses(R,do(b),force,4) :- R = (left;right).")
     assert words(task.meet("a", "b")) == ["succeeded"] * 2
+
+
+@pytest.mark.parametrize(
+    ("action", "text"),
+    [
+        ("do(robot,go(0),2)", "the best plan would take 6 steps, 3 more than now"),
+        ("do(robot,go(3),1)", "robot cannot do go(3) in step 1"),
+        ("do(robot,charge,1)", "the best plan would take 4 steps, 1 more than now"),
+        ("do(robot,charge,2)", "robot cannot do charge in step 2"),
+    ],
+)
+def test_why_another_action_is_not_done(action: str, text: str, tmp_path: Path) -> None:
+    """The library says which actions are possible, as far as numbers and values are concerned."""
+    file = tmp_path / "task.lp"
+    file.write_text(f'#include "{ACTIONS}".\n#program base.\n{MAP}')
+    goal = ("1", "visit(3)")
+    situation = Situation(told=(f"event(1,{goal[1]},0)",), last=20, goals=(goal,))
+    answer = Explainer(Options((str(file),)), situation).why_not(action)
+    assert text in answer.text
