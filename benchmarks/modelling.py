@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "docs/modelling.md"
 ASP = ROOT / "rosoclingo_aspprograms"
 ACTIONS, MAILBOT = str(ASP / "lib" / "actions.lp"), str(ASP / "mailbot" / "mailbot.lp")
-PLACES, ROBOTS, REQUESTS = (10, 40, 160), (1, 3), (1, 2, 6, 20, 40)
+PLACES, ROBOTS, REQUESTS = (10, 40, 160), (1, 3), (1, 2, 6, 20)
 SECONDS = 60  # that a plan may take
 ENCODINGS = {
     "plain": ["my_plain.lp"],

@@ -225,6 +225,16 @@ def test_what_was_not_begun_is_canceled_at_once(tmp_path: Path) -> None:
     assert (goal.words[-1], task.done) == ("canceled", [])
 
 
+@pytest.mark.parametrize(
+    ("last", "said"), [(4, "5 is unknown as the first argument of visit"), (1000, "no external")]
+)
+def test_what_nobody_may_ask_for(last: int, said: str, tmp_path: Path) -> None:
+    """The reason names the argument, unless there are very many requests."""
+    task = Task(tmp_path, f"{MAP} request(visit(V)) :- V = 6..{last}.")
+    (goal,) = task.meet("visit(5)")
+    assert said in goal.reason
+
+
 def test_more_than_there_can_be(tmp_path: Path) -> None:
     """A request for which a number is too small waits, and others are met meanwhile."""
     task = Task(tmp_path, JOBS + "number(force,3). uses(R,do(b),force,4) :- R = (left;right).")
