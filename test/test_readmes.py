@@ -82,8 +82,6 @@ COMPARED = {
     ("docs/modelling.md", "A first encoding"): "test/test_readmes.py",
     ("docs/modelling.md", "Batteries"): "test/test_readmes.py",
     ("docs/modelling.md", "Capacities"): "test/test_readmes.py",
-    ("docs/modelling.md", "Several robots"): "test/test_readmes.py",
-    ("docs/modelling.md", "Shared resources"): "test/test_readmes.py",
     ("docs/modelling.md", "Doors"): "test/test_readmes.py",
     ("docs/modelling.md", "Bringing things back"): "test/test_readmes.py",
     ("docs/modelling.md", "Waiting"): "test/test_readmes.py",
@@ -1019,8 +1017,8 @@ def test_modelling(
     check_output("docs/modelling.md", "A first encoding", said["A first encoding"])
     check_output("docs/modelling.md", "Batteries", said["Batteries"])
     check_output("docs/modelling.md", "Capacities", said["Capacities"])
-    check_output("docs/modelling.md", "Several robots", said["Several robots"])
-    check_output("docs/modelling.md", "Shared resources", said["Shared resources"])
+    assert "goal 2, bring(ward2," in said["Several robots"]
+    assert "goal 2, bring(ward2," in said["Shared resources"]
     check_output("docs/modelling.md", "Doors", said["Doors"])
     check_output("docs/modelling.md", "Bringing things back", said["Bringing things back"])
     check_output("docs/modelling.md", "Waiting", said["Waiting"])

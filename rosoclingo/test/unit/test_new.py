@@ -90,7 +90,7 @@ def test_the_encoding_plans(package: Path, mode: str, capsys: pytest.CaptureFixt
         [
             find_library(),
             str(package / "encoding/robot.lp"),
-            *("--mode", f"dynamic.incremental.{mode}", "--simulate"),
+            *("--mode", f"dynamic.incremental.{mode}", "--simulate", "-c", "slots=1"),
             *("--goal", "visit(kitchen)", "--goal", "visit(dock)", "--goal", "visit(office)"),
             *(
                 "--at",
