@@ -61,9 +61,6 @@ RUNS: Dict[str, Tuple[str, ...]] = {
     "workshop": WORKSHOP,
     "rooms": (str(HERE / "rooms.lp"),),
     "template": (ACTIONS, TEMPLATE),
-    "hospital": tuple(
-        str(ASP / "hospital" / name) for name in ("instances/small.lp", "hospital.lp")
-    ),
 }
 READ: Dict[str, Tuple[str, ...]] = {
     "tower": (str(TOWER / "instance.lp"), str(TOWER / "itoh.lp")),
@@ -83,6 +80,9 @@ READ: Dict[str, Tuple[str, ...]] = {
     "hall": (HALL, MAILBOT),
     "jobs": (str(TOWER / "jobs.lp"), "--theory", "dl"),
     "flood": (str(BENCHES / "flood.lp"),),
+    "hospital": tuple(
+        str(ASP / "hospital" / name) for name in ("instances/small.lp", "hospital.lp")
+    ),
     **{name: (str(HERE / f"{name}.lp"),) for name in ("courier", "blocks", "transport")},
 }  # fmt: skip
 NO_PLANNERS = {
