@@ -116,10 +116,9 @@ def test_two_messages_that_differ_say_nothing(tmp_path: Path) -> None:
 
 JOBS = """
 initially(J,todo) :- J = (a;b).
-action(R,do(J)) :- R = (left;right), J = (a;b).
+action(left,do(a)). action(right,do(b)).
 needs(R,do(J),J,todo) :- action(R,do(J)).
 sets(R,do(J),J,done) :- action(R,do(J)).
-costs(left,do(b),9). costs(right,do(a),9).
 request((a;b)). wants(J,J,done) :- J = (a;b).
 """
 
@@ -133,13 +132,6 @@ def test_occupies(shared: str, steps: int, tmp_path: Path) -> None:
     assert words(task.meet("a", "b")) == ["succeeded"] * 2
     assert len(task.rounds) == steps
     assert sorted(task.done) == ["do(a)", "do(b)"]
-
-
-def test_costs(tmp_path: Path) -> None:
-    """What is cheaper is done, by whom it is cheaper."""
-    task = Task(tmp_path, JOBS)
-    task.meet("a", "b")
-    assert task.rounds == [{"left": "do(a)", "right": "do(b)"}]
 
 
 SWITCH = """
@@ -237,12 +229,12 @@ def test_what_nobody_may_ask_for(last: int, said: str, tmp_path: Path) -> None:
 
 def test_more_than_there_can_be(tmp_path: Path) -> None:
     """A request for which a number is too small waits, and others are met meanwhile."""
-    task = Task(tmp_path, JOBS + "number(force,3). uses(R,do(b),force,4) :- R = (left;right).")
+    task = Task(tmp_path, JOBS + "number(force,3). uses(right,do(b),force,4).")
     assert words(task.meet("a", "b")) == ["succeeded", "accepted"]
 
 
 def test_a_number_that_nobody_declares_restricts_nothing(tmp_path: Path) -> None:
-    task = Task(tmp_path, JOBS + "uses(R,do(b),force,4) :- R = (left;right).")
+    task = Task(tmp_path, JOBS + "uses(right,do(b),force,4).")
     assert words(task.meet("a", "b")) == ["succeeded"] * 2
 
 
