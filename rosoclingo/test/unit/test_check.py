@@ -6,6 +6,7 @@ import runpy
 import shlex
 import signal
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
@@ -20,7 +21,7 @@ from rosoclingo.check.command import Checking, main, run
 from rosoclingo.check.command_line import parse
 from rosoclingo.check.examples import read_example, read_examples
 from rosoclingo.check.findings import Finding
-from rosoclingo.check.run import FoundPlan, Run
+from rosoclingo.check.run import DOES, FoundPlan, Run
 from rosoclingo.desk.command_line import parse as parse_plan
 from rosoclingo.desk.parts import EXAMPLES
 from rosoclingo.loop.atoms import Action
@@ -283,6 +284,16 @@ def test_plans_that_are_compared() -> None:
     assert not [*twins.reset(found(short), found(long, has_barrier=False))]
     assert not [*twins.reset(found(short, has_barrier=False), found(long))]
     assert not [*twins.reset(found(short, is_layered=True), found(long, is_layered=True))]
+
+
+@pytest.mark.parametrize(("is_layered", "findings"), [(False, 1), (True, 0)])
+def test_steps_without_a_recalled_goal(is_layered: bool, findings: int) -> None:
+    """They are as many, if plans are shortest."""
+    one, other = (
+        replace(found([], is_layered=is_layered), heard=((DOES, "robot", "a", last),))
+        for last in ("6", "4")
+    )
+    assert len([*twins.recall(one, other)]) == findings
 
 
 # Examples of an author.

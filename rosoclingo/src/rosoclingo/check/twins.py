@@ -89,6 +89,8 @@ def _is_told_before_all(run: Run) -> bool:
 
 def recall(one: Run, other: Run) -> Iterator[str]:
     """A goal that is cancelled before anything is done leaves no trace."""
+    if any(plan.is_layered for plan in (*one.plans, *other.plans)):
+        return
     if one.failure is None and other.failure is None and one.steps != other.steps:
         yield (
             "a goal is cancelled before anything is done, and all the others take "
