@@ -10,6 +10,7 @@ from test_actions import ACTIONS, World
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.system import Request
+from rosoclingo.loop.journal import PlanFound
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.situation import Situation
 
@@ -132,6 +133,15 @@ def test_occupies(shared: str, steps: int, tmp_path: Path) -> None:
     assert words(task.meet("a", "b")) == ["succeeded"] * 2
     assert len(task.rounds) == steps
     assert sorted(task.done) == ["do(a)", "do(b)"]
+
+
+@pytest.mark.parametrize(("costs", "cost"), [("", 2), ("costs(left,do(a),9).", 10)])
+def test_costs(costs: str, cost: int, tmp_path: Path) -> None:
+    """A plan costs what its actions do, 1 if nothing is said of one."""
+    task = Task(tmp_path, JOBS + costs)
+    task.meet("a", "b")
+    plans = [entry.event for entry in task.journal if isinstance(entry.event, PlanFound)]
+    assert cost in [plan.quality.cost[0] for plan in plans if plan.quality is not None]
 
 
 SWITCH = """
