@@ -1,0 +1,177 @@
+"""Planning tasks with finite-domain variables: SAS+, the format of Fast Downward's translator.
+
+A :class:`Task` also executes plans, so that a plan of any planner is validated without one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Dict, List, Sequence, Tuple
+
+from rosoclingo.pddl.expressions import PddlError
+
+Assignment = Tuple[int, int]
+"""A variable and the number of its value."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A change of a variable, under conditions on the state before it."""
+
+    conditions: Tuple[Assignment, ...]
+    variable: int
+    value: int
+
+
+@dataclass(frozen=True)
+class Operator:
+    """A ground action; its name has the objects after the action, with blanks between."""
+
+    name: str
+    preconditions: Tuple[Assignment, ...]
+    effects: Tuple[Effect, ...]
+    cost: int
+
+
+@dataclass(frozen=True)
+class Task:
+    """A planning task. A variable is the names of its values."""
+
+    variables: Tuple[Tuple[str, ...], ...]
+    init: Tuple[int, ...]
+    goal: Tuple[Assignment, ...]
+    operators: Tuple[Operator, ...]
+
+    def cost_of(self, plan: Sequence[str]) -> int:
+        """Executes a plan, and returns its cost.
+
+        Args:
+            plan: The names of the operators, in their order.
+
+        Raises:
+            PddlError: The plan is not valid; the message says where and why.
+        """
+        operators: Dict[str, Operator] = {operator.name: operator for operator in self.operators}
+        state = list(self.init)
+        cost = 0
+        for step, name in enumerate(plan, 1):
+            operator = operators.get(name)
+            if operator is None:
+                raise PddlError(f"step {step}: there is no action {name}")
+            self._check(state, operator.preconditions, f"step {step}: {name}")
+            made = [
+                (effect.variable, effect.value)
+                for effect in operator.effects
+                if all(state[variable] == value for variable, value in effect.conditions)
+            ]
+            for variable, value in made:
+                state[variable] = value
+            cost += operator.cost
+        self._check(state, self.goal, "the goal")
+        return cost
+
+    def _check(self, state: Sequence[int], wanted: Sequence[Assignment], who: str) -> None:
+        for variable, value in wanted:
+            if state[variable] != value:
+                has, needs = (self.variables[variable][v] for v in (state[variable], value))
+                raise PddlError(f"{who} needs {needs}, and there is {has}")
+
+
+def parse_sas(text: str) -> Task:
+    """Returns the task of a file of the translator.
+
+    Raises:
+        PddlError: It has axioms, or it is not in the format, version 3.
+    """
+    lines = _Lines(text)
+    try:
+        return _parse(lines)
+    except (IndexError, ValueError) as err:
+        raise PddlError(
+            f"the translator's output, line {lines.number}, is not SAS+: {err}"
+        ) from err
+
+
+class _Lines:
+    """The lines of the file, in their order."""
+
+    def __init__(self, text: str) -> None:
+        self._lines = text.splitlines()
+        self.number = 0
+
+    def text(self) -> str:
+        self.number += 1
+        return self._lines[self.number - 1]
+
+    def integer(self) -> int:
+        return int(self.text())
+
+    def integers(self) -> List[int]:
+        return [int(word) for word in self.text().split()]
+
+    def skip(self, wanted: str) -> None:
+        found = self.text()
+        if found != wanted:
+            raise ValueError(f"{wanted} is expected instead of {found}")
+
+    def assignments(self) -> Tuple[Assignment, ...]:
+        return tuple(self.assignment() for _ in range(self.integer()))
+
+    def assignment(self) -> Assignment:
+        variable, value = self.integers()
+        return variable, value
+
+
+def _parse(lines: _Lines) -> Task:
+    lines.skip("begin_version")
+    lines.skip("3")
+    lines.skip("end_version")
+    lines.skip("begin_metric")
+    uses_costs = lines.integer() == 1
+    lines.skip("end_metric")
+    variables = tuple(_variable(lines) for _ in range(lines.integer()))
+    for _ in range(lines.integer()):  # mutexes between variables
+        lines.skip("begin_mutex_group")
+        lines.assignments()
+        lines.skip("end_mutex_group")
+    lines.skip("begin_state")
+    init = tuple(lines.integer() for _ in variables)
+    lines.skip("end_state")
+    lines.skip("begin_goal")
+    goal = lines.assignments()
+    lines.skip("end_goal")
+    operators = tuple(_operator(lines, uses_costs) for _ in range(lines.integer()))
+    if lines.integer():
+        raise PddlError("the task needs axioms, which are not understood: quantifiers and "
+                        "disjunctions have to be written as several actions")  # fmt: skip
+    return Task(variables, init, goal, operators)
+
+
+def _variable(lines: _Lines) -> Tuple[str, ...]:
+    lines.skip("begin_variable")
+    lines.text()  # its name is a number
+    if lines.integer() != -1:
+        raise PddlError("the task needs axioms, which are not understood: quantifiers and "
+                        "disjunctions have to be written as several actions")  # fmt: skip
+    values = tuple(lines.text() for _ in range(lines.integer()))
+    lines.skip("end_variable")
+    return values
+
+
+def _operator(lines: _Lines, uses_costs: bool) -> Operator:
+    lines.skip("begin_operator")
+    name = lines.text().strip()  # one without objects ends in a blank
+    preconditions = list(lines.assignments())
+    effects = []
+    for _ in range(lines.integer()):
+        numbers = lines.integers()
+        count = numbers[0]
+        pairs = numbers[1 : 1 + 2 * count]
+        variable, before, after = numbers[1 + 2 * count :]
+        if before >= 0:
+            preconditions.append((variable, before))
+        effects.append(Effect(tuple(zip(pairs[::2], pairs[1::2])), variable, after))
+    cost = lines.integer()
+    lines.skip("end_operator")
+    unique = tuple(dict.fromkeys(preconditions))
+    return Operator(name, unique, tuple(effects), cost if uses_costs else 1)
