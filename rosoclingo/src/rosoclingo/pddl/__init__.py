@@ -1,1 +1,1 @@
-"""Imports planning tasks in PDDL, by Fast Downward's translator. Needs no ROS."""
+"""Imports planning tasks in PDDL, by Fast Downward's translator: the command ``pddl.py``."""

@@ -36,6 +36,11 @@ class Form:
         """The first word, or an empty text if the list does not begin with one."""
         return self.parts[0].text if self.parts and isinstance(self.parts[0], Word) else ""
 
+    @property
+    def text(self) -> str:
+        """The list as it stands in a file, on one line."""
+        return f"({' '.join(part.text for part in self.parts)})"
+
     def forms(self) -> Iterator[Form]:
         """Yields this list and all those in it, in the order of the file."""
         open_forms = [self]

@@ -1,12 +1,9 @@
-"""Planning tasks with finite-domain variables: SAS+, the format of Fast Downward's translator.
-
-A :class:`Task` also executes plans, so that a plan of any planner is validated without one.
-"""
+"""Planning tasks with finite-domain variables: SAS+, the format of Fast Downward's translator."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Dict, List, Sequence, Tuple
+from typing import List, Tuple
 
 from rosoclingo.pddl.expressions import PddlError
 
@@ -30,7 +27,6 @@ class Operator:
     name: str
     preconditions: Tuple[Assignment, ...]
     effects: Tuple[Effect, ...]
-    cost: int
 
 
 @dataclass(frozen=True)
@@ -41,40 +37,6 @@ class Task:
     init: Tuple[int, ...]
     goal: Tuple[Assignment, ...]
     operators: Tuple[Operator, ...]
-
-    def cost_of(self, plan: Sequence[str]) -> int:
-        """Executes a plan, and returns its cost.
-
-        Args:
-            plan: The names of the operators, in their order.
-
-        Raises:
-            PddlError: The plan is not valid; the message says where and why.
-        """
-        operators: Dict[str, Operator] = {operator.name: operator for operator in self.operators}
-        state = list(self.init)
-        cost = 0
-        for step, name in enumerate(plan, 1):
-            operator = operators.get(name)
-            if operator is None:
-                raise PddlError(f"step {step}: there is no action {name}")
-            self._check(state, operator.preconditions, f"step {step}: {name}")
-            made = [
-                (effect.variable, effect.value)
-                for effect in operator.effects
-                if all(state[variable] == value for variable, value in effect.conditions)
-            ]
-            for variable, value in made:
-                state[variable] = value
-            cost += operator.cost
-        self._check(state, self.goal, "the goal")
-        return cost
-
-    def _check(self, state: Sequence[int], wanted: Sequence[Assignment], who: str) -> None:
-        for variable, value in wanted:
-            if state[variable] != value:
-                has, needs = (self.variables[variable][v] for v in (state[variable], value))
-                raise PddlError(f"{who} needs {needs}, and there is {has}")
 
 
 def parse_sas(text: str) -> Task:
@@ -127,7 +89,7 @@ def _parse(lines: _Lines) -> Task:
     lines.skip("3")
     lines.skip("end_version")
     lines.skip("begin_metric")
-    uses_costs = lines.integer() == 1
+    lines.integer()
     lines.skip("end_metric")
     variables = tuple(_variable(lines) for _ in range(lines.integer()))
     for _ in range(lines.integer()):  # mutexes between variables
@@ -140,7 +102,7 @@ def _parse(lines: _Lines) -> Task:
     lines.skip("begin_goal")
     goal = lines.assignments()
     lines.skip("end_goal")
-    operators = tuple(_operator(lines, uses_costs) for _ in range(lines.integer()))
+    operators = tuple(_operator(lines) for _ in range(lines.integer()))
     if lines.integer():
         raise PddlError("the task needs axioms, which are not understood: quantifiers and "
                         "disjunctions have to be written as several actions")  # fmt: skip
@@ -158,7 +120,7 @@ def _variable(lines: _Lines) -> Tuple[str, ...]:
     return values
 
 
-def _operator(lines: _Lines, uses_costs: bool) -> Operator:
+def _operator(lines: _Lines) -> Operator:
     lines.skip("begin_operator")
     name = lines.text().strip()  # one without objects ends in a blank
     preconditions = list(lines.assignments())
@@ -171,7 +133,7 @@ def _operator(lines: _Lines, uses_costs: bool) -> Operator:
         if before >= 0:
             preconditions.append((variable, before))
         effects.append(Effect(tuple(zip(pairs[::2], pairs[1::2])), variable, after))
-    cost = lines.integer()
+    lines.integer()  # its cost
     lines.skip("end_operator")
     unique = tuple(dict.fromkeys(preconditions))
-    return Operator(name, unique, tuple(effects), cost if uses_costs else 1)
+    return Operator(name, unique, tuple(effects))
