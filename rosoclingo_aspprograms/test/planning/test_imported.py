@@ -73,12 +73,11 @@ class Delivery(System):
 
     def finish(self, actuator: str, outcome: str) -> None:
         """Answers an action; if it has succeeded, the world is another one."""
-        name, objects = split_term(self.acting[actuator])
-        if objects[0] != actuator:
+        if split_term(self.acting[actuator])[1][0] != actuator:
             self.violations.append(f"{actuator} does {self.acting[actuator]}")
         if outcome == "success":
             try:
-                self.world.execute(name, objects)
+                self.world.execute_term(self.acting[actuator])
             except PddlError as err:
                 self.violations.append(str(err))
         elif self.acting[actuator] in self.to_fail:

@@ -11,7 +11,7 @@ from rosoclingo.desk.parts import shared
 from rosoclingo.pddl.actuators import Actuators
 from rosoclingo.pddl.domain import Domain, read_domain, read_problem
 from rosoclingo.pddl.encoding import GOAL, Encoder
-from rosoclingo.pddl.expressions import Form, PddlError, Word, read_file
+from rosoclingo.pddl.expressions import Form, PddlError, read_file
 from rosoclingo.pddl.names import Names
 from rosoclingo.pddl.numbers import Numbers
 from rosoclingo.pddl.translator import translate
@@ -56,7 +56,7 @@ def import_task(domain_file: Path, problem_file: Path, options: ImportOptions) -
         raise PddlError(f"--actuator {options.actuator}: this is no name, such as robot")
     for function in options.limits:
         _check_function(domain, function)
-    names = Names(_words(domain.form) + _words(problem.form))
+    names = Names.of(domain.form, problem.form)
     actuators = Actuators(domain, problem, names, options.actuators, options.actuator)
     task = translate(domain, problem, [each.lower() for each in options.changing])
     numbers = Numbers(domain, problem, options.limits)
@@ -133,12 +133,6 @@ def _check_function(domain: Domain, name: str) -> None:
     if name not in known:
         there = f"there are {', '.join(known)}" if known else "there are none"
         raise PddlError(f"--most {name}: there is no such function; {there}")
-
-
-def _words(form: Form) -> List[str]:
-    """Returns all words that may be names."""
-    parts = [part for each in form.forms() for part in each.parts]
-    return [part.text for part in parts if isinstance(part, Word) and part.text[0] not in "?:"]
 
 
 def _examples(instance: str, encoder: Encoder, actuators: Actuators, made: str) -> List[str]:

@@ -8,7 +8,10 @@
 from __future__ import annotations
 
 import re
-from typing import Dict, Iterable, Sequence
+from typing import Dict, Iterable, List, Sequence, Tuple
+
+from rosclingo.wire.term_text import split_term
+from rosoclingo.pddl.expressions import Form, Word
 
 _OTHER = re.compile(r"[^a-z0-9_]")
 _NUMBER = re.compile(r"0|[1-9][0-9]{0,8}", re.ASCII)
@@ -35,6 +38,18 @@ class Names:
                 term += "_"
             taken.add(term)
             self._terms[word] = term
+
+    @classmethod
+    def of(cls, *forms: Form) -> Names:
+        """Takes all names of files."""
+        parts = [part for form in forms for each in form.forms() for part in each.parts]
+        return cls([p.text for p in parts if isinstance(p, Word) and p.text[0] not in "?:"])
+
+    def words(self, term: str) -> Tuple[str, List[str]]:
+        """Returns the name and the objects of a term; those without a name stay as they are."""
+        words = {each: word for word, each in self._terms.items()}
+        name, objects = split_term(term)
+        return words.get(name, name), [words.get(each, each) for each in objects]
 
     def term(self, name: str, objects: Sequence[str] = ()) -> str:
         """Returns the term of an action, a predicate or an object."""

@@ -11,6 +11,7 @@ from typing import Callable, Dict, Iterable, List, Mapping, Sequence, Set, Tuple
 
 from rosoclingo.pddl.domain import Domain, Problem, typed_list
 from rosoclingo.pddl.expressions import Form, PddlError
+from rosoclingo.pddl.names import Names
 from rosoclingo.pddl.support import Part
 
 Fact = Tuple[str, ...]
@@ -36,6 +37,7 @@ class PlanValidator:
     def __init__(self, domain: Domain, problem: Problem) -> None:
         """Begins where the problem does."""
         self._domain = domain
+        self._names = Names.of(domain.form, problem.form)
         self._goal = problem.goal
         self._kinds = {**domain.constants, **problem.objects}
         self._actions: Dict[str, Form] = {}
@@ -78,6 +80,14 @@ class PlanValidator:
         self._require(step, _at(condition, "over all"), binding)
         self._require(step, _at(condition, "at end"), binding)
         self._change(_at(effect, "at end"), binding)
+
+    def execute_term(self, action: str) -> None:
+        """Executes an action by its term in the encoding.
+
+        Raises:
+            PddlError: It is not possible; the message says why.
+        """
+        self.execute(*self._names.words(action))
 
     def require_goal(self) -> None:
         """Checks that the goal is reached.
