@@ -46,15 +46,35 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> List[str]:
     return [str(file) for file in written if file.suffix == ".lp"]
 
 
-class Delivery(System):
-    """Robots whose actions change the world as PDDL says; an action that cannot be is noted."""
+class ImportedWorld(System):
+    """Actions change the world as PDDL says; one that is not possible is noted."""
 
-    def __init__(self, files: List[str]) -> None:
+    def __init__(self, files: List[str], domain: Path, problem: Path) -> None:
         parts = make_parts(DYN_RESET, Options(tuple(files), ()), ["-c", "steps=100"], log=self.warn)
         super().__init__(parts.loop, patience=DEFAULT_PATIENCE)
-        domain, problem = read_domain(read_file(DOMAIN)), read_problem(read_file(PROBLEM))
-        self.world = PlanValidator(domain, problem)
+        self.world = PlanValidator(read_domain(read_file(domain)), read_problem(read_file(problem)))
         self.violations: List[str] = []
+
+    def turn(self) -> bool:
+        for actuator in sorted(self.acting):
+            self.finish(actuator, "success")
+        return bool(self._items)
+
+    def finish(self, actuator: str, outcome: str) -> None:
+        """Answers an action; if it has succeeded, the world is another one."""
+        if outcome == "success":
+            try:
+                self.world.execute_term(self.acting[actuator])
+            except PddlError as err:
+                self.violations.append(str(err))
+        self.answer(actuator, outcome)
+
+
+class Delivery(ImportedWorld):
+    """Two robots that bring boxes through a door."""
+
+    def __init__(self, files: List[str]) -> None:
+        super().__init__(files, DOMAIN, PROBLEM)
         self.to_fail: List[str] = []
         self.to_cancel: Dict[str, Request] = {}  # after which action
 
@@ -64,27 +84,17 @@ class Delivery(System):
             others = [split_term(other)[0] for one, other in self.acting.items() if one != actuator]
             if action.startswith("go(") and "go" in others:
                 self.violations.append(f"{action}: somebody is in the door")
-
-    def turn(self) -> bool:
-        for actuator in sorted(self.acting):
-            fails = self.acting[actuator] in self.to_fail
-            self.finish(actuator, "failure" if fails else "success")
-        return bool(self._items)
+            if split_term(action)[1][0] != actuator:
+                self.violations.append(f"{actuator} does {action}")
 
     def finish(self, actuator: str, outcome: str) -> None:
-        """Answers an action; if it has succeeded, the world is another one."""
-        if split_term(self.acting[actuator])[1][0] != actuator:
-            self.violations.append(f"{actuator} does {self.acting[actuator]}")
-        if outcome == "success":
-            try:
-                self.world.execute_term(self.acting[actuator])
-            except PddlError as err:
-                self.violations.append(str(err))
-        elif self.acting[actuator] in self.to_fail:
-            self.to_fail.remove(self.acting[actuator])
-        if self.acting[actuator] in self.to_cancel:
-            self.cancel(self.to_cancel.pop(self.acting[actuator]))
-        self.answer(actuator, outcome)
+        action = self.acting[actuator]
+        if action in self.to_fail:
+            self.to_fail.remove(action)
+            outcome = "failure"
+        if action in self.to_cancel:
+            self.cancel(self.to_cancel.pop(action))
+        super().finish(actuator, outcome)
 
     def place(self, box: str) -> Tuple[str, ...]:
         """Returns the fact that says where a box is."""
@@ -198,6 +208,66 @@ def test_a_random_episode(seed: int, files: List[str]) -> None:
     ends: Dict[str, str] = {goal.id: goal.words[-1] for goal in world.goals}
     canceled = {goal.id for goal in world.canceled}
     assert {end for goal, end in ends.items() if goal not in canceled} <= {"succeeded"}
+
+
+HOUSE = """(define (domain House-Work)
+(:requirements :strips :typing :negative-preconditions :conditional-effects :equality :adl)
+(:types place thing)
+(:constants home - place)
+(:predicates (at ?p - place) (in ?t - thing ?p - place) (clean ?p - place) (road ?a ?b - place)
+  (lamp-on))
+(:functions (total-cost))
+(:action go-to :parameters (?a ?b - place) :precondition (and (at ?a) (road ?a ?b))
+  :effect (and (at ?b) (not (at ?a)) (when (and (lamp-on) (not (clean ?b))) (not (lamp-on)))
+    (increase (total-cost) 2)))
+(:action beam :parameters (?t - thing ?p - place)
+  :precondition (and (not (at ?p)) (not (in ?t ?p)) (lamp-on))
+  :effect (and (in ?t ?p) (forall (?q - place) (when (not (= ?q ?p)) (not (in ?t ?q))))))
+(:action light :parameters () :effect (lamp-on))
+(:action sweep :parameters (?p - place) :precondition (and (at ?p) (not (clean ?p)))
+  :effect (clean ?p)))
+"""
+HOUSE_PROBLEM = """(define (problem tidy) (:domain House-Work) (:objects a b C-3 - place t - thing)
+(:init (at home) (in t a) (road home a) (road a b) (road b C-3) (not (lamp-on))
+  (= (total-cost) 0))
+(:goal (and (in t C-3) (at C-3) (not (clean home)) (clean C-3) (not (lamp-on))))
+(:metric minimize (total-cost)))
+"""
+
+
+def _house(folder: Path, problem: str = HOUSE_PROBLEM) -> ImportedWorld:
+    files = folder / "domain.pddl", folder / "problem.pddl"
+    for file, text in zip(files, (HOUSE, problem)):
+        file.write_text(text)
+    written = write_files(import_task(*files, ImportOptions(actuator="arm")), folder)
+    return ImportedWorld([str(file) for file in written if file.suffix == ".lp"], *files)
+
+
+def test_conditions_are_met(tmp_path: Path) -> None:
+    """The thing is beamed while nobody is there, and what is not clean puts the lamp out."""
+    world = _house(tmp_path)
+    goal = world.request("goal")
+    assert world.run() is None
+    assert goal.words[-1] == "succeeded"
+    world.world.require_goal()
+    assert world.violations == []
+    assert {actuator for actuator, _ in world.published} == {"arm"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("(in t C-3)", "(in t d)", "the translator"),
+        ("(and (in t C-3) (at C-3)", "(and (road C-3 a)", "problem.pddl:4: the goal can never be"),
+        ("(and (in t", "(and (at home)) (and (in t", "problem.pddl:4: :goal has one part"),
+    ],
+)
+def test_a_goal_that_nobody_can_reach_is_refused(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    assert old in HOUSE_PROBLEM
+    with pytest.raises(PddlError, match=message):
+        _house(tmp_path, HOUSE_PROBLEM.replace(old, new))
 
 
 def test_the_command_writes_what_plan_py_reads(tmp_path: Path) -> None:

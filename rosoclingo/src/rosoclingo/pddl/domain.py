@@ -139,6 +139,8 @@ def read_problem(form: Form) -> Problem:
     for part in found[":init"].parts[1:]:
         if isinstance(part, Word):
             raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
+        if part.head == "not" and len(part.parts) == 2:
+            continue  # as all that is not said
         if part.head == "=" and len(part.parts) == 3:
             numbers[part.parts[1].text] = _value(part.parts[2])
         elif any(isinstance(inner, Form) for inner in part.parts):
@@ -261,6 +263,7 @@ def _durative(action: Form) -> ActionSchema:
     begun, ended = effects[_START], effects[_END]
     plain, comparisons = _without(_needed(conditions, begun), _COMPARISONS)
     first, changes = _without(begun, _CHANGES)
+    _check_order(conditions, changes)
     last, later = _without(ended, _CHANGES)
     net, locks, brief = _net(plain, first, last)
     return ActionSchema(
@@ -310,6 +313,15 @@ def _timed(form: Form, where: str, moments: Sequence[str]) -> Dict[str, List[For
 def _contrary(literal: Form) -> str:
     """Returns the text of a literal's contrary."""
     return literal.parts[1].text if literal.head == "not" else f"(not {literal.text})"
+
+
+def _check_order(conditions: Dict[str, List[Form]], changes: Sequence[Form]) -> None:
+    """Refuses comparisons of numbers that the action's own beginning has changed."""
+    changed = {change.parts[1].text for change in changes}
+    for condition in (*conditions[_ALL], *conditions[_END]):
+        if condition.head in _COMPARISONS and changed & {part.text for part in condition.forms()}:
+            raise PddlError(f"{condition.place}: {shorten(condition.text)} compares what the "
+                            "action's own beginning changes: say it (at start ...)")  # fmt: skip
 
 
 def _needed(conditions: Dict[str, List[Form]], begun: Sequence[Form]) -> List[Form]:

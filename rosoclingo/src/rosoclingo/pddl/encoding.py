@@ -18,11 +18,14 @@ _FACTS = """
 #program base.
 #defined denial/4.
 
-% fact(F,V,X): the fact F holds if the variable V has the value X. Somebody may ask for it, and a
-% message may say it; so may somebody with -F, that it does not hold.
-request(F) :- fact(F,V,X).
-wants(F,V,X) :- fact(F,V,X).
+% fact(F,V,X): the fact F, or -F for its contrary, means that V has the value X. A message
+% may say it; somebody may ask for it if it holds at first, or if an action does it.
 says(F,V,X) :- fact(F,V,X).
+wants(F,V,X) :- fact(F,V,X).
+request(F) :- fact(F,V,X), possible(V,X).
+possible(V,X) :- initially(V,X).
+possible(V,X) :- sets(R,A,V,X).
+possible(V,X) :- sets_if(R,A,I,V,X).
 
 % value(L,N): the number L is N. A message may say that.
 says(value(L,N),L,N) :- number(L,M), N = 0..M.
@@ -130,6 +133,8 @@ class Encoder:
             yield f"costs({who},{use.cost})."
         for assignment in operator.preconditions:
             yield f"needs({who},{self._pair(*assignment)})."
+        for assignment in operator.exclusions:
+            yield f"needs_other({who},{self._pair(*assignment)})."
         for number, effect in enumerate(operator.effects, 1):
             target = self._pair(effect.variable, effect.value)
             if not effect.conditions:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import List, Tuple
+from typing import Dict, Iterator, List, Sequence, Set, Tuple
 
 from rosoclingo.pddl.expressions import PddlError
 
@@ -22,10 +23,18 @@ class Effect:
 
 @dataclass(frozen=True)
 class Operator:
-    """A ground action; its name has the objects after the action, with blanks between."""
+    """A ground action.
+
+    Attributes:
+        name: The action and its objects, with blanks between.
+        preconditions: The values that variables need to have.
+        exclusions: The values that they must not have.
+        effects: What changes.
+    """
 
     name: str
     preconditions: Tuple[Assignment, ...]
+    exclusions: Tuple[Assignment, ...]
     effects: Tuple[Effect, ...]
 
 
@@ -102,11 +111,11 @@ def _parse(lines: _Lines) -> Task:
     lines.skip("begin_goal")
     goal = lines.assignments()
     lines.skip("end_goal")
-    operators = tuple(_operator(lines) for _ in range(lines.integer()))
+    operators = [_operator(lines) for _ in range(lines.integer())]
     if lines.integer():
         raise PddlError("the task needs axioms, which are not understood: quantifiers and "
                         "disjunctions have to be written as several actions")  # fmt: skip
-    return Task(variables, init, goal, operators)
+    return Task(variables, init, goal, tuple(_united(operators, variables)))
 
 
 def _variable(lines: _Lines) -> Tuple[str, ...]:
@@ -136,4 +145,34 @@ def _operator(lines: _Lines) -> Operator:
     lines.integer()  # its cost
     lines.skip("end_operator")
     unique = tuple(dict.fromkeys(preconditions))
-    return Operator(name, unique, tuple(effects))
+    return Operator(name, unique, (), tuple(effects))
+
+
+def _united(
+    operators: Sequence[Operator], variables: Sequence[Sequence[str]]
+) -> Iterator[Operator]:
+    """Unites operators of the same name, which the translator makes of negative conditions.
+
+    Raises:
+        PddlError: They differ in more than the values of variables, each for itself.
+    """
+    by_name: Dict[str, List[Operator]] = {}
+    for operator in operators:
+        by_name.setdefault(operator.name, []).append(operator)
+    for name, alike in by_name.items():
+        values: Dict[int, Set[int]] = {}
+        for operator in alike:
+            for variable, value in operator.preconditions:
+                values.setdefault(variable, set()).add(value)
+        count = math.prod(len(those) for those in values.values())
+        if len(alike) != count or any(set(o.effects) != set(alike[0].effects) for o in alike):
+            raise PddlError(f"{name}: what it needs or changes has alternatives: write it as "
+                            "several actions")  # fmt: skip
+        needed = [(v, *those) for v, those in values.items() if len(those) == 1]
+        excluded = [
+            (variable, value)
+            for variable, those in values.items()
+            for value in range(len(variables[variable]))
+            if len(those) > 1 and value not in those
+        ]
+        yield Operator(name, tuple((v, x) for v, x in needed), tuple(excluded), alike[0].effects)

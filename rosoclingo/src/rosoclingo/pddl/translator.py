@@ -64,6 +64,10 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
                 f"{domain.form.place}, {problem.form.place}: not understood by the translator: "
                 f"{reason}"
             )
+        if "empty goal" in ended.stdout.lower():
+            raise PddlError(f"{problem.goal.place}: the goal is met whatever is done")
+        if "Generating unsolvable task" in ended.stdout:
+            raise PddlError(f"{problem.goal.place}: the goal can never be met, whatever is done")
         task = parse_sas(output.read_text(encoding="utf-8"))
     operators = tuple(one for one in task.operators if not one.name.startswith(_CHANGES))
     return Task(task.variables, task.init, task.goal, operators)
