@@ -8,6 +8,7 @@ from typing import Dict, List
 import pytest
 
 from rosoclingo.pddl import translator
+from rosoclingo.pddl.declarations import check_declarations
 from rosoclingo.pddl.domain import read_domain, read_problem
 from rosoclingo.pddl.expressions import Form, PddlError, Word, parse, read_file
 from rosoclingo.pddl.names import Names
@@ -33,6 +34,7 @@ PROBLEM = """(define (problem p) (:domain Lift) (:objects f1 2nd-floor - floor)
 (:init (at f1) (open) (= (total-cost) 0)) (:goal (and (at 2nd-floor) (open)))
 (:metric minimize (total-cost)))
 """
+WHEN = "(when (open) (not (open)))"
 SAS = """begin_version
 3
 end_version
@@ -96,6 +98,11 @@ def test_words_have_their_lines() -> None:
     move = next(f for f in form.forms() if f.head == ":action")
     assert (move.place, move.parts[1]) == ("d.pddl:6", Word("move", "d.pddl:6"))
     assert Form((), "d.pddl:10") in list(form.forms())
+
+
+def test_a_variable_begins_a_word() -> None:
+    (inner,) = parse("((at?x ?y?z ?))", "d").parts
+    assert inner.text == "(at ?x ?y ?z ?)"
 
 
 @pytest.mark.parametrize(
@@ -226,6 +233,30 @@ def test_the_remedy_is_named_without_fast_downward(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(translator, "find_spec", lambda _: None)
     with pytest.raises(PddlError, match="pip install up-fast-downward"):
         translate(read_domain(parse(DOMAIN, "d")), read_problem(parse(PROBLEM, "p")))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("(not (= ?a ?b))", "(not (= ?a ?c))", "d:8: the variable ?c is no parameter: there are"),
+        ("(not (open))", "(not (opne))", "d:8: opne is not declared: there are at, open"),
+        ("(at ?b) (not", "(at ?b ?a) (not", "d:9: (at ?b ?a) has 2 objects: at is declared"),
+        ("?a ?b - floor", "?a ?b - room", "d:6: the type room is not declared: there are floor"),
+        ("(at 2nd-floor)", "(at f3)", "p:2: there is no object f3: there are 2nd-floor, f1"),
+        ("(at f1)", "(it f1)", "p:2: it is not declared"),
+        ("2nd-floor - floor", "2nd-floor - flor", "p:1: f1 is of the type flor, which is not"),
+        (WHEN, "(forall (?x - flor) (not (at ?x)))", "d:11: the type flor is not declared"),
+        (WHEN, "(forall (?x - floor) (not (at ?y)))", "d:11: the variable ?y is no parameter"),
+    ],
+)
+def test_a_name_that_is_not_declared_is_refused_with_its_line(
+    old: str, new: str, message: str
+) -> None:
+    assert old in DOMAIN + PROBLEM
+    domain, problem = DOMAIN.replace(old, new), PROBLEM.replace(old, new)
+    with pytest.raises(PddlError) as err:
+        check_declarations(read_domain(parse(domain, "d")), read_problem(parse(problem, "p")))
+    assert message in str(err.value)
 
 
 def _execute(*plan: str) -> PlanValidator:

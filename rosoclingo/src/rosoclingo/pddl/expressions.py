@@ -9,7 +9,8 @@ from typing import Iterator, List, Tuple, Union
 
 from rosclingo.errors import RosclingoError, shorten
 
-_TOKEN = re.compile(r"\s+|;[^\n]*|[()]|[^\s();]+")
+# A variable may follow a name without a blank.
+_TOKEN = re.compile(r"\s+|;[^\n]*|[()]|\??[^\s();?]+|\?")
 
 
 class PddlError(RosclingoError):

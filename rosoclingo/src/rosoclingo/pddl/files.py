@@ -9,6 +9,7 @@ from typing import Dict, List, Optional, Sequence
 
 from rosoclingo.desk.parts import shared
 from rosoclingo.pddl.actuators import Actuators
+from rosoclingo.pddl.declarations import check_declarations
 from rosoclingo.pddl.domain import Domain, read_domain, read_problem
 from rosoclingo.pddl.encoding import GOAL, Encoder
 from rosoclingo.pddl.expressions import Form, PddlError, read_file
@@ -52,6 +53,7 @@ def import_task(domain_file: Path, problem_file: Path, options: ImportOptions) -
     """
     domain = read_domain(read_file(domain_file))
     problem = read_problem(read_file(problem_file))
+    check_declarations(domain, problem)
     if not _TERM.fullmatch(options.actuator):
         raise PddlError(f"--actuator {options.actuator}: this is no name, such as robot")
     for function in options.limits:
