@@ -8,7 +8,8 @@ times, the least of some runs each, in turn. PDDL's own semantics validates each
 
 The folder of the tasks has folders with ``domain.pddl`` (or ``NAME-domain.pddl``) and problems. It
 is an argument, or in the environment as PDDL_TASKS; without it, nothing is measured. Exit status 1
-says that a limit is missed, or that a plan is not valid.
+says that a limit is missed, or that a plan is not valid. With ``--execute``, nothing is measured:
+plans are executed, actions fail by chance, and each one that succeeds is validated.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import random
 import re
 import resource
 import subprocess
@@ -24,14 +26,14 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Iterator, List, Optional, Tuple
+from typing import Iterator, List, Optional, Sequence, Tuple
 
 from harness import Report, Row, Samples
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.loop.planner import DEFAULT_PATIENCE
-from rosoclingo.loop.words import SOLVER
+from rosoclingo.loop.words import FAILURE, SOLVER
 from rosoclingo.pddl.domain import read_domain, read_problem
 from rosoclingo.pddl.expressions import PddlError, read_file
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files
@@ -42,6 +44,9 @@ RATIO = 0.5  # of LAMA's time, in the median
 SOLVED = 29 / 32  # of the tasks
 SECONDS = 30.0  # in which a task is to be solved
 DRAWS = 3
+_FAILURES = 0.05
+_ACTUATORS = ("aircraft", "driver", "elevator", "hoist", "robot", "rover", "satellite", "truck",
+              "vehicle")  # fmt: skip
 _MODE = "dynamic.incremental.dyn_reset"
 _STEPS = ["-c", "steps=10000"]
 
@@ -78,6 +83,54 @@ class _FirstPlan(System):
 
     def turn(self) -> bool:
         return False
+
+
+class _World(System):
+    """Executes plans as PDDL says, where one of twenty actions fails."""
+
+    def __init__(self, encoding: List[str], validator: PlanValidator, seed: int) -> None:
+        parts = make_parts(_MODE, Options(tuple(encoding), ()), _STEPS)
+        super().__init__(parts.loop, patience=DEFAULT_PATIENCE)
+        self.improves = False
+        self._validator = validator
+        self._dice = random.Random(seed)
+
+    def turn(self) -> bool:
+        for actuator in self._dice.sample(sorted(self.acting), len(self.acting)):
+            if self._dice.random() < _FAILURES:
+                self.answer(actuator, FAILURE)
+            else:
+                self._validator.execute_term(self.answer(actuator))
+        return bool(self._items)
+
+
+def execute_task(domain: Path, problem: Path, kinds: Sequence[str], seed: int) -> str:
+    """Executes plans for a task, and returns what is wrong; nothing if all is right."""
+    task = read_domain(read_file(domain)), read_problem(read_file(problem))
+    known = {*task[1].objects.values(), *(atom.head for atom in task[1].init)}
+    options = ImportOptions(name="task", actuators=[kind for kind in kinds if kind in known])
+    validator = PlanValidator(*task)
+    with tempfile.TemporaryDirectory() as place:
+        written = write_files(import_task(domain, problem, options), Path(place))
+        world = _World([str(f) for f in written if f.suffix == ".lp"], validator, seed)
+        world.request("goal")
+        try:
+            failure = world.run()
+            validator.require_goal()
+        except PddlError as err:
+            return str(err)
+    return "" if failure is None else str(failure)
+
+
+def execute_tasks(folder: Path, pattern: str, draws: int) -> int:
+    """Executes plans for all tasks, and returns the exit status."""
+    wrong = 0
+    for name, domain, problem in tasks(folder):
+        for seed in range(draws) if re.search(pattern, name) else ():
+            failure = execute_task(domain, problem, _ACTUATORS, seed)
+            print(f"{name}, {seed}: {failure or 'as PDDL says'}", flush=True)
+            wrong += bool(failure)
+    return 1 if wrong else 0
 
 
 def plan_here(encoding: List[str]) -> None:
@@ -192,6 +245,7 @@ def main() -> int:
     parser.add_argument("--one", nargs="+", metavar="FILE", help="plans with an encoding only")
     parser.add_argument("--draws", type=int, default=DRAWS, metavar="N", help="of each task")
     parser.add_argument("--tasks", default="", metavar="REGEX", help="only those, by their names")
+    parser.add_argument("--execute", action="store_true", help="executes plans only")
     chosen = parser.parse_args()
     if chosen.one:
         plan_here(chosen.one)
@@ -199,6 +253,8 @@ def main() -> int:
     if chosen.folder is None:
         print("no tasks: name their folder, or set PDDL_TASKS")
         return 0
+    if chosen.execute:
+        return execute_tasks(Path(chosen.folder), chosen.tasks, chosen.draws)
     report = Report("tasks")
     is_valid = measure_tasks(Path(chosen.folder), chosen.tasks, chosen.draws, report)
     return report.finish() or (0 if is_valid else 1)

@@ -20,7 +20,6 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.system import Request, System
-from rosoclingo.loop.planner import DEFAULT_PATIENCE
 from rosoclingo.loop.words import SOLVER
 from rosoclingo.pddl.domain import read_domain, read_problem
 from rosoclingo.pddl.expressions import PddlError, read_file
@@ -51,7 +50,8 @@ class ImportedWorld(System):
 
     def __init__(self, files: List[str], domain: Path, problem: Path) -> None:
         parts = make_parts(DYN_RESET, Options(tuple(files), ()), ["-c", "steps=100"], log=self.warn)
-        super().__init__(parts.loop, patience=DEFAULT_PATIENCE)
+        super().__init__(parts.loop, patience=0.03)
+        self.improves = False  # which would take as long as it likes, since time stands still
         self.world = PlanValidator(read_domain(read_file(domain)), read_problem(read_file(problem)))
         self.violations: List[str] = []
 
