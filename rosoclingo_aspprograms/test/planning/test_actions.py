@@ -260,6 +260,40 @@ def test_trucks_bring_boxes() -> None:
     assert (done.count("load"), done.count("unload")) == (3, 3)
 
 
+NUMBERS = """
+#include "{actions}".
+#program base.
+number(power,10).
+action(arm,(light;charge)).
+action(eye,look).
+uses(arm,light,power,3).
+sets(arm,light,lamp,on).
+fills(arm,charge,power).
+needs(arm,charge,lamp,on).
+needs_least(eye,look,power,8).
+sets(eye,look,seen,yes).
+initially(lamp,off).
+initially(seen,no).
+initially(power,9).
+request((see;both)).
+wants((see;both),seen,yes).
+wants(both,lamp,on).
+"""
+
+
+def test_a_number_has_to_be_large_enough(tmp_path: Path) -> None:
+    """As light leaves too little to look with, it waits until that is done, or it charges first."""
+    encoding = tmp_path / "numbers.lp"
+    encoding.write_text(NUMBERS.format(actions=ACTIONS), encoding="utf-8")
+    world = _world(str(encoding), "both")
+    assert world.done == ["look", "light"]
+    world = _world(str(encoding), "both", "see")
+    assert world.done == ["look", "light"]
+    dark = encoding.read_text(encoding="utf-8").replace("(power,9)", "(power,5)")
+    encoding.write_text(dark, encoding="utf-8")
+    assert _world(str(encoding), "see").done == ["light", "charge", "look"]
+
+
 def test_an_action_that_fails_is_done_again() -> None:
     world = Hospital(DYN_RESET, [SMALL], ["linen1"])
     world.ask("linen(ward_a,bags(1))")

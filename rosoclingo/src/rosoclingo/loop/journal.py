@@ -178,8 +178,7 @@ class Ended(str, enum.Enum):
     AHEAD = "ahead"  # it has searched several horizons in turn, see LOOKING_AHEAD
     AHEAD_CALLED = "ahead, interrupted"  # likewise, by an input
     AHEAD_REFUTED = "ahead, no plan"  # likewise, and there is no plan with any of them
-    LAYERED = "layers"  # it has found out how many layers there are to be
-    NOT_LAYERED = "layers, no plan"  # likewise, and has given up
+    LAYERED = "layers"  # it has found out how many layers there are to be, and what they grant
 
 
 IMPROVING = (Ended.BETTER, Ended.AS_BEFORE, Ended.NOTHING)
@@ -188,7 +187,7 @@ IMPROVING = (Ended.BETTER, Ended.AS_BEFORE, Ended.NOTHING)
 LOOKING_AHEAD = (Ended.AHEAD, Ended.AHEAD_CALLED, Ended.AHEAD_REFUTED)
 """How a search ends that has not gone on with one horizon after the other."""
 
-PROGRAMS_OWN = (Ended.FINISHED, Ended.LAYERED, Ended.NOT_LAYERED)
+PROGRAMS_OWN = (Ended.FINISHED, Ended.LAYERED)
 """How a search ends that says something of its program alone, and nothing of another one."""
 
 
@@ -206,6 +205,7 @@ class SearchEnded(Event):
         round: How many answer sets have asked for something before, in the same search.
         horizon: That of the plan, if several horizons were searched in turn.
         grounded: The last step, or layer, that was grounded for that.
+        granted: How many wishes the layers of the plan grant.
     """
 
     how: Ended
@@ -214,6 +214,7 @@ class SearchEnded(Event):
     round: int = 0
     horizon: int = 0
     grounded: int = 0
+    granted: int = 0
 
 
 @dataclass(frozen=True)
@@ -443,8 +444,10 @@ def _text(quality: Optional[Quality]) -> str:
 
 def _numbers(event: SearchEnded) -> str:
     numbers = [event.round]
-    if event.how in LOOKING_AHEAD or event.grounded:
+    if event.how in LOOKING_AHEAD or event.how is Ended.LAYERED:
         numbers += [event.horizon, event.grounded]
+    if event.how is Ended.LAYERED:
+        numbers.append(event.granted)
     return " ".join(map(str, numbers))
 
 

@@ -3,19 +3,23 @@
 An encoding with the parts ``layer(k,n)`` and ``goal(k,n)`` says in an answer set of search K, by
 ``layers(K,N,M)``, that its plan has N layers at least, and that M wishes are to be granted. Then
 layers are grounded as needed, and with ``goal(K,N,I)``, an external, I of the wishes are granted
-after N layers, and nothing is done in later ones.
+after N layers, and nothing is done in later ones. An answer set asks for ``attained(K,N,ID)`` for
+each request that is met.
 
 Two ways to search take turns, each for longer than the other one before:
 
 - all wishes at once, where several numbers of layers take turns;
 - one wish after the other: what was found for some of them stays, by assumptions, and the plan goes
   on from there. That is quick for any number of wishes, unless some order of them is a dead end.
+
+If that takes too long, the plan is for those requests that are met with what was found for some
+wishes, and the others wait for news.
 """
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable, Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
@@ -27,12 +31,15 @@ from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.solver import Solver
 
 _LAYERS, _LAYERS_BEFORE, _GRANTED = "layers(", "layers_before(", "granted("
+_ATTAINED = "ground(attained("
+_SPARE = 2  # layers that are grounded in advance, as that costs less than one by one
 _AT_ONCE_SECONDS = 0.05  # which each way to search has at first
 _ONE_BY_ONE_SECONDS = 0.2
 _LENGTHENING = 1.5
-_POLISH_SECONDS = float(__import__("os").environ.get("POLISH", "0.01"))
+_POLISH_SECONDS = 0.01
 _SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a plan fits
-_MOST_SECONDS = 30.0  # after which there is no plan
+_MOST_SECONDS = 30.0  # after which there is no plan for any request
+_MORE_SECONDS = 2.0  # after which there is one for some of them only, if there is no progress
 
 
 @dataclass
@@ -43,20 +50,18 @@ class LayersState:
         search: Its number.
         grounded: The last layer that is grounded.
         is_decided: Whether it is known how many there are.
-        is_over: Whether no plan was found in all the time that there was for it.
         goal: The external ``goal(K,N,I)`` that is true, if any is.
     """
 
     search: int = 0
     grounded: int = 0
     is_decided: bool = False
-    is_over: bool = False
     goal: str = ""
 
     def begin(self, search: int) -> None:
         """Forgets all for a new search."""
         self.search, self.grounded, self.goal = search, 0, ""
-        self.is_decided = self.is_over = False
+        self.is_decided = False
 
 
 @dataclass(frozen=True)
@@ -68,23 +73,25 @@ class WantedLayers:
         least: How many there are at least.
         wishes: How many wishes are to be granted.
         before: How many what is left of the plan before has; 0 if there is none.
+        kept: How many wishes that grants.
     """
 
     search: int
     least: int
     wishes: int
     before: int = 0
+    kept: int = 0
 
     @classmethod
     def of(cls, symbols: Sequence[str]) -> Optional[WantedLayers]:
         """Reads an answer set; None if it needs no layers.
 
-        >>> WantedLayers.of(["layers(2,4,1)", "layers_before(2,7)"])
-        WantedLayers(search=2, least=4, wishes=1, before=7)
+        >>> WantedLayers.of(["layers(2,4,1)", "layers_before(2,7,1)"])
+        WantedLayers(search=2, least=4, wishes=1, before=7, kept=1)
         """
         for search, least, wishes in _numbers(symbols, _LAYERS, 3):
-            before = [last for _, last in _numbers(symbols, _LAYERS_BEFORE, 2)]
-            return cls(search, least, wishes, max(before, default=0))
+            before = list(_numbers(symbols, _LAYERS_BEFORE, 3)) or [[search, 0, 0]]
+            return cls(search, least, wishes, *before[0][1:])
         return None
 
 
@@ -122,14 +129,12 @@ class LayeredSearch:
 
     def take(self, wanted: WantedLayers, ended: SearchEnded) -> None:
         """Does to the solver what a search did that has ended."""
-        if ended.how is Ended.LAYERED:
-            self._ask(wanted, ended.horizon, wanted.wishes, ended.grounded)
-            self._state.is_decided = True
-        self._state.is_over = ended.how is Ended.NOT_LAYERED
+        self._ask(wanted, ended.horizon, ended.granted, grounded=ended.grounded)
+        self._state.is_decided = True
 
     def keep(self, wanted: WantedLayers) -> None:
         """Takes as many layers as what is left of the plan before has."""
-        self._ask(wanted, max(wanted.before, wanted.least), wanted.wishes)
+        self._ask(wanted, wanted.before, wanted.kept)
         self._state.is_decided = True
 
     def find(
@@ -146,13 +151,14 @@ class LayeredSearch:
         all_wishes = wanted.wishes
         before = max(wanted.before, wanted.least)
         turns = [(_Way(self, wanted, first=wanted.least, wishes=all_wishes), _AT_ONCE_SECONDS)]
+        one_by_one = _OneByOne(self, wanted, first=1, wishes=1)
         if all_wishes > 1:
-            turns.append((_OneByOne(self, wanted, first=1, wishes=1), _ONE_BY_ONE_SECONDS))
+            turns.append((one_by_one, _ONE_BY_ONE_SECONDS))
         if same is not None and wanted.before:
             kept = _Way(self, wanted, first=before, wishes=all_wishes, assumed=[same])
             turns.insert(0, (kept, _SAME_SECONDS))
         begin = time.monotonic()
-        while not self._state.is_over:
+        while not one_by_one.is_over(begin, time.monotonic()):
             way, seconds = turns.pop(0)
             end = time.monotonic() + seconds
 
@@ -162,18 +168,19 @@ class LayeredSearch:
             while not is_over():
                 found = way.turn(is_over)
                 if found is not None:
-                    return self._ended(wanted, found)
+                    return self._ended(wanted, found, all_wishes)
             if stopped():
                 return SearchEnded(Ended.CALLED)
             turns.append((way, seconds * _LENGTHENING))
-            self._state.is_over = time.monotonic() > begin + _MOST_SECONDS
-        return SearchEnded(Ended.NOT_LAYERED, grounded=self._state.grounded)
+        if one_by_one.partial is None:
+            return self._ended(wanted, SearchEnded(Ended.LAYERED), 0)
+        return self._ended(wanted, one_by_one.partial, one_by_one.granted)
 
-    def _ended(self, wanted: WantedLayers, found: SearchEnded) -> SearchEnded:
-        """Has all wishes granted from now on, with the layers of a plan."""
-        self._ask(wanted, found.horizon, wanted.wishes)
+    def _ended(self, wanted: WantedLayers, found: SearchEnded, granted: int) -> SearchEnded:
+        """Has so many wishes granted from now on, with the layers of a plan."""
+        self._ask(wanted, found.horizon, granted)
         self._state.is_decided = True
-        return found
+        return replace(found, grounded=self._state.grounded, granted=granted)
 
     def attempt(
         self,
@@ -216,14 +223,18 @@ class LayeredSearch:
         cost = self._cost(outcome, found)
         quality = Quality(cost) if cost else None
         return wire.Result.SAT, SearchEnded(
-            Ended.LAYERED, symbols, quality, horizon=layers, grounded=self._state.grounded
+            Ended.LAYERED, symbols, quality, horizon=layers, granted=wishes
         )
 
-    def _ask(self, wanted: WantedLayers, layers: int, wishes: int, grounded: int = 0) -> None:
+    def _ask(
+        self, wanted: WantedLayers, layers: int, wishes: int, *, grounded: Optional[int] = None
+    ) -> None:
         """Grounds layers, and sets the goal."""
         goal = f"goal({wanted.search},{layers},{wishes})"
         state = self._state
-        last = max(layers, grounded)
+        last = grounded if grounded is not None else layers
+        if grounded is None and layers > state.grounded:
+            last += _SPARE
         parts = [
             wire.Part(name, (str(wanted.search), str(n)))
             for n in range(state.grounded + 1, last + 1)
@@ -263,8 +274,12 @@ class _Way:
 
     def _begin(self, first: int) -> None:
         self._first = first
-        self._order = Interleaving(0, width=6, growth=1.15, seconds=0.05, share=0.85)
+        self._order = self._interleaving()
         self._turns = self._order.turns()
+
+    @staticmethod
+    def _interleaving() -> Interleaving:
+        return Interleaving(0, width=8, growth=1.4, seconds=0.05, share=0.85)
 
     def turn(self, stopped: Callable[[], bool]) -> Optional[SearchEnded]:
         """Searches once; returns a plan for all wishes, if one is found."""
@@ -282,14 +297,34 @@ class _Way:
 
 
 class _OneByOne(_Way):
-    """Searches for a plan for one more wish at a time, and keeps what was planned before."""
+    """Searches for a plan for one more wish at a time, and keeps what was planned before.
+
+    Attributes:
+        partial: A plan that meets some requests; None if there is none yet.
+        granted: How many wishes it grants.
+    """
 
     _polish = _POLISH_SECONDS
+    partial: Optional[SearchEnded] = None
+    granted = 0
+    _last = 0.0  # when it has made progress, on the monotonic clock
+
+    @staticmethod
+    def _interleaving() -> Interleaving:
+        return Interleaving(0, width=6, growth=1.15, seconds=0.05, share=0.85)
+
+    def is_over(self, begin: float, now: float) -> bool:
+        """Tells whether searches take too long that began then."""
+        if self.partial is None:
+            return now > begin + _MOST_SECONDS
+        return now > self._last + max(self._last - begin, _MORE_SECONDS)
 
     def _take(self, found: SearchEnded) -> Optional[SearchEnded]:
         granted = sum(n == str(found.horizon) for _, n, _ in _terms(found.symbols, _GRANTED, 3))
         if granted >= self._wanted.wishes:
             return found
+        if any(symbol.startswith(_ATTAINED) for symbol in found.symbols):
+            self.partial, self.granted, self._last = found, granted, time.monotonic()
         plan = Neighbourhood.of(found.symbols)
         self._assumed = () if plan is None else plan.assumptions(frozenset())
         self._wishes = max(granted, self._wishes) + 1

@@ -124,8 +124,6 @@ class Searching:
                 ended = self._find_layers(wanted, stopped, number, compares=compares)
                 if ended.how is Ended.CALLED:
                     return self._be_called(number), quality
-                if ended.how is Ended.NOT_LAYERED:
-                    return wire.Outcome(wire.Result.UNSAT), quality
                 if ended.quality is not None:
                     best = Incumbent(ended.quality.cost, ended.symbols)
                 continue
@@ -186,15 +184,13 @@ class Searching:
             number: How many answer sets have asked for something before.
             compares: Whether to begin with what is left of the plan before.
         """
-        ways = (Ended.LAYERED, Ended.NOT_LAYERED, Ended.CALLED)
-        ended = self._recorded.search_due(*ways, number=number)
+        ended = self._recorded.search_due(Ended.LAYERED, Ended.CALLED, number=number)
         if ended is None:
             ended = self._layers.find(wanted, stopped, same=self._same() if compares else None)
         else:
             self._layers.take(wanted, ended)
         if ended.how is not Ended.CALLED:
-            horizon, grounded = ended.horizon, ended.grounded
-            self._note(SearchEnded(ended.how, round=number, horizon=horizon, grounded=grounded))
+            self._note(dataclasses.replace(ended, symbols=(), quality=None, round=number))
         return ended
 
     def has_answer_set(self, stopped: Callable[[], bool]) -> Optional[bool]:
@@ -320,7 +316,9 @@ class Searching:
             best = self._incumbent(outcome, found, best)
         assert best is not None
         if says_choices(best.symbols):
-            if self._first is not None:
+            if self._demand.has_layers:
+                end = begin  # a plan is improved while robots act
+            elif self._first is not None:
                 end = min(end, begin + self._first)
             best = self._local_search().descend(best, has_to_end)
             if is_stopped:
