@@ -337,10 +337,10 @@ def test_an_action_with_a_duration_is_one_change() -> None:
 def test_numbers_are_used_given_and_filled() -> None:
     battery, bags = ("battery", "r1"), ("bags", "r1")
     assert _uses(FLEET) == {
-        "go": NumericUse({battery: 4}, {}, (), 22),
+        "go": NumericUse({}, {battery: 4}, {}, (), 22),
         "stay": None,  # it is not far enough
-        "charge": NumericUse({}, {}, (battery,), 30),
-        "load": NumericUse({}, {bags: 1}, (), 10),
+        "charge": NumericUse({}, {}, {}, (battery,), 30),
+        "load": NumericUse({}, {}, {bags: 1}, (), 10),
         "largest": {battery: 9, bags: 2},
     }
 
@@ -348,8 +348,6 @@ def test_numbers_are_used_given_and_filled() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("(battery ?r) (far ?a ?b)))\n  (at end (inc", "(battery ?r) 1))\n  (at end (inc",
-         "d:9: (battery r1) has to be 4, and only 1 of it is used"),
         ("(battery ?r) 9", "(battery ?r) 2.5", "d:14: 2.5 is 2.5 for charge"),
         ("(battery ?r) 9", "(battery ?r) 1", "d:14: (battery r1) becomes 1, and it can be 5"),
         ("(battery ?r) 9", "(battery ?r) (bags ?r)", "d:14: (bags ?r) changes, and an amount"),
@@ -368,6 +366,12 @@ def test_numbers_and_durations_that_the_library_has_not_are_refused(
     with pytest.raises(PddlError) as err:
         _uses(FLEET.replace(old, new))
     assert message in str(err.value)
+
+
+def test_a_number_has_to_be_larger_than_what_is_used() -> None:
+    less = FLEET.replace("(decrease (battery ?r) (far ?a ?b))", "(decrease (battery ?r) 1)")
+    battery = ("battery", "r1")
+    assert _uses(less)["go"] == NumericUse({battery: 4}, {battery: 1}, {}, (), 22)
 
 
 def test_a_number_that_no_condition_reads_is_left_out() -> None:

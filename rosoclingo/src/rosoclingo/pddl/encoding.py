@@ -143,7 +143,7 @@ class Encoder:
             yield f"sets_if({who},{number},{target})."
             for assignment in effect.conditions:
                 yield f"condition({who},{number},{self._pair(*assignment)})."
-        for verb, changes in (("uses", use.uses), ("gives", use.gives)):
+        for verb, changes in (("needs_least", use.needs), ("uses", use.uses), ("gives", use.gives)):
             for number_name, amount in changes.items():
                 yield f"{verb}({who},{self._term(number_name)},{amount})."
         for number_name in use.fills:

@@ -3,7 +3,7 @@
 A number of the library is from 0 to a limit, and an action uses, gives or fills it. So a number
 that some condition reads has to be an integer that actions change by constants:
 
-- ``(>= (battery ?r) 5)`` goes with a decrease by 5 or more in the same action;
+- ``(>= (battery ?r) 5)`` is needed, and a decrease uses what has to be there;
 - ``(<= (load ?r) 2)`` goes with an increase in the same action, which says how large it can get;
 - ``(assign (battery ?r) 100)`` is for the largest value only.
 
@@ -41,12 +41,14 @@ class NumericUse:
     """How a ground action depends on numbers and changes them; and its cost.
 
     Attributes:
-        uses: What it takes of each number.
+        needs: How much there has to be of each number, if it uses less.
+        uses: What it takes of each.
         gives: What it adds to each.
         fills: Which ones it makes as large as can be.
         cost: What it costs.
     """
 
+    needs: Dict[Name, int]
     uses: Dict[Name, int]
     gives: Dict[Name, int]
     fills: Tuple[Name, ...]
@@ -186,15 +188,11 @@ class Numbers:
                 )
 
     def _use(self, changes: Mapping[Name, _Change], cost: int) -> NumericUse:
-        use = NumericUse({}, {}, tuple(n for n, c in changes.items() if "assign" in c.by), cost)
+        use = NumericUse({}, {}, {}, tuple(n for n, c in changes.items() if "assign" in c.by), cost)
         for name, change in changes.items():
             taken, given = change.amount("decrease"), change.amount("increase")
             if change.least is not None and change.least[0] > taken:
-                least, place = change.least
-                raise PddlError(
-                    f"{place}: {_text(name)} has to be {least}, and only {taken} of it is used: "
-                    "a condition on a number goes with a decrease by as much in the same action"
-                )
+                use.needs[name] = change.least[0]
             limit = self.largest[name]
             if change.most is not None and change.most[0] + given < limit:
                 most, place = change.most
