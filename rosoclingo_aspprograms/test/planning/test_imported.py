@@ -100,6 +100,11 @@ class Delivery(ImportedWorld):
         """Returns the fact that says where a box is."""
         return next(f for f in self.world.facts if f[0] in ("box_at", "carries") and box in f)
 
+    def put_elsewhere(self, box: str, room: str) -> None:
+        """Somebody brings a box to a room, and says so."""
+        self.world.facts = (self.world.facts - {self.place(box)}) | {("box_at", box, room)}
+        self.tell("info", f"box_at({box},{room})")
+
 
 def test_the_goal_is_reached(files: List[str]) -> None:
     world = Delivery(files)
@@ -145,8 +150,7 @@ def test_a_message_changes_a_fact(files: List[str]) -> None:
     goal = world.request("box_at(red,office)")
     assert world.run() is None
     assert goal.words == ["accepted"]
-    world.world.facts = {*world.world.facts, ("box_at", "red", "hall")} - {world.place("red")}
-    world.tell("info", "box_at(red,hall)")
+    world.put_elsewhere("red", "hall")
     assert world.run() is None
     assert goal.words[-1] == "succeeded"
     assert ("right", "take(right,red,hall)") in world.published
@@ -192,8 +196,7 @@ class RandomDelivery(Delivery):
             self.canceled.append(self.random.choice(open_ones))
             self.cancel(self.canceled[-1])
         elif happens == "message" and self.place(box)[0] == "box_at" and not self.acting:
-            self.world.facts = {*self.world.facts, ("box_at", box, room)} - {self.place(box)}
-            self.tell("info", f"box_at({box},{room})")
+            self.put_elsewhere(box, room)
         else:
             self.request(f"box_at({box},{room})")
 
