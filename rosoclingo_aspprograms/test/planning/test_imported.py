@@ -129,10 +129,11 @@ def test_what_has_failed_is_done_again(files: List[str]) -> None:
 
 def test_a_goal_that_is_cancelled_leaves_the_other_one(files: List[str]) -> None:
     world = Delivery(files)
-    red, unknown = world.request("box_at(red,office)"), world.request("-station(hall)")
+    red, unknown = world.request("box_at(red,office)"), world.request("box_at(red,ofice)")
     blue = world.request("box_at(blue,kitchen)")
     world.to_cancel["take(left,red,kitchen)"] = red
     assert world.run() is None
+    assert "ofice is unknown as the second argument of box_at" in unknown.reason
     assert [goal.words[-1] for goal in (red, unknown, blue)] == [
         "canceled",
         "rejected",

@@ -26,6 +26,7 @@ request(F) :- fact(F,V,X), possible(V,X).
 possible(V,X) :- initially(V,X).
 possible(V,X) :- sets(R,A,V,X).
 possible(V,X) :- sets_if(R,A,I,V,X).
+#external event(1,F) : request(F).
 
 % value(L,N): the number L is N. A message may say that.
 says(value(L,N),L,N) :- number(L,M), N = 0..M.
@@ -176,6 +177,7 @@ class Encoder:
                     places = [f"X{number}" for number, _ in enumerate(atom.objects, 1)]
                     pattern, words = self._phrase(atom.predicate, places)
                     patterns.setdefault(pattern, words)
+                    patterns.setdefault(f"-{pattern}", f"{words} does not hold")
         return [f'phrase("{pattern}", "{words}").' for pattern, words in patterns.items()]
 
     def _phrase(self, name: str, parameters: Sequence[str]) -> Tuple[str, str]:
