@@ -140,7 +140,7 @@ def test_a_goal_that_is_cancelled_leaves_the_other_one(files: List[str]) -> None
         "succeeded",
     ]
     assert world.violations == []
-    assert world.place("red")[0] == "carries"
+    assert world.place("blue") == ("box_at", "blue", "kitchen")
 
 
 def test_a_message_changes_a_fact(files: List[str]) -> None:
