@@ -96,6 +96,7 @@ COMPARED = {
     ("rosoclingo/README.md", "rosoclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "At the desk: plan.py"): "test/test_readmes.py",
     ("rosoclingo/README.md", "Before it runs: check.py"): "test/test_readmes.py",
+    ("rosoclingo/README.md", "A domain in PDDL: pddl.py"): "test/test_readmes.py",
     ("rosoclingo/README.md", "Where the time goes"): "test/test_readmes.py",
     ("rosoclingo_aspprograms/README.md", "rosoclingo_aspprograms"): "test/test_readmes.py",
     ("rosoclingo_examples/README.md", "rosoclingo_examples"): "test/test_readmes.py",
@@ -402,6 +403,14 @@ def test_check(page: Page) -> None:
     terminal = page.type("check.py")
     assert terminal.wait() == 1, terminal.output
     check_output("rosoclingo/README.md", "Before it runs: check.py", terminal.output)
+
+
+@of("rosoclingo/README.md", "A domain in PDDL: pddl.py")
+def test_pddl(page: Page) -> None:
+    page.set_variables()
+    written = page.run("pddl.py")
+    check_output("rosoclingo/README.md", "A domain in PDDL: pddl.py", written)
+    assert "goal 1, goal, succeeds" in page.run("plan.py")
 
 
 @of("rosoclingo/README.md", "One node: run-1.0.py")
