@@ -40,8 +40,9 @@ BAGS, FULL = 3, 20
 class World(System):
     """Takes note of what is done, and lets all actions succeed unless a test says otherwise."""
 
-    def __init__(self, mode: str, encoding: Sequence[str]) -> None:
-        parts = make_parts(mode, Options(tuple(encoding), ()), STEPS[mode], log=self.warn)
+    def __init__(self, mode: str, encoding: Sequence[str], options: Sequence[str] = ()) -> None:
+        solver = Options(tuple(encoding), tuple(options))
+        parts = make_parts(mode, solver, STEPS[mode], log=self.warn)
         super().__init__(parts.loop)
 
     @property
@@ -292,6 +293,34 @@ def test_a_number_has_to_be_large_enough(tmp_path: Path) -> None:
     dark = encoding.read_text(encoding="utf-8").replace("(power,9)", "(power,5)")
     encoding.write_text(dark, encoding="utf-8")
     assert _world(str(encoding), "see").done == ["light", "charge", "look"]
+
+
+TOOLS = """
+#include "{actions}".
+#program base.
+robot(r(1..4)).
+initially(hand(R),empty) :- robot(R).
+initially(lamp,off).
+action(R,(fetch;press)) :- robot(R).
+needs(R,fetch,hand(R),empty) :- robot(R).
+sets(R,fetch,hand(R),tool) :- robot(R).
+needs(R,press,hand(R),tool) :- robot(R).
+sets(R,press,lamp,on) :- robot(R).
+request(light).
+wants(light,lamp,on).
+"""
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_only_what_serves_is_done(seed: int, tmp_path: Path) -> None:
+    """The solver, which decides at random here, has all robots fetch a tool; one of them has to."""
+    encoding = tmp_path / "tools.lp"
+    encoding.write_text(TOOLS.format(actions=ACTIONS), encoding="utf-8")
+    options = ["--heuristic=Vsids", "--rand-freq=1", f"--seed={seed}", "--sign-def=rnd"]
+    world = World(DYN_RESET, [str(encoding)], options)
+    world.request("light")
+    assert world.run() is None
+    assert world.done == ["fetch", "press"]
 
 
 def test_an_action_that_fails_is_done_again() -> None:
