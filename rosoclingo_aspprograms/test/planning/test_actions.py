@@ -16,6 +16,7 @@ from episode import DYN_RESET, PACKAGE, RECORDING, RESET, SINGLE
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import Request, System
+from rosoclingo.loop import layers
 from rosoclingo.loop.words import SOLVER
 
 HOSPITAL = str(PACKAGE / "hospital" / "hospital.lp")
@@ -205,6 +206,8 @@ class RandomHospital(Hospital):
             for robot in sorted(r for r, place in self.at.items() if not place):
                 self.at[robot] = "hall1"
                 self.tell("info", f"at({robot},hall1)")
+            for robot, left in self.battery.items():
+                self.tell("info", f"battery({robot},{left})")
         return bool(self._items)
 
     def ask_something(self) -> None:
@@ -293,6 +296,43 @@ def test_a_number_has_to_be_large_enough(tmp_path: Path) -> None:
     dark = encoding.read_text(encoding="utf-8").replace("(power,9)", "(power,5)")
     encoding.write_text(dark, encoding="utf-8")
     assert _world(str(encoding), "see").done == ["light", "charge", "look"]
+
+
+POWER = """
+#include "{actions}".
+#program base.
+number(power,3).
+initially(power,1).
+initially((lamp;bell),off).
+action(arm,(light;ring)).
+uses(arm,light,power,2).
+sets(arm,light,lamp,on).
+sets(arm,ring,bell,on).
+request((shine;call)).
+wants(shine,lamp,on).
+wants(call,bell,on).
+says(power(N),power,N) :- N = 0..3.
+"""
+
+
+@pytest.mark.parametrize("requests", [["shine"], ["shine", "call"]])
+def test_what_is_impossible_waits_for_news(
+    requests: List[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also if that shows only in the search, and whatever else is asked for is done meanwhile."""
+    monkeypatch.setattr(layers, "_MOST_SECONDS", 0.5)
+    monkeypatch.setattr(layers, "_MORE_SECONDS", 0.1)
+    encoding = tmp_path / "power.lp"
+    encoding.write_text(POWER.format(actions=ACTIONS), encoding="utf-8")
+    world = World(DYN_RESET, [str(encoding)])
+    goals = [world.request(text) for text in requests]
+    assert world.run() is None
+    assert [goal.words[-1] for goal in goals] == ["accepted", "succeeded"][: len(goals)]
+    assert world.done == ["ring"][: len(goals) - 1]
+    world.tell("info", "power(2)")
+    assert world.run() is None
+    assert goals[0].words[-1] == "succeeded"
+    assert world.done[-1] == "light"
 
 
 TOOLS = """
