@@ -18,9 +18,10 @@ wishes, and the others wait for news.
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import dataclass, replace
-from typing import Callable, Iterator, List, Optional, Sequence, Tuple
+from typing import Callable, ContextManager, Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import number, split_term
@@ -28,6 +29,7 @@ from rosoclingo.loop.interleaving import Interleaving
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.neighbourhoods import Neighbourhood
 from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.seeding import Seed
 from rosoclingo.loop.solver import Solver
 
 _LAYERS, _LAYERS_BEFORE, _GRANTED = "layers(", "layers_before(", "granted("
@@ -38,6 +40,7 @@ _ONE_BY_ONE_SECONDS = 0.2
 _LENGTHENING = 1.5
 _POLISH_SECONDS = 0.01
 _SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a plan fits
+_SEED_SECONDS = 0.5  # which may be taken to find out whether a seed fits
 _MOST_SECONDS = 30.0  # after which there is no plan for any request
 _MORE_SECONDS = 2.0  # after which there is one for some of them only, if there is no progress
 
@@ -95,8 +98,16 @@ class WantedLayers:
         return None
 
 
+def _no_seed(_search: int, _stopped: Callable[[], bool]) -> ContextManager[Seed]:
+    return contextlib.nullcontext(Seed())
+
+
 class LayeredSearch:
-    """Finds a number of layers with which there is a plan. One thread makes the calls."""
+    """Finds a number of layers with which there is a plan. One thread makes the calls.
+
+    Attributes:
+        seeds: Has another planner look for a plan, see :class:`.SeedPlanner`.
+    """
 
     def __init__(
         self,
@@ -117,6 +128,7 @@ class LayeredSearch:
         self._run = run
         self._state = state
         self._cost = cost
+        self.seeds: Callable[[int, Callable[[], bool]], ContextManager[Seed]] = _no_seed
 
     def wanted(self, symbols: Sequence[str]) -> Optional[WantedLayers]:
         """Returns the layers that an answer set needs and that are not decided yet."""
@@ -148,6 +160,16 @@ class LayeredSearch:
             same: The assumption that the plan has what is left of the one before, if that is to be
                 tried first.
         """
+        with self.seeds(wanted.search, stopped) as seed:
+            return self._find(wanted, stopped, same, seed)
+
+    def _find(
+        self,
+        wanted: WantedLayers,
+        stopped: Callable[[], bool],
+        same: Optional[wire.Assumption],
+        seed: Seed,
+    ) -> SearchEnded:
         all_wishes = wanted.wishes
         before = max(wanted.before, wanted.least)
         turns = [(_Way(self, wanted, first=wanted.least, wishes=all_wishes), _AT_ONCE_SECONDS)]
@@ -163,7 +185,7 @@ class LayeredSearch:
             end = time.monotonic() + seconds
 
             def is_over(end: float = end) -> bool:
-                return stopped() or time.monotonic() > end
+                return stopped() or time.monotonic() > end or seed.is_ready
 
             while not is_over():
                 found = way.turn(is_over)
@@ -172,9 +194,26 @@ class LayeredSearch:
             if stopped():
                 return SearchEnded(Ended.CALLED)
             turns.append((way, seconds * _LENGTHENING))
+            if seed.is_ready:
+                found = self._try_seed(wanted, seed, stopped)
+                if found is not None:
+                    return self._ended(wanted, found, all_wishes)
         if one_by_one.partial is None:
             return self._ended(wanted, SearchEnded(Ended.LAYERED), 0)
         return self._ended(wanted, one_by_one.partial, one_by_one.granted)
+
+    def _try_seed(
+        self, wanted: WantedLayers, seed: Seed, stopped: Callable[[], bool]
+    ) -> Optional[SearchEnded]:
+        """Returns a plan with what another planner has found, if that fits."""
+        for layers, assumed in seed.take():
+            _, found = self.attempt(
+                wanted, max(layers, wanted.least), wanted.wishes, stopped,
+                seconds=_SEED_SECONDS, assumed=assumed,
+            )  # fmt: skip
+            if found is not None:
+                return found
+        return None
 
     def _ended(self, wanted: WantedLayers, found: SearchEnded, granted: int) -> SearchEnded:
         """Has so many wishes granted from now on, with the layers of a plan."""
