@@ -12,9 +12,10 @@ from typing import Callable, Iterator, List, Optional, Tuple
 from rosclingo.wire import commands as wire
 from rosoclingo.loop.solver import Solver
 from rosoclingo.seed.downward import SeedProcess
+from rosoclingo.seed.elimination import leave_out
 from rosoclingo.seed.layering import LayeredPlan, put_in_layers
 from rosoclingo.seed.sas import SasTask, write
-from rosoclingo.seed.task import SeedTask, read_task
+from rosoclingo.seed.task import read_task
 
 SEED = ("seed", 1)
 """The part of an encoding that shows the task."""
@@ -36,10 +37,9 @@ class Seed:
 class _ProcessSeed(Seed):
     """What a process finds."""
 
-    def __init__(self, search: int, task: SeedTask, sas: SasTask, process: SeedProcess) -> None:
+    def __init__(self, search: int, task: SasTask, process: SeedProcess) -> None:
         self._search = search
         self._task = task
-        self._sas = sas
         self._process = process
         self._is_taken = False
 
@@ -52,15 +52,12 @@ class _ProcessSeed(Seed):
         numbers = self._process.plan()
         if numbers is None:
             return
-        plan = [self._sas.operators[number] for number in numbers]
-        (*_, wishes) = self._task.wishes.values()
-        last = wishes if len(self._task.wishes) == 1 else {}
-        before: Optional[LayeredPlan] = None
+        task = self._task
+        found = [task.operators[number] for number in numbers]
+        plan = leave_out(found, task.initial, task.goal)
         for one_each in (False, True):
-            layered = put_in_layers(plan, self._task.initial, last, one_each=one_each)
-            if layered != before:
-                yield layered.layers, self._assumptions(layered)
-            before = layered
+            layered = put_in_layers(plan, task.initial, task.goal, one_each=one_each)
+            yield layered.layers, self._assumptions(layered)
 
     def _assumptions(self, plan: LayeredPlan) -> List[wire.Assumption]:
         chosen = [("occ", *one) for one in plan.actions] + [("goes", *one) for one in plan.ways]
@@ -97,18 +94,17 @@ class SeedPlanner:
         if task is None:
             yield Seed()
             return
-        sas = write(task)
         try:
-            process = SeedProcess(self._program, sas.text)
+            process = SeedProcess(self._program, task.text)
         except OSError:
             yield Seed()
             return
         try:
-            yield _ProcessSeed(number, task, sas, process)
+            yield _ProcessSeed(number, task, process)
         finally:
             process.close()
 
-    def _read(self, number: int, stopped: Callable[[], bool]) -> Optional[SeedTask]:
+    def _read(self, number: int, stopped: Callable[[], bool]) -> Optional[SasTask]:
         """Returns the task of a search; None if its encoding does not show any."""
         name, _ = SEED
         shown = f"seeding({number})"
@@ -122,4 +118,4 @@ class SeedPlanner:
             task = read_task(symbols)
         except ValueError:
             return None
-        return task if task.wishes else None
+        return write(task) if task.wishes else None

@@ -13,10 +13,19 @@ _UNKNOWN = "unknown value"  # no term, so that it is no variable's value
 
 @dataclass(frozen=True)
 class SasTask:
-    """A task as text, and the operators to which the numbers in a plan of it refer."""
+    """A task as text, and what the numbers in a plan of it refer to.
+
+    Attributes:
+        text: The text.
+        operators: The operators, in the order of their numbers.
+        initial: The values of variables before a plan.
+        goal: Those that they are to have after it.
+    """
 
     text: str
     operators: Sequence[Operator]
+    initial: Mapping[str, str]
+    goal: Mapping[str, str]
 
 
 def write(task: SeedTask) -> SasTask:
@@ -34,7 +43,7 @@ def write(task: SeedTask) -> SasTask:
         met = f"met {request}"
         initial[met], goal[met] = _NO, _YES
         operators.append(Operator(needs=wishes, sets=[(met, _YES)], cost=0))
-    return SasTask(_Writer(initial, operators, goal).text(), operators)
+    return SasTask(_Writer(initial, operators, goal).text(), operators, initial, goal)
 
 
 class _Writer:
@@ -51,7 +60,7 @@ class _Writer:
         self._goal = goal
         self._initial = dict(initial)
         self._differing: Dict[str, List[Tuple[str, str]]] = {}  # values with their variables
-        for variable, value in {fact for one in operators for fact in one.others}:
+        for variable, value in dict.fromkeys(fact for one in operators for fact in one.others):
             other = _other(variable, value)
             self._differing.setdefault(variable, []).append((value, other))
             self._initial[other] = _NO if self._initial.get(variable) == value else _YES
@@ -100,6 +109,7 @@ class _Writer:
 
     def _operator(self, number: int, one: Operator) -> str:
         needs = [*one.needs.items(), *((_other(*fact), _YES) for fact in one.others)]
+        prevail = self._facts(needs)
         effects = [Effect({}, fact) for fact in one.sets]
         effects += one.effects
         lines = "".join(
@@ -108,7 +118,6 @@ class _Writer:
             for fact in self._with_differing(effect.fact)
         )
         count = lines.count("\n")
-        prevail = self._facts(needs)
         return f"begin_operator\n{number}\n{prevail}{count}\n{lines}{one.cost}\nend_operator\n"
 
     def _with_differing(self, fact: Fact) -> List[Fact]:

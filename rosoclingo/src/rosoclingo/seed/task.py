@@ -57,6 +57,19 @@ class Operator:
     cost: int = 1
     robot: str = ""
 
+    def is_possible(self, state: Mapping[str, str]) -> bool:
+        """Tells whether variables have the values that it needs."""
+        return all(state.get(variable) == value for variable, value in self.needs.items()) and all(
+            state.get(variable) != value for variable, value in self.others
+        )
+
+    def apply(self, state: Dict[str, str]) -> None:
+        """Gives variables the values that they have after it."""
+        happening = [
+            effect.fact for effect in self.effects if effect.conditions.items() <= state.items()
+        ]
+        state.update([*self.sets, *happening])
+
 
 @dataclass(frozen=True)
 class SeedTask:
