@@ -21,7 +21,7 @@ from __future__ import annotations
 import contextlib
 import time
 from dataclasses import dataclass, replace
-from typing import Callable, ContextManager, Iterator, List, Optional, Sequence, Tuple
+from typing import Callable, Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import number, split_term
@@ -98,15 +98,12 @@ class WantedLayers:
         return None
 
 
-def _no_seed(_search: int, _stopped: Callable[[], bool]) -> ContextManager[Seed]:
-    return contextlib.nullcontext(Seed())
-
-
 class LayeredSearch:
     """Finds a number of layers with which there is a plan. One thread makes the calls.
 
     Attributes:
-        seeds: Has another planner look for a plan, see :class:`.SeedPlanner`.
+        seeds: Has another planner look for a plan, see once what is left of the plan before does
+            not fit, see :class:`.ProcessSeed`.
     """
 
     def __init__(
@@ -128,7 +125,7 @@ class LayeredSearch:
         self._run = run
         self._state = state
         self._cost = cost
-        self.seeds: Callable[[int, Callable[[], bool]], ContextManager[Seed]] = _no_seed
+        self.seeds: Callable[[int, Callable[[], bool]], Seed] = lambda _, __: Seed()
 
     def wanted(self, symbols: Sequence[str]) -> Optional[WantedLayers]:
         """Returns the layers that an answer set needs and that are not decided yet."""
@@ -160,7 +157,7 @@ class LayeredSearch:
             same: The assumption that the plan has what is left of the one before, if that is to be
                 tried first.
         """
-        with self.seeds(wanted.search, stopped) as seed:
+        with contextlib.closing(self.seeds(wanted.search, stopped)) as seed:
             return self._find(wanted, stopped, same, seed)
 
     def _find(
@@ -172,6 +169,7 @@ class LayeredSearch:
     ) -> SearchEnded:
         all_wishes = wanted.wishes
         before = max(wanted.before, wanted.least)
+        kept: Optional[_Way] = None
         turns = [(_Way(self, wanted, first=wanted.least, wishes=all_wishes), _AT_ONCE_SECONDS)]
         one_by_one = _OneByOne(self, wanted, first=1, wishes=1)
         if all_wishes > 1:
@@ -182,6 +180,8 @@ class LayeredSearch:
         begin = time.monotonic()
         while not one_by_one.is_over(begin, time.monotonic()):
             way, seconds = turns.pop(0)
+            if way is not kept:
+                seed.begin()
             end = time.monotonic() + seconds
 
             def is_over(end: float = end) -> bool:

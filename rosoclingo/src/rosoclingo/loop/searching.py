@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any, Callable, List, Optional, Sequence, Tuple
 
@@ -22,7 +23,7 @@ from rosoclingo.loop.local_search import Incumbent, LocalSearch
 from rosoclingo.loop.neighbourhoods import Neighbourhoods, says_choices
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
-from rosoclingo.loop.seeding import SeedPlanner
+from rosoclingo.loop.seeding import ProcessSeed
 from rosoclingo.loop.solver import Solver
 
 _MOST_ROUNDS = 10_000  # answer sets in a row that ask for something
@@ -82,7 +83,7 @@ class Searching:
         self._note = note
         self._layers = LayeredSearch(solver, run, layers, self.cost)
         if seed_planner is not None and demand.shows_seeds:
-            self._layers.seeds = SeedPlanner(solver, run, seed_planner).search
+            self._layers.seeds = partial(ProcessSeed, solver, run, seed_planner)
         self._is_late = is_late
         self._varies = varies
 

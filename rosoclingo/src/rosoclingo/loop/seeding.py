@@ -22,100 +22,107 @@ SEED = ("seed", 1)
 
 
 class Seed:
-    """What another planner finds for one search; this one finds nothing."""
+    """What another planner finds for one search; this one finds nothing. One thread makes calls."""
+
+    def begin(self) -> None:
+        """Has the other planner begin, unless it has begun."""
 
     @property
     def is_ready(self) -> bool:
-        """Whether there is something to take that was not taken. Thread-safe."""
+        """Whether something was found that is not taken yet; for any thread."""
         return False
 
     def take(self) -> Iterator[Tuple[int, List[wire.Assumption]]]:
         """Takes what was found: numbers of layers, and what is assumed, to be tried in turn."""
         return iter(())
 
+    def close(self) -> None:
+        """Ends the other planner."""
 
-class _ProcessSeed(Seed):
+
+class ProcessSeed(Seed):
     """What a process finds."""
 
-    def __init__(self, search: int, task: SasTask, process: SeedProcess) -> None:
-        self._search = search
-        self._task = task
-        self._process = process
-        self._is_taken = False
-
-    @property
-    def is_ready(self) -> bool:
-        return self._process.has_ended and not self._is_taken
-
-    def take(self) -> Iterator[Tuple[int, List[wire.Assumption]]]:
-        self._is_taken = True
-        numbers = self._process.plan()
-        if numbers is None:
-            return
-        task = self._task
-        found = [task.operators[number] for number in numbers]
-        plan = leave_out(found, task.initial, task.goal)
-        for one_each in (False, True):
-            layered = put_in_layers(plan, task.initial, task.goal, one_each=one_each)
-            yield layered.layers, self._assumptions(layered)
-
-    def _assumptions(self, plan: LayeredPlan) -> List[wire.Assumption]:
-        chosen = [("occ", *one) for one in plan.actions] + [("goes", *one) for one in plan.ways]
-        return [
-            wire.Assumption(f"{name}({arguments},{layer},{self._search})", True)
-            for name, arguments, layer in chosen
-        ]
-
-
-class SeedPlanner:
-    """Asks another planner for first plans."""
-
-    def __init__(self, solver: Solver, run: Callable[..., object], program: Path) -> None:
-        """Asks nothing yet.
+    def __init__(
+        self,
+        solver: Solver,
+        run: Callable[..., object],
+        program: Path,
+        number: int,
+        stopped: Callable[[], bool],
+    ) -> None:
+        """Starts nothing yet.
 
         Args:
             solver: The solver, whose encoding shows the task.
             run: Runs commands.
             program: The other planner, see :func:`.find_seed_planner`.
+            number: That of the search.
+            stopped: Whether the search has to end.
         """
         self._solver = solver
         self._run = run
         self._program = program
+        self._number = number
+        self._stopped = stopped
+        self._has_begun = False
+        self._task: Optional[SasTask] = None
+        self._process: Optional[SeedProcess] = None  # until its plan is taken
 
-    @contextlib.contextmanager
-    def search(self, number: int, stopped: Callable[[], bool]) -> Iterator[Seed]:
-        """Has the other planner search, for as long as the context is open.
-
-        Args:
-            number: That of the search.
-            stopped: Whether it has to end.
-        """
-        task = self._read(number, stopped)
-        if task is None:
-            yield Seed()
+    def begin(self) -> None:
+        """Starts the process with the task that the encoding shows, unless that was done."""
+        if self._has_begun:
             return
-        try:
-            process = SeedProcess(self._program, task.text)
-        except OSError:
-            yield Seed()
-            return
-        try:
-            yield _ProcessSeed(number, task, process)
-        finally:
-            process.close()
+        self._has_begun = True
+        self._task = self._read()
+        if self._task is not None:
+            with contextlib.suppress(OSError):  # then the search does without
+                self._process = SeedProcess(self._program, self._task.text)
 
-    def _read(self, number: int, stopped: Callable[[], bool]) -> Optional[SasTask]:
-        """Returns the task of a search; None if its encoding does not show any."""
+    @property
+    def is_ready(self) -> bool:
+        """Whether the process has ended, and its plan is not taken yet; for any thread."""
+        process = self._process
+        return process is not None and process.has_ended
+
+    def take(self) -> Iterator[Tuple[int, List[wire.Assumption]]]:
+        """Takes its plan in as few layers as possible, and then in one for each action."""
+        process, self._process = self._process, None
+        task, numbers = self._task, process.plan() if process else None
+        if task is None or not numbers or max(numbers) >= len(task.operators):
+            return
+        plan = [task.operators[number] for number in numbers]
+        plan = leave_out(plan, task.initial, task.goal)
+        layered = put_in_layers(plan, task.initial, task.goal)
+        yield layered.layers, self._assumptions(layered)
+        one_each = put_in_layers(plan, task.initial, task.goal, one_each=True)
+        if one_each != layered:
+            yield one_each.layers, self._assumptions(one_each)
+
+    def close(self) -> None:
+        """Ends the process."""
+        if self._process is not None:
+            self._process.close()
+
+    def _read(self) -> Optional[SasTask]:
+        """Returns the task of the search; None if its encoding does not show any."""
         name, _ = SEED
-        shown = f"seeding({number})"
+        shown = f"seeding({self._number})"
         self._run(
-            wire.Ground((wire.Part(name, (str(number),)),)),
+            wire.Ground((wire.Part(name, (str(self._number),)),)),
             wire.AssignExternal(shown, wire.Truth.TRUE),
         )
-        symbols = self._solver.solve((), stopped).symbols
+        symbols = self._solver.solve((), self._stopped).symbols
         self._run(wire.ReleaseExternal(shown))
         try:
             task = read_task(symbols)
         except ValueError:
             return None
         return write(task) if task.wishes else None
+
+    def _assumptions(self, plan: LayeredPlan) -> List[wire.Assumption]:
+        chosen = [("occ", *one) for one in plan.actions] + [("goes", *one) for one in plan.ways]
+        return [
+            wire.Assumption(f"{name}({arguments},{layer},{self._number})", True)
+            for name, arguments, layer in chosen
+        ]
