@@ -104,8 +104,8 @@ def make_parser() -> OptionParser:
         help="how long one horizon after the other is searched, until several take turns; by "
         f"default {ONE_BY_ONE_SECONDS:g}, and 0 for always")  # fmt: skip
     add("--seed-planner", type=_seed_planner, default=NONE, metavar="NAME",
-        help="the planner that is asked for first plans where an encoding shows it the task: lama, "
-        f"of the package up-fast-downward, or {NONE}, the default")  # fmt: skip
+        help="planner of first plans, for encodings with layers: lama, of the package "
+        f"up-fast-downward, or {NONE}, the default")  # fmt: skip
     add("--threads", type=read_threads, default=1, metavar="N",
         help=f"search with N threads, or {AUTO} for as many as there are spare cores")  # fmt: skip
     add("--why-seconds", type=number_type(), default=_WHY_SECONDS, metavar="S",
