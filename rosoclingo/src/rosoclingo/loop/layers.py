@@ -209,7 +209,7 @@ class LayeredSearch:
         for layers, assumed in seed.take():
             _, found = self.attempt(
                 wanted, max(layers, wanted.least), wanted.wishes, stopped,
-                seconds=_SEED_SECONDS, assumed=assumed,
+                seconds=_SEED_SECONDS, assumed=assumed, spare=0,
             )  # fmt: skip
             if found is not None:
                 return found
@@ -231,6 +231,7 @@ class LayeredSearch:
         seconds: float,
         assumed: Sequence[wire.Assumption] = (),
         polish: float = 0.0,
+        spare: int = _SPARE,
     ) -> Tuple[wire.Result, Optional[SearchEnded]]:
         """Searches with a number of layers.
 
@@ -242,11 +243,12 @@ class LayeredSearch:
             seconds: How long it may take.
             assumed: What is assumed.
             polish: How long to look for a cheaper plan when there is one.
+            spare: How many more layers to ground, if any are to be grounded.
 
         Returns:
             The result, and the plan, if one was found.
         """
-        self._ask(wanted, layers, wishes)
+        self._ask(wanted, layers, wishes, spare=spare)
         found: List[wire.Improvement] = []
         end = time.monotonic() + seconds
 
@@ -266,14 +268,20 @@ class LayeredSearch:
         )
 
     def _ask(
-        self, wanted: WantedLayers, layers: int, wishes: int, *, grounded: Optional[int] = None
+        self,
+        wanted: WantedLayers,
+        layers: int,
+        wishes: int,
+        *,
+        grounded: Optional[int] = None,
+        spare: int = _SPARE,
     ) -> None:
         """Grounds layers, and sets the goal."""
         goal = f"goal({wanted.search},{layers},{wishes})"
         state = self._state
         last = grounded if grounded is not None else layers
         if grounded is None and layers > state.grounded:
-            last += _SPARE
+            last += spare
         parts = [
             wire.Part(name, (str(wanted.search), str(n)))
             for n in range(state.grounded + 1, last + 1)
