@@ -40,6 +40,7 @@ _ONE_BY_ONE_SECONDS = 0.2
 _LENGTHENING = 1.5
 _POLISH_SECONDS = 0.01
 _SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a plan fits
+_SEED_LAYERS = 10  # which are grounded for a seed before it is looked for news again
 _SEED_SECONDS = 0.5  # which may be taken to find out whether a seed fits
 _MOST_SECONDS = 30.0  # after which there is no plan for any request
 _MORE_SECONDS = 2.0  # after which there is one for some of them only, if there is no progress
@@ -102,8 +103,8 @@ class LayeredSearch:
     """Finds a number of layers with which there is a plan. One thread makes the calls.
 
     Attributes:
-        seeds: Has another planner look for a plan, see once what is left of the plan before does
-            not fit, see :class:`.ProcessSeed`.
+        seeds: Returns what another planner finds, by the number of the search and whether it has to
+            end, see :class:`.ProcessSeed`.
     """
 
     def __init__(
@@ -206,11 +207,15 @@ class LayeredSearch:
         self, wanted: WantedLayers, seed: Seed, stopped: Callable[[], bool]
     ) -> Optional[SearchEnded]:
         """Returns a plan with what another planner has found, if that fits."""
-        for layers, assumed in seed.take():
+        for least, assumed in seed.take():
+            layers = max(least, wanted.least)
+            for first in range(self._state.grounded, layers, _SEED_LAYERS):
+                if stopped():
+                    return None
+                self._ask(wanted, min(first + _SEED_LAYERS, layers), wanted.wishes, spare=0)
             _, found = self.attempt(
-                wanted, max(layers, wanted.least), wanted.wishes, stopped,
-                seconds=_SEED_SECONDS, assumed=assumed, spare=0,
-            )  # fmt: skip
+                wanted, layers, wanted.wishes, stopped, seconds=_SEED_SECONDS, assumed=assumed
+            )
             if found is not None:
                 return found
         return None
@@ -231,7 +236,6 @@ class LayeredSearch:
         seconds: float,
         assumed: Sequence[wire.Assumption] = (),
         polish: float = 0.0,
-        spare: int = _SPARE,
     ) -> Tuple[wire.Result, Optional[SearchEnded]]:
         """Searches with a number of layers.
 
@@ -243,12 +247,11 @@ class LayeredSearch:
             seconds: How long it may take.
             assumed: What is assumed.
             polish: How long to look for a cheaper plan when there is one.
-            spare: How many more layers to ground, if any are to be grounded.
 
         Returns:
             The result, and the plan, if one was found.
         """
-        self._ask(wanted, layers, wishes, spare=spare)
+        self._ask(wanted, layers, wishes)
         found: List[wire.Improvement] = []
         end = time.monotonic() + seconds
 

@@ -9,6 +9,8 @@ from typing import Dict, List, Mapping, Sequence, Tuple
 
 from rosoclingo.seed.task import Operator
 
+_MOST = 400  # operators of a plan; with more it takes too long
+
 
 def leave_out(
     plan: Sequence[Operator], initial: Mapping[str, str], goal: Mapping[str, str]
@@ -16,6 +18,7 @@ def leave_out(
     """Returns a plan without what it does not need.
 
     Each operator is left out with those that are impossible without it, unless the goal is missed.
+    A plan of more than 400 operators is returned as it is.
 
     Args:
         plan: The plan.
@@ -24,6 +27,8 @@ def leave_out(
     """
     kept: List[Operator] = []
     rest = list(plan)
+    if len(rest) > _MOST:
+        return rest
     state = dict(initial)
     while rest:
         without, after = _possible_ones(rest[1:], state)
