@@ -20,7 +20,7 @@ FLOORS = {
         "errors", "seed", "loop", "drawing", "commands", "single", "store", "why",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
-        "ros", "profile", "desk", "scaffold", "check",
+        "ros", "profile", "desk", "scaffold", "check", "pddl",
     ],
     "rosoclingo_interfaces": [
         "errors", "store_file", "prompt", "topics", "journal", "announcements",

@@ -7,16 +7,18 @@ and each command has to do what the text says. Needs a sourced workspace.
 from __future__ import annotations
 
 import ast
+import contextlib
 import functools
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
 import textwrap
 import xml.etree.ElementTree as ET
 from pathlib import Path
-from typing import Callable, Iterator, List, Sequence
+from typing import Callable, Dict, Iterator, List, Sequence
 
 import pytest
 import yaml
@@ -29,6 +31,8 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
 from rosclingo.wire.commands import Ground, Part
+from rosoclingo.check import command as check
+from rosoclingo.desk import plan
 from rosoclingo.why.phrases import Phrases
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 
@@ -75,6 +79,13 @@ COMPARED = {
     ("docs/bags.md", "replay.py"): "rosoclingo/test/system/test_replay.py",
     ("docs/bags.md", "compare.py"): "test/test_readmes.py",
     ("docs/check.md", "Examples"): "test/test_readmes.py",
+    ("docs/modelling.md", "A first encoding"): "test/test_readmes.py",
+    ("docs/modelling.md", "Batteries"): "test/test_readmes.py",
+    ("docs/modelling.md", "Capacities"): "test/test_readmes.py",
+    ("docs/modelling.md", "Doors"): "test/test_readmes.py",
+    ("docs/modelling.md", "Bringing things back"): "test/test_readmes.py",
+    ("docs/modelling.md", "Waiting"): "test/test_readmes.py",
+    ("docs/modelling.md", "A plain encoding"): "test/test_readmes.py",
     ("docs/tutorial.md", "1. A package that runs"): "test/test_readmes.py",
     ("docs/tutorial.md", "2. A second action"): "test/test_readmes.py",
     ("docs/tutorial.md", "3. Failures and announcements"): "test/test_readmes.py",
@@ -85,6 +96,7 @@ COMPARED = {
     ("rosoclingo/README.md", "rosoclingo"): "test/test_readmes.py",
     ("rosoclingo/README.md", "At the desk: plan.py"): "test/test_readmes.py",
     ("rosoclingo/README.md", "Before it runs: check.py"): "test/test_readmes.py",
+    ("rosoclingo/README.md", "A domain in PDDL: pddl.py"): "test/test_readmes.py",
     ("rosoclingo/README.md", "Where the time goes"): "test/test_readmes.py",
     ("rosoclingo_aspprograms/README.md", "rosoclingo_aspprograms"): "test/test_readmes.py",
     ("rosoclingo_examples/README.md", "rosoclingo_examples"): "test/test_readmes.py",
@@ -93,6 +105,7 @@ COMPARED = {
     ("rosoclingo_simulator/README.md", "rosoclingo_simulator"): "test/test_readmes.py",
 }
 
+ACTIONS = str(ROOT / "rosoclingo_aspprograms" / "lib" / "actions.lp")
 ASP = ROOT / "rosoclingo_aspprograms" / "mailbot"
 OFFICE, PAPER = ASP / "instances" / "graph_wg.lp", ASP / "mailbot_paper.lp"
 TOWER = ROOT / "rosclingo" / "example"
@@ -392,6 +405,14 @@ def test_check(page: Page) -> None:
     check_output("rosoclingo/README.md", "Before it runs: check.py", terminal.output)
 
 
+@of("rosoclingo/README.md", "A domain in PDDL: pddl.py")
+def test_pddl(page: Page) -> None:
+    page.set_variables()
+    written = page.run("pddl.py")
+    check_output("rosoclingo/README.md", "A domain in PDDL: pddl.py", written)
+    assert "goal 1, goal, succeeds" in page.run("plan.py")
+
+
 @of("rosoclingo/README.md", "One node: run-1.0.py")
 def test_one_node(page: Page) -> None:
     page.has(instance_lp=OFFICE, encoding_lp=PAPER)
@@ -548,6 +569,17 @@ def test_plants(page: Page) -> None:
     wait_for(lambda: heard.output.count("go(") == 2)
     assert "goal 1, water((3,4)): succeeded" in page.run("plan.py")
     page.block("prolog")  # which test_library.py plans with
+
+
+@of("rosoclingo_aspprograms/README.md", "Actions in general")
+def test_actions_in_general(page: Page, capsys: pytest.CaptureFixture[str]) -> None:
+    """The encoding is written beside the library, as it names that."""
+    library = Path("rosoclingo_aspprograms/lib/actions.lp")
+    (page.folder / "lamp.lp").write_text(
+        page.block("prolog").replace(library.name, str(ROOT / library))
+    )
+    assert plan.run([str(page.folder / "lamp.lp"), "--goal", "light"]) == 0
+    assert "arm: press" in capsys.readouterr().out
 
 
 @of("rosoclingo_aspprograms/README.md", "Seconds")
@@ -955,13 +987,62 @@ TUTORIAL = [
 @pytest.fixture
 def tutorial(tmp_path: Path) -> Iterator[Page]:
     """The tutorial's steps, with all that they have to be typed, as one page."""
-    steps = [section("docs/tutorial.md", heading) for heading in TUTORIAL]
-    page = Page(tmp_path, [piece for step in steps for piece in step if piece.kind != "output"])
+    with as_one_page(tmp_path, "docs/tutorial.md", TUTORIAL) as page:
+        yield page
+
+
+@contextlib.contextmanager
+def as_one_page(place: Path, document: str, headings: Sequence[str]) -> Iterator[Page]:
+    """Makes one page of several sections, which needs no master."""
+    found = [section(document, heading) for heading in headings]
+    page = Page(place, [piece for part in found for piece in part if piece.kind != "output"])
     try:
         yield page
-        assert not page.left, "the tutorial prints more than the test types"
+        assert not page.left, f"{document} prints more than the test types"
     finally:
         page.terminals.close()
+
+
+GUIDE = "docs/modelling.md"
+
+
+def test_modelling(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each file is written as the guide prints it, and all commands are typed, in this process."""
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / GUIDE).read_text()
+    for name, content in re.findall(
+        r"`(my_\w+\.lp)`[^`]*?:\n\n```prolog\n(.*?)```", text, re.DOTALL
+    ):
+        Path(name).write_text(content)
+    programs: Dict[str, Callable[[List[str]], int]] = {"plan.py": plan.run, "check.py": check.run}
+    said = {heading: "" for heading, _ in sections(GUIDE)}
+    for heading, pieces in sections(GUIDE):
+        for command in (piece.text for piece in pieces if piece.kind == "command"):
+            words = shlex.split(command.replace("\\\n", "").replace("$A", ACTIONS))
+            programs[words[2]](words[3:])
+            said[heading] += "".join(capsys.readouterr())
+    check_output("docs/modelling.md", "A first encoding", said["A first encoding"])
+    check_output("docs/modelling.md", "Batteries", said["Batteries"])
+    check_output("docs/modelling.md", "Capacities", said["Capacities"])
+    assert "goal 2, bring(ward2," in said["Several robots"]
+    assert "goal 2, bring(ward2," in said["Shared resources"]
+    check_output("docs/modelling.md", "Doors", said["Doors"])
+    check_output("docs/modelling.md", "Bringing things back", said["Bringing things back"])
+    check_output("docs/modelling.md", "Waiting", said["Waiting"])
+    (reason,) = re.findall(r"^says `([^`]+)`", text, re.MULTILINE)
+    assert reason in said["Waiting"]
+    assert "nothing found" in said["All of it"]
+    check_output("docs/modelling.md", "A plain encoding", said["A plain encoding"])
+    robot = Path("my_robot.lp").read_text()
+    Path("my_robot.lp").write_text(re.sub("^request.*", "", robot, flags=re.MULTILINE))
+    files = ["my_map.lp", "my_robot.lp", "my_many.lp"]
+    assert plan.run([ACTIONS, *files, "--goal", "bring(store,ward1)"]) == 0
+
+
+for _heading, _pieces in sections(GUIDE):
+    test_modelling = of(GUIDE, _heading)(test_modelling)
 
 
 @of("docs/tutorial.md", TUTORIAL[0])
@@ -1015,24 +1096,28 @@ def test_the_tutorial(tutorial: Page) -> None:
 
 def meet_failures(tutorial: Page, encoding: Path) -> None:
     """Types the tutorial's third step."""
-    said = tutorial.run("plan.py")
-    change(encoding, tutorial.block("diff"))
-    said += tutorial.run("plan.py")
-    blocked = tutorial.type("plan.py")
-    assert blocked.wait() == 1
     text = (ROOT / "docs/tutorial.md").read_text()
+    said = tutorial.run("robot:failure")
+    blocked = tutorial.type("blocked(dock,hall)")
+    assert blocked.wait() == 1
     (reason,) = re.findall(r"says why:\n`([^`]+)`", text)
     assert reason in blocked.output
-    change(encoding, tutorial.block("diff"))
-    said += tutorial.run("plan.py")
+    said += tutorial.run("unblocked(dock,hall)")
     check_output("docs/tutorial.md", "3. Failures and announcements", said)
+    change(encoding, tutorial.block("diff"))
+    wet = tutorial.type("wet(kitchen)")
+    assert wet.wait() == 1
+    (reason,) = re.findall(r"says `(There is no plan[^`]+)`", text)
+    assert reason in wet.output
+    examples = encoding.with_suffix(".examples")
+    change(examples, tutorial.block("diff"))
     checked = tutorial.type("check.py")
     assert checked.wait() == 1
-    (difference,) = re.findall(r"the same way again:\n`([^`]+)`", text)
-    assert f"robot.examples:8: example: {difference}" in checked.output
+    (difference,) = re.findall(r"the request waits: `([^`]+)`", text)
+    assert f"robot.examples:15: example: {difference}" in checked.output
     assert "1 found" in checked.output
-    change(encoding.with_suffix(".examples"), tutorial.block("diff"))
-    assert re.search("3 examples, .*: nothing found", tutorial.run("check.py"))
+    change(examples, tutorial.block("diff"))
+    assert re.search("5 examples, .*: nothing found", tutorial.run("check.py"))
 
 
 def change(file: Path, difference: str) -> None:

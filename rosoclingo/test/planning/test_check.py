@@ -37,6 +37,9 @@ WORKSHOP = tuple(str(ASP / "workshop" / name) for name in ("instances/furniture.
 BLOCKS = (f"{EXAMPLES}/instance.lp", f"{EXAMPLES}/itoh.lp")
 TOWER = ROOT / "rosclingo" / "example"
 BENCHES = ROOT / "benchmarks" / "encodings"
+ACTIONS = str(ASP / "lib" / "actions.lp")
+TEMPLATE = str(ROOT / "rosoclingo" / "template" / "encoding" / "robot.lp.in")
+HERE = ASP / "test" / "planning"
 SMALL = ("-c", "x=2", "-c", "y=1")
 
 RUNS: Dict[str, Tuple[str, ...]] = {
@@ -56,6 +59,8 @@ RUNS: Dict[str, Tuple[str, ...]] = {
     "mailbot by steps": (GRID, STEPS, *SMALL),
     "plants": (*PLANTS, "-c", "x=3", "-c", "y=2"),
     "workshop": WORKSHOP,
+    "rooms": (str(HERE / "rooms.lp"),),
+    "template": (ACTIONS, TEMPLATE),
 }
 READ: Dict[str, Tuple[str, ...]] = {
     "tower": (str(TOWER / "instance.lp"), str(TOWER / "itoh.lp")),
@@ -75,7 +80,10 @@ READ: Dict[str, Tuple[str, ...]] = {
     "hall": (HALL, MAILBOT),
     "jobs": (str(TOWER / "jobs.lp"), "--theory", "dl"),
     "flood": (str(BENCHES / "flood.lp"),),
-    "courier": (str(ASP / "test" / "planning" / "courier.lp"),),
+    "hospital": tuple(
+        str(ASP / "hospital" / name) for name in ("instances/small.lp", "hospital.lp")
+    ),
+    **{name: (str(HERE / f"{name}.lp"),) for name in ("courier", "blocks", "transport")},
 }  # fmt: skip
 NO_PLANNERS = {
     TOWER / "toh.lp",  # has all steps at once

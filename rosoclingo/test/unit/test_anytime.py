@@ -197,6 +197,31 @@ def test_the_search_is_kept_in_a_replay(system: Callable[..., System]) -> None:
         assert events(again, PlanFound) == events(recorded, PlanFound)
 
 
+HOSPITAL = [
+    str(MAILBOT.parent / "hospital" / name) for name in ("hospital.lp", "instances/small.lp")
+]
+LINEN = [f"linen(ward_{ward},bags({bags}))" for ward in "abcd" for bags in (1, 2)]
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_searches_in_layers_are_kept_in_a_replay(system: Callable[..., System], mode: str) -> None:
+    def make(inbox: Inbox, *options: str) -> System:
+        name, steps = f"dynamic.incremental.{mode}", ("-c", "steps=400")
+        made = system(name, *steps, encoding=[*HOSPITAL, *options], inbox=inbox)
+        made.loop.state.planner.patience = AT_ONCE
+        return made
+
+    recorded = record(make(Inbox()), 3, LINEN, "unlocked(isolation)", 3)
+    searches = events(recorded, SearchEnded)
+    assert Ended.LAYERED in {one.how for one in searches}
+    inbox = ReplayInbox(decode(encode(input_schedule(Run(recorded)))))
+    again = replay(make(inbox, "--rand-freq=1", "--seed=7"), recorded, 3)
+    comparison = compare(Run(recorded), Run(again))
+    assert not comparison.differences, text_report.describe(comparison)
+    assert events(again, SearchEnded) == searches
+    assert events(again, PlanFound) == events(recorded, PlanFound)
+
+
 ANY_OF_MANY = """
 #program base.
 rslot(1..4).
@@ -256,8 +281,14 @@ def test_a_search_with_one_thread_is_not_noted(
     assert events(record(run, 0), SearchEnded) == []
 
 
-def record(system: System, seed: int) -> List[Entry]:
-    """Runs a system to which goals and answers come at random."""
+def record(
+    system: System,
+    seed: int,
+    requests: Sequence[str] = tuple(REQUESTS),
+    news: str = "unblocked(a,hall)",
+    number_of_goals: int = 6,
+) -> List[Entry]:
+    """Runs a system to which goals and answers come at random, and news in the end."""
     chance = random.Random(seed)
 
     def answer(actuator: str, action: str) -> Optional[str]:
@@ -272,15 +303,15 @@ def record(system: System, seed: int) -> List[Entry]:
     run = Session(system, answer)
     timers: List[threading.Timer] = []
     run.start()
-    for number in range(6):
-        run.goal(f"g{number}", chance.choice(REQUESTS))
+    for number in range(number_of_goals):
+        run.goal(f"g{number}", chance.choice(requests))
         if chance.random() < 0.4:
             run.wait_for(lambda events, number=number: len(plans(events)) > number)  # type: ignore[misc]
     for goal in run.goals.values():
         goal.wait()
     for timer in timers:
         timer.join()
-    run.inbox.put(Message("info", "unblocked(a,hall)"))
+    run.inbox.put(Message("info", news))
     run.wait_for(_rests)
     return list(run.entries)
 

@@ -6,6 +6,7 @@ import runpy
 import shlex
 import signal
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
@@ -18,9 +19,9 @@ from rosoclingo.check.again import is_reproduced
 from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import Checking, main, run
 from rosoclingo.check.command_line import parse
-from rosoclingo.check.examples import read_example
+from rosoclingo.check.examples import read_example, read_examples
 from rosoclingo.check.findings import Finding
-from rosoclingo.check.run import FoundPlan, Run
+from rosoclingo.check.run import DOES, FoundPlan, Run
 from rosoclingo.desk.command_line import parse as parse_plan
 from rosoclingo.desk.parts import EXAMPLES
 from rosoclingo.loop.atoms import Action
@@ -256,12 +257,19 @@ def test_each_check_has_a_test() -> None:
     assert all(hasattr(twins, name) for name in ("failed", "recall", "reset"))
 
 
-def found(actions: Sequence[Action], *, successes: int = 0, has_barrier: bool = True) -> Run:
+def found(
+    actions: Sequence[Action],
+    *,
+    successes: int = 0,
+    has_barrier: bool = True,
+    is_layered: bool = False,
+) -> Run:
     """Returns a run in which one plan was found, in its first step."""
     plan = FoundPlan(
         elapsed=0, step=0, actions=tuple(actions), published=frozenset(), has_barrier=has_barrier,
         statuses=(), fluents=frozenset(), slots={"1": "1"}, told={}, active=frozenset({"1"}),
         over=frozenset(), cancelled=frozenset(), heard=(), successes=successes,
+        is_layered=is_layered,
     )  # fmt: skip
     nothing: List[Any] = []
     return Run((), True, nothing, [plan], nothing, [], None, False, 1, frozenset(), ())
@@ -275,6 +283,17 @@ def test_plans_that_are_compared() -> None:
     assert not [*twins.reset(found(short), found(long, successes=1))]
     assert not [*twins.reset(found(short), found(long, has_barrier=False))]
     assert not [*twins.reset(found(short, has_barrier=False), found(long))]
+    assert not [*twins.reset(found(short, is_layered=True), found(long, is_layered=True))]
+
+
+@pytest.mark.parametrize(("is_layered", "findings"), [(False, 1), (True, 0)])
+def test_steps_without_a_recalled_goal(is_layered: bool, findings: int) -> None:
+    """They are as many, if plans are shortest."""
+    one, other = (
+        replace(found([], is_layered=is_layered), heard=((DOES, "robot", "a", last),))
+        for last in ("6", "4")
+    )
+    assert len([*twins.recall(one, other)]) == findings
 
 
 # Examples of an author.
@@ -337,6 +356,15 @@ def test_files_of_an_example(tmp_path: Path) -> None:
     assert example.words[:2] == (f"{tmp_path}/map.asp", str(tmp_path.parent / "b"))
     rest = "--simulate -t 2 --goal -visit(1) --at 1 -1:x"
     assert example.words[2:] == (f"{tmp_path}/robot.lp", *rest.split())
+
+
+def test_an_example_without_files(tmp_path: Path) -> None:
+    """It is planned with all files of the command line, as there may be a library among them."""
+    files = ("lib/actions.lp", str(tmp_path / "robot.lp"))
+    (tmp_path / "robot.examples").write_text("--goal x => 1 step\nmap.lp --goal x => 1 step\n")
+    alone, own = read_examples(files[1], files)
+    assert alone.words == (*files, "--simulate", "--goal", "x")
+    assert own.words[:3] == (f"{tmp_path}/map.lp", files[1], "--simulate")
 
 
 @pytest.mark.parametrize(

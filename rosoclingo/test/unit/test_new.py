@@ -28,7 +28,7 @@ from rosoclingo.desk.system import System
 from rosoclingo.loop import journal
 from rosoclingo.scaffold import command
 from rosoclingo.scaffold import package as scaffold
-from rosoclingo.scaffold.package import PackageError, render, write
+from rosoclingo.scaffold.package import PackageError, find_library, render, write
 from rosoclingo.why.phrases import Phrases
 
 NAMES = ["my_robot", "r2", "a_robot_with_a_name_that_is_longer_than_most_are"]
@@ -88,12 +88,13 @@ def test_the_encoding_plans(package: Path, mode: str, capsys: pytest.CaptureFixt
     """Failures, a cancel and requests that wait for a slot, without a word of warning."""
     status = plan.run(
         [
+            find_library(),
             str(package / "encoding/robot.lp"),
-            *("--mode", f"dynamic.incremental.{mode}", "--simulate"),
+            *("--mode", f"dynamic.incremental.{mode}", "--simulate", "-c", "slots=1"),
             *("--goal", "visit(kitchen)", "--goal", "visit(dock)", "--goal", "visit(office)"),
             *(
                 "--at",
-                "1",
+                "2",
                 "robot:failure",
                 "--at",
                 "3",
@@ -110,13 +111,13 @@ def test_the_encoding_plans(package: Path, mode: str, capsys: pytest.CaptureFixt
         assert f"    goal {goal}, " in said.out.partition("after ")[2]
         assert f": {word}" in said.out
     actions = [line.strip() for line in said.out.splitlines() if line.startswith("    robot: ")]
-    assert actions[:2] == ["robot: go(hall)"] * 2
+    assert actions[1:4] == ["robot: go(kitchen)", "robot: go(office)", "robot: go(kitchen)"]
 
 
 def test_clingo_has_nothing_to_say_of_the_encoding(package: Path) -> None:
     """What it says is in the log of the planner's node."""
     messages: List[str] = []
-    encoding = Options((str(package / "encoding/robot.lp"),))
+    encoding = Options((find_library(), str(package / "encoding/robot.lp")))
     system = System(make_parts("dynamic.incremental.recording", encoding, log=messages.append).loop)
     goal = system.request("visit(kitchen)")
     assert system.run() is None
@@ -178,6 +179,13 @@ def test_a_bag_has_the_journal(tmp_path: Path) -> None:
     assert len(read.entries) == len(system.journal)
     assert any(isinstance(entry.event, journal.GoalArrived) for entry in read.entries)
     assert read.programs["/planner"].arguments == ("-f", *line.files, *line.clingo)
+
+
+def test_a_library_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scaffold, "LIBRARY", ("no_package", "lib/actions.lp"))
+    with pytest.raises(PackageError, match=r"lib/actions\.lp of the package no_package.*install"):
+        write("my_robot", tmp_path)
+    assert not list(tmp_path.iterdir())
 
 
 def said(arguments: List[str], capsys: pytest.CaptureFixture[str]) -> str:

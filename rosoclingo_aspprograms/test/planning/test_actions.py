@@ -16,6 +16,7 @@ from episode import DYN_RESET, PACKAGE, RECORDING, RESET, SINGLE
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import Request, System
+from rosoclingo.loop import layers
 from rosoclingo.loop.words import SOLVER
 
 HOSPITAL = str(PACKAGE / "hospital" / "hospital.lp")
@@ -40,8 +41,9 @@ BAGS, FULL = 3, 20
 class World(System):
     """Takes note of what is done, and lets all actions succeed unless a test says otherwise."""
 
-    def __init__(self, mode: str, encoding: Sequence[str]) -> None:
-        parts = make_parts(mode, Options(tuple(encoding), ()), STEPS[mode], log=self.warn)
+    def __init__(self, mode: str, encoding: Sequence[str], options: Sequence[str] = ()) -> None:
+        solver = Options(tuple(encoding), tuple(options))
+        parts = make_parts(mode, solver, STEPS[mode], log=self.warn)
         super().__init__(parts.loop)
 
     @property
@@ -204,6 +206,8 @@ class RandomHospital(Hospital):
             for robot in sorted(r for r, place in self.at.items() if not place):
                 self.at[robot] = "hall1"
                 self.tell("info", f"at({robot},hall1)")
+            for robot, left in self.battery.items():
+                self.tell("info", f"battery({robot},{left})")
         return bool(self._items)
 
     def ask_something(self) -> None:
@@ -292,6 +296,71 @@ def test_a_number_has_to_be_large_enough(tmp_path: Path) -> None:
     dark = encoding.read_text(encoding="utf-8").replace("(power,9)", "(power,5)")
     encoding.write_text(dark, encoding="utf-8")
     assert _world(str(encoding), "see").done == ["light", "charge", "look"]
+
+
+POWER = """
+#include "{actions}".
+#program base.
+number(power,3).
+initially(power,1).
+initially((lamp;bell),off).
+action(arm,(light;ring)).
+uses(arm,light,power,2).
+sets(arm,light,lamp,on).
+sets(arm,ring,bell,on).
+request((shine;call)).
+wants(shine,lamp,on).
+wants(call,bell,on).
+says(power(N),power,N) :- N = 0..3.
+"""
+
+
+@pytest.mark.parametrize("requests", [["shine"], ["shine", "call"]])
+def test_what_is_impossible_waits_for_news(
+    requests: List[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also if that shows only in the search, and whatever else is asked for is done meanwhile."""
+    monkeypatch.setattr(layers, "_MOST_SECONDS", 0.5)
+    monkeypatch.setattr(layers, "_MORE_SECONDS", 0.1)
+    encoding = tmp_path / "power.lp"
+    encoding.write_text(POWER.format(actions=ACTIONS), encoding="utf-8")
+    world = World(DYN_RESET, [str(encoding)])
+    goals = [world.request(text) for text in requests]
+    assert world.run() is None
+    assert [goal.words[-1] for goal in goals] == ["accepted", "succeeded"][: len(goals)]
+    assert world.done == ["ring"][: len(goals) - 1]
+    world.tell("info", "power(2)")
+    assert world.run() is None
+    assert goals[0].words[-1] == "succeeded"
+    assert world.done[-1] == "light"
+
+
+TOOLS = """
+#include "{actions}".
+#program base.
+robot(r(1..4)).
+initially(hand(R),empty) :- robot(R).
+initially(lamp,off).
+action(R,(fetch;press)) :- robot(R).
+needs(R,fetch,hand(R),empty) :- robot(R).
+sets(R,fetch,hand(R),tool) :- robot(R).
+needs(R,press,hand(R),tool) :- robot(R).
+sets(R,press,lamp,on) :- robot(R).
+request(light).
+wants(light,lamp,on).
+"""
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_only_what_serves_is_done(seed: int, tmp_path: Path) -> None:
+    """The solver, which decides at random here, has all robots fetch a tool; one of them has to."""
+    encoding = tmp_path / "tools.lp"
+    encoding.write_text(TOOLS.format(actions=ACTIONS), encoding="utf-8")
+    options = ["--heuristic=Vsids", "--rand-freq=1", f"--seed={seed}", "--sign-def=rnd"]
+    world = World(DYN_RESET, [str(encoding)], options)
+    world.request("light")
+    assert world.run() is None
+    assert world.done == ["fetch", "press"]
 
 
 def test_an_action_that_fails_is_done_again() -> None:

@@ -25,6 +25,7 @@ from rosoclingo.desk.parts import EXAMPLES, make_parts, shared
 from rosoclingo.desk.system import Request, System
 from rosoclingo.loop.goals import Goal
 
+ROOMS = str(Path(__file__).with_name("rooms.lp"))
 IN_2_0_STYLE = str(shared() / "test" / "modes" / "dynamic_2_0.lp")
 
 
@@ -61,7 +62,7 @@ MODES = {
     "2.0 early dyn_reset": Mode(IN_2_0_STYLE, _constants(STEPS, "resets=goal", "early=1")),
     "2.0 fixed": Mode(IN_2_0_STYLE, _constants("steps=16", "fixed=1")),
 }
-ENCODINGS = ["mailbot", "line", "template", "without passed", "1.0"]
+ENCODINGS = ["mailbot", "line", "rooms", "without passed", "1.0"]
 
 
 class Log:
@@ -90,7 +91,7 @@ class Episode(System):
 
     def __init__(self, mode: Mode, encoding: str, seed: int, files: Options, slots: int) -> None:
         self.random = random.Random(seed)
-        self.log = Log({"mailbot": "c(1)", "template": "dock"}.get(encoding, "1"))
+        self.log = Log({"mailbot": "c(1)", "rooms": "dock"}.get(encoding, "1"))
         self.lies: List[str] = []
         self._encoding = encoding
         self._visits: Dict[Goal, int] = {}  # how long the log was when a goal came
@@ -109,7 +110,7 @@ class Episode(System):
         if self._encoding == "mailbot":
             origin, destination = self.random.sample("1234", 2)
             text = f"bring({origin},{destination})"
-        elif self._encoding == "template":
+        elif self._encoding == "rooms":
             text = f"visit({self.random.choice(['dock', 'hall', 'kitchen', 'office'])})"
         else:
             text = f"visit({self.random.randint(1, 4)})"
@@ -181,12 +182,11 @@ def _files(encoding: str, folder: Path) -> Options:
         return Options((f"{EXAMPLES}/line_1.0.lp",))
     if encoding == "line":
         return Options((f"{EXAMPLES}/line.lp",))
-    file = folder / "encoding.lp"
-    if encoding == "template":
-        file.write_text((shared() / "template" / "encoding" / "robot.lp.in").read_text())
-    else:  # as before ROSoClingo told which steps have gone by
-        lines = Path(EXAMPLES, "line.lp").read_text().splitlines(keepends=True)
-        file.write_text("".join(line for line in lines if "event(info,passed,t)" not in line))
+    if encoding == "rooms":
+        return Options((ROOMS,))
+    file = folder / "encoding.lp"  # as before ROSoClingo told which steps have gone by
+    lines = Path(EXAMPLES, "line.lp").read_text().splitlines(keepends=True)
+    file.write_text("".join(line for line in lines if "event(info,passed,t)" not in line))
     return Options((str(file),))
 
 
@@ -202,7 +202,7 @@ CASES = [
     for mode, encoding in itertools.product(MODES, ENCODINGS)
     if encoding != "1.0" or MODES[mode].file == SINGLE  # three nodes know the dialect 2.0 only
 ]
-FEW = [(mode, "template") for mode in MODES] + [("one node", "1.0"), ("2.0 dyn_reset", "mailbot")]
+FEW = [(mode, "rooms") for mode in MODES] + [("one node", "1.0"), ("2.0 dyn_reset", "mailbot")]
 
 
 @pytest.mark.parametrize(("mode", "encoding"), FEW if IS_SHORT else CASES)

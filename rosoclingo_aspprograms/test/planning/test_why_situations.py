@@ -41,7 +41,7 @@ from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.check.alphabet import Alphabet, read_alphabet
 from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import CANCEL, GOAL, Input, Moment
-from rosoclingo.desk.parts import EXAMPLES, make_parts, shared
+from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.loop.atoms import PASSED, event
 from rosoclingo.loop.demand import Pair
@@ -57,7 +57,7 @@ STEPS = {"mailbot": 60}  # the last that modes plan for, and so the copies
 FEWEST = 12
 ENDS = "succeeded;canceled;aborted;rejected"
 COURIER = Path(__file__).with_name("courier.lp")
-TASKS = ["line", "courier", "template", "mailbot"]
+TASKS = ["line", "courier", "rooms", "mailbot"]
 TASKS += ["other"] if "SITUATIONS_OF" in os.environ else []
 
 
@@ -70,9 +70,9 @@ def options_of(task: str, seed: int, folder: Path) -> Options:
         return parse_options(["-f", str(COURIER), *battery])
     if task == "mailbot":
         return Options((OFFICE, MAILBOT))
-    if task == "template":
+    if task == "rooms":
         file = folder / "robot.lp"
-        text = (shared() / "template" / "encoding" / "robot.lp.in").read_text()
+        text = Path(__file__).with_name("rooms.lp").read_text()
         text = text.replace("%!", "%") if seed % 2 else text
         file.write_text(text.replace("#program state", "way(island,islet).\n#program state", 1))
         return Options((str(file),))

@@ -146,8 +146,9 @@ class Checking:
             yield from live.compare(self._look(), chosen.options, alphabet)
 
     def _on_examples(self) -> Iterator[Finding]:
-        for file in self._chosen.options.files:
-            for example in read_examples(file):
+        chosen = self._chosen
+        for file in chosen.options.files:
+            for example in read_examples(file, chosen.options.files):
                 self._examples += 1
                 try:
                     run = self._runner.run(example.words)

@@ -65,8 +65,12 @@ class Example:
     causes: Tuple[str, ...] = ()
 
 
-def read_examples(encoding: str) -> List[Example]:
+def read_examples(encoding: str, files: Sequence[str] = ()) -> List[Example]:
     """Returns the examples that lie beside an encoding, if there are any.
+
+    Args:
+        encoding: The encoding.
+        files: All files of the command line, for the lines that name none.
 
     Raises:
         OptionsError: A line is none.
@@ -77,13 +81,13 @@ def read_examples(encoding: str) -> List[Example]:
         return []
     lines = enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
     return [
-        read_example(line, Path(encoding), f"{path}:{number}")
+        read_example(line, Path(encoding), f"{path}:{number}", files)
         for number, line in lines
         if line.strip() and not line.lstrip().startswith(("#", "%"))
     ]
 
 
-def read_example(line: str, encoding: Path, place: str) -> Example:
+def read_example(line: str, encoding: Path, place: str, all_files: Sequence[str] = ()) -> Example:
     """Reads a line.
 
     Args:
@@ -91,6 +95,7 @@ def read_example(line: str, encoding: Path, place: str) -> Example:
             encoding's folder; the encoding itself is added.
         encoding: The encoding.
         place: Where the line stands.
+        all_files: Those that a line without files is planned with; by default the encoding alone.
 
     Raises:
         OptionsError: It is none.
@@ -110,7 +115,8 @@ def read_example(line: str, encoding: Path, place: str) -> Example:
                 files.append(os.path.normpath(encoding.parent / value))
             else:
                 rest += [option, value] if option else [value]
-        words = (*files, str(encoding), "--simulate", *rest, *own)
+        named = [*files, str(encoding)] if files or not all_files else all_files
+        words = (*named, "--simulate", *rest, *own)
         return _expecting(expected, words, place)
     except (OptionsError, TermError, ValueError) as err:
         raise OptionsError(f"{place}: {err}") from err

@@ -49,6 +49,7 @@ class FoundPlan:
         published: The actions that were published since the last reset, and those that repeat
             what somebody is busy with.
         has_barrier: Whether each step waits for all who act in it.
+        is_layered: Whether its steps come of layers, so that there may be a shorter one.
         statuses: Slot, word and step of each status from the current step on.
         fluents: What holds after the current step, as far as the encoding shows it.
         slots: The goal in each slot that has one, by its number.
@@ -65,6 +66,7 @@ class FoundPlan:
     actions: Tuple[Action, ...]
     published: FrozenSet[Action]
     has_barrier: bool
+    is_layered: bool
     statuses: Tuple[Tuple[str, str, int], ...]
     fluents: FrozenSet[str]
     slots: Mapping[str, str]
@@ -216,6 +218,7 @@ class Watched(Simulation):
                 actions=actions,
                 published=frozenset([*self._done, *filter(state.is_published, actions)]),
                 has_barrier=not any(state.externals.declares(a.actuator, BUSY) for a in actions),
+                is_layered=state.planner.demand.has_layers,
                 statuses=tuple(statuses),
                 fluents=frozenset(plan.fluents(step)),
                 slots=slots,

@@ -43,7 +43,8 @@ _SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a 
 _SEED_LAYERS = 10  # which are grounded for a seed before it is looked for news again
 _SEED_SECONDS = 0.5  # which may be taken to find out whether a seed fits
 _MOST_SECONDS = 30.0  # after which there is no plan for any request
-_MORE_SECONDS = 2.0  # after which there is one for some of them only, if there is no progress
+_MOST_LAYERS = 64  # more than needed at least, that are tried
+_MORE_SECONDS = 5.0  # after which there is one for some of them only, if there is no progress
 
 
 @dataclass
@@ -179,28 +180,29 @@ class LayeredSearch:
             kept = _Way(self, wanted, first=before, wishes=all_wishes, assumed=[same])
             turns.insert(0, (kept, _SAME_SECONDS))
         begin = time.monotonic()
-        while not one_by_one.is_over(begin, time.monotonic()):
+        while turns and not one_by_one.is_over(begin, time.monotonic()):
             way, seconds = turns.pop(0)
             if way is not kept:
                 seed.begin()
-            end = time.monotonic() + seconds
+            end = min(time.monotonic() + seconds, begin + _MOST_SECONDS)
 
             def is_over(end: float = end) -> bool:
                 return stopped() or time.monotonic() > end or seed.is_ready
 
-            while not is_over():
+            while not (is_over() or way.is_through):
                 found = way.turn(is_over)
                 if found is not None:
                     return self._ended(wanted, found, all_wishes)
             if stopped():
                 return SearchEnded(Ended.CALLED)
-            turns.append((way, seconds * _LENGTHENING))
+            if not way.is_through:
+                turns.append((way, seconds * _LENGTHENING))
             if seed.is_ready:
                 found = self._try_seed(wanted, seed, stopped)
                 if found is not None:
                     return self._ended(wanted, found, all_wishes)
         if one_by_one.partial is None:
-            return self._ended(wanted, SearchEnded(Ended.LAYERED), 0)
+            return self._ended(wanted, SearchEnded(Ended.LAYERED, horizon=1), 0)
         return self._ended(wanted, one_by_one.partial, one_by_one.granted)
 
     def _try_seed(
@@ -303,8 +305,13 @@ class LayeredSearch:
 
 
 class _Way:
-    """Searches for a plan with several numbers of layers in turn."""
+    """Searches for a plan with several numbers of layers in turn.
 
+    Attributes:
+        is_through: Whether all of them are refuted.
+    """
+
+    is_through = False
     _polish = 0.0
 
     def __init__(
@@ -329,11 +336,15 @@ class _Way:
 
     @staticmethod
     def _interleaving() -> Interleaving:
-        return Interleaving(0, width=8, growth=1.4, seconds=0.05, share=0.85)
+        return Interleaving(0, _MOST_LAYERS, width=8, growth=1.4, seconds=0.05, share=0.85)
 
     def turn(self, stopped: Callable[[], bool]) -> Optional[SearchEnded]:
         """Searches once; returns a plan for all wishes, if one is found."""
-        offset, seconds = next(self._turns)
+        turn = next(self._turns, None)
+        if turn is None:
+            self.is_through = True
+            return None
+        offset, seconds = turn
         result, found = self._search.attempt(
             self._wanted, self._first + offset, self._wishes, stopped, seconds=seconds,
             assumed=self._assumed, polish=self._polish,
@@ -361,7 +372,7 @@ class _OneByOne(_Way):
 
     @staticmethod
     def _interleaving() -> Interleaving:
-        return Interleaving(0, width=6, growth=1.15, seconds=0.05, share=0.85)
+        return Interleaving(0, _MOST_LAYERS, width=6, growth=1.15, seconds=0.05, share=0.85)
 
     def is_over(self, begin: float, now: float) -> bool:
         """Tells whether searches take too long that began then."""

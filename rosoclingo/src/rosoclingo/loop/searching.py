@@ -322,10 +322,8 @@ class Searching:
             bound = self._bound()
             best = self._incumbent(outcome, found, best)
         assert best is not None
-        if says_choices(best.symbols):
-            if self._demand.has_layers:
-                end = begin  # a plan is improved while robots act
-            elif self._first is not None:
+        if says_choices(best.symbols) and not self._demand.has_layers:
+            if self._first is not None:
                 end = min(end, begin + self._first)
             best = self._local_search().descend(best, has_to_end)
             if is_stopped:

@@ -23,6 +23,9 @@ from rosoclingo.desk.simulation import Simulation
 ENCODING = "encoding/robot.lp"
 """The planner's encoding, in a package."""
 
+LIBRARY = "rosoclingo_aspprograms", "lib/actions.lp"
+"""The package of the library that plans with the encoding, and the library's path in it."""
+
 BAG = "test/visits.bag"
 """The run that the package's test replays."""
 
@@ -77,6 +80,7 @@ def write(name: str, folder: Path) -> List[str]:
     package = folder / name
     _check_place(package)
     files = render(name)
+    find_library()
     try:
         package.mkdir()
     except OSError as err:
@@ -99,7 +103,7 @@ def write(name: str, folder: Path) -> List[str]:
 
 def _simulate(package: Path) -> None:
     """Simulates the run that the test is to replay."""
-    planner = Options((str((package / ENCODING).resolve()),))
+    planner = Options((find_library(), str((package / ENCODING).resolve())))
     parts = make_parts(_MODE, planner, _MODE_OPTIONS)
     run = Simulation(parts.loop, [read_input(text, step) for step, text in _RUN])
     failure = run.run()
@@ -108,6 +112,22 @@ def _simulate(package: Path) -> None:
     controller = parse_options(["-f", find_mode(_MODE), *_MODE_OPTIONS])
     solvers = {"controller": controller, "planner": planner}
     write_bag(package / BAG, run, solvers)
+
+
+def find_library() -> str:
+    """Returns the path of the library, in the package beside this one, or where ROS has it.
+
+    Raises:
+        PackageError: It is not there.
+    """
+    name, file = LIBRARY
+    for folder in (str(shared().resolve().parent / name), *_packages(name)):
+        if Path(folder, file).is_file():
+            return str(Path(folder, file))
+    raise PackageError(
+        f"there is no {file} of the package {name}, with which the encoding plans; install that "
+        "package, or source a workspace that has it"
+    )
 
 
 def _check_name(name: str) -> None:

@@ -1,0 +1,264 @@
+#!/usr/bin/env python3
+"""Times first plans of planning tasks in PDDL, beside those of LAMA.
+
+A task is imported by ``pddl.py``, and a planner in a process of its own loads what that has
+written. Then the problem's goal comes, and the time until the first action goes out is measured.
+LAMA is Fast Downward's ``lama-first``, the whole process with its translator. Times are processor
+times, the least of some runs each, in turn. PDDL's own semantics validates each plan.
+
+The folder of the tasks has folders with ``domain.pddl`` (or ``NAME-domain.pddl``) and problems. It
+is an argument, or in the environment as PDDL_TASKS; without it, nothing is measured. Exit status 1
+says that a limit is missed, or that a plan is not valid. With ``--execute``, nothing is measured:
+plans are executed, actions fail by chance, and each one that succeeds is validated.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Iterator, List, Optional, Sequence, Tuple
+
+from harness import Report, Row, Samples
+from rosclingo.solver.options import Options
+from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.system import System
+from rosoclingo.loop.planner import DEFAULT_PATIENCE
+from rosoclingo.loop.words import FAILURE, SOLVER
+from rosoclingo.pddl.domain import read_domain, read_problem
+from rosoclingo.pddl.expressions import PddlError, read_file
+from rosoclingo.pddl.files import ImportOptions, import_task, write_files
+from rosoclingo.pddl.translator import fast_downward
+from rosoclingo.pddl.validator import PlanValidator
+
+RATIO = 0.5  # of LAMA's time, in the median
+SOLVED = 29 / 32  # of the tasks
+SECONDS = 30.0  # in which a task is to be solved
+DRAWS = 3
+_FAILURES = 0.05
+_ACTUATORS = ("aircraft", "driver", "elevator", "hoist", "robot", "rover", "satellite", "truck",
+              "vehicle")  # fmt: skip
+_MODE = "dynamic.incremental.dyn_reset"
+_STEPS = ["-c", "steps=10000"]
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A first plan.
+
+    Attributes:
+        seconds: Processor time until it was there.
+        actions: Its actions, in an order in which they can be done; or how many there are.
+    """
+
+    seconds: float
+    actions: List[str]
+
+
+class _FirstPlan(System):
+    """Ends when the first action goes out."""
+
+    def __init__(self, encoding: List[str]) -> None:
+        parts = make_parts(_MODE, Options(tuple(encoding), ()), _STEPS)
+        super().__init__(parts.loop, patience=DEFAULT_PATIENCE)
+        self.actions: Optional[List[str]] = None
+        self.ended = 0.0
+
+    def publish(self, actuator: str, action: str) -> None:
+        super().publish(actuator, action)
+        if actuator != SOLVER and self.actions is None:
+            self.ended = time.process_time()
+            plan = self.loop.state.plan.actions_from(0)
+            self.actions = [each.name for each in sorted(plan, key=lambda one: one.step)]
+            self.close()
+
+    def turn(self) -> bool:
+        return False
+
+
+class _World(System):
+    """Executes plans as PDDL says, where one of twenty actions fails."""
+
+    def __init__(self, encoding: List[str], validator: PlanValidator, seed: int) -> None:
+        parts = make_parts(_MODE, Options(tuple(encoding), ()), _STEPS)
+        super().__init__(parts.loop, patience=DEFAULT_PATIENCE)
+        self.improves = False
+        self._validator = validator
+        self._dice = random.Random(seed)
+
+    def turn(self) -> bool:
+        for actuator in self._dice.sample(sorted(self.acting), len(self.acting)):
+            if self._dice.random() < _FAILURES:
+                self.answer(actuator, FAILURE)
+            else:
+                self._validator.execute_term(self.answer(actuator))
+        return bool(self._items)
+
+
+def execute_task(domain: Path, problem: Path, kinds: Sequence[str], seed: int) -> str:
+    """Executes plans for a task, and returns what is wrong; nothing if all is right."""
+    task = read_domain(read_file(domain)), read_problem(read_file(problem))
+    known = {*task[1].objects.values(), *(atom.head for atom in task[1].init)}
+    options = ImportOptions(name="task", actuators=[kind for kind in kinds if kind in known])
+    validator = PlanValidator(*task)
+    with tempfile.TemporaryDirectory() as place:
+        written = write_files(import_task(domain, problem, options), Path(place))
+        world = _World([str(f) for f in written if f.suffix == ".lp"], validator, seed)
+        world.request("goal")
+        try:
+            failure = world.run()
+            validator.require_goal()
+        except PddlError as err:
+            return str(err)
+    return "" if failure is None else str(failure)
+
+
+def execute_tasks(folder: Path, pattern: str, draws: int) -> int:
+    """Executes plans for all tasks, and returns the exit status."""
+    wrong = 0
+    for name, domain, problem in tasks(folder):
+        for seed in range(draws) if re.search(pattern, name) else ():
+            failure = execute_task(domain, problem, _ACTUATORS, seed)
+            print(f"{name}, {seed}: {failure or 'as PDDL says'}", flush=True)
+            wrong += bool(failure)
+    return 1 if wrong else 0
+
+
+def plan_here(encoding: List[str]) -> None:
+    """Plans in this process, and prints the time and the plan as JSON."""
+    system = _FirstPlan(encoding)
+    system.run()
+    began = time.process_time()
+    system.request("goal")
+    system.run()
+    print(json.dumps([system.ended - began, system.actions]))
+
+
+def plan_with_library(encoding: List[str], limit: float) -> Optional[Planned]:
+    """Plans in a process of its own; returns None if there is no plan in time."""
+    command = [sys.executable, __file__, "--one", *encoding]
+    try:
+        ended = subprocess.run(command, check=True, capture_output=True, text=True, timeout=limit)
+    except subprocess.TimeoutExpired:
+        return None
+    seconds, actions = json.loads(ended.stdout.splitlines()[-1])
+    return None if actions is None else Planned(seconds, actions)
+
+
+def plan_with_lama(domain: Path, problem: Path, folder: Path) -> Planned:
+    """Plans with LAMA; the actions are numbers."""
+    driver = str(fast_downward() / "fast-downward.py")
+    command = [sys.executable, driver, "--alias", "lama-first", str(domain), str(problem)]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    ended = subprocess.run(command, check=True, capture_output=True, text=True, cwd=folder)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    length = re.search(r"Plan length: (\d+) step", ended.stdout)
+    assert length is not None, ended.stdout[-2000:]
+    return Planned(seconds, [""] * int(length[1]))
+
+
+def validate(domain: Path, problem: Path, actions: List[str]) -> None:
+    """Executes a plan by PDDL's semantics.
+
+    Raises:
+        PddlError: It is not valid.
+    """
+    validator = PlanValidator(read_domain(read_file(domain)), read_problem(read_file(problem)))
+    for action in actions:
+        validator.execute_term(action)
+    validator.require_goal()
+
+
+def tasks(folder: Path) -> Iterator[Tuple[str, Path, Path]]:
+    """Yields the name, the domain and the problem of each task."""
+    for problem in sorted(folder.glob("*/*.pddl")):
+        if problem.name.endswith("domain.pddl"):
+            continue
+        domain = problem.with_name("domain.pddl")
+        if not domain.exists():
+            domain = problem.with_name(f"{problem.stem}-domain.pddl")
+        yield f"{problem.parent.name} {problem.stem}", domain.resolve(), problem.resolve()
+
+
+def measure_tasks(folder: Path, pattern: str, draws: int, report: Report) -> bool:
+    """Adds a row for each task, and those of all; returns whether all plans are valid."""
+    ratios: List[float] = []
+    solved = count = shorter = 0
+    is_valid = True
+    for name, domain, problem in tasks(folder):
+        if not re.search(pattern, name):
+            continue
+        count += 1
+        with tempfile.TemporaryDirectory() as place:
+            texts = import_task(domain, problem, ImportOptions(name="task"))
+            files = [str(f) for f in write_files(texts, Path(place)) if f.suffix == ".lp"]
+            both = []
+            for _ in range(draws):
+                lama = plan_with_lama(domain, problem, Path(place))
+                ours = plan_with_library(files, SECONDS + 5)
+                both.append((lama, ours))
+                if ours is None:
+                    break
+        found = [ours for _, ours in both if ours is not None and ours.seconds <= SECONDS]
+        others = Samples("s", tuple(lama.seconds for lama, _ in both))
+        if len(found) < len(both):
+            report.add(Row(f"{name}: no plan in {SECONDS:g} s", others, None))
+            ratios.append(SECONDS / min(others.values))
+            continue
+        try:
+            for ours in found:
+                validate(domain, problem, ours.actions)
+        except PddlError as err:
+            print(f"{name}: the plan is not valid: {err}")
+            is_valid = False
+        solved += 1
+        own = Samples("s", tuple(ours.seconds for ours in found))
+        ratios.append(min(own.values) / min(others.values))
+        lengths = len(found[0].actions), len(both[0][0].actions)
+        shorter += lengths[0] <= lengths[1]
+        report.add(Row(f"{name}: {lengths[0]} actions, LAMA {lengths[1]}", own, None,
+                       "to LAMA", ratios[-1], "x"))  # fmt: skip
+    if ratios:
+        all_ratios = Samples("x", tuple(ratios))
+        report.add(Row("to LAMA", all_ratios, None, "median", all_ratios.median, "x", RATIO))
+        missing = Samples("", (float(count - solved),))
+        report.add(Row(f"{solved} of {count} solved", missing, None, "not solved",
+                       (count - solved) / count, "", 1 - SOLVED))  # fmt: skip
+        print(f"{shorter} of {solved} plans have at most as many actions as LAMA's")
+    return is_valid
+
+
+def main() -> int:
+    """Measures, and returns the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", nargs="?", default=os.environ.get("PDDL_TASKS"))
+    parser.add_argument("--one", nargs="+", metavar="FILE", help="plans with an encoding only")
+    parser.add_argument("--draws", type=int, default=DRAWS, metavar="N", help="of each task")
+    parser.add_argument("--tasks", default="", metavar="REGEX", help="only those, by their names")
+    parser.add_argument("--execute", action="store_true", help="executes plans only")
+    chosen = parser.parse_args()
+    if chosen.one:
+        plan_here(chosen.one)
+        return 0
+    if chosen.folder is None:
+        print("no tasks: name their folder, or set PDDL_TASKS")
+        return 0
+    if chosen.execute:
+        return execute_tasks(Path(chosen.folder), chosen.tasks, chosen.draws)
+    report = Report("tasks")
+    is_valid = measure_tasks(Path(chosen.folder), chosen.tasks, chosen.draws, report)
+    return report.finish() or (0 if is_valid else 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,4 @@
+#!/usr/bin/env python
+from rosoclingo.pddl.command import main
+
+main()

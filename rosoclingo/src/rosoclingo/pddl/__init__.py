@@ -1,0 +1,1 @@
+"""Imports planning tasks in PDDL, by Fast Downward's translator: the command ``pddl.py``."""

@@ -1,0 +1,97 @@
+"""Checks that all names of a task are declared, so that a mistyped one is found with its line."""
+
+from __future__ import annotations
+
+from typing import Dict, Iterable, Mapping, Set
+
+from rosclingo.errors import shorten
+from rosoclingo.pddl.domain import Domain, Problem, typed_list
+from rosoclingo.pddl.expressions import Form, PddlError, Word
+
+_NO_ATOMS = ("and", "not", "when", "=")
+_NUMERIC = ("<", "<=", ">=", ">", "increase", "decrease", "assign", "+", "-", "*", "/")
+
+
+def check_declarations(domain: Domain, problem: Problem) -> None:
+    """Checks the names of types, predicates, functions, objects and variables.
+
+    Raises:
+        PddlError: One is not declared, or has another number of objects; the message says where.
+    """
+    checker = _Checker(domain, problem)
+    for schema in domain.actions:
+        scope = dict(zip(schema.parameters, schema.types))
+        checker.check_types(scope.values(), schema.place)
+        for form in (schema.precondition, schema.effect, *schema.comparisons, *schema.changes):
+            checker.check(form, scope)
+        if isinstance(schema.duration, Form):
+            checker.check(schema.duration, scope)
+    for form in (*problem.init, problem.goal):
+        checker.check(form, {})
+
+
+class _Checker:
+    """Knows all that is declared."""
+
+    def __init__(self, domain: Domain, problem: Problem) -> None:
+        self._counts: Dict[str, int] = {}
+        for section in domain.form.parts[1:]:
+            if isinstance(section, Form) and section.head in (":predicates", ":functions"):
+                for each in section.parts[1:]:
+                    if isinstance(each, Form):
+                        places = [part for part in each.parts if part.text.startswith("?")]
+                        self._counts[each.head] = len(places)
+        self._types: Set[str] = {"object", *domain.supertypes, *domain.supertypes.values()}
+        self._objects = {**domain.constants, **problem.objects}
+        for name, kind in self._objects.items():
+            if kind not in self._types:
+                raise PddlError(f"{problem.form.place}: {name} is of the type {shorten(kind)}, "
+                                f"which is not declared: {_known(self._types)}")  # fmt: skip
+
+    def check_types(self, types: Iterable[str], place: str) -> None:
+        for kind in types:
+            if kind not in self._types:
+                raise PddlError(f"{place}: the type {shorten(kind)} is not declared: "
+                                f"{_known(self._types)}")  # fmt: skip
+
+    def check(self, form: Form, scope: Mapping[str, str]) -> None:
+        """Checks a condition, an effect or an amount, in which some variables are known."""
+        if form.head == "forall":
+            variables, inner = form.parts[1:]
+            assert isinstance(variables, Form)
+            assert isinstance(inner, Form)
+            names = typed_list(variables.parts)
+            self.check_types(names.values(), variables.place)
+            self.check(inner, {**scope, **names})
+            return
+        is_atom = form.head not in (*_NO_ATOMS, *_NUMERIC)
+        if is_atom and form.parts:
+            self._check_atom(form)
+        for part in form.parts[1:]:
+            if isinstance(part, Form):
+                self.check(part, scope)
+            elif is_atom or form.head == "=":
+                self._check_term(part, scope)
+
+    def _check_atom(self, form: Form) -> None:
+        count = self._counts.get(form.head)
+        if count is None:
+            raise PddlError(f"{form.place}: {shorten(form.head)} is not declared: "
+                            f"{_known(self._counts)}")  # fmt: skip
+        found = len(form.parts) - 1
+        if found != count:
+            raise PddlError(f"{form.place}: {shorten(form.text)} has {found} objects: "
+                            f"{form.head} is declared with {count}")  # fmt: skip
+
+    def _check_term(self, word: Word, scope: Mapping[str, str]) -> None:
+        if word.text.startswith("?"):
+            if word.text not in scope:
+                raise PddlError(f"{word.place}: the variable {shorten(word.text)} is no parameter: "
+                                f"{_known(scope)}")  # fmt: skip
+        elif word.text not in self._objects:
+            raise PddlError(f"{word.place}: there is no object {shorten(word.text)}: "
+                            f"{_known(self._objects)}")  # fmt: skip
+
+
+def _known(names: Iterable[str]) -> str:
+    return f"there are {shorten(', '.join(sorted(names)))}"

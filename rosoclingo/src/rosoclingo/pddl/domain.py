@@ -1,0 +1,375 @@
+"""Domains and problems: sections, types, and actions with numbers and durations.
+
+Fast Downward's translator knows neither numbers nor durations. So an :class:`ActionSchema` has its
+``precondition`` and ``effect`` without them, for the translator, and what was left out beside that:
+
+    (:durative-action drive :parameters (?r ?a ?b) :duration (= ?duration 5)
+      :condition (and (at start (at ?r ?a)) (over all (>= (battery ?r) 2)))
+      :effect (and (at start (not (at ?r ?a))) (at end (at ?r ?b))
+                   (at end (decrease (battery ?r) 2))))
+
+is as the action ``(and (at ?r ?a))``, ``(and (not (at ?r ?a)) (at ?r ?b))``, with one comparison,
+one change of a number, and the duration 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Dict, List, Optional, Sequence, Set, Tuple
+
+from rosclingo.errors import shorten
+from rosoclingo.pddl.expressions import Form, PddlError, Word
+from rosoclingo.pddl.support import Part, check_formula, sections
+
+_START, _END, _ALL = "at start", "at end", "over all"
+_COMPARISONS = ("<", "<=", ">=", ">")
+_CHANGES = ("increase", "decrease", "assign")
+
+
+@dataclass(frozen=True)
+class ActionSchema:
+    """An action of a domain, with variables.
+
+    Attributes:
+        name: Its name.
+        place: Its file and line.
+        parameters: Its variables.
+        types: For each variable its type.
+        precondition: What has to hold before, without numbers.
+        effect: What holds afterwards, without numbers.
+        comparisons: What is said of numbers before.
+        changes: How numbers change.
+        duration: How long it takes, an expression; None if that is not said.
+        locks: Atoms that are changed at its start and changed back at its end.
+        brief: Atoms that hold only while it lasts.
+    """
+
+    name: str
+    place: str
+    parameters: Tuple[str, ...]
+    types: Tuple[str, ...]
+    precondition: Form
+    effect: Form
+    comparisons: Tuple[Form, ...] = ()
+    changes: Tuple[Form, ...] = ()
+    duration: Optional[Part] = None
+    locks: Tuple[Form, ...] = ()
+    brief: Tuple[Form, ...] = ()
+
+
+@dataclass(frozen=True)
+class Domain:
+    """A domain.
+
+    Attributes:
+        form: All of it.
+        name: Its name.
+        supertypes: For each type the one that it is a kind of.
+        constants: Objects of the domain, with their types.
+        actions: Its actions.
+    """
+
+    form: Form
+    name: str
+    supertypes: Dict[str, str]
+    constants: Dict[str, str]
+    actions: Tuple[ActionSchema, ...]
+
+    def is_kind_of(self, kind: str, wanted: str) -> bool:
+        """Returns whether a type is another one, or a kind of it."""
+        seen: Set[str] = set()
+        while kind != wanted and kind not in seen:
+            seen.add(kind)
+            kind = self.supertypes.get(kind, "object")
+        return kind == wanted
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A problem.
+
+    Attributes:
+        form: All of it.
+        objects: Its objects, with their types.
+        numbers: The value that each number has at first, by its text.
+        init: The atoms that hold at first.
+        goal: What is to hold.
+        metric: What is to be small; None if nothing is said.
+    """
+
+    form: Form
+    objects: Dict[str, str]
+    numbers: Dict[str, float]
+    init: Tuple[Form, ...]
+    goal: Form
+    metric: Optional[Part]
+
+
+def read_domain(form: Form) -> Domain:
+    """Returns the domain of a file.
+
+    Raises:
+        PddlError: Something in it is not understood; the message says where.
+    """
+    found = sections(form, "domain")
+    actions = tuple(
+        _durative(each) if each.head == ":durative-action" else _instantaneous(each)
+        for each in form.parts[1:]
+        if isinstance(each, Form) and each.head in (":action", ":durative-action")
+    )
+    _refuse_required_concurrency(actions)
+    types = typed_list(found[":types"].parts[1:]) if ":types" in found else {}
+    constants = typed_list(found[":constants"].parts[1:]) if ":constants" in found else {}
+    return Domain(form, _name(found["domain"]), types, constants, actions)
+
+
+def read_problem(form: Form) -> Problem:
+    """Returns the problem of a file.
+
+    Raises:
+        PddlError: Something in it is not understood; the message says where.
+    """
+    found = sections(form, "problem")
+    objects = typed_list(found[":objects"].parts[1:]) if ":objects" in found else {}
+    for needed in (":init", ":goal"):
+        if needed not in found:
+            raise PddlError(f"{form.place}: the problem has no {needed}")
+    numbers: Dict[str, float] = {}
+    init: List[Form] = []
+    for part in found[":init"].parts[1:]:
+        if isinstance(part, Word):
+            raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
+        if part.head == "not" and len(part.parts) == 2:
+            continue  # as all that is not said
+        if part.head == "=" and len(part.parts) == 3:
+            numbers[part.parts[1].text] = _value(part.parts[2])
+        elif any(isinstance(inner, Form) for inner in part.parts):
+            raise PddlError(
+                f"{part.place}: {shorten(part.text)} in :init is not understood: there can be "
+                "(PREDICATE OBJECT...) and (= (FUNCTION OBJECT...) NUMBER)"
+            )
+        else:
+            init.append(part)
+    goal = _only_part(found[":goal"])
+    check_formula(goal, ":goal")
+    return Problem(form, objects, numbers, tuple(init), goal, _metric(found.get(":metric")))
+
+
+def _value(part: Part) -> float:
+    try:
+        return float(part.text)
+    except ValueError:
+        raise PddlError(f"{part.place}: {shorten(part.text)} is no number") from None
+
+
+def _metric(section: Optional[Form]) -> Optional[Part]:
+    if section is None:
+        return None
+    words = [part.text for part in section.parts[1:] if isinstance(part, Word)]
+    if words[:1] != ["minimize"] or len(section.parts) != 3:
+        raise PddlError(f"{section.place}: {shorten(section.text)} is not understood: there can be "
+                        "(:metric minimize WHAT)")  # fmt: skip
+    return section.parts[2]
+
+
+def _name(section: Form) -> str:
+    if len(section.parts) != 2 or not isinstance(section.parts[1], Word):
+        raise PddlError(f"{section.place}: a name is missing")
+    return section.parts[1].text
+
+
+def _only_part(section: Form) -> Form:
+    if len(section.parts) != 2 or not isinstance(section.parts[1], Form):
+        raise PddlError(f"{section.place}: {section.head} has one part, in parentheses")
+    return section.parts[1]
+
+
+def typed_list(parts: Sequence[Part]) -> Dict[str, str]:
+    """Reads names with their types, such as ``a b - place c - robot``."""
+    types: Dict[str, str] = {}
+    waiting: List[str] = []
+    words = iter(parts)
+    for part in words:
+        if not isinstance(part, Word):
+            raise PddlError(f"{part.place}: a name is expected instead of {shorten(part.text)}")
+        if part.text != "-":
+            waiting.append(part.text)
+            continue
+        kind = next(words, part)
+        if not isinstance(kind, Word) or kind is part:
+            raise PddlError(f"{kind.place}: the name of one type is expected after -")
+        types.update((each, kind.text) for each in waiting)
+        waiting = []
+    types.update((each, "object") for each in waiting)
+    return types
+
+
+class _Parts:
+    """The parts of an action, by their keys."""
+
+    def __init__(self, action: Form, keys: Sequence[str]) -> None:
+        if len(action.parts) < 2 or not isinstance(action.parts[1], Word):
+            raise PddlError(f"{action.place}: this action has no name")
+        self.name = action.parts[1].text
+        self._parts: Dict[str, Part] = {}
+        rest = action.parts[2:]
+        for key, value in zip(rest[::2], rest[1::2]):
+            self._check(key, keys)
+            self._parts[key.text] = value
+        if len(rest) % 2:
+            self._check(rest[-1], keys)
+            raise PddlError(f"{rest[-1].place}: nothing follows {rest[-1].text}")
+        self._place = action.place
+
+    def _check(self, key: Part, keys: Sequence[str]) -> None:
+        if not isinstance(key, Word):
+            raise PddlError(f"{key.place}: one of {', '.join(keys)} is expected here")
+        if key.text not in keys:
+            raise PddlError(f"{key.place}: {shorten(key.text)} is not understood: there can be "
+                            f"{', '.join(sorted(keys))}")  # fmt: skip
+
+    def parameters(self) -> Dict[str, str]:
+        return typed_list(self.form(":parameters").parts)
+
+    def form(self, key: str) -> Form:
+        part = self._parts.get(key, Form((), self._place))
+        if isinstance(part, Word):
+            raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
+        return part
+
+
+def _instantaneous(action: Form) -> ActionSchema:
+    parts = _Parts(action, (":parameters", ":precondition", ":effect"))
+    parameters = parts.parameters()
+    conditions, effects = parts.form(":precondition"), parts.form(":effect")
+    if conditions.parts:
+        check_formula(conditions, ":precondition")
+    if effects.parts:
+        check_formula(effects, ":effect")
+    plain, comparisons = _without(_conjuncts(conditions), _COMPARISONS)
+    changed, changes = _without(_conjuncts(effects), _CHANGES)
+    return ActionSchema(
+        parts.name, action.place, tuple(parameters), tuple(parameters.values()),
+        _conjunction(plain, action.place), _conjunction(changed, action.place),
+        tuple(comparisons), tuple(changes),
+    )  # fmt: skip
+
+
+def _durative(action: Form) -> ActionSchema:
+    parts = _Parts(action, (":parameters", ":duration", ":condition", ":effect"))
+    parameters = parts.parameters()
+    conditions = _timed(parts.form(":condition"), ":precondition", (_START, _ALL, _END))
+    effects = _timed(parts.form(":effect"), ":effect", (_START, _END))
+    begun, ended = effects[_START], effects[_END]
+    plain, comparisons = _without(_needed(conditions, begun), _COMPARISONS)
+    first, changes = _without(begun, _CHANGES)
+    _check_order(conditions, changes)
+    last, later = _without(ended, _CHANGES)
+    net, locks, brief = _net(plain, first, last)
+    return ActionSchema(
+        parts.name, action.place, tuple(parameters), tuple(parameters.values()),
+        _conjunction(plain, action.place), _conjunction(net, action.place),
+        tuple(comparisons), (*changes, *later), _duration(parts.form(":duration")),
+        tuple(locks), tuple(brief),
+    )  # fmt: skip
+
+
+def _duration(form: Form) -> Part:
+    if form.head == "=" and len(form.parts) == 3 and form.parts[1].text == "?duration":
+        return form.parts[2]
+    raise PddlError(f"{form.place}: {shorten(form.text)} as :duration is not understood: there can "
+                    "be (= ?duration AMOUNT)")  # fmt: skip
+
+
+def _conjuncts(form: Form) -> List[Form]:
+    """Returns the parts of a conjunction, those of inner ones, too."""
+    if form.head != "and":
+        return [form] if form.parts else []
+    return [each for part in form.parts[1:] if isinstance(part, Form) for each in _conjuncts(part)]
+
+
+def _conjunction(forms: Sequence[Form], place: str) -> Form:
+    return Form((Word("and", place), *forms), place)
+
+
+def _without(forms: Sequence[Form], heads: Sequence[str]) -> Tuple[List[Form], List[Form]]:
+    """Returns the others, and those with certain heads."""
+    return [f for f in forms if f.head not in heads], [f for f in forms if f.head in heads]
+
+
+def _timed(form: Form, where: str, moments: Sequence[str]) -> Dict[str, List[Form]]:
+    """Returns the conditions or effects of each moment."""
+    found: Dict[str, List[Form]] = {moment: [] for moment in moments}
+    for part in _conjuncts(form):
+        moment = " ".join(word.text for word in part.parts[:2] if isinstance(word, Word))
+        if moment not in moments or len(part.parts) != 3 or not isinstance(part.parts[2], Form):
+            raise PddlError(f"{part.place}: {shorten(part.text)} is not understood: there can be "
+                            + ", ".join(f"({each} ...)" for each in moments))  # fmt: skip
+        check_formula(part.parts[2], where)
+        found[moment] += _conjuncts(part.parts[2])
+    return found
+
+
+def _contrary(literal: Form) -> str:
+    """Returns the text of a literal's contrary."""
+    return literal.parts[1].text if literal.head == "not" else f"(not {literal.text})"
+
+
+def _check_order(conditions: Dict[str, List[Form]], changes: Sequence[Form]) -> None:
+    """Refuses comparisons of numbers that the action's own beginning has changed."""
+    changed = {change.parts[1].text for change in changes}
+    for condition in (*conditions[_ALL], *conditions[_END]):
+        if condition.head in _COMPARISONS and changed & {part.text for part in condition.forms()}:
+            raise PddlError(f"{condition.place}: {shorten(condition.text)} compares what the "
+                            "action's own beginning changes: say it (at start ...)")  # fmt: skip
+
+
+def _needed(conditions: Dict[str, List[Form]], begun: Sequence[Form]) -> List[Form]:
+    """Returns the conditions before an action; its own beginning may meet the others."""
+    given = {literal.text for literal in begun}
+    taken = {_contrary(literal) for literal in begun}
+    needed = {condition.text: condition for condition in conditions[_START]}
+    for condition in (*conditions[_ALL], *conditions[_END]):
+        if condition.text in taken:
+            raise PddlError(f"{condition.place}: {shorten(condition.text)} never holds then: the "
+                            "action's own beginning changes it")  # fmt: skip
+        if condition.text not in given:
+            needed.setdefault(condition.text, condition)
+    return list(needed.values())
+
+
+def _net(
+    conditions: Sequence[Form], begun: Sequence[Form], ended: Sequence[Form]
+) -> Tuple[List[Form], List[Form], List[Form]]:
+    """Returns what an action changes in all, what it locks, and what holds only meanwhile."""
+    before = {condition.text for condition in conditions}
+    undone = {_contrary(literal) for literal in ended}
+    net = [literal for literal in begun if literal.text not in undone]
+    locks: List[Form] = []
+    brief: List[Form] = []
+    back = {_contrary(literal) for literal in begun}
+    for literal in ended:
+        if literal.text not in back:
+            net.append(literal)
+            continue
+        atom = literal.parts[1] if literal.head == "not" else literal
+        assert isinstance(atom, Form)
+        locks.append(atom)
+        if literal.head == "not":
+            brief.append(atom)
+        if literal.text not in before:
+            net.append(literal)
+    return net, locks, brief
+
+
+def _refuse_required_concurrency(actions: Sequence[ActionSchema]) -> None:
+    """Refuses what another action needs that holds only while one lasts."""
+    for action in actions:
+        for atom in action.brief:
+            for other in actions:
+                needed = [f for f in other.precondition.parts if f.text.startswith("(")]
+                if atom.head in [f.head for f in needed if isinstance(f, Form)]:
+                    raise PddlError(
+                        f"{atom.place}: {shorten(atom.text)} holds only while {action.name} lasts, "
+                        f"and {other.name} needs it: no action begins within another one"
+                    )

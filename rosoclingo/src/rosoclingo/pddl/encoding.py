@@ -1,0 +1,190 @@
+"""Facts and rules for the library ``actions.lp``, of a planning task."""
+
+from __future__ import annotations
+
+from typing import Dict, Iterator, List, Optional, Sequence, Tuple
+
+from rosoclingo.pddl.actuators import Actuators
+from rosoclingo.pddl.domain import ActionSchema, Domain
+from rosoclingo.pddl.names import Names
+from rosoclingo.pddl.numbers import Name, Numbers, NumericUse, ground_atom
+from rosoclingo.pddl.sas import Operator, Task
+from rosoclingo.pddl.variables import Variable, variables
+
+GOAL = "goal"
+"""The request for all that the problem's goal says."""
+
+_FACTS = """
+#program base.
+#defined denial/4.
+
+% fact(F,V,X): the fact F, or -F for its contrary, means that V has the value X. A message
+% may say it; somebody may ask for it if it holds at first, or if an action does it.
+says(F,V,X) :- fact(F,V,X).
+wants(F,V,X) :- fact(F,V,X).
+request(F) :- fact(F,V,X), possible(V,X).
+possible(V,X) :- initially(V,X).
+possible(V,X) :- sets(R,A,V,X).
+possible(V,X) :- sets_if(R,A,I,V,X).
+#external event(1,F) : request(F).
+
+% value(L,N): the number L is N. A message may say that.
+says(value(L,N),L,N) :- number(L,M), N = 0..M.
+
+% denial(C,V,X,Y): if V has the value X, the message C says that it has the value Y.
+#program event(s,c).
+#external event(s,c) : denial(c,V,X,Y), s = info.
+
+#program present(k,t).
+said(V,Y,k) :- told(info,C,t), denial(C,V,X,Y), was(V,X,k).
+"""
+
+
+class Encoder:
+    """Writes a task as facts."""
+
+    def __init__(
+        self,
+        task: Task,
+        domain: Domain,
+        numbers: Numbers,
+        names: Names,
+        actuators: Actuators,
+    ) -> None:
+        """Takes a task.
+
+        Args:
+            task: What the translator has found.
+            domain: The domain.
+            numbers: Has what the translator leaves out.
+            names: Has terms for all names.
+            actuators: Knows who does an action.
+
+        Raises:
+            PddlError: The library has no such numbers.
+        """
+        self._task = task
+        self._schemas = {schema.name: schema for schema in domain.actions}
+        self._numbers = numbers
+        self._names = names
+        self._actuators = actuators
+        self._variables = variables(task.variables, names)
+        self._locks = {lock.head for schema in domain.actions for lock in schema.locks}
+        words = [operator.name.split() for operator in task.operators]
+        self._uses = numbers.read([(name, objects) for name, *objects in words])
+
+    def rules(self) -> List[str]:
+        """Returns what is said of requests and messages."""
+        return _FACTS.strip().splitlines()
+
+    def facts(self) -> List[str]:
+        """Returns which facts there are, and of which variable each is a value."""
+        lines: List[str] = []
+        for variable in self._variables:
+            for value, atom in zip(variable.values, variable.atoms):
+                if atom is not None:
+                    fact = self._names.term(atom.predicate, atom.objects)
+                    lines += self._fact(fact, variable, value)
+        for name, largest in self._numbers.largest.items():
+            lines.append(f"number({self._term(name)},{largest}).")
+        return lines
+
+    def _fact(self, fact: str, variable: Variable, value: str) -> Iterator[str]:
+        yield f"fact({fact},{variable.name},{value})."
+        if variable.other is None:
+            return
+        if len(variable.values) == 2:
+            yield f"fact(-{fact},{variable.name},{variable.other})."
+        else:
+            yield f"denial(-{fact},{variable.name},{value},{variable.other})."
+
+    def instance(self) -> List[str]:
+        """Returns the first values, and the goal."""
+        task = self._task
+        first = [f"initially({self._pair(v, x)})." for v, x in enumerate(task.init)]
+        first += [
+            f"initially({self._term(name)},{self._numbers.first(name)})."
+            for name in self._numbers.largest
+        ]
+        wanted = [f"wants({GOAL},{self._pair(v, x)})." for v, x in task.goal]
+        return [*first, "", f"request({GOAL}).", *wanted]
+
+    @property
+    def begins_at_goal(self) -> bool:
+        """Whether the goal is met at first."""
+        return all(self._task.init[variable] == value for variable, value in self._task.goal)
+
+    def actions(self) -> List[str]:
+        """Returns what actions need and change, action by action."""
+        by_name: Dict[str, List[Tuple[Operator, NumericUse]]] = {}
+        for operator, use in zip(self._task.operators, self._uses):
+            if use is not None and (operator.effects or use.changes_something):
+                by_name.setdefault(operator.name.split()[0], []).append((operator, use))
+        lines: List[str] = []
+        for name, alike in by_name.items():
+            lines += ["", f"% {' '.join([name, *self._schemas[name].parameters])}"]
+            lines += (line for operator, use in alike for line in self._action(operator, use))
+        return lines
+
+    def _action(self, operator: Operator, use: NumericUse) -> Iterator[str]:
+        name, *objects = operator.name.split()
+        who = f"{self._actuators.of(objects)},{self._names.term(name, objects)}"
+        yield f"action({who})."
+        if use.cost != 1:
+            yield f"costs({who},{use.cost})."
+        for assignment in operator.preconditions:
+            yield f"needs({who},{self._pair(*assignment)})."
+        for assignment in operator.exclusions:
+            yield f"needs_other({who},{self._pair(*assignment)})."
+        for number, effect in enumerate(operator.effects, 1):
+            target = self._pair(effect.variable, effect.value)
+            if not effect.conditions:
+                yield f"sets({who},{target})."
+                continue
+            yield f"sets_if({who},{number},{target})."
+            for assignment in effect.conditions:
+                yield f"condition({who},{number},{self._pair(*assignment)})."
+        for verb, changes in (("needs_least", use.needs), ("uses", use.uses), ("gives", use.gives)):
+            for number_name, amount in changes.items():
+                yield f"{verb}({who},{self._term(number_name)},{amount})."
+        for number_name in use.fills:
+            yield f"fills({who},{self._term(number_name)})."
+        for lock in self._occupied(self._schemas[name], objects):
+            yield f"occupies({who},{lock})."
+
+    def _occupied(self, schema: ActionSchema, objects: Sequence[str]) -> List[str]:
+        """Returns what no other action may need while one lasts that changes it meanwhile."""
+        forms = [form for form in schema.precondition.forms() if form.head in self._locks]
+        atoms = [ground_atom(form, schema, objects) for form in (*forms, *schema.locks)]
+        return [self._term(atom) for atom in dict.fromkeys(atoms)]
+
+    def _term(self, name: Name) -> str:
+        return self._names.term(name[0], name[1:])
+
+    def _pair(self, variable: int, value: int) -> str:
+        one = self._variables[variable]
+        return f"{one.name},{one.values[value]}"
+
+    def phrases(self) -> List[str]:
+        """Returns how actions and facts are called where a plan is explained."""
+        patterns: Dict[str, Optional[str]] = {GOAL: "the problem's goal is to be met"}
+        for schema in self._schemas.values():
+            parameters = [_variable(each) for each in schema.parameters]
+            patterns.update([self._phrase(schema.name, parameters)])
+        for variable in self._variables:
+            for atom in variable.atoms:
+                if atom is not None:
+                    places = [f"X{number}" for number, _ in enumerate(atom.objects, 1)]
+                    pattern, words = self._phrase(atom.predicate, places)
+                    patterns.setdefault(pattern, words)
+                    patterns.setdefault(f"-{pattern}", f"{words} does not hold")
+        return [f'phrase("{pattern}", "{words}").' for pattern, words in patterns.items()]
+
+    def _phrase(self, name: str, parameters: Sequence[str]) -> Tuple[str, str]:
+        term = self._names.term(name)
+        pattern = f"{term}({','.join(parameters)})" if parameters else term
+        return pattern, " ".join([name, *parameters])
+
+
+def _variable(parameter: str) -> str:
+    return "X" + "".join(each if each.isalnum() else "_" for each in parameter[1:])

@@ -1,0 +1,101 @@
+"""A parser for PDDL's s-expressions, which keeps the line of each word for messages."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Iterator, List, Tuple, Union
+
+from rosclingo.errors import RosclingoError, shorten
+
+# A variable may follow a name without a blank.
+_TOKEN = re.compile(r"\s+|;[^\n]*|[()]|\??[^\s();?]+|\?")
+
+
+class PddlError(RosclingoError):
+    """A planning task cannot be imported; the message names the input, its file and its line."""
+
+
+@dataclass(frozen=True)
+class Word:
+    """A word of a PDDL file in lower case, as PDDL's names have no case."""
+
+    text: str
+    place: str
+
+
+@dataclass(frozen=True)
+class Form:
+    """A list in parentheses, with the place of its opening one."""
+
+    parts: Tuple[Union[Word, Form], ...]
+    place: str
+
+    @property
+    def head(self) -> str:
+        """The first word, or an empty text if the list does not begin with one."""
+        return self.parts[0].text if self.parts and isinstance(self.parts[0], Word) else ""
+
+    @property
+    def text(self) -> str:
+        """The list as it stands in a file, on one line."""
+        return f"({' '.join(part.text for part in self.parts)})"
+
+    def forms(self) -> Iterator[Form]:
+        """Yields this list and all those in it, in the order of the file."""
+        open_forms = [self]
+        while open_forms:
+            form = open_forms.pop()
+            yield form
+            open_forms.extend(part for part in reversed(form.parts) if isinstance(part, Form))
+
+
+def read_file(file: Path) -> Form:
+    """Returns the only list of a file.
+
+    Raises:
+        PddlError: The file cannot be read, or is not one list in parentheses.
+    """
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as err:
+        raise PddlError(f"cannot read {file}: {err}") from err
+    return parse(text, str(file))
+
+
+def parse(text: str, name: str) -> Form:
+    """Returns the only list of a text.
+
+    Args:
+        text: A domain or a problem.
+        name: The file's name, for messages.
+
+    Raises:
+        PddlError: The text is not one list in parentheses.
+    """
+    levels: List[Tuple[str, List[Union[Word, Form]]]] = [(f"{name}:1", [])]
+    line = 1
+    for piece in _TOKEN.findall(text):
+        place = f"{name}:{line}"
+        line += piece.count("\n")
+        if piece == "(":
+            levels.append((place, []))
+        elif piece == ")":
+            if len(levels) == 1:
+                raise PddlError(f"{place}: a parenthesis is closed that was not opened")
+            begin, parts = levels.pop()
+            levels[-1][1].append(Form(tuple(parts), begin))
+        elif not piece.isspace() and not piece.startswith(";"):
+            levels[-1][1].append(Word(piece.lower(), place))
+    if len(levels) > 1:
+        raise PddlError(f"{levels[-1][0]}: this parenthesis is not closed")
+    parts = levels[0][1]
+    if not parts:
+        raise PddlError(f"{name}:1: the file is empty: it has to begin with (define")
+    first = parts[0]
+    if isinstance(first, Word):
+        raise PddlError(f"{first.place}: {shorten(first.text)} is not in parentheses")
+    if len(parts) > 1:
+        raise PddlError(f"{parts[1].place}: there is more after the end of (define ...)")
+    return first

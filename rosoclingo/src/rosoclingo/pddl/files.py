@@ -1,0 +1,158 @@
+"""Writes the files of a planning task: an encoding, an instance and examples."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Dict, List, Optional, Sequence
+
+from rosoclingo.desk.parts import shared
+from rosoclingo.pddl.actuators import Actuators
+from rosoclingo.pddl.declarations import check_declarations
+from rosoclingo.pddl.domain import Domain, read_domain, read_problem
+from rosoclingo.pddl.encoding import GOAL, Encoder
+from rosoclingo.pddl.expressions import Form, PddlError, read_file
+from rosoclingo.pddl.names import Names
+from rosoclingo.pddl.numbers import Numbers
+from rosoclingo.pddl.translator import translate
+
+_MARK = "made by pddl.py"
+_LIBRARY = Path("rosoclingo_aspprograms") / "lib" / "actions.lp"
+_TERM = re.compile(r"_*[a-z][A-Za-z0-9_]*", re.ASCII)
+
+
+@dataclass(frozen=True)
+class ImportOptions:
+    """What PDDL does not say.
+
+    Attributes:
+        name: What the files are called; by default as the domain.
+        library: The library's file; by default that of this installation.
+        actuator: Who does actions without an actuator among their objects.
+        actuators: Types whose objects are actuators, or predicates that hold for them.
+        changing: Predicates whose facts messages may change, though no action does.
+        limits: For functions, how large their numbers can get.
+        slots: How many requests are planned for at the same time; None for the library's default.
+    """
+
+    name: Optional[str] = None
+    library: Optional[str] = None
+    actuator: str = "robot"
+    actuators: Sequence[str] = ()
+    changing: Sequence[str] = ()
+    limits: Dict[str, int] = field(default_factory=dict)
+    slots: Optional[int] = None
+
+
+def import_task(domain_file: Path, problem_file: Path, options: ImportOptions) -> Dict[str, str]:
+    """Returns the texts of the files of a task, by their names.
+
+    Raises:
+        PddlError: The task is not understood, or an option is wrong; the message says where.
+    """
+    domain = read_domain(read_file(domain_file))
+    problem = read_problem(read_file(problem_file))
+    check_declarations(domain, problem)
+    if not _TERM.fullmatch(options.actuator):
+        raise PddlError(f"--actuator {options.actuator}: this is no name, such as robot")
+    for function in options.limits:
+        _check_function(domain, function)
+    names = Names.of(domain.form, problem.form)
+    actuators = Actuators(domain, problem, names, options.actuators, options.actuator)
+    task = translate(domain, problem, [each.lower() for each in options.changing])
+    numbers = Numbers(domain, problem, options.limits)
+    encoder = Encoder(task, domain, numbers, names, actuators)
+    name = options.name or Names([domain.name]).term(domain.name)
+    actions = encoder.actions()
+    made = f"{_MARK} of {domain_file.name} and {problem_file.name}"
+    encoding = [
+        f"% The domain {domain.name}, {made}. What can be done is that of the problem's objects.",
+        "%",
+        f"% Actuators: {', '.join(sorted(actuators.names))}.",
+        f"% Requests: {GOAL}, and each fact F, or -F if it is to hold no longer.",
+        "% Messages of the source info: F and -F; and value(L,N), the number L is N.",
+        "",
+        f'#include "{options.library or _library()}".',
+        *([] if options.slots is None else ["", f"#const slots={options.slots}. [override]"]),
+        "", *encoder.rules(), "", "#program base.", *encoder.facts(), *actions,
+        "", "#program phrases.", *encoder.phrases(),
+    ]  # fmt: skip
+    instance = [
+        f"% The first values and the goal of the problem, {made}.",
+        "",
+        "#program base.",
+        *encoder.instance(),
+    ]
+    examples = _examples(f"{name}_instance.lp", encoder, actuators, made)
+    texts = {f"{name}.lp": encoding, f"{name}_instance.lp": instance, f"{name}.examples": examples}
+    return {file: "\n".join([*lines, ""]) for file, lines in texts.items()}
+
+
+def write_files(texts: Dict[str, str], folder: Path) -> List[Path]:
+    """Writes files into a folder, in the place of those that were written before.
+
+    Returns:
+        Their paths.
+
+    Raises:
+        PddlError: The folder cannot be written to, or somebody else has written such a file.
+    """
+    paths = {folder / name: text for name, text in texts.items()}
+    for path in paths:
+        if path.exists() and _MARK not in _first_line(path):
+            raise PddlError(f"{path} exists already, and was not {_MARK}: choose another name by "
+                            "--name, or another folder by --folder")  # fmt: skip
+    try:
+        for path, text in paths.items():
+            path.write_text(text, encoding="utf-8")
+    except OSError as err:
+        raise PddlError(f"cannot write {err.filename}: {err.strerror}: name a folder by --folder "
+                        "that is there and can be written to") from err  # fmt: skip
+    return list(paths)
+
+
+def _first_line(path: Path) -> str:
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            return file.readline()
+    except OSError as err:
+        raise PddlError(f"cannot read {path}: {err.strerror}") from err
+
+
+def _library() -> Path:
+    library = shared().parent / _LIBRARY
+    if not library.is_file():
+        raise PddlError(f"there is no {library}: say by --library where actions.lp of "
+                        "rosoclingo_aspprograms is")  # fmt: skip
+    return library
+
+
+def _check_function(domain: Domain, name: str) -> None:
+    sections = [part for part in domain.form.parts if isinstance(part, Form)]
+    functions = [part for part in sections if part.head == ":functions"]
+    known = sorted({f.head for section in functions for f in section.parts if isinstance(f, Form)})
+    if name not in known:
+        there = f"there are {', '.join(known)}" if known else "there are none"
+        raise PddlError(f"--most {name}: there is no such function; {there}")
+
+
+def _examples(instance: str, encoder: Encoder, actuators: Actuators, made: str) -> List[str]:
+    goal = f"{instance} -c steps=1000 --goal {GOAL}"
+    lines = [f"# What is expected, {made}: see docs/check.md, section Examples."]
+    if encoder.begins_at_goal:
+        return [*lines, "", "# All is as it is to be.", f"{goal} => 0 steps"]
+    lines += ["", "# The goal is reached.", f"{goal} => succeeded"]
+    if len(actuators.names) == 1:
+        fails = f"{goal} --at 1 {actuators.names[0]}:failure"
+        lines += [
+            "",
+            "# What has failed is done again, or in another way.",
+            f"{fails} => succeeded",
+        ]
+    return [
+        *lines,
+        "",
+        "# Nobody wants it any more.",
+        f"{goal} --at 0 cancel:1 => 0 steps, canceled",
+    ]

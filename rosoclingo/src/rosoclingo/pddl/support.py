@@ -1,0 +1,140 @@
+"""Refuses what the import of PDDL does not understand, by its name, file and line."""
+
+from __future__ import annotations
+
+from typing import Dict, FrozenSet, Union
+
+from rosclingo.errors import shorten
+from rosoclingo.pddl.expressions import Form, PddlError, Word
+
+Part = Union[Word, Form]
+
+_REQUIREMENTS = frozenset(
+    (":strips", ":typing", ":negative-preconditions", ":equality", ":conditional-effects",
+     ":action-costs", ":numeric-fluents", ":durative-actions")
+)  # fmt: skip
+
+# What many domains say and do not use; if they do, that is refused.
+_HARMLESS = frozenset(
+    (":adl", ":fluents", ":disjunctive-preconditions", ":existential-preconditions",
+     ":universal-preconditions", ":quantified-preconditions", ":duration-inequalities")
+)  # fmt: skip
+
+_SECTIONS = {
+    "domain": frozenset(
+        ("domain", ":requirements", ":types", ":constants", ":predicates", ":functions",
+         ":action", ":durative-action")
+    ),
+    "problem": frozenset(
+        ("problem", ":domain", ":requirements", ":objects", ":init", ":goal", ":metric")
+    ),
+}  # fmt: skip
+_REPEATED = (":action", ":durative-action")
+_COMPARISONS = ("<", "<=", ">=", ">")
+_CHANGES = ("increase", "decrease", "assign")
+_CONNECTIVES = {
+    ":precondition": frozenset(("and", "not", "=", *_COMPARISONS)),
+    ":effect": frozenset(("and", "not", "when", "forall", *_CHANGES)),
+    ":goal": frozenset(("and", "not", "=")),
+}
+_WITHIN = {  # in which there are no numbers
+    ":precondition": "a condition of when, or of not",
+    ":effect": "an effect of when or forall",
+}
+_RESERVED = frozenset(
+    ("and", "not", "=", "when", "forall", "exists", "or", "imply", *_COMPARISONS, *_CHANGES,
+     "scale-up", "scale-down", "at start", "at end", "over", "either",
+     "preference", "sometime", "always", "within", "at-most-once", "probabilistic", "oneof")
+)  # fmt: skip
+
+
+def sections(form: Form, kind: str) -> Dict[str, Form]:
+    """Returns the sections of a domain or a problem by their names, without its actions.
+
+    Raises:
+        PddlError: It has others; the message names them, with file and line.
+    """
+    if form.head != "define":
+        raise PddlError(f"{form.place}: a {kind} begins with (define ({kind} NAME)")
+    if len(form.parts) < 2 or not isinstance(form.parts[1], Form) or form.parts[1].head != kind:
+        raise PddlError(f"{form.place}: this is no {kind}: (define ({kind} NAME) is missing")
+    found: Dict[str, Form] = {}
+    for part in form.parts[1:]:
+        if isinstance(part, Word):
+            raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
+        known = _SECTIONS[kind]
+        if part.head not in known:
+            raise not_understood(part.place, part.head or "a section without a name", known)
+        if part.head in found:
+            raise PddlError(f"{part.place}: {part.head} is there twice")
+        if part.head == ":requirements":
+            _check_requirements(part)
+        if part.head not in _REPEATED:
+            found[part.head] = part
+    return found
+
+
+def _check_requirements(section: Form) -> None:
+    for part in section.parts[1:]:
+        if isinstance(part, Form):
+            raise PddlError(f"{part.place}: a requirement is a word, such as :strips")
+        if part.text not in _REQUIREMENTS | _HARMLESS:
+            raise not_understood(part.place, part.text, _REQUIREMENTS)
+
+
+def check_formula(part: Part, where: str, *, within: bool = False) -> None:
+    """Checks a condition, an effect or a goal.
+
+    Args:
+        part: All of it.
+        where: ``:precondition``, ``:effect`` or ``:goal``.
+        within: Whether it is a part of something in which there are no numbers.
+
+    Raises:
+        PddlError: It has something that is not understood.
+    """
+    if isinstance(part, Word):
+        raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
+    allowed = _CONNECTIVES[where]
+    if part.head in _RESERVED and part.head not in allowed:
+        raise not_understood(part.place, f"{part.head} in {where}", allowed)
+    inner = part.parts[1:]
+    if part.head in (*_COMPARISONS, *_CHANGES):
+        if within:
+            raise PddlError(f"{part.place}: {part.head} in {_WITHIN[where]} is not understood")
+        if len(inner) != 2:
+            raise PddlError(f"{part.place}: {part.head} has two parts, and this has {len(inner)}")
+    elif part.head == "and":
+        for each in inner:
+            check_formula(each, where, within=within)
+    elif part.head == "not":
+        if len(inner) != 1:
+            raise PddlError(f"{part.place}: not has one part, and this has {len(inner)}")
+        check_formula(inner[0], where, within=True)
+    elif part.head == "when":
+        if len(inner) != 2:
+            raise PddlError(f"{part.place}: when has a condition and an effect")
+        check_formula(inner[0], ":precondition", within=True)
+        check_formula(inner[1], where, within=True)
+    elif part.head == "forall":
+        if len(inner) != 2:
+            raise PddlError(f"{part.place}: forall has variables and an effect")
+        check_formula(inner[1], where, within=True)
+    else:
+        _check_atom(part)
+
+
+def _check_atom(part: Form) -> None:
+    if not part.head:
+        raise PddlError(f"{part.place}: a predicate is expected in {shorten(part.text)}")
+    for each in part.parts[1:]:
+        if isinstance(each, Form):
+            raise PddlError(f"{each.place}: {shorten(each.text)} is not understood: "
+                            f"{part.head} has names of objects and variables")  # fmt: skip
+
+
+def not_understood(place: str, name: str, known: FrozenSet[str]) -> PddlError:
+    """Returns the refusal of something, with what there can be instead."""
+    return PddlError(
+        f"{place}: {shorten(name)} is not understood: there can be {', '.join(sorted(known))}"
+    )

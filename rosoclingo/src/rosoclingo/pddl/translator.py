@@ -1,0 +1,116 @@
+"""Runs Fast Downward's translator, which grounds a task and finds variables with one value each."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Collection, Dict, List
+
+from rosclingo.errors import shorten
+from rosoclingo.pddl.domain import Domain, Problem
+from rosoclingo.pddl.expressions import Form, PddlError
+from rosoclingo.pddl.sas import Task, parse_sas
+
+_PACKAGE = "up_fast_downward"
+_CHANGES = "changes-"  # begins the name of an action by which a fact may change
+
+
+def fast_downward() -> Path:
+    """Returns the folder of Fast Downward, an optional dependency.
+
+    Raises:
+        PddlError: It is not installed.
+    """
+    spec = find_spec(_PACKAGE)
+    if spec is None or spec.origin is None:
+        raise PddlError("importing PDDL needs Fast Downward: pip install up-fast-downward")
+    return Path(spec.origin).parent / "downward"
+
+
+def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) -> Task:
+    """Returns the task of a domain and a problem, without numbers.
+
+    Args:
+        domain: The domain.
+        problem: The problem.
+        changing: Predicates whose facts may change though no action changes them.
+
+    Raises:
+        PddlError: Fast Downward is missing, or it does not understand the files.
+    """
+    programs = fast_downward() / "builds/release/bin"
+    with tempfile.TemporaryDirectory() as folder:
+        output, *files = (Path(folder) / name for name in ("sas", "domain.pddl", "problem.pddl"))
+        texts = _domain_text(domain, changing), _problem_text(problem)
+        for file, text in zip(files, texts):
+            file.write_text(text, encoding="utf-8")
+        ended = subprocess.run(  # noqa: S603 (a list, without a shell)
+            [sys.executable, "-m", "translate", *map(str, files),
+             "--keep-unimportant-variables", "--keep-no-ops", "--sas-file", str(output)],
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": str(programs), "PYTHONHASHSEED": "0"},
+            capture_output=True,
+            text=True,
+            check=False,
+        )  # fmt: skip
+        if ended.returncode or not output.exists():
+            said = (ended.stderr.strip() or ended.stdout.strip()).splitlines()
+            reason = said[-1] if said else f"exit status {ended.returncode}"
+            raise PddlError(
+                f"{domain.form.place}, {problem.form.place}: not understood by the translator: "
+                f"{reason}"
+            )
+        if "empty goal" in ended.stdout.lower():
+            raise PddlError(f"{problem.goal.place}: the goal is met whatever is done")
+        if "Generating unsolvable task" in ended.stdout:
+            raise PddlError(f"{problem.goal.place}: the goal can never be met, whatever is done")
+        task = parse_sas(output.read_text(encoding="utf-8"))
+    operators = tuple(one for one in task.operators if not one.name.startswith(_CHANGES))
+    return Task(task.variables, task.init, task.goal, operators)
+
+
+def _sections(form: Form, *names: str) -> List[str]:
+    """Returns the sections that stay as they are, in the order that the translator expects."""
+    found = {part.head: part.text for part in form.parts if isinstance(part, Form)}
+    return [found[name] for name in names if name in found]
+
+
+def _domain_text(domain: Domain, changing: Collection[str]) -> str:
+    head, *others = _sections(domain.form, "domain", ":types", ":constants", ":predicates")
+    actions = [
+        f"(:action {schema.name} :parameters "
+        f"({' '.join(f'{v} - {t}' for v, t in zip(schema.parameters, schema.types))}) "
+        f":precondition {schema.precondition.text} :effect {schema.effect.text})"
+        for schema in domain.actions
+    ]
+    actions += _changes(domain, changing)
+    return "\n".join(["(define", head, "(:requirements :adl)", *others, *actions, ")"])
+
+
+def _changes(domain: Domain, changing: Collection[str]) -> List[str]:
+    """Returns actions that change facts, so that the translator has variables of them."""
+    predicates: Dict[str, Form] = {}
+    for section in domain.form.parts[1:]:
+        if isinstance(section, Form) and section.head == ":predicates":
+            predicates = {part.head: part for part in section.parts if isinstance(part, Form)}
+    actions = []
+    for name in changing:
+        if name not in predicates:
+            raise PddlError(f"there is no predicate {shorten(name)}: there can be "
+                            f"{', '.join(sorted(predicates))}")  # fmt: skip
+        parameters = " ".join(part.text for part in predicates[name].parts[1:])
+        variables = [p.text for p in predicates[name].parts[1:] if p.text.startswith("?")]
+        atom = f"({' '.join([name, *variables])})"
+        actions.append(f"(:action {_CHANGES}{name} :parameters ({parameters}) "
+                       f":precondition {atom} :effect (not {atom}))")  # fmt: skip
+    return actions
+
+
+def _problem_text(problem: Problem) -> str:
+    before = _sections(problem.form, "problem", ":domain", ":objects")
+    atoms = " ".join(atom.text for atom in problem.init)
+    return "\n".join(["(define", *before, f"(:init {atoms})", f"(:goal {problem.goal.text})", ")"])

@@ -1,0 +1,185 @@
+"""Validates plans by PDDL's own semantics, without the translator and without an encoding.
+
+An action with a duration is executed as if nothing else went on meanwhile: its beginning, what has
+to hold all the time, and its end.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Callable, Dict, Iterable, List, Mapping, Sequence, Set, Tuple
+
+from rosoclingo.pddl.domain import Domain, Problem, typed_list
+from rosoclingo.pddl.expressions import Form, PddlError
+from rosoclingo.pddl.names import Names
+from rosoclingo.pddl.support import Part
+
+Fact = Tuple[str, ...]
+"""A predicate or a function, and its objects."""
+
+_Binding = Mapping[str, str]
+_COMPARISONS: Dict[str, Callable[[float, float], bool]] = {
+    "<": operator.lt, "<=": operator.le, ">=": operator.ge, ">": operator.gt, "=": operator.eq,
+}  # fmt: skip
+_ARITHMETIC: Dict[str, Callable[[float, float], float]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
+}  # fmt: skip
+
+
+class PlanValidator:
+    """Executes a plan.
+
+    Attributes:
+        facts: The facts that hold.
+        numbers: The values of the numbers.
+    """
+
+    def __init__(self, domain: Domain, problem: Problem) -> None:
+        """Begins where the problem does."""
+        self._domain = domain
+        self._names = Names.of(domain.form, problem.form)
+        self._goal = problem.goal
+        self._kinds = {**domain.constants, **problem.objects}
+        self._actions: Dict[str, Form] = {}
+        for part in domain.form.parts:
+            if isinstance(part, Form) and part.head in (":action", ":durative-action"):
+                self._actions[part.parts[1].text] = part
+        self.facts: Set[Fact] = {_ground(atom, {}) for atom in problem.init}
+        self.numbers: Dict[Fact, float] = {
+            tuple(text.strip("()").split()): value for text, value in problem.numbers.items()
+        }
+
+    def execute(self, name: str, objects: Sequence[str]) -> None:
+        """Executes an action.
+
+        Raises:
+            PddlError: It is not possible; the message says why.
+        """
+        action = self._actions.get(name)
+        step = " ".join([name, *objects])
+        if action is None:
+            raise PddlError(f"{step}: there is no action {name}")
+        parts = {key.text: value for key, value in zip(action.parts[2::2], action.parts[3::2])}
+        parameters = typed_list(_form(parts.get(":parameters")).parts)
+        if len(parameters) != len(objects):
+            raise PddlError(f"{step}: {name} has {len(parameters)} objects")
+        for each, kind in zip(objects, parameters.values()):
+            if not self._is_of(each, kind):
+                raise PddlError(f"{step}: {each} is no {kind}")
+        binding = dict(zip(parameters, objects))
+        effect = _form(parts.get(":effect"))
+        if action.head == ":action":
+            self._require(step, [_form(parts.get(":precondition"))], binding)
+            self._change([effect], binding)
+            return
+        lasts = self._value(_form(parts.get(":duration")).parts[2], binding)
+        binding["?duration"] = str(lasts)
+        condition = _form(parts.get(":condition"))
+        self._require(step, _at(condition, "at start"), binding)
+        self._change(_at(effect, "at start"), binding)
+        self._require(step, _at(condition, "over all"), binding)
+        self._require(step, _at(condition, "at end"), binding)
+        self._change(_at(effect, "at end"), binding)
+
+    def execute_term(self, action: str) -> None:
+        """Executes an action by its term in the encoding.
+
+        Raises:
+            PddlError: It is not possible; the message says why.
+        """
+        self.execute(*self._names.words(action))
+
+    def require_goal(self) -> None:
+        """Checks that the goal is reached.
+
+        Raises:
+            PddlError: It is not; the message says what is missing.
+        """
+        self._require("the goal", [self._goal], {})
+
+    def _is_of(self, thing: str, kind: str) -> bool:
+        return thing in self._kinds and self._domain.is_kind_of(self._kinds[thing], kind)
+
+    def _require(self, step: str, conditions: Sequence[Form], binding: _Binding) -> None:
+        for condition in conditions:
+            inner = condition.parts[1:] if condition.head == "and" else (condition,)
+            for part in inner:
+                if not self._holds(_form(part), binding):
+                    raise PddlError(f"{step}: {part.text} does not hold")
+
+    def _holds(self, form: Form, binding: _Binding) -> bool:
+        if not form.parts:
+            return True
+        if form.head == "and":
+            return all(self._holds(_form(part), binding) for part in form.parts[1:])
+        if form.head == "not":
+            return not self._holds(_form(form.parts[1]), binding)
+        if form.head == "=" and not any(isinstance(part, Form) for part in form.parts):
+            left, right = _ground(form, binding)[1:]
+            return left == right
+        if form.head in _COMPARISONS:
+            left_value, right_value = (self._value(part, binding) for part in form.parts[1:])
+            return _COMPARISONS[form.head](left_value, right_value)
+        return _ground(form, binding) in self.facts
+
+    def _value(self, part: Part, binding: _Binding) -> float:
+        if not isinstance(part, Form):
+            return float(binding.get(part.text, part.text))
+        if part.head in _ARITHMETIC:
+            left, right = (self._value(each, binding) for each in part.parts[1:])
+            return _ARITHMETIC[part.head](left, right)
+        return self.numbers[_ground(part, binding)]
+
+    def _change(self, effects: Iterable[Form], binding: _Binding) -> None:
+        added: Set[Fact] = set()
+        deleted: Set[Fact] = set()
+        numbers = dict(self.numbers)
+        waiting: List[Tuple[Form, _Binding]] = [(effect, binding) for effect in effects]
+        while waiting:
+            form, bound = waiting.pop()
+            inner = [part for part in form.parts[1:] if isinstance(part, Form)]
+            if form.head == "and":
+                waiting += [(part, bound) for part in inner]
+            elif form.head == "forall":
+                names = typed_list(_form(form.parts[1]).parts)
+                waiting += [(inner[1], each) for each in self._bindings(names, bound)]
+            elif form.head == "when":
+                if self._holds(inner[0], bound):
+                    waiting.append((inner[1], bound))
+            elif form.head in ("increase", "decrease", "assign"):
+                self._set(numbers, form, bound)
+            elif form.head == "not":
+                deleted.add(_ground(inner[0], bound))
+            elif form.parts:
+                added.add(_ground(form, bound))
+        self.facts = (self.facts - deleted) | added
+        self.numbers = numbers
+
+    def _set(self, numbers: Dict[Fact, float], form: Form, binding: _Binding) -> None:
+        name = _ground(_form(form.parts[1]), binding)
+        value = self._value(form.parts[2], binding)
+        sign = {"increase": 1, "decrease": -1}.get(form.head)
+        numbers[name] = value if sign is None else numbers.get(name, 0) + sign * value
+
+    def _bindings(self, names: Mapping[str, str], binding: _Binding) -> List[_Binding]:
+        found: List[_Binding] = [binding]
+        for name, kind in names.items():
+            things = [thing for thing in self._kinds if self._is_of(thing, kind)]
+            found = [{**each, name: thing} for each in found for thing in things]
+        return found
+
+
+def _form(part: object) -> Form:
+    return part if isinstance(part, Form) else Form((), "")
+
+
+def _at(form: Form, moment: str) -> List[Form]:
+    """Returns what is said of a moment."""
+    if form.head == "and":
+        return [each for part in form.parts[1:] for each in _at(_form(part), moment)]
+    is_then = " ".join(part.text for part in form.parts[:2]) == moment
+    return [_form(form.parts[2])] if is_then else []
+
+
+def _ground(form: Form, binding: _Binding) -> Fact:
+    return tuple(binding.get(part.text, part.text) for part in form.parts)

@@ -1,0 +1,390 @@
+"""The import of PDDL: its parser, what it refuses, SAS+ tasks, names, variables and numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Dict, List
+
+import pytest
+
+from rosoclingo.pddl import translator
+from rosoclingo.pddl.declarations import check_declarations
+from rosoclingo.pddl.domain import read_domain, read_problem
+from rosoclingo.pddl.expressions import Form, PddlError, Word, parse, read_file
+from rosoclingo.pddl.names import Names
+from rosoclingo.pddl.numbers import Numbers, NumericUse
+from rosoclingo.pddl.sas import parse_sas
+from rosoclingo.pddl.translator import translate
+from rosoclingo.pddl.validator import PlanValidator
+from rosoclingo.pddl.variables import variables
+
+DOMAIN = """(define (domain Lift)
+(:requirements :strips :typing :action-costs)
+(:types floor - object)
+(:predicates (at ?f - floor) (open))
+(:functions (total-cost) - number)
+(:action Move ; from a floor to another
+  :parameters (?a ?b - floor)
+  :precondition (and (at ?a) (not (open)) (not (= ?a ?b)))
+  :effect (and (at ?b) (not (at ?a)) (increase (total-cost) 2)))
+(:action toggle :parameters () :precondition (and)
+  :effect (and (when (open) (not (open))) (when (not (open)) (open)))))
+"""
+PROBLEM = """(define (problem p) (:domain Lift) (:objects f1 2nd-floor - floor)
+(:init (at f1) (open) (= (total-cost) 0)) (:goal (and (at 2nd-floor) (open)))
+(:metric minimize (total-cost)))
+"""
+WHEN = "(when (open) (not (open)))"
+SAS = """begin_version
+3
+end_version
+begin_metric
+1
+end_metric
+2
+begin_variable
+var0
+-1
+2
+Atom at(2nd-floor)
+Atom at(f1)
+end_variable
+begin_variable
+var1
+-1
+2
+Atom open()
+NegatedAtom open()
+end_variable
+1
+begin_mutex_group
+2
+0 0
+0 1
+end_mutex_group
+begin_state
+1
+0
+end_state
+begin_goal
+2
+0 0
+1 0
+end_goal
+2
+begin_operator
+move f1 2nd-floor
+1
+1 1
+1
+0 0 1 0
+2
+end_operator
+begin_operator
+toggle@
+0
+2
+1 1 0 1 -1 1
+1 1 1 1 -1 0
+0
+end_operator
+0
+""".replace("@", " ")  # a blank at a line's end
+
+
+def test_words_have_their_lines() -> None:
+    form = parse(DOMAIN, "d.pddl")
+    assert form.head == "define"
+    move = next(f for f in form.forms() if f.head == ":action")
+    assert (move.place, move.parts[1]) == ("d.pddl:6", Word("move", "d.pddl:6"))
+    assert Form((), "d.pddl:10") in list(form.forms())
+
+
+def test_a_variable_begins_a_word() -> None:
+    (inner,) = parse("((at?x ?y?z ?))", "d").parts
+    assert inner.text == "(at ?x ?y ?z ?)"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("(define\n(a)", "d:1: this parenthesis is not closed"),
+        ("(a)\n)", "d:2: a parenthesis is closed"),
+        ("; nothing\n", "d:1: the file is empty"),
+        ("\nword (a)", "d:2: word is not in parentheses"),
+        ("(a)\n(b)", "d:2: there is more"),
+    ],
+)
+def test_what_is_no_list_is_refused(text: str, message: str) -> None:
+    with pytest.raises(PddlError) as err:
+        parse(text, "d")
+    assert message in str(err.value)
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(PddlError, match=r"cannot read .*domain\.pddl"):
+        read_file(tmp_path / "domain.pddl")
+
+
+def test_what_is_understood_passes() -> None:
+    domain = read_domain(parse(DOMAIN, "d"))
+    assert [action.name for action in domain.actions] == ["move", "toggle"]
+    problem = read_problem(parse(PROBLEM, "p"))
+    assert problem.objects == {"f1": "floor", "2nd-floor": "floor"}
+    assert problem.numbers == {"(total-cost)": 0}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (":action-costs", ":preferences", "d:2: :preferences is not understood"),
+        ("(:action toggle", "(:derived toggle", "d:10: :derived is not understood"),
+        ("(not (open)) (not", "(or (open)) (not", "d:8: or in :precondition is not understood"),
+        ("(increase (total-cost) 2)", "(scale-up (fuel) 2)", "d:9: scale-up in :effect is not"),
+        ("(:action Move ;", "(:action ;", "d:7: one of"),
+        (":precondition (and)", ":observe (and)", "d:10: :observe is not understood"),
+        ("(domain Lift)", "(problem Lift)", "d:1: this is no domain"),
+        ("(when (open) (not (open)))", "(when (open))", "d:11: when has a condition"),
+        ("(when (open) (not (open)))", "(when (> (fuel) 1) (open))", "d:11: > in a condition of"),
+        ("(not (open)) (not", "(not) (not", "d:8: not has one part"),
+        ("(not (open)) (not", "((open)) (not", "d:8: a predicate is expected"),
+        ("?a ?b - floor", "?a ?b - (either floor lift)", "d:7: the name of one type"),
+    ],
+)
+def test_what_is_not_understood_is_refused_by_name_and_line(
+    old: str, new: str, message: str
+) -> None:
+    assert old in DOMAIN
+    with pytest.raises(PddlError) as err:
+        read_domain(parse(DOMAIN.replace(old, new), "d"))
+    assert message in str(err.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("(and (at", "(exists (?f - floor) (at", "p:2: exists in :goal is not understood"),
+        ("(and (at", "(and (> (total-cost) 3) (at", "p:2: > in :goal is not understood"),
+        ("(open) (=", "(at 5 (open)) (=", r"p:2: (at 5 (open)) in :init is not understood"),
+        ("minimize", "maximize", "p:3: (:metric maximize (total-cost)) is not understood"),
+        ("(= (total-cost) 0)", "(= (total-cost) none)", "p:2: none is no number"),
+        ("(:objects", "(:domain x) (:objects", "p:1: :domain is there twice"),
+    ],
+)
+def test_a_problem_that_is_not_understood_is_refused(old: str, new: str, message: str) -> None:
+    assert old in PROBLEM
+    with pytest.raises(PddlError) as err:
+        read_problem(parse(PROBLEM.replace(old, new), "p"))
+    assert message in str(err.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "terms"),
+    [
+        (["pick-up", "pick_up"], ["pick_up_", "pick_up"]),
+        (["room1", "12", "007", "2nd-floor"], ["room1", "12", "x007", "x2nd_floor"]),
+        (["not", "goal", "cancel"], ["not_", "goal_", "cancel_"]),
+        (["_a", "_1", "b'"], ["_a", "x_1", "b_"]),
+    ],
+)
+def test_each_name_has_a_term_of_its_own(words: List[str], terms: List[str]) -> None:
+    names = Names(words)
+    assert [names.term(word) for word in words] == terms
+
+
+@pytest.mark.parametrize(
+    ("values", "name", "terms"),
+    [
+        (["Atom at(t, a)", "Atom at(t, b)", "<none of those>"], "at(t)", ["a", "b", "none"]),
+        (["Atom at(p, a)", "Atom in(p, t)"], "at_or_in(p)", ["at(p,a)", "in(p,t)"]),
+        (["Atom on(a, b)", "NegatedAtom on(a, b)"], "on(a,b)", ["yes", "no"]),
+        (["Atom open()", "<none of those>"], "open", ["yes", "no"]),
+        (["Atom here(a)", "Atom here(b)"], "here", ["a", "b"]),
+        (["Atom level(none)", "Atom level(a)", "<none of those>"], "variable(1)",
+         ["level(none)", "level(a)", "none"]),
+    ],
+)  # fmt: skip
+def test_a_variable_is_called_by_what_its_values_have_in_common(
+    values: List[str], name: str, terms: List[str]
+) -> None:
+    names = Names(["at", "in", "on", "open", "here", "level", "t", "p", "a", "b", "none"])
+    (variable,) = variables([values], names)
+    assert (variable.name, list(variable.values)) == (name, terms)
+
+
+def test_two_variables_have_two_names() -> None:
+    names = Names(["at", "t", "a", "b"])
+    groups = [["Atom at(t, a)", "Atom at(t, b)"], ["Atom at(t)", "NegatedAtom at(t)"]]
+    assert [each.name for each in variables(groups, names)] == ["at(t)", "variable(2)"]
+
+
+@pytest.mark.parametrize("text", ["", SAS[:200], SAS.replace("begin_goal", "begin_gaol")])
+def test_what_is_not_sas_is_refused(text: str) -> None:
+    with pytest.raises(PddlError, match=r"line \d+, is not SAS\+"):
+        parse_sas(text)
+
+
+def test_axioms_are_refused() -> None:
+    with pytest.raises(PddlError, match="needs axioms"):
+        parse_sas(SAS[: -len("0\n")] + "1\n")
+
+
+def test_the_remedy_is_named_without_fast_downward(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(translator, "find_spec", lambda _: None)
+    with pytest.raises(PddlError, match="pip install up-fast-downward"):
+        translate(read_domain(parse(DOMAIN, "d")), read_problem(parse(PROBLEM, "p")))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("(not (= ?a ?b))", "(not (= ?a ?c))", "d:8: the variable ?c is no parameter: there are"),
+        ("(not (open))", "(not (opne))", "d:8: opne is not declared: there are at, open"),
+        ("(at ?b) (not", "(at ?b ?a) (not", "d:9: (at ?b ?a) has 2 objects: at is declared"),
+        ("?a ?b - floor", "?a ?b - room", "d:6: the type room is not declared: there are floor"),
+        ("(at 2nd-floor)", "(at f3)", "p:2: there is no object f3: there are 2nd-floor, f1"),
+        ("(at f1)", "(it f1)", "p:2: it is not declared"),
+        ("2nd-floor - floor", "2nd-floor - flor", "p:1: f1 is of the type flor, which is not"),
+        (WHEN, "(forall (?x - flor) (not (at ?x)))", "d:11: the type flor is not declared"),
+        (WHEN, "(forall (?x - floor) (not (at ?y)))", "d:11: the variable ?y is no parameter"),
+    ],
+)
+def test_a_name_that_is_not_declared_is_refused_with_its_line(
+    old: str, new: str, message: str
+) -> None:
+    assert old in DOMAIN + PROBLEM
+    domain, problem = DOMAIN.replace(old, new), PROBLEM.replace(old, new)
+    with pytest.raises(PddlError) as err:
+        check_declarations(read_domain(parse(domain, "d")), read_problem(parse(problem, "p")))
+    assert message in str(err.value)
+
+
+def _execute(*plan: str) -> PlanValidator:
+    validator = PlanValidator(read_domain(parse(DOMAIN, "d")), read_problem(parse(PROBLEM, "p")))
+    for step in plan:
+        name, *objects = step.split()
+        validator.execute(name, objects)
+    validator.require_goal()
+    return validator
+
+
+def test_a_plan_is_validated() -> None:
+    validator = _execute("toggle", "move f1 2nd-floor", "toggle")
+    assert validator.numbers[("total-cost",)] == 2
+
+
+@pytest.mark.parametrize(
+    ("plan", "message"),
+    [
+        (["move f1 2nd-floor"], "move f1 2nd-floor: (not (open)) does not hold"),
+        (["toggle", "move f1 2nd-floor"], "the goal: (open) does not hold"),
+        (["fly"], "there is no action fly"),
+        (["move f1"], "move has 2 objects"),
+        (["toggle", "move f1 f1"], "(not (= ?a ?b)) does not hold"),
+        (["toggle", "move f1 f9"], "f9 is no floor"),
+    ],
+)
+def test_a_plan_that_is_not_valid_is_refused(plan: List[str], message: str) -> None:
+    with pytest.raises(PddlError) as err:
+        _execute(*plan)
+    assert message in str(err.value)
+
+
+FLEET = """(define (domain fleet)
+(:requirements :typing :durative-actions :numeric-fluents)
+(:types robot place)
+(:predicates (at ?r - robot ?p - place) (door) (busy ?r - robot))
+(:functions (battery ?r - robot) (far ?a ?b - place) (bags ?r - robot) (walked))
+(:durative-action go :parameters (?r - robot ?a ?b - place)
+ :duration (= ?duration (/ (far ?a ?b) 2))
+ :condition (and (at start (at ?r ?a)) (at start (door)) (at start (not (busy ?r)))
+  (over all (busy ?r)) (at start (>= (battery ?r) (far ?a ?b))) (at start (< 0 (far ?a ?b))))
+ :effect (and (at start (and (busy ?r) (not (door)) (not (at ?r ?a)))) (at end (door))
+  (at end (not (busy ?r))) (at end (at ?r ?b)) (at end (decrease (battery ?r) (far ?a ?b)))
+  (at end (increase (walked) ?duration))))
+(:durative-action charge :parameters (?r - robot ?a - place) :duration (= ?duration 3)
+ :condition (over all (at ?r ?a)) :effect (at end (assign (battery ?r) 9)))
+(:action load :parameters (?r - robot) :precondition (<= (bags ?r) 1)
+ :effect (increase (bags ?r) 1)))
+"""
+FLEET_PROBLEM = """(define (problem p) (:domain fleet)
+(:objects r1 - robot a b - place)
+(:init (at r1 a) (door) (= (battery r1) 5) (= (far a b) 4) (= (far b a) 4) (= (far a a) 0)
+ (= (bags r1) 0) (= (walked) 0))
+(:goal (at r1 b))
+(:metric minimize (+ (* 10 (total-time)) (walked))))
+"""
+
+
+def _uses(domain: str, problem: str = FLEET_PROBLEM, **limits: int) -> Dict[str, object]:
+    numbers = Numbers(read_domain(parse(domain, "d")), read_problem(parse(problem, "p")), limits)
+    actions = {
+        "go": ["r1", "a", "b"], "stay": ["r1", "a", "a"], "charge": ["r1", "a"], "load": ["r1"]
+    }  # fmt: skip
+    named = [("go" if name == "stay" else name, objects) for name, objects in actions.items()]
+    uses: Dict[str, object] = dict(zip(actions, numbers.read(named)))
+    return {**uses, "largest": numbers.largest}
+
+
+def test_an_action_with_a_duration_is_one_change() -> None:
+    go, charge, _ = read_domain(parse(FLEET, "d")).actions
+    assert go.precondition.text == "(and (at ?r ?a) (door) (not (busy ?r)))"
+    assert go.effect.text == "(and (not (at ?r ?a)) (at ?r ?b))"
+    assert [lock.text for lock in go.locks] == ["(door)", "(busy ?r)"]
+    assert charge.precondition.text == "(and (at ?r ?a))"
+
+
+def test_numbers_are_used_given_and_filled() -> None:
+    battery, bags = ("battery", "r1"), ("bags", "r1")
+    assert _uses(FLEET) == {
+        "go": NumericUse({}, {battery: 4}, {}, (), 22),
+        "stay": None,  # it is not far enough
+        "charge": NumericUse({}, {}, {}, (battery,), 30),
+        "load": NumericUse({}, {}, {bags: 1}, (), 10),
+        "largest": {battery: 9, bags: 2},
+    }
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("(battery ?r) 9", "(battery ?r) 2.5", "d:14: 2.5 is 2.5 for charge"),
+        ("(battery ?r) 9", "(battery ?r) 1", "d:14: (battery r1) becomes 1, and it can be 5"),
+        ("(battery ?r) 9", "(battery ?r) (bags ?r)", "d:14: (bags ?r) changes, and an amount"),
+        ("(= ?duration 3)", "(= ?duration (/ 3 0))", "d:13: (/ 3 0) divides by 0"),
+        ("(= ?duration 3)", "(= ?duration (age ?r))", "d:13: (age r1) has no value in :init"),
+        ("(= ?duration 3)", "(<= ?duration 3)", "d:13: (<= ?duration 3) as :duration is not"),
+        ("(over all (busy ?r))", "(over all (door))", "d:9: (door) never holds then"),
+        (":condition (over all (at ?r ?a))", ":condition (over all (busy ?r))",
+         "d:11: (busy ?r) holds only while go lasts, and charge needs it"),
+    ],
+)  # fmt: skip
+def test_numbers_and_durations_that_the_library_has_not_are_refused(
+    old: str, new: str, message: str
+) -> None:
+    assert old in FLEET
+    with pytest.raises(PddlError) as err:
+        _uses(FLEET.replace(old, new))
+    assert message in str(err.value)
+
+
+def test_a_number_has_to_be_larger_than_what_is_used() -> None:
+    less = FLEET.replace("(decrease (battery ?r) (far ?a ?b))", "(decrease (battery ?r) 1)")
+    battery = ("battery", "r1")
+    assert _uses(less)["go"] == NumericUse({battery: 4}, {battery: 1}, {}, (), 22)
+
+
+def test_a_number_that_no_condition_reads_is_left_out() -> None:
+    assert _uses(FLEET.replace("(<= (bags ?r) 1)", "(at ?r a)"))["largest"] == {
+        ("battery", "r1"): 9
+    }
+
+
+def test_a_number_without_a_limit_gets_one_by_the_user() -> None:
+    domain = FLEET.replace("(assign (battery ?r) 9)", "(increase (battery ?r) 2)")
+    with pytest.raises(
+        PddlError, match=r"d:14: nothing says how large .* by --most battery=NUMBER"
+    ):
+        _uses(domain)
+    largest = _uses(domain, battery=20)["largest"]
+    assert largest == {("battery", "r1"): 20, ("bags", "r1"): 2}

@@ -1,0 +1,267 @@
+"""What an encoding may say to actions.lp: each predicate decides a small task."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Dict, List
+
+import pytest
+from test_actions import ACTIONS, World
+
+from rosclingo.solver.options import Options
+from rosoclingo.desk.system import Request
+from rosoclingo.loop.journal import PlanFound
+from rosoclingo.why.explainer import Explainer
+from rosoclingo.why.situation import Situation
+
+MODE = "dynamic.incremental.dyn_reset"
+
+
+class Task(World):
+    """A task of a few lines.
+
+    Attributes:
+        ends: How actions end the next time that they are done; all others succeed.
+        cancels: Goals that are cancelled while an action is done.
+        rounds: What was done at the same time, by actuator.
+    """
+
+    def __init__(self, folder: Path, text: str) -> None:
+        file = folder / "task.lp"
+        file.write_text(f'#include "{ACTIONS}".\n#program base.\n{text}')
+        self.ends: Dict[str, str] = {}
+        self.cancels: Dict[str, Request] = {}
+        self.rounds: List[Dict[str, str]] = []
+        super().__init__(MODE, [str(file)])
+
+    def turn(self) -> bool:
+        """Ends all actions of a step."""
+        if self.acting:
+            self.rounds.append(dict(self.acting))
+        for actuator, action in sorted(self.acting.items()):
+            if action in self.cancels:
+                self.cancel(self.cancels.pop(action))
+            self.answer(actuator, self.ends.pop(action, "success"))
+        return bool(self._items)
+
+    def meet(self, *requests: str) -> List[Request]:
+        """Asks for something, and goes on until there is nothing to do."""
+        goals = [self.request(text) for text in requests]
+        self.go_on()
+        return goals
+
+    def go_on(self) -> None:
+        failure = self.run()
+        assert failure is None, failure
+
+
+def words(goals: List[Request]) -> List[str]:
+    return [goal.words[-1] for goal in goals]
+
+
+LAMP = """
+initially(lamp,off).
+action(arm,(press;mend)).
+needs(arm,press,lamp,off). sets(arm,press,lamp,on).
+request(light). wants(light,lamp,on).
+"""
+
+
+def test_fails(tmp_path: Path) -> None:
+    """After a failure, the variable has the value for that."""
+    task = Task(tmp_path, f"{LAMP} fails(arm,press,lamp,broken). needs(arm,mend,lamp,broken). "
+                          "sets(arm,mend,lamp,off).")  # fmt: skip
+    task.ends["press"] = "failure"
+    assert words(task.meet("light")) == ["succeeded"]
+    assert task.done == ["press", "mend", "press"]
+
+
+def test_without_fails(tmp_path: Path) -> None:
+    """Else nothing has changed, and it is tried again."""
+    task = Task(tmp_path, LAMP)
+    task.ends["press"] = "failure"
+    assert words(task.meet("light")) == ["succeeded"]
+    assert task.done == ["press", "press"]
+
+
+def test_what_is_unknown_waits_for_a_message(tmp_path: Path) -> None:
+    task = Task(tmp_path, f"{LAMP} says(seen(X),lamp,X) :- X = (on;off).")
+    task.ends["press"] = "unknown"
+    goals = task.meet("light")
+    assert (words(goals), task.done) == (["accepted"], ["press"])
+    task.tell("info", "seen(off)")
+    task.go_on()
+    assert (words(goals), task.done) == (["succeeded"], ["press", "press"])
+
+
+@pytest.mark.parametrize(
+    ("message", "done"), [("seen(on)", []), ("seen(off)", ["press"]), ("seen(blue)", ["press"])]
+)
+def test_says(message: str, done: List[str], tmp_path: Path) -> None:
+    """A message that an encoding does not know changes nothing."""
+    task = Task(tmp_path, f"{LAMP} says(seen(X),lamp,X) :- X = (on;off).")
+    task.tell("info", message)
+    task.go_on()
+    assert words(task.meet("light")) == ["succeeded"]
+    assert task.done == done
+
+
+def test_two_messages_that_differ_say_nothing(tmp_path: Path) -> None:
+    task = Task(tmp_path, f"{LAMP} says(seen(X),lamp,X) :- X = (on;off).")
+    for message in ("seen(on)", "seen(off)"):
+        task.tell("info", message)
+    task.go_on()
+    assert words(task.meet("light")) == ["succeeded"]
+    assert task.done == ["press"]
+
+
+JOBS = """
+initially(J,todo) :- J = (a;b).
+action(left,do(a)). action(right,do(b)).
+needs(R,do(J),J,todo) :- action(R,do(J)).
+sets(R,do(J),J,done) :- action(R,do(J)).
+request((a;b)). wants(J,J,done) :- J = (a;b).
+"""
+
+
+@pytest.mark.parametrize(
+    ("shared", "steps"), [("", 1), ("occupies(R,do(J),bench) :- action(R,do(J)).", 2)]
+)
+def test_occupies(shared: str, steps: int, tmp_path: Path) -> None:
+    """Who needs the same thing alone acts one after the other."""
+    task = Task(tmp_path, JOBS + shared)
+    assert words(task.meet("a", "b")) == ["succeeded"] * 2
+    assert len(task.rounds) == steps
+    assert sorted(task.done) == ["do(a)", "do(b)"]
+
+
+@pytest.mark.parametrize(("costs", "cost"), [("", 2), ("costs(left,do(a),9).", 10)])
+def test_costs(costs: str, cost: int, tmp_path: Path) -> None:
+    """A plan costs what its actions do, 1 if nothing is said of one."""
+    task = Task(tmp_path, JOBS + costs)
+    task.meet("a", "b")
+    plans = [entry.event for entry in task.journal if isinstance(entry.event, PlanFound)]
+    assert cost in [plan.quality.cost[0] for plan in plans if plan.quality is not None]
+
+
+SWITCH = """
+initially(lamp,off). initially(fuse,X) :- fuse(X).
+action(arm,toggle).
+sets_if(arm,toggle,1,lamp,on). condition(arm,toggle,1,lamp,off). condition(arm,toggle,1,fuse,ok).
+sets_if(arm,toggle,2,lamp,off). condition(arm,toggle,2,lamp,on).
+action(arm,replace). sets(arm,replace,fuse,ok).
+request((light;dark)). wants(light,lamp,on). wants(dark,lamp,off).
+"""
+
+
+@pytest.mark.parametrize(
+    ("fuse", "done"),
+    [("ok", ["toggle", "toggle"]), ("broken", ["replace", "toggle", "toggle"])],
+)
+def test_sets_if(fuse: str, done: List[str], tmp_path: Path) -> None:
+    """An effect with conditions happens if all of them hold before."""
+    task = Task(tmp_path, f"{SWITCH} fuse({fuse}).")
+    assert words([*task.meet("light"), *task.meet("dark")]) == ["succeeded"] * 2
+    assert task.done == done
+
+
+MAP = """
+way(V,W) :- V = 0..4, W = 0..4, |V-W| = 1.
+moves(robot). initially(at(robot),0).
+number(battery,4). drains(robot,battery,1).
+action(robot,charge). needs(robot,charge,at(robot),0). fills(robot,charge,battery).
+request(visit(V)) :- V = 0..4. wants(visit(V),at(robot),V) :- V = 0..4.
+"""
+
+
+@pytest.mark.parametrize(("reserves", "charges"), [("", 0), ("reserves(robot,battery).", 1)])
+def test_reserves(reserves: str, charges: int, tmp_path: Path) -> None:
+    """It can always get back to where it is charged; else it goes on as long as it can."""
+    task = Task(tmp_path, MAP + reserves)
+    for place in (2, 1, 2):
+        assert words(task.meet(f"visit({place})")) == ["succeeded"]
+    assert task.done.count("charge") == charges
+
+
+PARCEL = """
+action(arm,(take(ID);give(ID);put(ID))) :- rslot(ID).
+needs(arm,take(ID),parcel(ID),shelf) :- rslot(ID). sets(arm,take(ID),parcel(ID),arm) :- rslot(ID).
+needs(arm,(give(ID);put(ID)),parcel(ID),arm) :- rslot(ID).
+sets(arm,give(ID),parcel(ID),desk) :- rslot(ID). sets(arm,put(ID),parcel(ID),shelf) :- rslot(ID).
+number(hands,1). uses(arm,take(ID),hands,1) :- rslot(ID).
+gives(arm,(give(ID);put(ID)),hands,1) :- rslot(ID).
+request(parcel).
+#program present(k,t).
+own(ID,parcel(ID),shelf,k) :- asked(ID,parcel,k).
+wants(ID,parcel(ID),desk,k) :- asked(ID,parcel,k).
+"""
+RESTORES = "restores(ID,parcel(ID),shelf,k) :- asked(ID,parcel,k)."
+
+
+def test_own(tmp_path: Path) -> None:
+    """Each request has a variable of its own, which begins anew with the next one in its slot."""
+    task = Task(tmp_path, PARCEL)
+    assert words(task.meet("parcel", "parcel")) == ["succeeded"] * 2
+    assert words(task.meet("parcel")) == ["succeeded"]
+    assert [action[:4] for action in task.done] == ["take", "give"] * 3
+
+
+@pytest.mark.parametrize(
+    ("restores", "done"), [("", ["take(1)"]), (RESTORES, ["take(1)", "put(1)"])]
+)
+def test_restores(restores: str, done: List[str], tmp_path: Path) -> None:
+    """After a cancel, a variable gets its value back before the goal ends."""
+    task = Task(tmp_path, PARCEL + restores)
+    goal = task.request("parcel")
+    task.cancels["take(1)"] = goal
+    task.go_on()
+    assert goal.words[-1] == "canceled"
+    assert task.done == done
+
+
+def test_what_was_not_begun_is_canceled_at_once(tmp_path: Path) -> None:
+    task = Task(tmp_path, PARCEL + RESTORES)
+    goal = task.request("parcel")
+    task.cancel(goal)
+    task.go_on()
+    assert (goal.words[-1], task.done) == ("canceled", [])
+
+
+@pytest.mark.parametrize(
+    ("last", "said"), [(4, "5 is unknown as the first argument of visit"), (1000, "no external")]
+)
+def test_what_nobody_may_ask_for(last: int, said: str, tmp_path: Path) -> None:
+    """The reason names the argument, unless there are very many requests."""
+    task = Task(tmp_path, f"{MAP} request(visit(V)) :- V = 6..{last}.")
+    (goal,) = task.meet("visit(5)")
+    assert said in goal.reason
+
+
+def test_more_than_there_can_be(tmp_path: Path) -> None:
+    """A request for which a number is too small waits, and others are met meanwhile."""
+    task = Task(tmp_path, JOBS + "number(force,3). uses(right,do(b),force,4).")
+    assert words(task.meet("a", "b")) == ["succeeded", "accepted"]
+
+
+def test_a_number_that_nobody_declares_restricts_nothing(tmp_path: Path) -> None:
+    task = Task(tmp_path, JOBS + "uses(right,do(b),force,4).")
+    assert words(task.meet("a", "b")) == ["succeeded"] * 2
+
+
+@pytest.mark.parametrize(
+    ("action", "text"),
+    [
+        ("do(robot,go(0),2)", "the best plan would take 6 steps, 3 more than now"),
+        ("do(robot,go(3),1)", "robot cannot do go(3) in step 1"),
+        ("do(robot,charge,1)", "the best plan would take 4 steps, 1 more than now"),
+        ("do(robot,charge,2)", "robot cannot do charge in step 2"),
+    ],
+)
+def test_why_another_action_is_not_done(action: str, text: str, tmp_path: Path) -> None:
+    """The library says which actions are possible, as far as numbers and values are concerned."""
+    file = tmp_path / "task.lp"
+    file.write_text(f'#include "{ACTIONS}".\n#program base.\n{MAP}')
+    goal = ("1", "visit(3)")
+    situation = Situation(told=(f"event(1,{goal[1]},0)",), last=20, goals=(goal,))
+    answer = Explainer(Options((str(file),)), situation).why_not(action)
+    assert text in answer.text
