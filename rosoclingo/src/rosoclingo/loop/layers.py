@@ -41,7 +41,7 @@ _LENGTHENING = 1.5
 _POLISH_SECONDS = 0.01
 _SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a plan fits
 _SEED_LAYERS = 10  # which are grounded for a seed before it is looked for news again
-_SEED_SECONDS = 0.5  # which may be taken to find out whether a seed fits
+_SEED_SECONDS = 2.0  # which may be taken to find out whether a seed fits
 _MOST_SECONDS = 30.0  # after which there is no plan for any request
 _MOST_LAYERS = 64  # more than needed at least, that are tried
 _MORE_SECONDS = 5.0  # after which there is one for some of them only, if there is no progress
@@ -215,10 +215,10 @@ class LayeredSearch:
                 if stopped():
                     return None
                 self._ask(wanted, min(first + _SEED_LAYERS, layers), wanted.wishes, spare=0)
-            _, found = self.attempt(
+            result, found = self.attempt(
                 wanted, layers, wanted.wishes, stopped, seconds=_SEED_SECONDS, assumed=assumed
             )
-            if found is not None:
+            if result is not wire.Result.UNSAT:
                 return found
         return None
 
