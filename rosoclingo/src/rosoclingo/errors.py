@@ -43,3 +43,7 @@ class QuestionError(RosclingoError):
 
 class InterruptedQuestionError(RosclingoError):
     """A question was not answered in time."""
+
+
+class SeedPlannerError(RosclingoError):
+    """There is no such planner for first plans, or it is not installed."""

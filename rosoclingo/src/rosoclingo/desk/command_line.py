@@ -15,8 +15,10 @@ from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import SINGLE
 from rosoclingo.desk.simulation import Seconds
+from rosoclingo.errors import SeedPlannerError
 from rosoclingo.loop.ids import GOAL
 from rosoclingo.loop.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
+from rosoclingo.seed.downward import NONE, find_seed_planner
 
 _MODE = "dynamic.incremental.recording"
 _STEPS = 50  # the longest plan; the modes' own default is too short for trying
@@ -101,6 +103,9 @@ def make_parser() -> OptionParser:
     add("--one-by-one-seconds", type=number_type(), default=ONE_BY_ONE_SECONDS, metavar="S",
         help="how long one horizon after the other is searched, until several take turns; by "
         f"default {ONE_BY_ONE_SECONDS:g}, and 0 for always")  # fmt: skip
+    add("--seed-planner", type=_seed_planner, default=NONE, metavar="NAME",
+        help="planner of first plans, for encodings with layers: lama, of the package "
+        f"up-fast-downward, or {NONE}, the default")  # fmt: skip
     add("--threads", type=read_threads, default=1, metavar="N",
         help=f"search with N threads, or {AUTO} for as many as there are spare cores")  # fmt: skip
     add("--why-seconds", type=number_type(), default=_WHY_SECONDS, metavar="S",
@@ -133,6 +138,7 @@ def simulated(chosen: argparse.Namespace) -> Dict[str, Any]:
         "abort_unreachable": chosen.abort_unreachable,
         "patience": chosen.patience,
         "one_by_one_seconds": chosen.one_by_one_seconds,
+        "seed_planner": chosen.seed_planner,
         "improves": False,  # a search ends when --patience says so, and no other begins
     }
 
@@ -168,6 +174,14 @@ def _lasting(chosen: argparse.Namespace) -> Seconds:
         return next((found for regex, found in lasts if regex.search(action)), chosen.seconds)
 
     return seconds
+
+
+def _seed_planner(name: str) -> str:
+    try:
+        find_seed_planner(name)
+    except SeedPlannerError as err:
+        raise argparse.ArgumentTypeError(str(err)) from err
+    return name
 
 
 def _pattern(text: str) -> Pattern[str]:

@@ -17,6 +17,7 @@ from rosclingo.wire.commands import AssignExternal, Command, Ground, Part, Truth
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import EVENT
+from rosoclingo.loop.seeding import SEED
 
 Pair = Tuple[str, str]
 """Source and content of an event."""
@@ -24,7 +25,7 @@ Pair = Tuple[str, str]
 _EVENT, _TOLD, _SEARCH = ("event", 2), ("event", 3), ("search", 2)
 _IMPROVE, _PREFER = ("improve", 2), ("prefer", 2)
 _LAYER, _GOAL = ("layer", 2), ("goal", 2)
-_RESERVED = ("event", "search", "improve", "prefer", "state", "transition", "query")
+_RESERVED = ("event", "search", "improve", "prefer", "seed", "state", "transition", "query")
 _ASKS = "ground("
 _HORIZON = "horizon("
 _MOST_UNKNOWN = 10_000  # pairs that the encoding does not know, and of which that is remembered
@@ -42,6 +43,8 @@ class Demand:
         improves: Whether a better plan can be looked for while the one that was found is executed.
         prefers: Whether a search can begin with what is left of the plan before.
         has_layers: Whether plans have layers, see :mod:`rosoclingo.loop.layers`.
+        shows_seeds: Whether it shows their task to another planner, see
+            :mod:`rosoclingo.loop.seeding`.
     """
 
     tells: bool = False
@@ -51,6 +54,7 @@ class Demand:
     improves: bool = False
     prefers: bool = False
     has_layers: bool = False
+    shows_seeds: bool = False
     _searches: bool = False  # whether it has the part for that
     _unknown: Deque[Pair] = field(default_factory=deque)  # in the order in which they were asked
     _pending: List[Part] = field(default_factory=list)  # told, and not grounded yet
@@ -86,6 +90,7 @@ class Demand:
         self.improves = self._searches and _IMPROVE in parts
         self.prefers = self.improves and _PREFER in parts
         self.has_layers = self._searches and _LAYER in parts and _GOAL in parts
+        self.shows_seeds = self.has_layers and SEED in parts
         self._pending.clear()
         self._steps.clear()
         self._queries.clear()

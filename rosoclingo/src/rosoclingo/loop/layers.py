@@ -18,6 +18,7 @@ wishes, and the others wait for news.
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import dataclass, replace
 from typing import Callable, Iterator, List, Optional, Sequence, Tuple
@@ -28,6 +29,7 @@ from rosoclingo.loop.interleaving import Interleaving
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.neighbourhoods import Neighbourhood
 from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.seeding import Seed
 from rosoclingo.loop.solver import Solver
 
 _LAYERS, _LAYERS_BEFORE, _GRANTED = "layers(", "layers_before(", "granted("
@@ -38,6 +40,8 @@ _ONE_BY_ONE_SECONDS = 0.2
 _LENGTHENING = 1.5
 _POLISH_SECONDS = 0.01
 _SAME_SECONDS = 0.2  # which may be taken to find out whether what is left of a plan fits
+_SEED_LAYERS = 10  # which are grounded for a seed before it is looked for news again
+_SEED_SECONDS = 2.0  # which may be taken to find out whether a seed fits
 _MOST_SECONDS = 30.0  # after which there is no plan for any request
 _MOST_LAYERS = 64  # more than needed at least, that are tried
 _MORE_SECONDS = 5.0  # after which there is one for some of them only, if there is no progress
@@ -97,7 +101,12 @@ class WantedLayers:
 
 
 class LayeredSearch:
-    """Finds a number of layers with which there is a plan. One thread makes the calls."""
+    """Finds a number of layers with which there is a plan. One thread makes the calls.
+
+    Attributes:
+        seeds: Returns what another planner finds, by the number of the search and whether it has to
+            end, see :class:`.ProcessSeed`.
+    """
 
     def __init__(
         self,
@@ -118,6 +127,7 @@ class LayeredSearch:
         self._run = run
         self._state = state
         self._cost = cost
+        self.seeds: Callable[[int, Callable[[], bool]], Seed] = lambda _, __: Seed()
 
     def wanted(self, symbols: Sequence[str]) -> Optional[WantedLayers]:
         """Returns the layers that an answer set needs and that are not decided yet."""
@@ -149,8 +159,19 @@ class LayeredSearch:
             same: The assumption that the plan has what is left of the one before, if that is to be
                 tried first.
         """
+        with contextlib.closing(self.seeds(wanted.search, stopped)) as seed:
+            return self._find(wanted, stopped, same, seed)
+
+    def _find(
+        self,
+        wanted: WantedLayers,
+        stopped: Callable[[], bool],
+        same: Optional[wire.Assumption],
+        seed: Seed,
+    ) -> SearchEnded:
         all_wishes = wanted.wishes
         before = max(wanted.before, wanted.least)
+        kept: Optional[_Way] = None
         turns = [(_Way(self, wanted, first=wanted.least, wishes=all_wishes), _AT_ONCE_SECONDS)]
         one_by_one = _OneByOne(self, wanted, first=1, wishes=1)
         if all_wishes > 1:
@@ -161,10 +182,12 @@ class LayeredSearch:
         begin = time.monotonic()
         while turns and not one_by_one.is_over(begin, time.monotonic()):
             way, seconds = turns.pop(0)
+            if way is not kept:
+                seed.begin()
             end = min(time.monotonic() + seconds, begin + _MOST_SECONDS)
 
             def is_over(end: float = end) -> bool:
-                return stopped() or time.monotonic() > end
+                return stopped() or time.monotonic() > end or seed.is_ready
 
             while not (is_over() or way.is_through):
                 found = way.turn(is_over)
@@ -174,9 +197,30 @@ class LayeredSearch:
                 return SearchEnded(Ended.CALLED)
             if not way.is_through:
                 turns.append((way, seconds * _LENGTHENING))
+            if seed.is_ready:
+                found = self._try_seed(wanted, seed, stopped)
+                if found is not None:
+                    return self._ended(wanted, found, all_wishes)
         if one_by_one.partial is None:
             return self._ended(wanted, SearchEnded(Ended.LAYERED, horizon=1), 0)
         return self._ended(wanted, one_by_one.partial, one_by_one.granted)
+
+    def _try_seed(
+        self, wanted: WantedLayers, seed: Seed, stopped: Callable[[], bool]
+    ) -> Optional[SearchEnded]:
+        """Returns a plan with what another planner has found, if that fits."""
+        for least, assumed in seed.take():
+            layers = max(least, wanted.least)
+            for first in range(self._state.grounded, layers, _SEED_LAYERS):
+                if stopped():
+                    return None
+                self._ask(wanted, min(first + _SEED_LAYERS, layers), wanted.wishes, spare=0)
+            result, found = self.attempt(
+                wanted, layers, wanted.wishes, stopped, seconds=_SEED_SECONDS, assumed=assumed
+            )
+            if result is not wire.Result.UNSAT:
+                return found
+        return None
 
     def _ended(self, wanted: WantedLayers, found: SearchEnded, granted: int) -> SearchEnded:
         """Has so many wishes granted from now on, with the layers of a plan."""
@@ -229,14 +273,20 @@ class LayeredSearch:
         )
 
     def _ask(
-        self, wanted: WantedLayers, layers: int, wishes: int, *, grounded: Optional[int] = None
+        self,
+        wanted: WantedLayers,
+        layers: int,
+        wishes: int,
+        *,
+        grounded: Optional[int] = None,
+        spare: int = _SPARE,
     ) -> None:
         """Grounds layers, and sets the goal."""
         goal = f"goal({wanted.search},{layers},{wishes})"
         state = self._state
         last = grounded if grounded is not None else layers
         if grounded is None and layers > state.grounded:
-            last += _SPARE
+            last += spare
         parts = [
             wire.Part(name, (str(wanted.search), str(n)))
             for n in range(state.grounded + 1, last + 1)

@@ -26,6 +26,7 @@ from rosoclingo.loop.planner import Planner
 from rosoclingo.loop.snapshot import decode, encode
 from rosoclingo.loop.solver import Solver
 from rosoclingo.loop.state import State, StateSnapshot
+from rosoclingo.seed.downward import NONE
 
 _BEGINS_ACTIONS = "commit_actions"
 
@@ -66,6 +67,7 @@ class Loop:
         abort_unreachable: bool = False,
         patience: float = 0.0,
         one_by_one_seconds: float = 0.0,
+        seed_planner: str = NONE,
     ) -> None:
         """Prepares a loop that asks nobody yet.
 
@@ -82,10 +84,14 @@ class Loop:
                 it began; 0 for when it is through, DEFAULT_PATIENCE for what suits its encoding.
             one_by_one_seconds: How long one horizon after the other is searched, until several
                 take turns; 0 for always.
+            seed_planner: The planner that is asked for first plans, see :func:`.find_seed_planner`.
+
+        Raises:
+            SeedPlannerError: There is no such seed planner.
         """
         self._parts = (controller, planner)
         self.state = State(
-            Planner(planner, patience, one_by_one_seconds),
+            Planner(planner, patience, one_by_one_seconds, seed_planner),
             inbox,
             environment,
             self._check,

@@ -23,6 +23,7 @@ from rosoclingo.loop.requests import Requests, read_externals
 from rosoclingo.loop.searching import Searching, read_summary
 from rosoclingo.loop.shortening import shorten
 from rosoclingo.loop.solver import Solver
+from rosoclingo.seed.downward import NONE, find_seed_planner
 
 DEFAULT_PATIENCE = -1.0
 """The value for what every user wants: a second, if better plans are looked for while robots act,
@@ -86,9 +87,14 @@ class Planner(PlannerState):
     """
 
     def __init__(
-        self, solver: Solver, patience: float = 0.0, one_by_one_seconds: float = 0.0
+        self,
+        solver: Solver,
+        patience: float = 0.0,
+        one_by_one_seconds: float = 0.0,
+        seed_planner: str = NONE,
     ) -> None:
         super().__init__()
+        self._seed_planner = find_seed_planner(seed_planner)
         self._solver = solver
         self._requests = Requests(solver)
         self._patience = patience
@@ -495,6 +501,7 @@ class Planner(PlannerState):
             note=self.note,
             layers=self.layers,
             run=self.run,
+            seed_planner=self._seed_planner,
             is_late=is_late,
             varies=self._varies,
         )

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from functools import partial
+from pathlib import Path
 from typing import Any, Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import shorten
@@ -21,6 +23,7 @@ from rosoclingo.loop.local_search import Incumbent, LocalSearch
 from rosoclingo.loop.neighbourhoods import Neighbourhoods, says_choices
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
+from rosoclingo.loop.seeding import ProcessSeed
 from rosoclingo.loop.solver import Solver
 
 _MOST_ROUNDS = 10_000  # answer sets in a row that ask for something
@@ -47,6 +50,7 @@ class Searching:
         note: Callable[[SearchEnded], None],
         layers: LayersState,
         run: Callable[..., object],
+        seed_planner: Optional[Path] = None,
         is_late: Callable[[], bool] = lambda: False,
         varies: Callable[[], bool] = lambda: False,
     ) -> None:
@@ -64,6 +68,7 @@ class Searching:
             note: Called with how it has ended, likewise.
             layers: What is known of the layers of its plans.
             run: Runs commands.
+            seed_planner: Another planner's program, which is asked for first plans in layers.
             is_late: Whether a search without an answer set has to end, though nothing has come.
             varies: Whether which answer set the solver finds is up to chance, or to searches that
                 time has ended; asked after a search.
@@ -77,6 +82,8 @@ class Searching:
         self._recorded = recorded
         self._note = note
         self._layers = LayeredSearch(solver, run, layers, self.cost)
+        if seed_planner is not None and demand.shows_seeds:
+            self._layers.seeds = partial(ProcessSeed, solver, run, seed_planner)
         self._is_late = is_late
         self._varies = varies
 

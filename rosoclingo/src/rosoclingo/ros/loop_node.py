@@ -17,7 +17,7 @@ from rosclingo.ros.action_server import LowLatencyActionServer
 from rosclingo.ros.init import on_shutdown
 from rosclingo.ros.low_latency import subscriber
 from rosclingo.solver.about import about
-from rosoclingo.errors import ShutdownError, StoreError
+from rosoclingo.errors import SeedPlannerError, ShutdownError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.controller import Decider
@@ -33,6 +33,7 @@ from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.environment import ActionClient, RosEnvironment
 from rosoclingo.ros.questions import Questions
 from rosoclingo.ros.storing import Storing, restore_goal, status_of
+from rosoclingo.seed.downward import NONE, find_seed_planner
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.store.store import KnownGoal
 from rosoclingo.store.stored_loop import StoredLoop
@@ -93,9 +94,11 @@ class Node:
             "one_by_one_seconds": parameters.number(
                 "one_by_one_seconds", ONE_BY_ONE_SECONDS, what="seconds"
             ),
+            "seed_planner": _seed_planner(),
         }
         if isinstance(inbox, ReplayInbox):
-            deciding["one_by_one_seconds"] = 0.0  # the journal says what was found ahead
+            # The journal says what was found ahead, and with which first plan.
+            deciding.update(one_by_one_seconds=0.0, seed_planner=NONE)
         why_seconds = parameters.positive("why_seconds", _WHY_SECONDS)
         why_nice = parameters.integer("why_nice", LOWEST, LOWEST)
         explains = parameters.flag("explain", True)
@@ -257,3 +260,17 @@ class Node:
         if goal is None:
             raise rospy.ServiceException(f"no goal has the slot {request.key!r}")
         return [goal.information]
+
+
+def _seed_planner() -> str:
+    """Returns the parameter ``~seed_planner``.
+
+    Raises:
+        ParameterError: It is wrong, or that planner is not installed.
+    """
+    name = parameters.text("seed_planner", NONE)
+    try:
+        find_seed_planner(name)
+    except SeedPlannerError as err:
+        raise parameters.wrong("seed_planner", err) from err
+    return name
