@@ -363,6 +363,36 @@ def test_only_what_serves_is_done(seed: int, tmp_path: Path) -> None:
     assert world.done == ["fetch", "press"]
 
 
+DOOR = """
+#include "{actions}".
+#program base.
+initially(door,shut).
+initially(bell,off).
+action(arm,press).
+needs_other(arm,press,door,shut).
+sets(arm,press,bell,on).
+request(call).
+wants(call,bell,on).
+says(opened,door,open).
+"""
+
+
+@pytest.mark.parametrize("opens", [False, True])
+def test_a_value_that_must_not_be(opens: bool, tmp_path: Path) -> None:
+    """Also if nobody can change it, or somebody has to before."""
+    opener = "action(boy,open). sets(boy,open,door,open)." if opens else ""
+    encoding = tmp_path / "door.lp"
+    encoding.write_text(DOOR.format(actions=ACTIONS) + opener, encoding="utf-8")
+    world = World(DYN_RESET, [str(encoding)])
+    goal = world.request("call")
+    assert world.run() is None
+    assert world.done == (["open", "press"] if opens else [])
+    world.tell("info", "opened")
+    assert world.run() is None
+    assert world.done[-1] == "press"
+    assert goal.words[-1] == "succeeded"
+
+
 def test_an_action_that_fails_is_done_again() -> None:
     world = Hospital(DYN_RESET, [SMALL], ["linen1"])
     world.ask("linen(ward_a,bags(1))")
