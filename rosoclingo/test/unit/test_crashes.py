@@ -42,6 +42,7 @@ CANCELS = {"3": "accepted", "4": ""}
 ENDS = {"1": ["succeeded"], "2": ["rejected"], "3": ["canceled"], "4": ["canceled"]}
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 IN_2_0_STYLE = str(PACKAGE / "test" / "modes" / "dynamic_2_0.lp")
+LAYERS = str(Path(__file__).with_name("line_actions.lp"))
 CASES = [(DYN_RESET, "line_demand.lp"), (RECORDING, "line.lp"), (SINGLE, "line_1.0.lp")]
 UNHEARD = ["after plan", "after note", "after feedback"]
 KILLS = 30  # of a seed
@@ -114,6 +115,18 @@ def test_random_kills(seed: int, folder: Path) -> None:
         assert [one.value for one in messages] == ["close(6)"]
         count += 1
     print(f"seed {seed}: {runs.kills} kills in {count} runs")
+
+
+def test_random_kills_with_plans_in_layers(folder: Path) -> None:
+    """How many layers there are is saved, since it depends on time."""
+    runs, calm, chance = Runs(folder, DYN_RESET, LAYERS), world(), Random(0)
+    runs.run(calm)
+    assert outcome(calm)[1] == ENDS
+    most = KILLS if "CRASHES" in os.environ else 6
+    while runs.kills < most:
+        disturbed = world()
+        runs.run(disturbed, [chance.randrange(1, 40) for _ in range(most - runs.kills)])
+        assert outcome(disturbed) == outcome(calm)
 
 
 class Mortal(Forwarding):
