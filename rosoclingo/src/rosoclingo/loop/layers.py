@@ -49,7 +49,7 @@ _MORE_SECONDS = 5.0  # after which there is one for some of them only, if there 
 
 @dataclass
 class LayersState:
-    """What is known of the layers of the latest search; all of it is saved.
+    """Keeps what is known of the layers of the latest search; all of it is saved.
 
     Attributes:
         search: Its number.
@@ -71,7 +71,7 @@ class LayersState:
 
 @dataclass(frozen=True)
 class WantedLayers:
-    """What an answer set says of the layers that it needs. Immutable.
+    """Says which layers an answer set needs. Immutable.
 
     Attributes:
         search: The number of the search.

@@ -22,14 +22,14 @@ SEED = ("seed", 1)
 
 
 class Seed:
-    """What another planner finds for one search; this one finds nothing. One thread makes calls."""
+    """Gives what another planner finds for a search; here, nothing. One thread makes the calls."""
 
     def begin(self) -> None:
         """Has the other planner begin, unless it has begun."""
 
     @property
     def is_ready(self) -> bool:
-        """Whether something was found that is not taken yet; for any thread."""
+        """Tells whether something was found that is not taken yet; for any thread."""
         return False
 
     def take(self) -> Iterator[Tuple[int, List[wire.Assumption]]]:
@@ -41,7 +41,7 @@ class Seed:
 
 
 class ProcessSeed(Seed):
-    """What a process finds."""
+    """Gives what a process finds."""
 
     def __init__(
         self,
@@ -81,7 +81,7 @@ class ProcessSeed(Seed):
 
     @property
     def is_ready(self) -> bool:
-        """Whether the process has ended, and its plan is not taken yet; for any thread."""
+        """Tells whether the process has ended, and its plan is not taken yet; for any thread."""
         process = self._process
         return process is not None and process.has_ended
 

@@ -1,4 +1,4 @@
-"""Who does an action: PDDL does not say that, and ROSoClingo has to know."""
+"""Finds the actuator of each action, of which PDDL says nothing."""
 
 from __future__ import annotations
 

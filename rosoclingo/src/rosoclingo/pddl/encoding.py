@@ -111,7 +111,7 @@ class Encoder:
 
     @property
     def begins_at_goal(self) -> bool:
-        """Whether the goal is met at first."""
+        """Tells whether the goal is met at first."""
         return all(self._task.init[variable] == value for variable, value in self._task.goal)
 
     def actions(self) -> List[str]:

@@ -56,7 +56,7 @@ class NumericUse:
 
     @property
     def changes_something(self) -> bool:
-        """Whether some number is another one afterwards."""
+        """Tells whether some number is another one afterwards."""
         return bool(self.uses or self.gives or self.fills)
 
 

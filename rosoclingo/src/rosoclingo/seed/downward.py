@@ -58,7 +58,7 @@ def find_seed_planner(name: str) -> Optional[Path]:
 
 
 class SeedProcess:
-    """One search of Fast Downward's; it begins at once. Thread-safe."""
+    """A search of Fast Downward's, which begins at once. Thread-safe."""
 
     def __init__(self, program: Path, task: str) -> None:
         """Starts the process.
@@ -90,7 +90,7 @@ class SeedProcess:
 
     @property
     def has_ended(self) -> bool:
-        """Whether it has ended, with or without a plan."""
+        """Tells whether it has ended, with or without a plan."""
         return not self._thread.is_alive()
 
     @property

@@ -73,7 +73,7 @@ class Operator:
 
 @dataclass(frozen=True)
 class SeedTask:
-    """What a planner needs for a first plan; numbers are not among it.
+    """Holds all that a planner needs for a first plan, without numbers.
 
     Attributes:
         initial: The variables' values now; a variable without one is lost.
