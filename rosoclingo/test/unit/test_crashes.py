@@ -42,7 +42,17 @@ CANCELS = {"3": "accepted", "4": ""}
 ENDS = {"1": ["succeeded"], "2": ["rejected"], "3": ["canceled"], "4": ["canceled"]}
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 IN_2_0_STYLE = str(PACKAGE / "test" / "modes" / "dynamic_2_0.lp")
-LAYERS = str(Path(__file__).with_name("line_actions.lp"))
+ACTIONS = PACKAGE.parent / "rosoclingo_aspprograms" / "lib" / "actions.lp"
+LAYERS = f"""
+#include "{ACTIONS}".
+#program base.
+way(N,N+1) :- N = 1..5.
+way(N+1,N) :- N = 1..5.
+moves(robot).
+initially(at(robot),1).
+request(visit(1..6)).
+wants(visit(N),at(robot),N) :- N = 1..6.
+"""
 CASES = [(DYN_RESET, "line_demand.lp"), (RECORDING, "line.lp"), (SINGLE, "line_1.0.lp")]
 UNHEARD = ["after plan", "after note", "after feedback"]
 KILLS = 30  # of a seed
@@ -119,7 +129,9 @@ def test_random_kills(seed: int, folder: Path) -> None:
 
 def test_random_kills_with_plans_in_layers(folder: Path) -> None:
     """How many layers there are is saved, since it depends on time."""
-    runs, calm, chance = Runs(folder, DYN_RESET, LAYERS), world(), Random(0)
+    encoding = folder / "line.lp"
+    encoding.write_text(LAYERS, encoding="utf-8")
+    runs, calm, chance = Runs(folder, DYN_RESET, str(encoding)), world(), Random(0)
     runs.run(calm)
     assert outcome(calm)[1] == ENDS
     most = KILLS if "CRASHES" in os.environ else 6

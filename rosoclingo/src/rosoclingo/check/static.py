@@ -34,6 +34,7 @@ _PARTS: Mapping[Type[Dialect2], FrozenSet[Signature]] = {
     PaperDialect: frozenset({("transition", 1), ("query", 1)}),
 }  # fmt: skip
 _LAYERS = frozenset({("layer", 2), ("goal", 2)})  # grounded if an encoding has both
+_SEED = ("seed", 1)  # then, for a seed planner
 _FOR_WHY = frozenset({("phrases", 0), ("possible", 1)})  # docs/why.md
 _FOR_ROSOCLINGO = frozenset(  # what it reads, shown or not, and what is reported as not shown
     {("rslot", 1), ("id", 1), ("do", 3), ("occurs", 3), ("status", 3), ("holds", 2), ("phrase", 2),
@@ -91,7 +92,7 @@ def look(options: Options, dialect: Type[Dialect2], alphabet: Alphabet) -> List[
 def _parts(seen: Written, dialect: Type[Dialect2], _: Alphabet) -> Iterator[Finding]:
     known = _PARTS[dialect] | _FOR_WHY | seen.asked
     if dialect is Dialect2 and seen.parts.keys() >= _LAYERS:
-        known |= _LAYERS
+        known |= _LAYERS | {_SEED}
     for (name, arity), place in seen.parts.items():
         if (name, arity) in known:
             continue
