@@ -23,6 +23,7 @@ from rosoclingo.bags.replay.input_schedule import input_schedule, rest
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import Simulation
+from rosoclingo.loop import layers
 from rosoclingo.loop.improving import improve
 from rosoclingo.loop.inbox import Inbox, Message
 from rosoclingo.loop.journal import (
@@ -220,6 +221,55 @@ def test_searches_in_layers_are_kept_in_a_replay(system: Callable[..., System], 
     assert not comparison.differences, text_report.describe(comparison)
     assert events(again, SearchEnded) == searches
     assert events(again, PlanFound) == events(recorded, PlanFound)
+
+
+POWER = """
+#include "{actions}".
+#program base.
+number(power,3).
+initially(power,1).
+initially((lamp;bell),off).
+action(arm,(light;ring)).
+uses(arm,light,power,2).
+sets(arm,light,lamp,on).
+sets(arm,ring,bell,on).
+request((shine;call)).
+wants(shine,lamp,on).
+wants(call,bell,on).
+says(power(N),power,N) :- N = 0..3.
+"""
+
+
+def test_a_search_in_layers_that_is_interrupted_is_kept_in_a_replay(
+    system: Callable[..., System], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There is no power for the first goal, until a message comes; the second one interrupts."""
+    monkeypatch.setattr(layers, "_MOST_SECONDS", 120.0)
+    monkeypatch.setattr(layers, "_MORE_SECONDS", 0.1)
+    monkeypatch.setattr(layers, "_MOST_LAYERS", 10_000)
+    encoding = tmp_path / "power.lp"
+    library = MAILBOT.parent / "lib" / "actions.lp"
+    encoding.write_text(POWER.format(actions=library), encoding="utf-8")
+
+    def make(inbox: Inbox, *options: str) -> System:
+        name, steps = "dynamic.incremental.dyn_reset", ("-c", "steps=400")
+        return system(name, *steps, encoding=[str(encoding), *options], inbox=inbox)
+
+    run = Session(make(Inbox()), lambda _, __: "success")
+    run.start()
+    run.goal("g0", "shine")
+    run.wait_for(lambda events: any(isinstance(one, SearchEnded) for one in events))
+    run.goal("g1", "call")
+    run.goals["g1"].wait()
+    run.inbox.put(Message("info", "power(2)"))
+    run.goals["g0"].wait()
+    run.wait_for(lambda events: isinstance(events[-1], LoopWaits))
+    recorded = list(run.entries)
+    assert Ended.CALLED in {one.how for one in events(recorded, SearchEnded)}
+    inbox = ReplayInbox(decode(encode(input_schedule(Run(recorded)))))
+    again = replay(make(inbox, "--rand-freq=1", "--seed=7"), recorded, 0)
+    comparison = compare(Run(recorded), Run(again))
+    assert not comparison.differences, text_report.describe(comparison)
 
 
 ANY_OF_MANY = """

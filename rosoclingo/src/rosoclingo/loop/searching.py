@@ -194,7 +194,7 @@ class Searching:
         ended = self._recorded.search_due(Ended.LAYERED, Ended.CALLED, number=number)
         if ended is None:
             ended = self._layers.find(wanted, stopped, same=self._same() if compares else None)
-        else:
+        elif ended.how is Ended.LAYERED:
             self._layers.take(wanted, ended)
         if ended.how is not Ended.CALLED:
             self._note(dataclasses.replace(ended, symbols=(), quality=None, round=number))
