@@ -1,4 +1,4 @@
-"""What an encoding may say to actions.lp: each predicate decides a small task."""
+"""Tests each predicate that actions.lp takes, by a small task that it decides."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ request((a;b)). wants(J,J,done) :- J = (a;b).
     ("shared", "steps"), [("", 1), ("occupies(R,do(J),bench) :- action(R,do(J)).", 2)]
 )
 def test_occupies(shared: str, steps: int, tmp_path: Path) -> None:
-    """Who needs the same thing alone acts one after the other."""
+    """Two actuators that need the same thing alone act one after the other."""
     task = Task(tmp_path, JOBS + shared)
     assert words(task.meet("a", "b")) == ["succeeded"] * 2
     assert len(task.rounds) == steps

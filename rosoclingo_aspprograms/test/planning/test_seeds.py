@@ -283,7 +283,7 @@ class Recorded(RecordedSearches):
 @lama
 @pytest.mark.usefixtures("only_seeds")
 def test_a_replay_asks_nobody() -> None:
-    """What was found is in the journal."""
+    """The journal has what was found."""
     planner = make_planner(HERE / "blocks.lp", "tower")
     noted: List[SearchEnded] = []
     planner.note = noted.append
