@@ -28,6 +28,7 @@ from rosclingo.solver.terms import parse_term
 from rosclingo.solver.theories import make_theory
 from rosclingo.solver.threads import with_threads
 from rosclingo.solver.watch import Watch
+from rosclingo.solver.ways import ShortestWays
 from rosclingo.wire import commands as wire
 
 _MOST_ROUNDS = 10_000  # of grounding what the program asks for
@@ -250,7 +251,8 @@ class Engine:
             program = program if program is last else self._rewrite(program)
         else:
             program = last
-        namespace: scripts.Namespace = {}
+        ways = ShortestWays(lambda: self._control.symbolic_atoms)
+        namespace: scripts.Namespace = dict(ways.functions)
         messages = Messages()
         with scripts.using(namespace):
             if program is not last:
@@ -268,6 +270,7 @@ class Engine:
             use_heuristics(control, options.clingo)
         self._program = program
         self._scripts = namespace
+        self._ways = ways
         self._control = control  # the old one goes before its theory
         self._theory = theory
         self._messages = messages
@@ -361,6 +364,7 @@ class Engine:
 
     def _cleanup(self, _: wire.CleanupDomains) -> None:
         self._ask = None  # it may go
+        self._ways.forget()
         self._control.cleanup()
 
     def _get_externals(self, _: wire.GetExternals) -> wire.Externals:

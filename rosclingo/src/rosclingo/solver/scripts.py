@@ -1,4 +1,4 @@
-"""Python scripts in trusted encodings.
+"""Python scripts in trusted encodings, and the functions that each program can call.
 
 clingo runs a ``#script (python)`` block by itself once a language is registered. Its own
 registration runs the code in the module ``__main__``, where a program that a client sends could
@@ -18,7 +18,7 @@ from clingo.script import Script, register_script
 _LOG = logging.getLogger("rosout")
 
 Namespace = Dict[str, Any]
-"""What the scripts of one solver have defined."""
+"""What the programs of one solver can call: our own functions, and what its scripts define."""
 
 # A context belongs to one thread, and clingo calls back in the thread that called it.
 _CURRENT: ContextVar[Namespace] = ContextVar("_CURRENT")
@@ -46,6 +46,8 @@ class _PythonScript(Script):
 
 
 register_script("python", _PythonScript())
+# clingo looks for functions only in languages of which it has run a script.
+clingo.Control().add("base", (), "#script (python) #end.")
 
 
 @contextlib.contextmanager
