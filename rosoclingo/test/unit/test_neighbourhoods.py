@@ -97,6 +97,26 @@ def test_groups_that_are_new_come_first(engine: Engine) -> None:
     assert hoods.size == 8
 
 
+def test_only_critical_groups_are_worth_a_try() -> None:
+    kept = [f"keep(next({n - 1},{n}),{n},{n - 1})" for n in range(1, 13)]
+    plan = Neighbourhood.of([*kept, "critical(3)", "critical(7)", "critical(elsewhere)"])
+    assert plan is not None
+    assert plan.critical == ["3", "7"]
+    seeds = Neighbourhoods().seeds(plan)
+    assert set(seeds) == {"3", "7"}
+    assert len(seeds) == len(plan.groups)
+    plan = Neighbourhood.of(kept)
+    assert plan is not None
+    assert plan.critical == plan.groups
+
+
+def test_the_best_of_some_choices_is_not_proven_the_best_of_all(engine: Engine) -> None:
+    program = "#program more. #show restricted : 0 = 0."
+    assert engine.run([Add("more", (), program), Ground((Part("more"),))]).failure is None
+    best = search(engine, Neighbourhoods()).descend(worst(engine), lambda: False)
+    assert (best.cost, best.is_best) == ((12,), False)
+
+
 @pytest.mark.parametrize("symbols", [(), ("do(a,b,1)",), ("close(a,b)",), ("keep(a,b)",)])
 def test_no_choices(symbols: Tuple[str, ...]) -> None:
     assert Neighbourhood.of(symbols) is None

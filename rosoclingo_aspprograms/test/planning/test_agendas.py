@@ -23,9 +23,11 @@ AT_ONCE = 0.001
 class Office:
     """A planner of robots on a grid that is told requests."""
 
-    def __init__(self, requests: int, robots: int, folder: Path, patience: float) -> None:
+    def __init__(
+        self, requests: int, robots: int, folder: Path, patience: float, *, rules: str = ""
+    ) -> None:
         more = folder / "robots.lp"
-        more.write_text(f"start(robot(N),c(8*N)) :- N = 2..{robots}.")
+        more.write_text(f"start(robot(N),c(8*N)) :- N = 2..{robots}. {rules}")
         files = [FOLDER / "instances" / "graph_bench.lp", more, FOLDER / "mailbot.lp"]
         constants = ("-c", f"x={SIDE}", "-c", f"y={SIDE}", "-c", f"slots={requests + 1}")
         self.planner = Planner(Engine(Options(tuple(map(str, files)), constants)), patience)
@@ -99,3 +101,36 @@ def test_a_small_agenda_is_proven_best_as_before(tmp_path: Path) -> None:
     assert len(served(office.plan())) == 10
     assert office.planner.quality is not None
     assert office.planner.quality.is_best
+
+
+@pytest.mark.parametrize("robots", [1, 3])
+def test_many_tasks_in_two_regions_are_all_done(robots: int, tmp_path: Path) -> None:
+    """What costs little after a task is in its own region, but the robots get to the other one."""
+    office = Office(24, robots, tmp_path, AT_ONCE)
+    offices = [*range(1, 17, 2), *range(49, 65, 2)]
+    pairs = [(place, place + 1) for place in (*offices, *offices[4:12])]
+    office.requests = [f"bring({origin},{destination})" for origin, destination in pairs]
+    office.ask(1, 24)
+    assert len(served(office.plan())) == 24
+
+
+def test_a_restricted_agenda_is_not_proven_best(tmp_path: Path) -> None:
+    """With twenty tasks it may be, with more it is not, even if all is searched through."""
+    office = Office(21, 1, tmp_path, AT_ONCE)
+    office.requests = [f"bring({place},{place + 1})" for place in range(1, 22)]
+    office.ask(1, 21)
+    office.plan()
+    while office.planner.may_improve:
+        office.improve(60.0)
+    assert office.planner.quality is not None
+    assert not office.planner.quality.is_best
+    assert office.planner.quality.bound == ()
+
+
+def test_an_agenda_with_orders_is_not_restricted(tmp_path: Path) -> None:
+    rules = "#program present(k,t). before(21,1,k) :- asked(1,O,P,k). #program base."
+    office = Office(21, 1, tmp_path, AT_ONCE, rules=rules)
+    office.requests = [f"bring({place},{place + 1})" for place in range(1, 22)]
+    office.ask(1, 21)
+    actions = [action.name for action in office.plan().actions_from(0)]
+    assert actions.index("deliver(21)") < actions.index("pickup(1)")

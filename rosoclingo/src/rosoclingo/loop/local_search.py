@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
-from rosoclingo.loop.neighbourhoods import Neighbourhood, Neighbourhoods
+from rosoclingo.loop.neighbourhoods import Neighbourhood, Neighbourhoods, is_restricted
 from rosoclingo.loop.solver import Solver
 
 _MOST = 2**31 - 1  # a cost at a priority of which nothing is known
@@ -107,7 +107,7 @@ class LocalSearch:
         found: List[wire.Improvement] = []
         bound = wire.CostBound(below(best.cost))
         outcome = self._solver.solve((*kept, bound), stopped, found.append)
-        is_best = not (kept or outcome.interrupted)
+        is_best = not (kept or outcome.interrupted or is_restricted(best.symbols))
         cost = self._cost(outcome, found)
         if cost and cost < best.cost:
             return Incumbent(cost, outcome.symbols or found[-1].symbols, is_best)

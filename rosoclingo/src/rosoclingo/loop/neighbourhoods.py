@@ -21,7 +21,7 @@ from typing import AbstractSet, Dict, List, Optional, Sequence, Set, Tuple
 from rosclingo.wire.commands import Assumption
 from rosclingo.wire.term_text import split_term
 
-_KEEP, _CLOSE = "keep(", "close("
+_KEEP, _CLOSE, _CRITICAL, _RESTRICTED = "keep(", "close(", "critical(", "restricted"
 _SIZE = 8  # groups that are free at first
 _GROWTH = 1.25  # of that when all neighbourhoods have been tried
 _SECONDS = 0.006  # for each free group that a search may take
@@ -34,27 +34,38 @@ def says_choices(symbols: Sequence[str]) -> bool:
     return any(text.startswith(_KEEP) for text in symbols)
 
 
+def is_restricted(symbols: Sequence[str]) -> bool:
+    """Returns whether there may be better plans than those that can be found."""
+    return _RESTRICTED in symbols
+
+
 class Neighbourhood:
     """The choices of one plan and the groups that they belong to. Immutable.
 
     Attributes:
         groups: The groups, in order.
+        critical: Those around which a neighbourhood may have a better plan, likewise.
     """
 
     def __init__(
-        self, choices: Sequence[Tuple[str, str, str]], close: Sequence[Tuple[str, str]]
+        self,
+        choices: Sequence[Tuple[str, str, str]],
+        close: Sequence[Tuple[str, str]],
+        critical: AbstractSet[str] = frozenset(),
     ) -> None:
         """Takes what a plan says.
 
         Args:
             choices: Choices with their groups, and what those are beside.
             close: What a group might be beside, with the group.
+            critical: Groups without which nothing is better; empty if that is not said.
         """
         self._choices: Dict[str, str] = {choice: group for choice, group, _ in choices}
         self._beside: Dict[str, List[str]] = defaultdict(list)
         for _, group, other in choices:
             self._beside[group].append(other)
         self.groups: List[str] = sorted(self._beside)
+        self.critical = [group for group in self.groups if group in critical] or self.groups
         self._close: Dict[str, List[str]] = defaultdict(list)
         for other, group in close:
             if group in self._beside:
@@ -63,10 +74,12 @@ class Neighbourhood:
     @classmethod
     def of(cls, symbols: Sequence[str]) -> Optional[Neighbourhood]:
         """Reads an answer set; None if it says nothing of choices."""
-        terms = [split_term(text) for text in symbols if text.startswith((_KEEP, _CLOSE))]
+        names = (_KEEP, _CLOSE, _CRITICAL)
+        terms = [split_term(text) for text in symbols if text.startswith(names)]
         choices = [(a[0], a[1], a[2]) for name, a in terms if name == "keep" and len(a) == 3]
         close = [(a[0], a[1]) for name, a in terms if name == "close" and len(a) == 2]
-        return cls(choices, close) if choices else None
+        critical = {a[0] for name, a in terms if name == "critical" and len(a) == 1}
+        return cls(choices, close, critical) if choices else None
 
     def assumptions(self, free: AbstractSet[str]) -> List[Assumption]:
         """Returns what is assumed if some groups are free."""
@@ -139,7 +152,12 @@ class Neighbourhoods:
 
     def seeds(self, plan: Neighbourhood) -> List[str]:
         """Returns the groups around which a neighbourhood is worth a try, in their order."""
-        return self.dice.sample(plan.groups, len(plan.groups))
+        rounds = -(-len(plan.groups) // len(plan.critical))
+        return [
+            seed
+            for _ in range(rounds)
+            for seed in self.dice.sample(plan.critical, len(plan.critical))
+        ]
 
     def grow(self) -> None:
         """All of a size were tried in vain."""

@@ -69,7 +69,7 @@ class PlannerState:
     _stays_near: bool = False  # whether the mode has stopped before a plan that was kept
     _symbols: Tuple[str, ...] = ()  # the plan that is followed, if it may not be the shortest
     _passed: int = 0  # the steps of that plan before the last reset
-    _is_shortened: bool = False  # whether no shorter one can be found
+    _is_through: bool = False  # whether a search for a better plan has tried all
     _still: int = 0  # the last step in which actions can be forbidden
     _later: List[str] = field(default_factory=list)  # externals that are to be true
 
@@ -249,7 +249,7 @@ class Planner(PlannerState):
         """Takes note that something was told by which the plan may be another one."""
         self._kept = None
         self._began = None
-        self._stays_near = self._is_shortened = False
+        self._stays_near = self._is_through = False
         self.demand.note_news()
 
     def search(
@@ -428,8 +428,8 @@ class Planner(PlannerState):
         """Tells whether it is worth looking for a better plan than the one that stands."""
         if self.demand:
             is_best = self.quality is None or self.quality.is_best
-            return self.patience > 0 and self.demand.improves and not is_best
-        is_open = self._is_timed and bool(self._symbols) and not self._is_shortened
+            return self.patience > 0 and self.demand.improves and not (is_best or self._is_through)
+        is_open = self._is_timed and bool(self._symbols) and not self._is_through
         return is_open and self._takes_turns and self.quality is None
 
     def improve(
@@ -460,6 +460,7 @@ class Planner(PlannerState):
         self.quality = ended.quality
         if ended.how is not Ended.NOTHING:
             self._kept = None
+        self._is_through = ended.how is Ended.AS_BEFORE and not stopped()
         return better
 
     def _shorten(
@@ -473,7 +474,7 @@ class Planner(PlannerState):
                 self._solver, self._requests.run, Plan(self._symbols),
                 step=step, horizon=horizon, stopped=stopped,
             )  # fmt: skip
-            self._is_shortened = not stopped()
+            self._is_through = not stopped()
         self.note(ended)
         if ended.how is not Ended.BETTER:
             return None

@@ -20,7 +20,7 @@ from rosoclingo.loop.demand import Demand
 from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
 from rosoclingo.loop.layers import LayeredSearch, LayersState, WantedLayers
 from rosoclingo.loop.local_search import Incumbent, LocalSearch
-from rosoclingo.loop.neighbourhoods import Neighbourhoods, says_choices
+from rosoclingo.loop.neighbourhoods import Neighbourhoods, is_restricted, says_choices
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
 from rosoclingo.loop.seeding import ProcessSeed
@@ -318,7 +318,8 @@ class Searching:
             is_cut = limit and outcome.interrupted and not is_stopped
             if not (is_cut and (found or best)):
                 cost = self.cost(outcome, found)
-                return outcome, Quality(cost, cost) if cost else None
+                is_best = not is_restricted(outcome.symbols)
+                return outcome, Quality(cost, cost if is_best else ()) if cost else None
             bound = self._bound()
             best = self._incumbent(outcome, found, best)
         assert best is not None
@@ -328,6 +329,7 @@ class Searching:
             best = self._local_search().descend(best, has_to_end)
             if is_stopped:
                 return wire.Outcome(wire.Result.UNKNOWN, interrupted=True), None
+            bound = () if is_restricted(best.symbols) else bound
         if best.is_best or (self._demand.improves and not self._demand.asks(best.symbols)):
             # If it asks for nothing, it stands, or an answer set before has decided it: there is no
             # other.
