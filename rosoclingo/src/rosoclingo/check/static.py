@@ -18,6 +18,7 @@ from rosoclingo.check.functors import UnmatchedFunction, unmatched_functions
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.ids import RESERVED, is_own, why_no_actuator, why_no_slot
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
+from rosoclingo.why.doubts import DOUBTS, OBSTACLES
 from rosoclingo.why.rules import idle_names
 
 Signature = Tuple[str, int]
@@ -35,10 +36,12 @@ _PARTS: Mapping[Type[Dialect2], FrozenSet[Signature]] = {
 }  # fmt: skip
 _LAYERS = frozenset({("layer", 2), ("goal", 2)})  # grounded if an encoding has both
 _SEED = ("seed", 1)  # then, for a seed planner
-_FOR_WHY = frozenset({("phrases", 0), ("possible", 1)})  # docs/why.md
+_FOR_WHY = frozenset(  # docs/why.md
+    {("phrases", 0), ("possible", 1), (DOUBTS, 1), (OBSTACLES, 1)}
+)
 _FOR_ROSOCLINGO = frozenset(  # what it reads, shown or not, and what is reported as not shown
     {("rslot", 1), ("id", 1), ("do", 3), ("occurs", 3), ("status", 3), ("holds", 2), ("phrase", 2),
-     ("possible", 2), ("abort", 2)}
+     ("possible", 2), ("abort", 2), ("doubt", 2)}
 )  # fmt: skip
 _OWN = "rosoclingo_"
 
