@@ -25,7 +25,7 @@ from rosoclingo.why.doubts import DOUBTS, doubts, one_of_each, parse, sentence
 
 _SECONDS = 2.0  # after which no further requests are told
 _MOST = 12  # requests of each kind that are told
-_ALONE = ("unsaid", "never", "unknown")  # doubts that count only if one request is told
+_ALONE = ("never", "unknown")  # doubts that count only if one request is told
 
 
 def look(options: Options, alphabet: Alphabet) -> Iterator[Finding]:
@@ -43,6 +43,7 @@ def look(options: Options, alphabet: Alphabet) -> Iterator[Finding]:
         for statement in program.statements
         if statement.ast_type is ast.ASTType.Rule
         for atom in atoms([statement.head])
+        if atom.ast_type is ast.ASTType.Function
     ]
     found: Dict[str, None] = {}
     planner = Planner(make_parts(SINGLE, options).planner)
@@ -57,7 +58,7 @@ def look(options: Options, alphabet: Alphabet) -> Iterator[Finding]:
                 found[doubt] = None
         if time.monotonic() > end:
             break
-    for doubt in one_of_each(found):
+    for doubt in one_of_each(doubt for doubt in found if not _depends(doubt, heads)):
         yield Finding("model", sentence(doubt), _place(parse(doubt)[2], heads), is_hint=True)
 
 
@@ -79,6 +80,13 @@ def _spread(requests: Sequence[str]) -> Sequence[str]:
     if len(requests) <= _MOST:
         return requests
     return [requests[number * (len(requests) - 1) // (_MOST - 1)] for number in range(_MOST)]
+
+
+def _depends(doubt: str, heads: Sequence[ast.AST]) -> bool:
+    """Whether an action is said by some rule, though not now."""
+    kind, _, fact = parse(doubt)
+    actuator, action = split_term(fact)[1][:2] if kind == "unsaid" else ("", "")
+    return bool(action) and bool(_place(f"action({actuator},{action})", heads))
 
 
 def _place(fact: str, heads: Sequence[ast.AST]) -> str:

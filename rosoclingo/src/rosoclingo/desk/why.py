@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import List, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
@@ -33,6 +34,9 @@ def explain(
     waiting = [g.slot for g in lost if g.slot in asked and g.stage is not Stage.ENDED]
     questions = [Question(Kind.GOAL, (slot,)) for slot in waiting if slot is not None]
     dialect = detect(chosen.options) if chosen.mode == SINGLE else Dialect2
+    # Without --simulate, nobody has had the time to answer.
+    silent = tuple((actuator, seconds) for actuator, seconds in situation.silent if seconds > 0)
+    situation = replace(situation, silent=silent)
     limit = last_step((*chosen.mode_options, *chosen.options.clingo))
     explainer = Explainer(
         chosen.options, situation.up_to(limit), dialect, seconds=chosen.why_seconds
