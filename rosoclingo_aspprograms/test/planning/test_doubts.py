@@ -154,6 +154,29 @@ def test_an_action_on_a_condition(tmp_path: Path) -> None:
     assert "nothing makes thing(1) b" in Explainer(options, told, seconds=20).goal("1").text
 
 
+def test_facts_have_words(tmp_path: Path) -> None:
+    """The library says what a variable is; the encoding may say it better."""
+    options = write(tmp_path, "request(", "says(bell(X),bell,X) :- X = (works;off).\nrequest(")
+    told = Situation(
+        told=("event(info,bell(off),0)", "event(1,bring(a,b),0)"),
+        last=20,
+        goals=(("1", "bring(a,b)"),),
+        tells=True,
+    )
+    saved = Situation(
+        told=("event(save,is(bell,off),0)", "event(1,bring(a,b),0)"),
+        last=20,
+        goals=(("1", "bring(a,b)"),),
+        tells=True,
+    )
+    assert "because info says bell(off)." in Explainer(options, told, seconds=20).goal("1").text
+    assert "because bell is off." in Explainer(options, saved, seconds=20).goal("1").text
+    with open(options.files[0], "a", encoding="utf-8") as file:
+        file.write('#program phrases. phrase("is(bell,off)", "the bell is broken").')
+    text = Explainer(options, saved, seconds=20).goal("1").text
+    assert "because the bell is broken." in text
+
+
 def test_a_name_of_the_librarys_own(tmp_path: Path) -> None:
     """A predicate that a library has for itself is not to be derived by others."""
     options = write(

@@ -12,6 +12,7 @@ from rosoclingo.desk.system import Request
 from rosoclingo.loop.goals import Stage
 from rosoclingo.single.algorithm1 import last_step
 from rosoclingo.single.dialects import Dialect2, detect
+from rosoclingo.why.answers import WhyNoPlan
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.question import Answer, Kind, Question
 from rosoclingo.why.situation import Situation
@@ -44,7 +45,16 @@ def explain(
     answers: List[Answer] = []
     try:
         for question in questions or [Question()]:
-            answers.append(question.answer(explainer))
+            answer = question.answer(explainer)
+            if questions or not _has_plan(answer):
+                answers.append(answer)
     except RosclingoError as err:
         return answers, [f"why: {err}; --why-seconds {chosen.why_seconds:g}"]
     return answers, []
+
+
+def _has_plan(answer: Answer) -> bool:
+    """Whether the answer is that there is a plan after all: goals have ended for another reason."""
+    if not isinstance(answer, WhyNoPlan):
+        return False
+    return answer.plan is not None and answer.horizon is None

@@ -98,7 +98,7 @@ def one_of_each(found: Iterable[str]) -> List[str]:
     What is used comes before what is given.
     """
     first: Dict[Tuple[str, ...], str] = {}
-    for doubt in sorted(found, key=lambda one: (parse(one)[2].startswith("gives("), one)):
+    for doubt in sorted(found, key=lambda one: parse(one)[2].startswith("gives(")):
         kind, _, fact = parse(doubt)
         name, arguments = split_term(fact)
         own = arguments[name in _OF_ACTUATORS :]

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import replace
-from typing import FrozenSet, Iterable, Iterator, List, Optional, Sequence, Tuple
+from typing import FrozenSet, Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumption, GetPrograms, Improvement, Part, Programs, Result
@@ -76,8 +76,12 @@ class RetellingCopy(RebuildingCopy):
             return (), ()
         self._ask(told, frozenset(), ())
         missing = doubts(self._planner, OBSTACLES)
-        others = [one for one in doubts(self._planner, DOUBTS) if one not in missing]
-        return _sentences(missing), _sentences(filter(prevents, others))
+        others = filter(prevents, doubts(self._planner, DOUBTS))
+        found = one_of_each([*missing, *others])
+        return (
+            _sentences([one for one in found if one in missing]),
+            _sentences([one for one in found if one not in missing]),
+        )
 
     def ask(
         self,
@@ -185,9 +189,8 @@ def _first(symbols: Sequence[str], told: FrozenSet[str], step: int) -> int:
     return min(step, min(new, default=step + 1) - 1)
 
 
-def _sentences(doubtful: Iterable[str]) -> Tuple[str, ...]:
+def _sentences(found: Sequence[str]) -> Tuple[str, ...]:
     """Returns what some doubts say, the first few if there are many."""
-    found = one_of_each(doubtful)
     more = len(found) - _MOST_DOUBTS
     rest = (f"and {more} more",) if more > 0 else ()
     return (*map(sentence, found[:_MOST_DOUBTS]), *rest)
