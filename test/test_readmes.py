@@ -55,7 +55,7 @@ NOT_TYPED = {
     "rostest rosoclingo_gazebo driving.rostest": "catkin registers it in CMakeLists.txt",
     "rosrun rosoclingo_gazebo demo.py": "takes half a minute; test_demo.py types it",
     "rostopic pub -1 /rosoclingo/in rosoclingo/ROSoClingoIn mailbot2": "mailbot.examples has it",
-    "rostopic pub -1 /rosoclingo/in rosoclingo/ROSoClingoIn info": "likewise",
+    'rostopic pub -1 /rosoclingo/in rosoclingo/ROSoClingoIn info "at(': "likewise",
     "rosrun rosoclingo_gazebo fleet_demo.py": "takes a minute; test_demo.py types it",
     "python benchmarks/kills.py": "takes an hour; test_kills.py of rosoclingo types parts of it",
     "python benchmarks/simulator_bench.py": "measures for minutes; scripts/bench types it",
@@ -84,6 +84,7 @@ COMPARED = {
     ("docs/modelling.md", "Capacities"): "test/test_readmes.py",
     ("docs/modelling.md", "Doors"): "test/test_readmes.py",
     ("docs/modelling.md", "Bringing things back"): "test/test_readmes.py",
+    ("docs/modelling.md", "Urgent things"): "test/test_readmes.py",
     ("docs/modelling.md", "Waiting"): "test/test_readmes.py",
     ("docs/modelling.md", "A plain encoding"): "test/test_readmes.py",
     ("docs/tutorial.md", "1. A package that runs"): "test/test_readmes.py",
@@ -1003,22 +1004,44 @@ def as_one_page(place: Path, document: str, headings: Sequence[str]) -> Iterator
         page.terminals.close()
 
 
-GUIDE = "docs/modelling.md"
+GUIDE, ROBOTS = "docs/modelling.md", "With robots"
+
+
+def write_guide(folder: Path) -> str:
+    """Writes each file as the guide prints it, and returns the guide's text."""
+    text = (ROOT / GUIDE).read_text()
+    for name, content in re.findall(
+        r"`(my_\w+\.lp)`[^`]*?:\n\n```prolog\n(.*?)```", text, re.DOTALL
+    ):
+        (folder / name).write_text(content)
+    return text
+
+
+@of(GUIDE, ROBOTS)
+def test_modelling_with_robots(page: Page) -> None:
+    write_guide(page.folder)
+    page.terminals.environment["A"] = ACTIONS
+    page.terminals.master.setParam("/rosoclingo/why_nice", 0)  # other tests take all the time
+    page.type("single.launch").wait_for("plans with")
+    page.type("fulfill.py")
+    page.hears("/rosoclingo/dispatch")
+    page.run("ROSoClingoActionGoal")
+    page.run("locked(d1)")
+    said = page.run("why.py")
+    assert "no plan for bring(store,ward1) because the door d1 is locked." in said
+    page.run("/rosoclingo/cancel")
 
 
 def test_modelling(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Each file is written as the guide prints it, and all commands are typed, in this process."""
+    """All other commands are typed, in this process."""
     monkeypatch.chdir(tmp_path)
-    text = (ROOT / GUIDE).read_text()
-    for name, content in re.findall(
-        r"`(my_\w+\.lp)`[^`]*?:\n\n```prolog\n(.*?)```", text, re.DOTALL
-    ):
-        Path(name).write_text(content)
+    text = write_guide(tmp_path)
     programs: Dict[str, Callable[[List[str]], int]] = {"plan.py": plan.run, "check.py": check.run}
-    said = {heading: "" for heading, _ in sections(GUIDE)}
-    for heading, pieces in sections(GUIDE):
+    others = [(heading, pieces) for heading, pieces in sections(GUIDE) if heading != ROBOTS]
+    said = {heading: "" for heading, _ in others}
+    for heading, pieces in others:
         for command in (piece.text for piece in pieces if piece.kind == "command"):
             words = shlex.split(command.replace("\\\n", "").replace("$A", ACTIONS))
             programs[words[2]](words[3:])
@@ -1030,6 +1053,7 @@ def test_modelling(
     assert "goal 2, bring(ward2," in said["Shared resources"]
     check_output("docs/modelling.md", "Doors", said["Doors"])
     check_output("docs/modelling.md", "Bringing things back", said["Bringing things back"])
+    check_output("docs/modelling.md", "Urgent things", said["Urgent things"])
     check_output("docs/modelling.md", "Waiting", said["Waiting"])
     (reason,) = re.findall(r"^says `([^`]+)`", text, re.MULTILINE)
     assert reason in said["Waiting"]
@@ -1041,7 +1065,7 @@ def test_modelling(
     assert plan.run([ACTIONS, *files, "--goal", "bring(store,ward1)"]) == 0
 
 
-for _heading, _pieces in sections(GUIDE):
+for _heading in (heading for heading, _ in sections(GUIDE) if heading != ROBOTS):
     test_modelling = of(GUIDE, _heading)(test_modelling)
 
 

@@ -145,7 +145,7 @@ def test_an_encoding_without_examples(system: Callable[..., System], tmp_path: P
     run = system("dynamic.incremental.recording", encoding=(encoding,)).start()
     goal = run.goal("visit(7)")
     assert goal.wait() == "rejected"
-    assert "there is no request like visit(7) (there is no" in goal.reason
+    assert "the encoding declares no request visit(7) (there is no" in goal.reason
     assert run.goal("visit(2)").wait() == "succeeded"
     goal = run.goal("visit(8)")
     assert goal.wait() == "rejected"

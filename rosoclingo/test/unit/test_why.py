@@ -30,7 +30,7 @@ from rosclingo.wire.commands import (
     Restart,
     Truth,
 )
-from rosclingo.wire.term_text import split_term
+from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
 from rosoclingo.loop.snapshot import decode, encode
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
@@ -840,3 +840,41 @@ def test_the_situation_of_a_control_log() -> None:
         last=7,
         goals=(("1", "visit(6)"),),
     )
+
+
+ACTIONS = str(Path(LINE).parents[2] / "rosoclingo_aspprograms/lib/actions.lp")
+BRINGING = f"""
+#include "{ACTIONS}".
+#program base.
+way((a;b),(a;b)). moves(r). initially(at(r),a). initially(bell,works).
+request((bring;ring)). wants(ring,bell,rung).
+#program present(k,t).
+own(ID,thing(ID),a,k) :- asked(ID,bring,k).
+wants(ID,thing(ID),b,k) :- asked(ID,bring,k).
+action(r,bring(ID),k) :- asked(ID,bring,k).
+needs(r,bring(ID),thing(ID),a,k) :- asked(ID,bring,k).
+sets(r,bring(ID),thing(ID),b,k) :- asked(ID,bring,k).
+"""
+
+
+@pytest.mark.parametrize("slots", [3, 1])
+@pytest.mark.parametrize("library", [False, True], ids=["line", "library"])
+def test_a_slot_whose_goal_has_just_ended(
+    system: Callable[..., System], slots: int, library: bool, tmp_path: Path
+) -> None:
+    """What nobody has a slot for until the step ends is asked in the next step."""
+    file, request, then, steps = Path(LINE), "visit(2)", "visit(4)", 2
+    if library:
+        file, request, then, steps = tmp_path / "bringing.lp", "bring", "bring", 1
+        file.write_text(BRINGING)
+    options = ("-c", f"slots={slots}")
+    made = system("dynamic.incremental.recording", "-c", "steps=30", encoding=(str(file), *options))
+    made.start()
+    assert made.goal(request).wait() == "succeeded"
+    made.world.wait_for(lambda world: not made.loop.state.acting.silent())
+    situation = Situation.of(made.loop.state).up_to(30)
+    assert situation.used == ("1",)
+    explainer = Explainer(Options((str(file),), options), situation, seconds=SECONDS)
+    plan = explainer.what_if([f"goal:{then}"]).plan
+    assert plan is not None
+    assert sum((last_number(action) or 0) > situation.step for action in plan.actions) == steps

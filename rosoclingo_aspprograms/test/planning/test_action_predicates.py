@@ -183,6 +183,15 @@ def test_reserves(reserves: str, charges: int, tmp_path: Path) -> None:
     assert task.done.count("charge") == charges
 
 
+@pytest.mark.parametrize(("length", "charges"), [("", 0), ("length(0,1,2).", 1)])
+def test_a_long_way_drains_more(length: str, charges: int, tmp_path: Path) -> None:
+    """A way takes as much as was planned: a battery for 4 is empty after two ways of length 2."""
+    task = Task(tmp_path, MAP + length)
+    for place in (1, 0, 1):
+        assert words(task.meet(f"visit({place})")) == ["succeeded"]
+    assert task.done.count("charge") == charges
+
+
 PARCEL = """
 action(arm,(take(ID);give(ID);put(ID))) :- rslot(ID).
 needs(arm,take(ID),parcel(ID),shelf) :- rslot(ID). sets(arm,take(ID),parcel(ID),arm) :- rslot(ID).

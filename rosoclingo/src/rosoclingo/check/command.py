@@ -11,7 +11,7 @@ from typing import Iterator, NoReturn, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import OptionsError, RosclingoError
 from rosoclingo.bags.text import PROGRESS, lines, say
-from rosoclingo.check import live, static
+from rosoclingo.check import live, model, static
 from rosoclingo.check.alphabet import Alphabet, read_alphabet
 from rosoclingo.check.command_line import Chosen, parse
 from rosoclingo.check.examples import judge, read_examples
@@ -133,6 +133,7 @@ class Checking:
         yield from written
         if any(finding.check == "names" and not finding.is_hint for finding in written):
             return  # each run would end for the same reason
+        yield from model.look(chosen.options, alphabet)
         yield from self._on_examples()
         if chosen.requests:
             alphabet = replace(alphabet, requests=chosen.requests)

@@ -109,10 +109,10 @@ class _Reader:
 
     def _head(self, node: ast.AST, body: List[ast.AST], parameters: FrozenSet[str]) -> None:
         variables = _variables(body)
-        self.heads += [_Rule(atom, variables, parameters) for atom in _atoms([node])]
+        self.heads += [_Rule(atom, variables, parameters) for atom in atoms([node])]
 
     def _uses(self, nodes: Iterable[ast.AST], parameters: FrozenSet[str]) -> None:
-        self.uses += [(atom, parameters) for atom in _atoms(nodes)]
+        self.uses += [(atom, parameters) for atom in atoms(nodes)]
 
 
 def unmatched_functions(program: Program) -> Iterator[UnmatchedFunction]:
@@ -204,7 +204,7 @@ def _variables(body: Iterable[ast.AST]) -> Dict[str, List[Place]]:
     found: Dict[str, List[Place]] = {}
     for literal in body:
         if literal.ast_type is ast.ASTType.Literal and literal.sign == ast.Sign.NoSign:
-            for atom in _atoms([literal]):
+            for atom in atoms([literal]):
                 for place, term in _arguments(atom):
                     if term.ast_type is ast.ASTType.Variable:
                         found.setdefault(term.name, []).append(place)
@@ -224,7 +224,7 @@ def _arguments(atom: ast.AST) -> Iterator[Tuple[Place, ast.AST]]:
             yield (atom.name, len(atom.arguments), index), term
 
 
-def _atoms(nodes: Iterable[ast.AST]) -> List[ast.AST]:
+def atoms(nodes: Iterable[ast.AST]) -> List[ast.AST]:
     """Returns the terms of all atoms in some nodes."""
     found: List[ast.AST] = []
 

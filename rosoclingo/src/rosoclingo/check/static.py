@@ -18,6 +18,7 @@ from rosoclingo.check.functors import UnmatchedFunction, unmatched_functions
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.ids import RESERVED, is_own, why_no_actuator, why_no_slot
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
+from rosoclingo.why.doubts import DOUBTS, OBSTACLES
 from rosoclingo.why.rules import idle_names
 
 Signature = Tuple[str, int]
@@ -35,12 +36,19 @@ _PARTS: Mapping[Type[Dialect2], FrozenSet[Signature]] = {
 }  # fmt: skip
 _LAYERS = frozenset({("layer", 2), ("goal", 2)})  # grounded if an encoding has both
 _SEED = ("seed", 1)  # then, for a seed planner
-_FOR_WHY = frozenset({("phrases", 0), ("possible", 1)})  # docs/why.md
+_FOR_WHY = frozenset(  # docs/why.md
+    {("phrases", 0), ("possible", 1), (DOUBTS, 1), (OBSTACLES, 1)}
+)
 _FOR_ROSOCLINGO = frozenset(  # what it reads, shown or not, and what is reported as not shown
     {("rslot", 1), ("id", 1), ("do", 3), ("occurs", 3), ("status", 3), ("holds", 2), ("phrase", 2),
-     ("possible", 2), ("abort", 2)}
+     ("possible", 2), ("abort", 2), ("doubt", 2)}
 )  # fmt: skip
 _OWN = "rosoclingo_"
+_LIBRARY = "lib"  # a folder with this name has libraries
+_SHARED = frozenset(  # an encoding may add to these of a library
+    {("rslot", 1), ("place", 1), ("actuator", 1), ("event", 2), ("event", 3), ("phrase", 2),
+     ("began", 2), ("finishes", 4)}
+)  # fmt: skip
 
 
 @dataclass
@@ -52,6 +60,7 @@ class Written:
         asked: The parts that the encoding asks for by ``ground(P)``.
         used: Where each predicate is used first in a body.
         defined: Where each predicate is defined first, be it by a rule or as an external.
+        own: Where each predicate is defined first, in each file.
         derived: Where each predicate is derived first, by a rule that is no fact.
         declared: The predicates that are said to be defined elsewhere.
         shown: What is shown, of each predicate; None if all is.
@@ -63,6 +72,7 @@ class Written:
     asked: Set[Signature] = field(default_factory=set)
     used: Dict[Signature, str] = field(default_factory=dict)
     defined: Dict[Signature, str] = field(default_factory=dict)
+    own: Dict[Tuple[str, Signature], str] = field(default_factory=dict)
     derived: Dict[Signature, str] = field(default_factory=dict)
     declared: Set[Signature] = field(default_factory=set)
     shown: Set[Signature] = field(default_factory=set)
@@ -82,7 +92,7 @@ def look(options: Options, dialect: Type[Dialect2], alphabet: Alphabet) -> List[
     program = parse_files(options.files)
     seen = _Reader().read(program)
     findings = [*map(_never_true, unmatched_functions(program)), *_idle_names(program)]
-    for check in (_parts, _undefined, _unused, _shown, _own_names):
+    for check in (_parts, _undefined, _unused, _shown, _own_names, _library_names):
         findings += check(seen, dialect, alphabet)
     for other in (_slots, _steps):
         findings += other(seen, alphabet)
@@ -207,6 +217,27 @@ def _own_names(seen: Written, _: object, alphabet: Alphabet) -> Iterator[Finding
             break
 
 
+def _library_names(seen: Written, *_: object) -> Iterator[Finding]:
+    """What a library derives for itself should not be derived by others, too."""
+    names: Dict[Signature, str] = {}
+    for (file, signature), place in seen.own.items():
+        if _is_library(file) and signature not in seen.declared | _SHARED:
+            names[signature] = place
+    for (file, signature), place in seen.own.items():
+        if signature in names and not _is_library(file):
+            name, arity = signature
+            yield Finding(
+                "names",
+                f"{name}/{arity} is a name of the library's own ({names[signature]}): use another",
+                place,
+                is_hint=True,
+            )
+
+
+def _is_library(file: str) -> bool:
+    return os.path.basename(os.path.dirname(os.path.abspath(file))) == _LIBRARY
+
+
 def _slots(seen: Written, alphabet: Alphabet) -> Iterator[Finding]:
     has_slot = ("rslot", 1) in seen.defined or ("id", 1) in seen.defined
     if has_slot and not alphabet.slots:
@@ -300,6 +331,7 @@ class _Reader(ast.Transformer):
 
     def _define(self, signature: Signature, atom: ast.AST) -> None:
         self._seen.defined.setdefault(signature, place(atom))
+        self._seen.own.setdefault((atom.location.begin.filename, signature), place(atom))
         if self._is_derived:
             self._seen.derived.setdefault(signature, place(atom))
 

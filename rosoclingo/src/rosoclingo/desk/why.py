@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import List, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
@@ -11,6 +12,7 @@ from rosoclingo.desk.system import Request
 from rosoclingo.loop.goals import Stage
 from rosoclingo.single.algorithm1 import last_step
 from rosoclingo.single.dialects import Dialect2, detect
+from rosoclingo.why.answers import WhyNoPlan
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.question import Answer, Kind, Question
 from rosoclingo.why.situation import Situation
@@ -33,6 +35,9 @@ def explain(
     waiting = [g.slot for g in lost if g.slot in asked and g.stage is not Stage.ENDED]
     questions = [Question(Kind.GOAL, (slot,)) for slot in waiting if slot is not None]
     dialect = detect(chosen.options) if chosen.mode == SINGLE else Dialect2
+    # Without --simulate, nobody has had the time to answer.
+    silent = tuple((actuator, seconds) for actuator, seconds in situation.silent if seconds > 0)
+    situation = replace(situation, silent=silent)
     limit = last_step((*chosen.mode_options, *chosen.options.clingo))
     explainer = Explainer(
         chosen.options, situation.up_to(limit), dialect, seconds=chosen.why_seconds
@@ -40,7 +45,16 @@ def explain(
     answers: List[Answer] = []
     try:
         for question in questions or [Question()]:
-            answers.append(question.answer(explainer))
+            answer = question.answer(explainer)
+            if questions or not _has_plan(answer):
+                answers.append(answer)
     except RosclingoError as err:
         return answers, [f"why: {err}; --why-seconds {chosen.why_seconds:g}"]
     return answers, []
+
+
+def _has_plan(answer: Answer) -> bool:
+    """Whether the answer is that there is a plan after all: goals have ended for another reason."""
+    if not isinstance(answer, WhyNoPlan):
+        return False
+    return answer.plan is not None and answer.horizon is None

@@ -31,7 +31,10 @@ def begin(state: State, slots: Sequence[str]) -> None:
     state.mail.begin(keep=is_again)
     state.acting.begin(keep=is_again)
     if state.mail.dynamic and not state.goals.slots:
-        state.mail.rejection = "the planner's encoding has no slots for goals, rslot(ID)"
+        state.mail.rejection = (
+            "the planner's encoding has no slots for goals, rslot(ID); is a library missing, such "
+            "as actions.lp?"
+        )
         state.goals.end_waiting("rejected", state.mail.rejection)
     state.begin_steps()
     state.durations.told.clear()

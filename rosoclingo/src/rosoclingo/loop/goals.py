@@ -378,6 +378,12 @@ class Goals:
             self._slots[goal.slot] = None
             goal.slot = None
 
+    @property
+    def used(self) -> List[str]:
+        """The slots of ended goals, which become free with the next step."""
+        ended = (goal for goal in self._placed if goal.stage is Stage.ENDED)
+        return [goal.slot for goal in ended if goal.slot is not None]
+
     def free_slots(self) -> None:
         """Frees the slots of ended goals."""
         for goal in self._placed:

@@ -148,7 +148,10 @@ class ToldVocabulary:
         if self._demand.examples:
             return explain(content, sorted(self._demand.examples), are_examples=True)
         declared = self._demand.declared.items()
-        return no_request_like(content, [c for (s, c), known in declared if known and s == source])
+        others = [c for (s, c), known in declared if known and s == source]
+        if others:
+            return no_request_like(content, others)
+        return f"the encoding declares no request {shorten(content)}"
 
     def suggest(self, source: str, content: str, others: Collection[str]) -> str:
         """Suggests a message as :meth:`Vocabulary.suggest`, from examples and earlier questions."""

@@ -258,5 +258,5 @@ def detect(options: Options) -> Type[Dialect2]:
     raise OptionsError(
         f"{', '.join(options.files) or 'no file'}: there is no encoding of a known dialect; one "
         "declares #external horizon(t), or #external query(t), or the programs set_event(id,e,t), "
-        "commit(r,a,t) and finalize(t)"
+        "commit(r,a,t) and finalize(t); is a library missing, such as actions.lp?"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import FrozenSet, Optional, Tuple
 
 from rosclingo.wire.commands import Assumption
@@ -105,6 +106,9 @@ class Case:
         if reason.is_complete and reason.has_only_goals:
             told = atoms(reason.facts) | self.facts.fixed
             goals = self.goals(reason.facts)
+            obstacles, doubts = self.copy.doubts(told) if wrong is Answer.NONE else ((), ())
+            if obstacles or doubts:
+                return replace(reason, obstacles=obstacles, doubts=doubts)
             relaxation = Relaxation(
                 self.copy, self._rules, told, goals, demands=self.demands, wrong=wrong
             )

@@ -166,6 +166,16 @@ class Copy(abc.ABC):
         """
         return None
 
+    def doubts(self, told: FrozenSet[str]) -> Tuple[Tuple[str, ...], Tuple[str, ...]]:
+        """Says what prevents a plan: what cannot be reached, or else what may be wrong.
+
+        Both are empty if the encoding does not know; see :mod:`.doubts`.
+
+        Args:
+            told: The events that are true; there is no plan with them.
+        """
+        return (), ()
+
     @abc.abstractmethod
     def unknown(self, events: Sequence[str]) -> List[str]:
         """Returns the reasons why some of these events cannot be told."""

@@ -245,8 +245,13 @@ class Explainer:
         return words.contrast(self._in_time(found), self._phrases)
 
     def _events(self, texts: Sequence[str], copy: Copy) -> Tuple[List[str], List[Tuple[str, str]]]:
-        """Returns events in the current step, and the goals among them."""
+        """Returns events in the current step, and the goals among them.
+
+        A goal whose slot another one has until the step ends is told in the next step.
+        """
+        used = self._situation.used
         free = [slot for slot in copy.slots if slot not in dict(self._situation.goals)]
+        free.sort(key=used.__contains__)
         told: List[str] = []
         goals: List[Tuple[str, str]] = []
         for text in texts:
@@ -256,12 +261,14 @@ class Explainer:
                     f"{text} is no event; one is goal:REQUEST, cancel:SLOT or ID:VALUE"
                 )
             source, content = map(canonical, typed)
+            step = copy.step
             if typed[0] == GOAL:
                 if not free:
                     raise QuestionError(f"there is no free slot for {content}")
                 source = free.pop(0)
                 goals.append((source, content))
+                step += source in used
             elif typed[0] == CANCEL:
                 source, content = content, CANCEL
-            told.append(event(source, content, copy.step))
+            told.append(event(source, content, step))
         return told, goals

@@ -25,6 +25,7 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.why.facts import Fact, Kind
 
 _VARIABLE = re.compile(r"[A-Z]\w*")
+_NAME = re.compile(r"\b[a-z0-9]\w*")
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Phrases:
 
     @classmethod
     def read(cls, program: Program) -> Phrases:
-        """Reads those of encodings."""
+        """Reads those of encodings; a pattern with more names comes before others that fit."""
         heads = (
             str(statement.head)
             for statement in program.statements
@@ -51,7 +52,7 @@ class Phrases:
             name, arguments = split_term(head)
             if name == "phrase" and len(arguments) == 2 and all(map(_is_string, arguments)):
                 found.append((_text(arguments[0]).replace(" ", ""), _text(arguments[1])))
-        return cls(tuple(found))
+        return cls(tuple(sorted(found, key=lambda pair: -len(_NAME.findall(pair[0])))))
 
     def of(self, term: str) -> str:
         """Returns the words for a term, or the term itself."""

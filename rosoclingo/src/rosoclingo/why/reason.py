@@ -57,6 +57,8 @@ class Reason:
         examined_up_to: That step.
         is_smallest: Whether no smaller set is a reason, as far as facts only ever prevent plans.
         is_complete: Whether there was time to look whether each member is needed.
+        obstacles: If only goals are members: sentences that say what cannot be reached.
+        doubts: Likewise, what may be wrong with the encoding, if nothing is known for sure.
     """
 
     members: Tuple[Member, ...]
@@ -69,6 +71,8 @@ class Reason:
     relaxed: Optional[Possible] = None
     is_examined: bool = True
     examined_up_to: Optional[int] = None
+    obstacles: Tuple[str, ...] = ()
+    doubts: Tuple[str, ...] = ()
 
     @property
     def has_only_goals(self) -> bool:

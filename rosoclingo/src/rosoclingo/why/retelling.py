@@ -19,9 +19,12 @@ from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
 from rosoclingo.loop.atoms import COMMIT, PASSED, SAVE, Action, Plan, event
 from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
+from rosoclingo.why.doubts import DOUBTS, OBSTACLES, doubts, one_of_each, prevents, sentence
 from rosoclingo.why.rebuilding import RebuildingCopy
 from rosoclingo.why.rules import is_relaxed
 from rosoclingo.why.situation import Situation
+
+_MOST_DOUBTS = 3  # that an answer names
 
 
 class RetellingCopy(RebuildingCopy):
@@ -33,9 +36,9 @@ class RetellingCopy(RebuildingCopy):
         """Reads the encoding; for the arguments see :class:`.rebuilding.RebuildingCopy`."""
         super().__init__(options, situation, deadline, last=last)
         answers = self._engine.run([GetPrograms()]).answers
-        self._says_possible = any(
-            ("possible", 1) in a.parts for a in answers if isinstance(a, Programs)
-        )
+        parts = [part for a in answers if isinstance(a, Programs) for part in a.parts]
+        self._says_possible = ("possible", 1) in parts
+        self._has_doubts = {(DOUBTS, 1), (OBSTACLES, 1)} <= set(parts)
 
     @contextlib.contextmanager
     def at(self, step: int) -> Iterator[None]:
@@ -66,6 +69,19 @@ class RetellingCopy(RebuildingCopy):
         planner.run(planner.demand.ground([Part("possible", (str(planner.demand.searches),))]))
         terms = (split_term(atom) for atom in planner.externals())
         return frozenset((a[0], a[1]) for n, a in terms if n == "possible" and len(a) == 2)
+
+    def doubts(self, told: FrozenSet[str]) -> Tuple[Tuple[str, ...], Tuple[str, ...]]:
+        """Says what prevents a plan; see :class:`.copy.Copy`."""
+        if not self._has_doubts:
+            return (), ()
+        self._ask(told, frozenset(), ())
+        missing = doubts(self._planner, OBSTACLES)
+        others = filter(prevents, doubts(self._planner, DOUBTS))
+        found = one_of_each([*missing, *others])
+        return (
+            _sentences([one for one in found if one in missing]),
+            _sentences([one for one in found if one not in missing]),
+        )
 
     def ask(
         self,
@@ -171,6 +187,13 @@ def _first(symbols: Sequence[str], told: FrozenSet[str], step: int) -> int:
     actions = Plan(tuple(symbols)).actions_from(0)
     new = (a.step for a in actions if event("commit", _act(a), a.step) not in told)
     return min(step, min(new, default=step + 1) - 1)
+
+
+def _sentences(found: Sequence[str]) -> Tuple[str, ...]:
+    """Returns what some doubts say, the first few if there are many."""
+    more = len(found) - _MOST_DOUBTS
+    rest = (f"and {more} more",) if more > 0 else ()
+    return (*map(sentence, found[:_MOST_DOUBTS]), *rest)
 
 
 def _act(action: Action) -> str:

@@ -41,6 +41,7 @@ class Situation:
         others: Other externals that the mode has made true.
         tells: Whether the encoding is told its events by grounding.
         is_limit: Whether the mode plans for no step after the last one.
+        used: The slots of goals that have ended in the current step: others get them with the next.
         offset: How many of the loop's steps were left out: all steps here are counted from there.
     """
 
@@ -54,6 +55,7 @@ class Situation:
     others: Tuple[str, ...] = ()
     tells: bool = False
     is_limit: bool = True
+    used: Tuple[str, ...] = ()
     offset: int = 0
 
     @classmethod
@@ -79,6 +81,7 @@ class Situation:
             silent=tuple(state.acting.silent()),
             others=tuple(atom for atom in externals.kept if atom != query(state.horizon)),
             tells=state.planner.demand.tells,
+            used=tuple(goals.used),
         )
         known = known_to_hold(state) if state.step > _HISTORY else None
         return situation if known is None else situation.since(*known)

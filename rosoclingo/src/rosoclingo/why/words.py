@@ -91,6 +91,10 @@ def _by_the_encoding(reason: Reason, phrases: Phrases) -> str:
     text = f", {told}{_given(reason)}"
     if not reason.is_examined and not rules:
         return f"{text}. There was no time to look which constraints prevent it."
+    if reason.obstacles or reason.doubts:
+        cause = "; ".join(reason.obstacles) or "the encoding excludes it"
+        wrong = f" Look at {'; '.join(reason.doubts)}." if reason.doubts else ""
+        return f"{text}: {cause}.{wrong}"
     by = f" by {rules}" if rules else ""
     if reason.examined_up_to is not None:
         by = f"{by} up to step {reason.examined_up_to}; there was no time to look farther"

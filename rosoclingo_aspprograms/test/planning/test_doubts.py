@@ -1,0 +1,189 @@
+"""Mistakes in encodings for actions.lp are named: by check.py, and where there is no plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from test_actions import ACTIONS
+
+from rosclingo.solver.options import Options
+from rosoclingo.check import model, static
+from rosoclingo.check.alphabet import read_alphabet
+from rosoclingo.single.dialects import Dialect2
+from rosoclingo.why.explainer import Explainer
+from rosoclingo.why.situation import Situation
+
+TASK = """
+robot(r).
+way((a;b),(a;b)).
+moves(R) :- robot(R).
+initially(at(R),a) :- robot(R).
+initially(bell,works).
+number(room(R),2) :- robot(R).
+request(bring(V,W)) :- place(V), place(W), V != W.
+action(R,ring) :- robot(R).
+needs(R,ring,at(R),b) :- robot(R).
+needs(R,ring,bell,works) :- robot(R).
+sets(R,ring,bell,rung) :- robot(R).
+#program present(k,t).
+own(ID,thing(ID),V,k) :- asked(ID,bring(V,W),k).
+wants(ID,thing(ID),W,k) :- asked(ID,bring(V,W),k).
+action(R,pick(ID),k) :- asked(ID,bring(V,W),k), robot(R).
+needs(R,pick(ID),at(R),V,k) :- asked(ID,bring(V,W),k), robot(R).
+needs(R,pick(ID),thing(ID),V,k) :- asked(ID,bring(V,W),k), robot(R).
+sets(R,pick(ID),thing(ID),R,k) :- asked(ID,bring(V,W),k), robot(R).
+uses(R,pick(ID),room(R),1,k) :- asked(ID,bring(V,W),k), robot(R).
+action(R,drop(ID),k) :- asked(ID,bring(V,W),k), robot(R).
+needs(R,drop(ID),at(R),W,k) :- asked(ID,bring(V,W),k), robot(R).
+needs(R,drop(ID),thing(ID),R,k) :- asked(ID,bring(V,W),k), robot(R).
+needs(R,drop(ID),bell,rung,k) :- asked(ID,bring(V,W),k), robot(R).
+sets(R,drop(ID),thing(ID),W,k) :- asked(ID,bring(V,W),k), robot(R).
+gives(R,drop(ID),room(R),1,k) :- asked(ID,bring(V,W),k), robot(R).
+"""
+
+MISTAKES = {  # what is changed, what check.py says of which line, and why there is no plan
+    "a variable without a value": (
+        "needs(R,ring,bell,works)", "needs(R,ring,bel,works)", 11,
+        "needs(r,ring,bel,works): bel has no value; initially(bel,X) would say one",
+        "nothing makes bel works",
+    ),
+    "a value that nothing makes so": (
+        "needs(R,ring,bell,works)", "needs(R,ring,bell,working)", 11,
+        "needs(r,ring,bell,working): nothing ever makes bell working",
+        "nothing makes bell working",
+    ),
+    "no number": (
+        "uses(R,pick(ID),room(R)", "uses(R,pick(ID),rom(R)", 20,
+        "uses(r,pick(1),rom(r),1): rom(r) is no number; number(rom(r),N) would say how large it "
+        "can be", "Look at uses(r,pick(1),rom(r),1)",
+    ),
+    "too much of a number": (
+        "uses(R,pick(ID),room(R),1", "uses(R,pick(ID),room(R),3", 20,
+        "uses(r,pick(1),room(r),3): room(r) is 2 at most",
+        "uses(r,pick(1),room(r),3): room(r) is 2 at most",
+    ),
+    "a number that is a name": (
+        "number(room(R),2)", "number(room(R),two)", 7,
+        "number(room(r),two): two is no whole number from 0 on",
+        "uses(r,pick(1),room(r),1): room(r) is -1 at most",
+    ),
+    "too much in the beginning": (
+        "number(room(R),2)", "initially(room(r),3). number(room(R),2)", 7,
+        "initially(room(r),3): room(r) is 2 at most", "",
+    ),
+    "two values in the beginning": (
+        "initially(bell,works)", "initially(bell,(works;broken))", 6,
+        "initially(bell,broken): bell is said to be works, too, and can have one value only",
+        "no answer set",
+    ),
+    "two values that are needed": (
+        "needs(R,ring,bell,works)", "needs(R,ring,at(R),a)", 11,
+        "needs(r,ring,at(r),a): at(r) is said to be b, too, and can have one value only",
+        "Look at needs(r,ring,at(r),a)",
+    ),
+    "two values that are set": (
+        "sets(R,ring,bell,rung)", "sets(R,ring,bell,(rung;off))", 12,
+        "sets(r,ring,bell,off): bell is said to be rung, too, and can have one value only",
+        "Look at sets(r,ring,bell,off)",
+    ),
+    "a request that wants nothing": (
+        "wants(ID,thing(ID),W,k) :-", "wish_for(ID,thing(ID),W,k) :-", 8,
+        "request(bring(a,b)): nothing says wants for it, so it is met at once", "",
+    ),
+    "a robot at no place of the map": (
+        "initially(at(R),a)", "initially(at(R),c)", 5,
+        "initially(at(r),c): no way leads from c", "no way leads r to a",
+    ),
+    "a robot that is nowhere": (
+        "initially(at(R),a)", "somewhere(at(R),a)", 4,
+        "moves(r): r is at no place; initially(at(r),V) would say one", "no way leads r to a",
+    ),
+    "an action that is none": (
+        "action(R,pick(ID),k) :-", "act_of(R,pick(ID),k) :-", 17,
+        "needs(r,pick(1),at(r),a): nothing says action(r,pick(1)), so it is not done",
+        "nothing makes thing(1) r",
+    ),
+    "a way to nowhere": (
+        "way((a;b),(a;b))", "way((a;b),(a;b)). place(far)", 0, "", "no way leads r to far",
+    ),
+}  # fmt: skip
+
+
+def write(folder: Path, old: str = "", new: str = "") -> Options:
+    assert old in TASK
+    file = folder / "task.lp"
+    task = TASK.replace(old, new) if old else TASK
+    file.write_text(f'#include "{ACTIONS}". #program base.{task}')
+    return Options((str(file),))
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_named(mistake: str, tmp_path: Path) -> None:
+    old, new, line, text, why = MISTAKES[mistake]
+    options = write(tmp_path, old, new)
+    found = list(model.look(options, read_alphabet(options)))
+    said = {(one.text, int(one.place.rpartition(":")[2] or 0)) for one in found}
+    assert not text or (text, line) in said
+    assert all(one.is_hint for one in found)
+    if why:
+        request = "bring(a,far)" if "far" in why else "bring(a,b)"
+        told = Situation(
+            told=(f"event(1,{request},0)",), last=20, goals=(("1", request),), tells=True
+        )
+        assert why in Explainer(options, told, seconds=20).goal("1").text
+
+
+def test_without_mistakes_nothing_is_said(tmp_path: Path) -> None:
+    options = write(tmp_path)
+    assert list(model.look(options, read_alphabet(options))) == []
+
+
+def test_an_action_on_a_condition(tmp_path: Path) -> None:
+    """What is an action only after a cancel is none before, and that is no mistake."""
+    drop = "action(R,drop(ID),k) :-"
+    back = "needs(R,back(ID),at(R),V,k) :- asked(ID,bring(V,W),k), robot(R)."
+    options = write(
+        tmp_path, drop, f"action(R,back(ID),k) :- canceled(ID,k), robot(R).\n{back}\n{drop}"
+    )
+    assert list(model.look(options, read_alphabet(options))) == []
+    options = write(tmp_path, drop, f"{drop} canceled(ID,k),")
+    told = Situation(
+        told=("event(1,bring(a,b),0)",), last=20, goals=(("1", "bring(a,b)"),), tells=True
+    )
+    assert "nothing makes thing(1) b" in Explainer(options, told, seconds=20).goal("1").text
+
+
+def test_facts_have_words(tmp_path: Path) -> None:
+    """The library says what a variable is; the encoding may say it better."""
+    options = write(tmp_path, "request(", "says(bell(X),bell,X) :- X = (works;off).\nrequest(")
+    told = Situation(
+        told=("event(info,bell(off),0)", "event(1,bring(a,b),0)"),
+        last=20,
+        goals=(("1", "bring(a,b)"),),
+        tells=True,
+    )
+    saved = Situation(
+        told=("event(save,is(bell,off),0)", "event(1,bring(a,b),0)"),
+        last=20,
+        goals=(("1", "bring(a,b)"),),
+        tells=True,
+    )
+    assert "because info says bell(off)." in Explainer(options, told, seconds=20).goal("1").text
+    assert "because bell is off." in Explainer(options, saved, seconds=20).goal("1").text
+    with open(options.files[0], "a", encoding="utf-8") as file:
+        file.write('#program phrases. phrase("is(bell,off)", "the bell is broken").')
+    text = Explainer(options, saved, seconds=20).goal("1").text
+    assert "because the bell is broken." in text
+
+
+def test_a_name_of_the_librarys_own(tmp_path: Path) -> None:
+    """A predicate that a library has for itself is not to be derived by others."""
+    options = write(
+        tmp_path, "own(ID,thing(ID)", "back(ID,V,W,k) :- asked(ID,bring(V,W),k).\nown(ID,thing(ID)"
+    )
+    found = static.look(options, Dialect2, read_alphabet(options))
+    assert any(
+        one.text.startswith("back/4 is a name of the library's own (") and one.is_hint
+        for one in found
+    )
