@@ -326,7 +326,7 @@ edge(I,J) :- I = 1..300, J = 1..300, I < J, (I*I*31 + J*J*17 + I*J*7) \\ 10 < 7.
 { in(1..300) } :- told(_,work,t).
 :- in(I), in(J), I < J, not edge(I,J).
 #maximize { 1,I : in(I) }.
-#show do(robot,count(N),t+1) : N = #count { I : in(I) }, N > 0.
+#show do(robot,count(N),t+1) : N = #count { I : in(I) }, told(_,work,t).
 #show status(S,succeeded,t+1) : told(S,work,t).
 #show horizon(t+1) : told(_,work,t).
 #show.
