@@ -6,9 +6,10 @@ import re
 import subprocess
 import sys
 import time
-from importlib.util import find_spec
 from pathlib import Path
 from typing import List, Sequence, Tuple
+
+from rosoclingo.downward import find_fast_downward
 
 # A* without a heuristic: of Fast Downward's optimal configurations (lmcut, hmax, merge-and-shrink,
 # blind) the quickest on nearly all of these tasks, since the others take longer to prepare.
@@ -73,10 +74,9 @@ def fast_downward(
     Returns:
         The seconds that the whole process took, with its translator, and the steps of the plan.
     """
-    spec = find_spec("up_fast_downward")
-    assert spec is not None, "scripts/setup --bench installs it"
-    assert spec.origin is not None
-    driver = Path(spec.origin).parent / "downward" / "fast-downward.py"
+    place = find_fast_downward()
+    assert place is not None, "scripts/setup --bench installs it"
+    driver = place / "fast-downward.py"
     (folder / "domain.pddl").write_text(_DOMAIN)
     (folder / "problem.pddl").write_text(_problem(size, requests))
     command = [sys.executable, str(driver), "--overall-time-limit", f"{SECONDS:.0f}",

@@ -17,7 +17,7 @@ ROS = {"rospy", "actionlib", "rosgraph", "rosbag"}
 FLOORS = {
     "rosclingo": ["start", "free_file", "errors", "wire", "solver", "ros"],
     "rosoclingo": [
-        "errors", "seed", "loop", "drawing", "commands", "single", "store", "why",
+        "errors", "downward", "seed", "loop", "drawing", "commands", "single", "store", "why",
         "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
         "ros", "profile", "desk", "scaffold", "check", "pddl",

@@ -230,7 +230,7 @@ def test_axioms_are_refused() -> None:
 
 
 def test_the_remedy_is_named_without_fast_downward(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(translator, "find_spec", lambda _: None)
+    monkeypatch.setattr(translator, "find_fast_downward", lambda: None)
     with pytest.raises(PddlError, match="pip install up-fast-downward"):
         translate(read_domain(parse(DOMAIN, "d")), read_problem(parse(PROBLEM, "p")))
 

@@ -145,7 +145,7 @@ def test_a_seed_planner_that_there_is_not(monkeypatch: pytest.MonkeyPatch) -> No
     assert find_seed_planner(NONE) is None
     with pytest.raises(SeedPlannerError, match="expected lama or none: fast"):
         find_seed_planner("fast")
-    monkeypatch.setattr(downward, "find_spec", lambda _: None)
+    monkeypatch.setattr(downward, "find_fast_downward", lambda: None)
     with pytest.raises(SeedPlannerError, match="up-fast-downward, which is not installed: run pip"):
         find_seed_planner("lama")
 
@@ -153,7 +153,7 @@ def test_a_seed_planner_that_there_is_not(monkeypatch: pytest.MonkeyPatch) -> No
 def test_the_desk_names_the_package(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(downward, "find_spec", lambda _: None)
+    monkeypatch.setattr(downward, "find_fast_downward", lambda: None)
     with pytest.raises(SystemExit) as ended:
         parse(["line.lp", "--seed-planner", "lama"])
     assert ended.value.code == 2

@@ -6,16 +6,15 @@ import os
 import subprocess
 import sys
 import tempfile
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Collection, Dict, List
 
 from rosclingo.errors import shorten
+from rosoclingo.downward import PACKAGE, find_fast_downward
 from rosoclingo.pddl.domain import Domain, Problem
 from rosoclingo.pddl.expressions import Form, PddlError
 from rosoclingo.pddl.sas import Task, parse_sas
 
-_PACKAGE = "up_fast_downward"
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change
 
 
@@ -25,10 +24,10 @@ def fast_downward() -> Path:
     Raises:
         PddlError: It is not installed.
     """
-    spec = find_spec(_PACKAGE)
-    if spec is None or spec.origin is None:
-        raise PddlError("importing PDDL needs Fast Downward: pip install up-fast-downward")
-    return Path(spec.origin).parent / "downward"
+    folder = find_fast_downward()
+    if folder is None:
+        raise PddlError(f"importing PDDL needs Fast Downward: pip install {PACKAGE}")
+    return folder
 
 
 def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) -> Task:

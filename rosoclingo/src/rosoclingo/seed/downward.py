@@ -8,18 +8,17 @@ import re
 import resource
 import subprocess
 import threading
-from importlib.util import find_spec
 from pathlib import Path
 from typing import List, Optional
 
+from rosoclingo.downward import PACKAGE, find_fast_downward
 from rosoclingo.errors import SeedPlannerError
 
 NONE = "none"
 """Stands for no seed planner."""
 
 _LAMA = "lama"
-_PACKAGE = "up-fast-downward"
-_BINARY = Path("downward", "builds", "release", "bin", "downward")
+_BINARY = Path("builds", "release", "bin", "downward")
 _SECONDS = 30
 _BYTES = 2**31
 _SEARCH = (
@@ -42,16 +41,16 @@ def find_seed_planner(name: str) -> Optional[Path]:
         return None
     if name != _LAMA:
         raise SeedPlannerError(f"expected {_LAMA} or {NONE}: {name}")
-    spec = find_spec(_PACKAGE.replace("-", "_"))  # an import would need unified-planning, too
-    if spec is None or spec.origin is None:
+    folder = find_fast_downward()
+    if folder is None:
         raise SeedPlannerError(
-            f"{_LAMA} needs the package {_PACKAGE}, which is not installed: run pip install "
-            f"{_PACKAGE} in the Python of the node, or say {NONE}"
+            f"{_LAMA} needs the package {PACKAGE}, which is not installed: run pip install "
+            f"{PACKAGE} in the Python of the node, or say {NONE}"
         )
-    program = Path(spec.origin).parent / _BINARY
+    program = folder / _BINARY
     if not os.access(program, os.X_OK):
         raise SeedPlannerError(
-            f"{_LAMA} needs {program}, which cannot be executed: install the package {_PACKAGE} "
+            f"{_LAMA} needs {program}, which cannot be executed: install the package {PACKAGE} "
             f"anew, or say {NONE}"
         )
     return program
