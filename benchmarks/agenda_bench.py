@@ -28,6 +28,7 @@ from actionlib import ClientGoalHandle
 
 from harness import HarnessError, Report, RosSystem, Row, Samples, measure
 from mailbot import ENCODING, FOLDER, Grid, Nodes, Request, Run, deliveries
+from rosoclingo.msg import ROSoClingoOut
 
 DRAWS = 10
 LATER = 2  # s
@@ -63,6 +64,12 @@ class Played:
 
     first: float
     steps: int
+
+
+def first_step(actions: Sequence[str]) -> int:
+    """Returns the first step of a plan."""
+    found = [_STEP.search(action) for action in actions if action.startswith("do(")]
+    return min(int(match[1]) for match in found if match)
 
 
 def last_step(actions: Sequence[str]) -> int:
@@ -134,13 +141,28 @@ def measure_plans(
     report.add(Row(f"{name}: steps to OR-Tools", None, ratio, "median", ratio.median, "x", cost))
 
 
-def again(run: Run, requests: int, happens: Callable[[], object]) -> float:
-    """Returns how many milliseconds it takes until there is a plan with so many deliveries."""
+def again(run: Run, requests: int, happens: Callable[[], object], step: int = 0) -> float:
+    """Returns how many milliseconds it takes until there is a plan with so many deliveries.
+
+    Args:
+        run: The node.
+        requests: How many deliveries.
+        happens: Does what the plan is made for.
+        step: The plan's first step at least.
+    """
     run.latest_plan()
     start = time.perf_counter()
     happens()
-    when, _ = run.plan(lambda actions: deliveries(actions) == requests)
+    when, _ = run.plan(lambda plan: deliveries(plan) == requests and first_step(plan) >= step)
     return (when - start) * 1e3
+
+
+def fail(run: Run, actions: Sequence[ROSoClingoOut]) -> None:
+    """Answers actions, of which only the last one has failed, which ends the step."""
+    *others, last = actions
+    for action in others:
+        run.say(action.id, "success")
+    run.say(last.id, "failure")
 
 
 def measure_large(system: RosSystem, report: Report, draws: int) -> None:
@@ -157,16 +179,12 @@ def measure_large(system: RosSystem, report: Report, draws: int) -> None:
         when, action = run.action()
         times[0].append((when - start) * 1e3)
         run.plan(lambda actions: deliveries(actions) == 50)
-        for number, (happens, left) in enumerate(
-            [
-                (partial(run.say, action.id, "failure"), 50),
-                (partial(run.send, another), 51),
-                (goals[-1].cancel, 50),
-            ],
-            1,
-        ):
-            time.sleep(LATER)
-            times[number].append(again(run, left, happens))
+        time.sleep(LATER)
+        times[1].append(again(run, 50, partial(fail, run, [action, *run.actions()]), 2))
+        time.sleep(LATER)
+        times[2].append(again(run, 51, partial(run.send, another)))
+        time.sleep(LATER)
+        times[3].append(again(run, 50, goals[-1].cancel))
         nodes.end(run)
     nodes.close()
     for name, values in zip(names, times):

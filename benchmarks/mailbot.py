@@ -160,6 +160,13 @@ class Run:
         """Returns when the next action came, and which."""
         return _next(self._actions, "action")
 
+    def actions(self) -> List[ROSoClingoOut]:
+        """Returns the actions that have come since one was taken."""
+        came = []
+        while not self._actions.empty():
+            came.append(self._actions.get()[1])
+        return came
+
     def plan(self, fits: Callable[[Sequence[str]], bool]) -> Tuple[float, Sequence[str]]:
         """Returns when the next plan came that fits, and its actions."""
         while True:
