@@ -1,4 +1,4 @@
-"""Atoms of planner and controller to values and back (docs/protocol.md, section "Encodings").
+"""Parses and formats the atoms of planner and controller (docs/protocol.md, section "Encodings").
 
 Atoms stand as text outside of this module, as they do on the wire. clingo prints a term always in
 the same way, so equal texts mean equal terms.
@@ -60,7 +60,7 @@ class Action:
 
 @dataclass(eq=False)
 class Plan:
-    """What rosoclingo reads of an answer set.
+    """A plan: the atoms of an answer set that rosoclingo reads.
 
     That is do/3, status/3, holds/2, abort/2 and feedback/2, and of times lasts/3, expected/2 and
     due/2.

@@ -1,4 +1,4 @@
-"""How a planner begins, and begins again: from what held after a step, without what happened."""
+"""Initialises the planner, and re-initialises it from what held after a step."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rosoclingo.loop.state import State
 
 
 def begin(state: State, slots: Sequence[str]) -> None:
-    """Takes note that the planner is initialised: nothing has happened yet.
+    """Resets the loop's state when the planner is initialised.
 
     Args:
         state: What is known.

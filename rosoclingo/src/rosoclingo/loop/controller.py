@@ -43,7 +43,7 @@ _MOST_DECISIONS = 10_000  # that are remembered
 
 @dataclass(frozen=True)
 class Info:
-    """What the controller learns before it decides (docs/protocol.md, section "Infos").
+    """Inputs of the controller's next decision (docs/protocol.md, section "Infos").
 
     Attributes:
         result: The result of the last command, if that was a search.
@@ -88,11 +88,11 @@ class Info:
 
 
 class Decider(Protocol):
-    """Says what the loop does next. One thread makes the calls."""
+    """Decides which command the loop runs next. One thread makes the calls."""
 
     @property
     def dynamic(self) -> bool:
-        """Whether it takes messages and goals."""
+        """Whether the mode takes messages and goals."""
 
     @property
     def last_horizon(self) -> Optional[float]:
@@ -122,7 +122,7 @@ class Decider(Protocol):
 
 @dataclass(frozen=True)
 class _Decision:
-    """A command, and what belongs to it.
+    """A decision of the controller: a command, with the events from which it was made.
 
     Attributes:
         command: What is to be done.
@@ -137,7 +137,7 @@ class _Decision:
 
 @dataclass
 class Decisions:
-    """What a mode has decided, and from what, for controllers in one process that have that mode.
+    """Cache of a mode's decisions, shared by the controllers of one process that have that mode.
 
     A mode's answer depends on nothing but the events that are true. One thread makes the calls.
 
@@ -152,14 +152,14 @@ class Decisions:
     save_events: Dict[str, str] = field(default_factory=dict)
 
     def remember(self, decision: _Decision) -> None:
-        """Takes note of a decision; not too many are kept."""
+        """Caches a decision; a full cache is cleared."""
         if len(self.made) >= _MOST_DECISIONS:
             self.made.clear()
         self.made[frozenset(decision.true)] = decision
 
 
 class _Ahead(NamedTuple):
-    """A decision that is made in the background.
+    """A decision that is precomputed in the background.
 
     Attributes:
         events: What it is made from, be it declared or not.
@@ -175,12 +175,12 @@ class _Ahead(NamedTuple):
 
 
 class Controller:
-    """Asks a mode what to do, and remembers what the mode wants to be reminded of."""
+    """Runs a mode: asks it for the next command, and saves its fluents between decisions."""
 
     def __init__(
         self, solver: Solver, *, is_remote: bool = False, known: Optional[Decisions] = None
     ) -> None:
-        """Asks nothing yet.
+        """Wraps the solver of a mode.
 
         Args:
             solver: Solver with the mode.

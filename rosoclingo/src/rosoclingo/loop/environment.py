@@ -1,4 +1,4 @@
-"""The world that the loop speaks to."""
+"""The loop's port to the world: clocks, actions, results, journal and log."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rosoclingo.loop.tokens import Told
 
 
 class Environment:
-    """The world that the loop speaks to; a node overrides the methods."""
+    """The loop's port to the world; a node overrides the methods."""
 
     def now(self) -> float:
         """Returns the time by which actuators answer, in seconds; it never goes back."""
@@ -60,13 +60,13 @@ class Environment:
         """Shows how good that is; None if its encoding minimises nothing, or it is not known."""
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
-        """Is told by the loop's thread that the plan has no action for these goals now.
+        """Called by the loop's thread when the plan has no action for these goals now.
 
         Does not wait. It may look for the reason, and tell the goals later.
         """
 
     def miss_plan(self, goals: Sequence[Goal]) -> None:
-        """Is told by the loop's thread that there is no plan for these goals, likewise."""
+        """Called by the loop's thread when there is no plan for these goals, likewise."""
 
     def finish_reasons(self) -> None:
         """Waits for the reasons that it looks for, because the loop is about to end."""

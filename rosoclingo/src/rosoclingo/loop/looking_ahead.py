@@ -1,4 +1,4 @@
-"""The search of several horizons in turn, where one after the other takes too long.
+"""Searches several horizons in turn, where one after the other takes too long.
 
 The plan that is found first is kept for its horizon: a mode that asks for one horizon after the
 other is told that there is none before it. So modes need not know of this.

@@ -37,7 +37,7 @@ _OF_PLANNER |= {"assign_external", "assign_externals"}
 
 @dataclass(frozen=True)
 class LoopSnapshot:
-    """What a :class:`Loop` is restored from.
+    """Saved state of a :class:`Loop`.
 
     Attributes:
         controller: What the controller keeps, as it says it.
@@ -49,7 +49,7 @@ class LoopSnapshot:
 
 
 class Loop:
-    """Runs a mode. One thread calls it; the inbox may be filled from any.
+    """The loop that runs a mode. One thread calls it; any thread may fill the inbox.
 
     Attributes:
         state: What is known; its goals may be looked at from other threads.
@@ -69,7 +69,7 @@ class Loop:
         one_by_one_seconds: float = 0.0,
         seed_planner: str = NONE,
     ) -> None:
-        """Prepares a loop that asks nobody yet.
+        """Prepares a loop; :meth:`run` begins to ask its controller.
 
         Args:
             controller: Says what to do next.

@@ -1,4 +1,4 @@
-"""What has come from outside, and waits for the planner."""
+"""Inputs that the loop has taken from the inbox, until the planner is told of them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LOG_SECONDS = 1.0
 
 @dataclass
 class MailState:
-    """What :class:`Mail` itself has to be saved.
+    """Saved state of :class:`Mail` itself.
 
     Attributes:
         dynamic: Whether the mode takes messages and goals.
@@ -53,7 +53,7 @@ class MailState:
 
 @dataclass(frozen=True)
 class MailSnapshot:
-    """What :class:`Mail` is restored from; goals are given by their ids.
+    """Saved state of :class:`Mail` with its actuators; goals are given by their ids.
 
     Attributes:
         cancels: Goals that are to be cancelled.
@@ -68,9 +68,9 @@ class MailSnapshot:
 
 
 class Mail(MailState):
-    """Messages, goals and cancel requests until ``assign_messages``.
+    """Buffers messages, goals and cancel requests until ``assign_messages``.
 
-    Only the loop's thread uses it, or who asks whether its search is to stop.
+    Used by the loop's thread, and by the callback that polls whether its search is to stop.
 
     What the planner does not know, or what is rosoclingo's own, is dropped as soon as it comes, so
     that the controller never hears of it. That can be told once there is a step after step 0, since
@@ -98,7 +98,7 @@ class Mail(MailState):
         note: Callable[[journal.Event], None],
         answered: Callable[[str, str], None],
     ) -> None:
-        """Begins with nothing.
+        """Makes an empty buffer.
 
         Args:
             inbox: Where everything comes in.
@@ -132,7 +132,7 @@ class Mail(MailState):
         self._logged = self._not_logged = 0
 
     def snapshot(self) -> MailSnapshot:
-        """Returns what has come and is not told yet, and who acts."""
+        """Returns the state to save: untold inputs, and the acting actuators."""
         return MailSnapshot(
             self,
             tuple(goal.id for goal in self.cancels),
@@ -154,7 +154,7 @@ class Mail(MailState):
 
     @property
     def goals_spoken_of(self) -> List[Goal]:
-        """The goals that are to be cancelled, or that nobody can judge yet."""
+        """The goals that are to be cancelled, and those of inputs that are held back."""
         held = [item.goal if isinstance(item, Cancel) else item for item in self._held]
         return [*self.cancels, *(item for item in held if isinstance(item, Goal))]
 
@@ -173,7 +173,7 @@ class Mail(MailState):
 
     @property
     def has_news(self) -> bool:
-        """Whether something has come that the controller has not been told of."""
+        """Whether an input has come of which the controller has not been told."""
         return self._news > 0
 
     # When it is taken.
@@ -222,7 +222,7 @@ class Mail(MailState):
     # What comes in.
 
     def begin(self, *, keep: bool = False) -> None:
-        """The planner is initialised, and knows nothing yet.
+        """Resets the buffer when the planner is initialised.
 
         Args:
             keep: Whether what has come and was not told yet is still to be told.
@@ -442,7 +442,7 @@ class Mail(MailState):
         )
 
     def _hold(self, item: Taken, pairs: List[Pair], may_ask: bool) -> bool:
-        """Keeps an item for later if nobody can say whether the planner knows one of the pairs."""
+        """Keeps an item for later if it is not known yet whether the planner declares its pairs."""
         externals = self._externals
         may_be_own = isinstance(item, Message) and pairs[0][1] == BUSY
         if (externals.knows(pairs) and not may_be_own) or externals.is_sure(pairs):
@@ -459,7 +459,7 @@ class Mail(MailState):
     # What the commands do.
 
     def note_goals(self) -> None:
-        """Takes note that goals wait for which there is a slot."""
+        """Notes that a waiting goal can get a slot."""
         self.new_goals = True
 
     def take_cancels(self) -> List[Goal]:

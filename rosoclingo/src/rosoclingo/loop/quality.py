@@ -1,4 +1,4 @@
-"""What is known of how good a plan is.
+"""A plan's cost, and the lower bound of all plans.
 
 >>> quality = Quality((3, 17), (3, 12))
 >>> quality.is_best, str(quality)
@@ -15,7 +15,7 @@ from typing import Any, Dict, Tuple
 
 @dataclass(frozen=True)
 class Quality:
-    """How good a plan is, as its encoding counts it. Immutable.
+    """A plan's cost and the proven lower bound, as its encoding minimises it. Immutable.
 
     Attributes:
         cost: What it costs: one number for each priority, the highest one first.

@@ -1,4 +1,4 @@
-"""How the planner's solver searches: for how long, what plans cost, and what a replay knows of it.
+"""Searches of the planner: time limits, costs, and the outcomes that a replay needs.
 
 What is found in a given time depends on how quick the machine is, and what several threads find is
 up to chance. So the outcomes of such searches are noted, and a replay takes them from there instead
@@ -246,7 +246,7 @@ class Searching:
         return wire.Assumption(f"{_AS_BEFORE}({self._demand.searches})", True)
 
     def _be_called(self, number: int, *, is_recorded: bool = False) -> wire.Outcome:
-        """Takes note that something has interrupted a search, which has its number."""
+        """Records that an input has interrupted a search, and returns that outcome."""
         if is_recorded or (self._demand and self._depends_on_time()):
             self._note(SearchEnded(Ended.CALLED, round=number))
         return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)

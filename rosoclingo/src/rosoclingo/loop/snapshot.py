@@ -1,7 +1,7 @@
 """Snapshots as text: dataclasses of texts, numbers, enums, collections and one another.
 
-A part of the loop that is saved has a dataclass with that of its attributes from which it is
-restored: that is the part itself, or a base class of it.
+The saved state of each part of the loop is a dataclass from which the part is restored:
+the part itself, or a base class of it.
 
 >>> @dataclasses.dataclass
 ... class Point:

@@ -1,4 +1,4 @@
-"""Which events the planner's encoding declares, and why it does not declare others.
+"""The events that the planner's encoding declares, and explanations of undeclared ones.
 
 >>> explain("brign(o9)", ["bring(o1)", "bring(o9)"])
 'there is no request like brign(o9); one that it knows is bring(o1); did you mean bring(o9)?'
@@ -101,7 +101,7 @@ class Vocabulary:
 
 
 class ToldVocabulary:
-    """The events that an encoding knows which is told them, as far as it was asked.
+    """Cache of the events that are declared by an encoding which is told them by grounding.
 
     Its examples spare it questions: a request is unknown which has an argument that no example of
     its form has at this place. The constant ``any`` in an example stands for every term.
