@@ -67,8 +67,8 @@ class Inbox(RecordedSearches):
     Attributes:
         improves: Whether a better plan is looked for while nothing comes, as long as that takes.
         hurry: Callback that pauses background work on this machine: the loop's thread calls it
-                with true when an input has come that it waited for, and with false when it waits
-                again, or takes longer than a reaction does.
+            with true when an input has come that it waited for, and with false when it waits
+            again, or takes longer than a reaction does.
     """
 
     def __init__(self) -> None:

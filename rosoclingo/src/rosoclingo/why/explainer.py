@@ -46,7 +46,7 @@ class Explainer:
         seconds: float = 5.0,
         stopped: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Makes nothing yet.
+        """Prepares; the first question makes a copy of the planner.
 
         Args:
             options: The planner's command line.
@@ -177,7 +177,7 @@ class Explainer:
         return answers.later(answer, self._situation.offset)
 
     def _look(self, case: Case) -> WhyNoPlan:
-        """Looks for a plan, or for what prevents one; the steps are the situation's."""
+        """Searches for a plan, or for the reason why there is none, in the situation's steps."""
         verdict = case.ask(case.facts.all())
         answer = WhyNoPlan("", verdict.plan)
         if verdict.answer is not Answer.PLAN:

@@ -1,4 +1,4 @@
-"""What if an action were demanded or excluded, for an encoding that is told its events.
+"""Contrastive queries, with or without an action, for encodings that are told their events.
 
 Such an encoding has no atoms for the actions of a plan, but it says who can do what next, in its
 part ``possible(k)``. So an action that may be done instead is told as one that was done, in the
@@ -20,10 +20,10 @@ from rosoclingo.why.retelling import RetellingCopy
 
 
 class Instead:
-    """Looks for the best plan with another action."""
+    """Searches for the best plan with another action."""
 
     def __init__(self, copy: RetellingCopy, facts: Facts, deadline: Deadline) -> None:
-        """Looks for nothing yet.
+        """Prepares a contrastive query.
 
         Args:
             copy: The copy, which is at the current step.
@@ -35,7 +35,7 @@ class Instead:
         self._deadline = deadline
 
     def look(self, best: Optional[Possible], text: str, *, is_demanded: bool) -> Contrast:
-        """Compares the best plan with the best one that has an action, or that has it not.
+        """Compares the best plan with the best one that has an action, or does not have it.
 
         Args:
             best: The best plan.

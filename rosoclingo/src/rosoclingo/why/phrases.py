@@ -1,4 +1,4 @@
-"""What facts are called in sentences: the encoding says it, by facts ``phrase(Pattern,Words)``.
+"""Words for facts in sentences, from an encoding's facts ``phrase(Pattern,Words)``.
 
 They stand in a part of the encoding that nobody grounds, so that they cost no planner anything::
 
@@ -30,7 +30,7 @@ _NAME = re.compile(r"\b[a-z0-9]\w*")
 
 @dataclass(frozen=True)
 class Phrases:
-    """Patterns of terms, with variables, and the words for each; the first that fits counts.
+    """Maps terms to words, by patterns with variables; the first pattern that matches counts.
 
     Attributes:
         table: Pairs of pattern and words. Where the words have a variable of the pattern, they get
@@ -93,7 +93,7 @@ class Phrases:
         return self.find(action) or f"do {action}"
 
     def join(self, facts: Iterable[Fact]) -> str:
-        """Returns what some facts say, as one text."""
+        """Returns the clauses of some facts, as one text."""
         return join(self.clause(fact) for fact in facts)
 
 

@@ -1,4 +1,4 @@
-"""A copy for encodings that are told their events by grounding, and plan when they are surprised.
+"""Planner copy by replay, for encodings that are told events by grounding and replan after them.
 
 What is left out changes what the encoding has planned in the steps before, and the plan of such a
 step would stand, although nobody has executed it. So a plan is always made in the last step in
@@ -28,7 +28,7 @@ _MOST_DOUBTS = 3  # that an answer names
 
 
 class RetellingCopy(RebuildingCopy):
-    """A copy that tells an encoding what has happened, and has it plan."""
+    """A planner copy that replays the events to an encoding, and plans where it has to replan."""
 
     def __init__(
         self, options: Options, situation: Situation, deadline: Deadline, last: Optional[int] = None
