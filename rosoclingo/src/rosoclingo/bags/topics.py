@@ -1,4 +1,4 @@
-"""Which topics a system has, of which types. Needs no ROS."""
+"""The topics of a system, with the types of their messages. Needs no ROS."""
 
 from __future__ import annotations
 

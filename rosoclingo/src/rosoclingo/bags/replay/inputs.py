@@ -20,7 +20,7 @@ _QUIET_SECONDS = 1.0  # of a bag without a journal: so long without any event, a
 
 
 class Point(enum.Enum):
-    """What the loop was doing when it took an input."""
+    """The activity of the loop when it took an input."""
 
     WAITING = "waiting"
     SEARCHING = "searching"
@@ -51,7 +51,7 @@ class Input:
 
     @property
     def key(self) -> Key:
-        """What identifies it in the journal."""
+        """The key that identifies the input in the journal."""
         return input_key(self.event)
 
 
@@ -117,12 +117,12 @@ def _guess(gap: float, is_first: bool) -> Point:
 
 
 def begins_a_wait(event: journal.Event) -> bool:
-    """Whether the loop waits from now on, because it has nothing to do."""
+    """Whether an event says that the loop begins to wait, because it is idle."""
     return isinstance(event, journal.LoopWaits) and not event.for_a_replay
 
 
 def input_key(event: journal.Arrival) -> Key:
-    """Returns what identifies an input, whenever it is taken."""
+    """Returns the key of an input, which does not depend on when it is taken."""
     if isinstance(event, journal.MessageArrived):
         return Kind.MESSAGE, event.source, event.value
     return Kind.GOAL if isinstance(event, journal.GoalArrived) else Kind.CANCEL, event.goal, ""
