@@ -1,4 +1,4 @@
-"""What is expected to go wrong, one class each.
+"""Errors of this package, a class each.
 
 Every message names the input, the place and the remedy, because it reaches a user unchanged: in
 a control reply, in the text of a goal's status, or on the terminal.
@@ -63,7 +63,7 @@ class SolverError(RosclingoError):
 
 
 class ServiceError(RosclingoError):
-    """A solver node is not there, went away, or answered what nobody can read."""
+    """A solver node is missing, was lost, or sent an unreadable reply."""
 
 
 class SolverEndedError(ServiceError):

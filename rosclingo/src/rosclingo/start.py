@@ -1,4 +1,4 @@
-"""How each program of these packages starts."""
+"""Start-up of all programs of these packages."""
 
 import gc
 import signal
@@ -52,7 +52,7 @@ def _evaluate_condition(*arguments: Any) -> Any:
 
 
 def _drop_lazy() -> None:
-    """Has the next import of catkin's parser find the module itself."""
+    """Makes the next import of catkin's parser load the module itself."""
     module = sys.modules.get(_CONDITION)
     if getattr(module, "evaluate_condition", None) is _evaluate_condition:
         del sys.modules[_CONDITION]

@@ -24,7 +24,7 @@ from rosclingo.ros.low_latency import publisher, subscriber
 
 
 class GoalHandle(actionlib.ClientGoalHandle):
-    """A goal of a client; whoever cancels it when it has ended changes nothing."""
+    """A client's goal handle, on which to cancel an ended goal has no effect."""
 
     def send_again(self) -> None:
         """Sends what the server has not confirmed, the goal or its cancel request, once more."""

@@ -41,7 +41,7 @@ _PATIENCE_SECONDS = 2.0  # a node that was started at the same time is there by 
 
 
 class _Search:
-    """A goal on its way."""
+    """A search under way: an action goal without a result."""
 
     def __init__(self, goal_id: GoalID, improved: Callable[[Improvement], None]) -> None:
         self.id = goal_id
@@ -188,7 +188,7 @@ class Client:
             self._service = None
 
     def _gone(self, reason: str) -> ServiceError:
-        """Has the next request not go to a node that went away; returns what to raise."""
+        """Disconnects from a node that went away; returns the error to raise."""
         with self._service_lock:
             self._disconnect()
         return ServiceError(reason)

@@ -1,4 +1,4 @@
-"""What can be told about a program's or term's text before clingo parses it.
+"""Checks untrusted text before clingo parses it: its nesting, and the files that it includes.
 
 clingo recurses over syntax trees without a bound: some ten thousand levels overflow the stack and
 end the process. And it opens what a text includes as soon as it parses it. So both are looked for

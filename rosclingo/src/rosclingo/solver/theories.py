@@ -21,7 +21,7 @@ from rosclingo.errors import OptionsError, ProgramError
 
 
 class _Source(NamedTuple):
-    """Where a theory comes from.
+    """The package, module and class of a theory.
 
     Attributes:
         wheel: What pip installs.
@@ -40,14 +40,14 @@ _SOURCES = {"dl": _Source("clingo-dl", "clingodl", "ClingoDLTheory", "diff/0")}
 
 
 class Theory:
-    """What extends one solver, or with the name "" nothing that does.
+    """A theory that extends one solver; that with the name "" extends nothing.
 
     Attributes:
         name: As on the command line.
     """
 
     def __init__(self, name: str, extension: Optional[Extension] = None) -> None:
-        """Extends no solver yet; see :func:`make_theory`.
+        """Wraps an extension; see :func:`make_theory`.
 
         Args:
             name: As on the command line.
@@ -93,7 +93,7 @@ class Theory:
         return "".join(f"\nthe option {option} defines it" for option in options)
 
     def prepare(self, control: clingo.Control) -> None:
-        """Takes note of what was grounded; to be called before each search."""
+        """Prepares the theory for the ground program; to be called before each search."""
         if self._extension is not None:
             self._extension.prepare(control)
 
