@@ -1,4 +1,4 @@
-"""What has come of planning, as values: the plan, the goals, and why something was not reached."""
+"""The outcome of planning, as values: the plan, the goals, and why something was not reached."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a loop in this process is made of: by the name of a mode, and encodings.
+"""Builds the planning loop in this process, from the name of a mode and encodings.
 
 >>> parts = make_parts("dynamic.incremental.recording", Options(), [])
 >>> parts.loop(Inbox(), Environment()).state.step
@@ -31,10 +31,10 @@ SINGLE = "run-1.0"
 
 @dataclass(frozen=True)
 class Parts:
-    """What a loop is made of.
+    """The parts of a loop: its controller, planner and commands.
 
     Attributes:
-        decider: Makes what says what to do next, for one loop at a time.
+        decider: Makes the controller, for one loop at a time.
         planner: The solver with the task's encoding, for one loop at a time.
         commands: Class with a method for each command.
     """

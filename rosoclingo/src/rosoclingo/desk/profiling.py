@@ -1,4 +1,4 @@
-"""Where the time of ``plan.py`` goes: the option ``--profile``."""
+"""Profiles ``plan.py``: the option ``--profile``."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Profiler:
     """Measures one planner."""
 
     def __init__(self, options: Options) -> None:
-        """Measures nothing until the planner is made.
+        """Prepares; measures from when the planner is made.
 
         Args:
             options: The planner's command line.
@@ -38,7 +38,7 @@ class Profiler:
         return MeasuredEngine(options, self._trace, log=log)
 
     def follow(self, horizon: Callable[[], int]) -> None:
-        """Has horizons told by what knows them."""
+        """Sets the function that returns the current horizon."""
         self._trace.horizon = horizon
 
     @property
@@ -85,7 +85,7 @@ class TimeLimit:
     """
 
     def __init__(self, seconds: float, end: Callable[[], None]) -> None:
-        """Ends nothing yet.
+        """Prepares a time limit.
 
         Args:
             seconds: After how long; 0 for never.

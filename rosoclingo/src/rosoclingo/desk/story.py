@@ -20,10 +20,10 @@ from rosoclingo.loop.journal import Status
 
 
 class Story:
-    """Tells what a loop does; is told its journal in order."""
+    """Narrates a run line by line, from its journal in order."""
 
     def __init__(self, say: Callable[[str], None], *, commands: bool = False) -> None:
-        """Begins with nothing said.
+        """Prepares a narration.
 
         Args:
             say: Called with each line.

@@ -44,7 +44,7 @@ class Request(Goal, GoalClient):
         identifier: str = "",
         note: Callable[[journal.Event], None] = lambda _: None,
     ) -> None:
-        """Makes a goal that nobody knows yet.
+        """Makes a goal, without sending it.
 
         Args:
             request: The request, a ground term as clingo prints it.
@@ -77,7 +77,7 @@ class Request(Goal, GoalClient):
 
 
 class System(Inbox, Environment):
-    """A loop, and around it a world that has its turn whenever the loop waits.
+    """A loop, and a simulated world that has its turn whenever the loop waits.
 
     One thread makes the calls.
 
@@ -189,7 +189,7 @@ class System(Inbox, Environment):
         return self.clock
 
     def publish(self, actuator: str, action: str) -> None:
-        """Has an actuator act until it answers."""
+        """Records a published action, whose actuator acts until it answers."""
         self.published.append((actuator, action))
         if actuator != SOLVER and action != ABORT:
             self.acting[actuator] = action

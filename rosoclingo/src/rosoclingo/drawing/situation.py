@@ -1,4 +1,4 @@
-"""What is going on, as the messages around rosoclingo tell it. Needs no ROS."""
+"""Tracks robots, packages, plan and blocked ways from a system's messages. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Step:
 
 
 class Situation:
-    """Is told what was published, in its order, and remembers what follows from it.
+    """The situation on the map, which follows from the published messages in order.
 
     Not thread-safe. Every method that takes text raises TermError if it is no ground term.
 
@@ -60,7 +60,7 @@ class Situation:
     """
 
     def __init__(self, starts: Mapping[str, str]) -> None:
-        """Begins where nothing has happened.
+        """Starts with robots at their first waypoints.
 
         Args:
             starts: For each robot, the waypoint where it stands.
@@ -95,7 +95,7 @@ class Situation:
             self._delivered = [*self._delivered, package][-_MOST_DELIVERED:]
 
     def set_plan(self, actions: Sequence[str]) -> None:
-        """There is another plan, in atoms ``do(R,A,T)``."""
+        """Replaces the plan, given in atoms ``do(R,A,T)``."""
         self.steps = _steps([parse_term(action) for action in actions])
 
     def begin_action(self, actuator: str, action: str) -> None:

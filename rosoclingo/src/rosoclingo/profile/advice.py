@@ -1,4 +1,4 @@
-"""Says what to change in an encoding, from what was measured of it."""
+"""Advises on changes of an encoding, from measurements of it."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Measured:
 
     @property
     def many(self) -> str:
-        """How many they are, in words."""
+        """The number of instances, in words."""
         return f"{self.in_step:,} in a step" if self.in_step else f"{self.total:,}"
 
 

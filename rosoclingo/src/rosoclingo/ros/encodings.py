@@ -1,4 +1,4 @@
-"""The planner's encoding as it was when its node was started, for a copy of the planner."""
+"""Keeps the planner's encoding as its node was started with it, for copies of the planner."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _LAST_STEP = "steps"  # the constant of a mode
 
 
 class Encodings:
-    """What the planner was started with, and up to which step the mode plans. Thread-safe.
+    """The planner's encoding, and the last step that the mode plans for. Thread-safe.
 
     The files are written to a folder of this process: they may be on another machine, or may have
     been changed.
     """
 
     def __init__(self, planner: str, controller: str = "", dialect: str = Dialect2.name) -> None:
-        """Knows nothing yet.
+        """Prepares; :meth:`listen` subscribes to the nodes.
 
         Args:
             planner: The resolved name of the node with the encoding.

@@ -1,4 +1,4 @@
-"""What the nodes of a running system say of themselves, for ``check.py --live``."""
+"""Collects the ``~about`` of a running system's nodes, for ``check.py --live``."""
 
 from __future__ import annotations
 

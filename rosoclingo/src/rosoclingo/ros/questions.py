@@ -150,7 +150,7 @@ class Questions:
             rospy.loginfo("why %s: %s", question, reply.text)
 
     def _ask(self, question: Question, situation: Situation) -> Reply:
-        """Has the process answer, and adds the answer to the journal."""
+        """Forwards a question to the process, and adds the answer to the journal."""
         if self._closed.is_set():
             return CLOSED
         began = time.monotonic()
