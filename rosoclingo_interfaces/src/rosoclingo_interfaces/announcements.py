@@ -1,4 +1,4 @@
-"""What a user types to announce that a path is blocked, and what becomes of it. Needs no ROS."""
+"""Parses a user's lines that announce blocked paths, and tracks these. Needs no ROS."""
 
 from __future__ import annotations
 

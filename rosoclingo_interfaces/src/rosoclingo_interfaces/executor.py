@@ -158,7 +158,7 @@ class Executor:
     # What is known by its token.
 
     def _is_new(self, actuator: str, token: Token, aborted: bool, reply: Reply) -> bool:
-        """Whether an action has not come to this process; if it has, it is answered again."""
+        """Whether an action is new; answers a repeated one again."""
         entry = self._ledger.last(actuator)
         with self._lock:
             running, known = self._running.get(actuator), self._tokens.get(actuator)

@@ -81,7 +81,7 @@ class ActionInterface:
 
     @property
     def actuator(self) -> str:
-        """Who is to do the action that runs in this thread."""
+        """The actuator of the action that runs in this thread."""
         return current().actuator
 
     @property
@@ -98,7 +98,7 @@ class ActionInterface:
         current().sleep(seconds)
 
     def knows(self, action: clingo.Symbol) -> bool:
-        """Whether this interface does an action, maybe badly."""
+        """Whether this interface has a method for an action, maybe with other arguments."""
         return find(self, action, ActionInterface) is not None
 
     def outcome_after_crash(self, action: clingo.Symbol) -> str:

@@ -1,4 +1,4 @@
-"""rosoclingo's journal, as a client reads it."""
+"""Reads rosoclingo's journal as a client."""
 
 from __future__ import annotations
 

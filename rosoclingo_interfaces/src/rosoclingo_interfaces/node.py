@@ -116,7 +116,7 @@ class InterfaceNode:
             )
 
     def _dispatches(self, header: Mapping[str, str]) -> bool:
-        """Whether a node from which an action comes on ``out`` says it on ``dispatch``, too.
+        """Whether a node that sends actions on ``out`` publishes ``dispatch``, too.
 
         The master is asked once for each connection: such a node opens ``dispatch`` first.
         """

@@ -1,4 +1,4 @@
-"""A small file that one process keeps, and that is whole at any time. Needs no ROS."""
+"""A small file, locked by one process and replaced atomically. Needs no ROS."""
 
 from __future__ import annotations
 

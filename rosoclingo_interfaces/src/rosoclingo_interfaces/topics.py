@@ -1,4 +1,4 @@
-"""rosoclingo's topics, as seen from the other side."""
+"""rosoclingo's topics, opened by interfaces and clients."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""YAML without names that come twice. Needs no ROS."""
+"""Reads YAML, and refuses duplicate keys. Needs no ROS."""
 
 from __future__ import annotations
 
