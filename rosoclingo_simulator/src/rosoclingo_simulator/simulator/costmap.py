@@ -1,4 +1,4 @@
-"""What the laser has seen that is not on the map."""
+"""Costmap of obstacles that the laser has seen and the map does not have."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Costmap:
     """
 
     def __init__(self, world: OccupancyMap, grid: Grid) -> None:
-        """Makes a costmap with nothing marked.
+        """Makes an empty costmap.
 
         Args:
             world: What is known to be there.

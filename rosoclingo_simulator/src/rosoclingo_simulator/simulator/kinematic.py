@@ -56,7 +56,7 @@ class KinematicPhysics:
 
     @property
     def robots(self) -> Tuple[Pose, ...]:
-        """Where all robots of the world are."""
+        """The poses of all robots of the world."""
         return tuple(robot.pose for robot in self._all)
 
     @property
@@ -97,7 +97,7 @@ class KinematicPhysics:
         return Pose(last.x, last.y, end.theta)
 
     def _may_be(self, pose: Pose) -> bool:
-        """Whether the robot may get to a pose; one that is inside of something may get out."""
+        """Whether the robot may move to a pose; from inside of an obstacle it may move out."""
         clearance = self._clearance(pose)
         return clearance >= physics.ROBOT_RADIUS or clearance > self._clearance(self.pose)
 

@@ -1,4 +1,4 @@
-"""Turns the simulator's values into ROS's messages and back."""
+"""Converts the simulator's values to ROS's messages and back."""
 
 from __future__ import annotations
 

@@ -123,19 +123,19 @@ class MujocoPhysics:
 
     @property
     def pose(self) -> Pose:
-        """Where the robot really is, in the map."""
+        """The true pose of the robot in the map."""
         x, y, _, qw, qx, qy, qz = self.data.qpos[self._place]
         theta = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
         return Pose(float(x), float(y), theta)
 
     @property
     def robots(self) -> Tuple[Pose, ...]:
-        """Where the only robot of the world is."""
+        """The pose of the only robot of the world."""
         return (self.pose,)
 
     @property
     def velocity(self) -> Tuple[float, float]:
-        """What the wheels really do, in m/s and rad/s."""
+        """The true velocity of the robot by its wheels, in m/s and rad/s."""
         left, right = (float(self.data.qvel[wheel]) * _WHEEL_RADIUS for wheel in self._wheels)
         return (left + right) / 2, (right - left) / _WHEEL_DISTANCE
 

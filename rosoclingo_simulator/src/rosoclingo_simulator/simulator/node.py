@@ -148,7 +148,7 @@ class SimulatorNode:
         self._stopped.wait(_SECONDS_TO_END)
 
     def _ask(self, function: Callable[..., _Returned], *arguments: object) -> _Returned:
-        """Has the simulation's thread call a function; a service returns its value."""
+        """Calls a function in the simulation's thread and waits, as services need it."""
         try:
             return self._calls.submit(function, *arguments).result(_SECONDS_TO_ANSWER)
         except concurrent.futures.TimeoutError as err:

@@ -1,4 +1,4 @@
-"""Paths over the floor that keep away from walls."""
+"""Path planner over the floor, away from walls."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ESCAPE_METRES = 0.5  # how far the robot may be from where a path can begin
 
 
 class Planner:
-    """Finds the cheapest path, where driving next to a wall costs more. Thread-safe.
+    """Finds cheapest paths, where driving next to a wall costs more. Thread-safe.
 
     Attributes:
         grid: The cells that paths go through.

@@ -1,4 +1,4 @@
-"""What the simulator tells of a robot after each step, as one without navigation does."""
+"""Publishes a robot's odometry, transforms and scans after each step."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Publications:
 
     @property
     def scan_is_wanted(self) -> bool:
-        """Whether somebody listens to the laser."""
+        """Whether the laser's topic has a subscriber."""
         return _listened(self._scan)
 
     def publish(self, stamp: rospy.Time) -> None:

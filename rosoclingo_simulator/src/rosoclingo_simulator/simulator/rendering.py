@@ -1,4 +1,4 @@
-"""What the robot's camera sees, as MuJoCo renders it. Needs no ROS."""
+"""Renders the images of the robot's camera by MuJoCo. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST_SHAPES = 2000  # far more than a world has
 
 
 class Eye:
-    """Renders what the camera sees. Belongs to the thread that makes it.
+    """Renders camera images. Belongs to the thread that makes it.
 
     MuJoCo's own class for this renders twice for colour and depth, which takes twice as long, and
     loads OpenGL when it is imported.

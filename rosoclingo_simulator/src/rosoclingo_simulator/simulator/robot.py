@@ -1,4 +1,4 @@
-"""One robot's part of the simulator's node: all names that are its own."""
+"""The topics, services and action of one robot in the simulator's node."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Robot:
         self._subscriber = subscriber(names.topic("cmd_vel"), Twist, self._on_command)
 
     def prepare(self) -> None:
-        """Is called before each step."""
+        """Prepares a step: requests a scan if one is wanted."""
         self.simulation.watched = self._publications.scan_is_wanted
 
     def publish(self, stamp: rospy.Time) -> None:

@@ -52,7 +52,7 @@ class Simulation:
 
     @property
     def now(self) -> float:
-        """What the clock says, in seconds."""
+        """The time of the simulated clock, in seconds."""
         return self.begin + self.time
 
     def drive(self, command: Command) -> bool:

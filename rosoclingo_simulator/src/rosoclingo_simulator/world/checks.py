@@ -1,4 +1,4 @@
-"""Whether a robot can drive in a world as its description says."""
+"""Checks that a robot can drive in a world as its description says."""
 
 from __future__ import annotations
 

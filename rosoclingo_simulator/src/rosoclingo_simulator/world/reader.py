@@ -1,4 +1,4 @@
-"""A description's file to values; what it says about space is checked by ``checks``."""
+"""Parses a description's file; :mod:`.checks` checks what it says about space."""
 
 from __future__ import annotations
 
