@@ -1,4 +1,4 @@
-"""The ROS half of the clients: sends requests, hears of them, notices that the server has gone."""
+"""The ROS half of the clients: sends requests, follows them, and detects a lost server."""
 
 from __future__ import annotations
 

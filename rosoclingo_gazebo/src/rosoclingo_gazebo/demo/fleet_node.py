@@ -1,4 +1,4 @@
-"""Has a fleet deliver packages that are asked for at random, and draws it.
+"""Lets a fleet deliver packages that are asked for at random, and draws it.
 
 It needs a running mailbot_fleet.launch. The exit status is 0 if all packages were delivered, and
 nothing was wrong.
@@ -163,5 +163,5 @@ class FleetDemo:
 
 
 def main() -> NoReturn:
-    """Has packages delivered, and ends the process, with exit status 1 if something was wrong."""
+    """Runs the demo, and ends the process, with exit status 1 if something was wrong."""
     run_demo("fleet_demo", _USAGE, FleetDemo)

@@ -1,4 +1,4 @@
-"""What happens in the third scenario, line by line, and whether it is right."""
+"""Narrates and checks the paper's third scenario, line by line."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _ROUTE = (
 
 
 class Story:
-    """Is told what is seen, and says what happens. Thread-safe.
+    """Narrates the scenario, and checks it. Thread-safe.
 
     The robot is asked for a book, and near c6 for a letter too; an obstacle stands between c5 and
     c4. So it turns round, and the letter comes first: section 4 of the paper, third scenario.
@@ -44,7 +44,7 @@ class Story:
     def __init__(
         self, graph: Map, c6: Point, ask: Callable[[Bring], None], *, undisturbed: bool = True
     ) -> None:
-        """Begins before anything has happened.
+        """Starts before the first event.
 
         Args:
             graph: The map that the robot's actions are checked against.

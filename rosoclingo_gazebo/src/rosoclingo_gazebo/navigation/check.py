@@ -1,4 +1,4 @@
-"""Which packages of ROS's navigation are missing, and how to get them.
+"""Lists missing packages of ROS's navigation, and how to get them.
 
 navigation_check.py $(rospack find rosoclingo_gazebo)/config/navigation
 """
