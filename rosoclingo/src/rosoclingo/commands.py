@@ -90,7 +90,7 @@ class ROSCommands:
         self.state.externals.note_assigned(str(external), is_true)
 
     def assign_externals(self, external: Symbol, value: Symbol) -> None:
-        """Does what assign_external does; the manual spells it so."""
+        """Alias of assign_external; the manual spells it so."""
         self.assign_external(external, value)
 
     def release_external(self, external: Symbol) -> None:

@@ -94,7 +94,7 @@ def unreached(simulation: Simulation, plan: Optional[Plan]) -> List[Request]:
 
 
 def refused(simulation: Simulation, failure: Optional[RosclingoError]) -> List[str]:
-    """Returns what of the input the loop has not taken, in words.
+    """Returns the inputs that the loop has not taken, in words.
 
     Args:
         simulation: The run.

@@ -63,7 +63,7 @@ def make_parts(
     log: Callable[[str], None] = lambda _: None,
     engine: Callable[..., Engine] = Engine,
 ) -> Parts:
-    """Makes the solvers of a system, and what decides.
+    """Makes the planner's solver and the controller of a system.
 
     Args:
         mode: The name of a mode, the path of one, or :data:`SINGLE`.
@@ -91,7 +91,7 @@ def make_parts(
 
 @functools.lru_cache(maxsize=100)
 def _decisions(files: Tuple[Tuple[str, str], ...], options: Tuple[str, ...]) -> Decisions:
-    """Returns what is known of a mode in this process, by its files with their contents."""
+    """Returns the cached decisions of a mode, by its files and their contents."""
     return Decisions()
 
 
@@ -119,7 +119,7 @@ def _modes() -> List[Path]:
 
 
 def shared() -> Path:
-    """Returns the folder of what the package has besides Python, in a clone or installed."""
+    """Returns the folder of the package's shared files, in a clone or installed."""
     here = Path(__file__).resolve()
     places = [p for folder in here.parents for p in (folder, folder / "share" / "rosoclingo")]
     return next((place for place in places if (place / "modes").is_dir()), here.parent)

@@ -43,11 +43,11 @@ class Profiler:
 
     @property
     def doing(self) -> str:
-        """Says in words what the planner's solver does now; empty for nothing."""
+        """Describes in words what the planner's solver does now; empty for nothing."""
         return self._trace.doing
 
     def profile(self) -> Profile:
-        """Counts what was grounded, and says where most goes; tells how far that is."""
+        """Counts ground instances, and advises; reports its progress."""
         trace, place = self._trace, ["counting"]
         with Progress(lambda: place[0]):
             counts, engine = count(self._options, trace, lambda text: place.__setitem__(0, text))
@@ -76,7 +76,7 @@ def _values(
 
 
 class TimeLimit:
-    """A context that ends what is done in it after some time, or by Ctrl-C.
+    """A context that ends its block after some time, or by Ctrl-C.
 
     A second Ctrl-C ends the process at once. To be used in the main thread.
 

@@ -107,7 +107,7 @@ class Simulation(System):
         return self._pass()
 
     def _pass(self) -> bool:
-        """Lets time pass until somebody answers, or the loop wants to look who does not."""
+        """Advances the clock to the next answer, or the loop's next check of silent actuators."""
         moments = list(self._due.values())
         if not self._is_patient and self.loop.state.acting.silent():
             moments.append(self.clock + LOOK_SECONDS)
@@ -155,11 +155,11 @@ class Simulation(System):
         return super().answer(actuator, value)
 
     def begin_decision(self, waits: Callable[[], None]) -> None:
-        """Lets come what comes between two commands."""
+        """Delivers the inputs that come between two commands."""
         self._come_at(AFTER)
 
     def begin_command(self, waits: Callable[[], None]) -> None:
-        """Lets come what comes in a command, which ends a search."""
+        """Delivers the inputs that come in a command, which end a search."""
         self.commands += 1
         self._come_at(IN)
 

@@ -67,7 +67,7 @@ class Story:
             self._say(f"    {line}")
 
     def _head(self, entry: Entry) -> None:
-        """Says which step it is; those before in which nothing has happened are told in a line."""
+        """Prints the step's heading; a line sums up steps before in which nothing has happened."""
         first, last = self._headed + 1, self._elapsed - 1
         if first <= last:
             steps = f"step {first}" if first == last else f"steps {first} to {last}"

@@ -115,7 +115,7 @@ class System(Inbox, Environment):
     # What a subclass says.
 
     def turn(self) -> bool:
-        """Lets the world do something while the loop waits; here, all actions succeed.
+        """The world's turn while the loop waits; here, all actions succeed.
 
         Returns:
             Whether it did something; if not, the run is over.
@@ -127,7 +127,7 @@ class System(Inbox, Environment):
     # What a user calls.
 
     def request(self, text: str, information: Sequence[str] = ()) -> Request:
-        """Asks for something, by a ground term as clingo prints it."""
+        """Sends a goal with a request, a ground term as clingo prints it."""
         goal = self.new_goal(text, information, str(len(self.goals) + 1))
         self.goals.append(goal)
         self.put(goal)
@@ -179,13 +179,13 @@ class System(Inbox, Environment):
         return False
 
     def wait(self, timeout: float) -> bool:
-        """Lets the world take its turn, unless there is something; ends if it does nothing."""
+        """Gives the world its turn, unless there is an item; ends if it does nothing."""
         if not (self._items or self.closed or self.turn()):
             self.close()
         return True
 
     def now(self) -> float:
-        """Returns what time it is."""
+        """Returns the time."""
         return self.clock
 
     def publish(self, actuator: str, action: str) -> None:
@@ -206,5 +206,5 @@ class System(Inbox, Environment):
         self.loop.state.note(event)
 
     def warn(self, text: str) -> None:
-        """Remembers what the loop warns of."""
+        """Records a warning of the loop."""
         self.warnings.append(text)

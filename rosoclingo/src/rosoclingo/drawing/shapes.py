@@ -54,7 +54,7 @@ class Shape:
 
 
 def draw(graph: Graph, situation: Situation) -> List[Shape]:
-    """Returns what there is to see; waypoints that the graph does not have are left out."""
+    """Returns the shapes of a situation; waypoints outside of the graph are left out."""
     middle, size = ((0.0, 0.0, _ROBOT_HEIGHT / 2),), 2 * _ROBOT_RADIUS
     return [
         *_graph(graph, situation),

@@ -111,7 +111,7 @@ class Situation:
                 self._end_action(robot, answer)
 
     def hear(self, source: str, value: str) -> None:
-        """A message to rosoclingo was published: an answer, or what someone has seen."""
+        """Handles a message to rosoclingo: an answer or an announcement."""
         sender, term = str(parse_term(source)), parse_term(value)
         if sender == INFO:
             self._announce(term)
@@ -145,7 +145,7 @@ class Situation:
             self._hand_over(robot, _slot(action))
 
     def _forget_step(self, robot: str, action: clingo.Symbol) -> None:
-        """Takes what has been answered out of the plan ahead: the last action has no successor."""
+        """Removes answered actions from the plan ahead: the last action has no successor."""
         for index, step in enumerate(self.steps):
             if (step.robot, step.action) == (robot, action):
                 self.steps = self.steps[:index] + self.steps[index + 1 :]
@@ -186,7 +186,7 @@ class Situation:
 
 
 def _slot(action: clingo.Symbol) -> str:
-    """Returns what a pickup or deliver says of its package."""
+    """Returns the slot, or origin and destination, in a pickup or deliver."""
     return ",".join(str(argument) for argument in action.arguments)
 
 

@@ -56,12 +56,12 @@ class Acting:
         self._actors: Dict[str, Actor] = {}
 
     def snapshot(self) -> Dict[str, Actor]:
-        """Returns who acts, by the actuators' ids."""
+        """Returns the state to save: the acting actuators by their ids."""
         now = self._environment.now()
         return {actuator: one.since(now) for actuator, one in self._actors.items()}
 
     def restore(self, saved: Dict[str, Actor]) -> None:
-        """Takes over who acted in a run that was interrupted."""
+        """Restores the acting actuators of a run that was interrupted."""
         now = self._environment.now()
         self._actors = {actuator: one.since(-now) for actuator, one in saved.items()}
 

@@ -1,4 +1,4 @@
-"""The controller: a solver whose answer set says what to do next."""
+"""The controller: a solver whose answer set is the next command."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Info:
     planned_actions: bool = False
 
     def events(self) -> List[str]:
-        """Returns the atoms that say what has happened."""
+        """Returns the infos that are true, as events."""
         names = ["pending_actions", "new_messages", "request_reset"]
         true = [name for name in names if getattr(self, name)]
         if self.result is not None:
@@ -111,10 +111,10 @@ class Decider(Protocol):
         """Returns the next command, such as ``ground(3)``."""
 
     def look_ahead(self, info: Info) -> None:
-        """May decide in the background what is next, if it learns this then."""
+        """May precompute the next decision in the background, for these infos."""
 
     def describe(self, info: Info) -> str:
-        """Describes what the last decision was made from."""
+        """Describes the inputs of the last decision, for error messages."""
 
     def check(self) -> None:
         """Raises an error if it cannot be asked any more."""
@@ -202,7 +202,7 @@ class Controller:
         self._last_horizon: Optional[float] = None
 
     def prepare(self) -> None:
-        """Grounds the mode, on a fresh solver, and sees what it declares.
+        """Grounds the mode on a fresh solver, and reads the events that it declares.
 
         Raises:
             ControllerError: That fails.
@@ -268,7 +268,7 @@ class Controller:
         return number_steps(decision.command, info.step, info.asked, info.horizon)
 
     def look_ahead(self, info: Info) -> None:
-        """Decides in the background what is next, if the controller learns this then.
+        """Precomputes the next decision in the background, for these infos.
 
         The mode's answer depends on nothing else, so nothing is lost if it learns something else.
         Does nothing with a solver in this process.
@@ -301,7 +301,7 @@ class Controller:
         return self._declared.intersection(info.events() + info.position())
 
     def _decide(self, info: Info, stopped: Optional[Callable[[], bool]] = None) -> _Decision:
-        """Decides from what was saved last, until told to stop.
+        """Computes a decision from the saved fluents and the infos, until told to stop.
 
         Only the externals that change are set.
         """
@@ -352,7 +352,7 @@ class Controller:
         self._solver.check()
 
     def describe(self, info: Info) -> str:
-        """Describes what the last decision was made from."""
+        """Describes the inputs of the last decision, for error messages."""
         return _situation(info, self._decided_from, ())
 
     def _save_event(self, fluent: str) -> str:

@@ -127,21 +127,21 @@ class Demand:
         self._has_news = True
 
     def tell(self, atoms: Sequence[str]) -> None:
-        """Takes events, which are told before the next command is run."""
+        """Queues events, which are told before the next command is run."""
         for atom in atoms:
             self._pending.append(Part("event", tuple(split_term(atom)[1])))
             self._has_news = True
 
     def set_query(self, query: str, value: Truth) -> None:
-        """Takes the value of an external ``query(T)``, which is told likewise."""
+        """Queues the value of an external ``query(T)``, likewise."""
         self._queries[query] = value
 
     def add_steps(self, steps: Iterable[int]) -> None:
-        """Takes steps, which are grounded likewise."""
+        """Queues steps to be grounded, likewise."""
         self._steps += steps
 
     def take_pending(self) -> List[Command]:
-        """Removes what is to be grounded and told, and returns the commands that do so."""
+        """Empties the queue, and returns the commands that ground and tell it."""
         pending, self._pending = self._pending, []
         steps, self._steps = self._steps, []
         queries, self._queries = self._queries, {}

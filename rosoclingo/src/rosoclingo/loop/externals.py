@@ -50,7 +50,7 @@ class PlannerExternals(ExternalsState):
         self.restore(ExternalsState({0}), slots)
 
     def restore(self, saved: ExternalsState, slots: Sequence[str]) -> None:
-        """Takes over what was known in a run that was interrupted.
+        """Restores the externals of a run that was interrupted.
 
         Args:
             saved: What was known; of the same planner, which is restored already.
@@ -172,7 +172,7 @@ class PlannerExternals(ExternalsState):
         return missing
 
     def from_outside(self) -> List[str]:
-        """Returns those of the told events that may be taken back, in order."""
+        """Returns the told events that may be made false again, in order."""
         return [atom for atom, from_outside in self.told.items() if from_outside]
 
     def take_back(self, atom: str) -> None:
@@ -190,7 +190,7 @@ class PlannerExternals(ExternalsState):
             noted.discard(atom)
 
     def reset(self, fluents: Iterable[str]) -> bool:
-        """Makes fluents the initial ones, and forgets what happened.
+        """Resets: makes fluents the initial ones, and forgets all other events.
 
         Returns:
             Whether the planner knows any of them now.

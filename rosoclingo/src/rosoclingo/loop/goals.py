@@ -96,7 +96,7 @@ class Goal(GoalState):
 
     @property
     def address(self) -> str:
-        """By what the client is found again after this process has died."""
+        """The address by which another process finds the client after a crash."""
         return self._client.address
 
     def reroute(self, way: Callable[[GoalClient], GoalClient]) -> None:
@@ -160,7 +160,7 @@ class Goal(GoalState):
             return True
 
     def tell(self, line: str, *, kind: str = "", again: bool = False) -> bool:
-        """Sends a line of feedback, unless it says what the last of its kind has said.
+        """Sends a line of feedback, unless it repeats the last one of its kind.
 
         Args:
             line: The line.
@@ -223,7 +223,7 @@ class Goals:
         self._waiting: Deque[Goal] = deque()
 
     def snapshot(self, others: Iterable[Goal]) -> GoalsSnapshot:
-        """Returns what is known of all goals now.
+        """Returns the state of all goals to save.
 
         Args:
             others: Goals that have come, and are not known here yet or any more.

@@ -198,13 +198,13 @@ class Inbox(RecordedSearches):
             return list(self._items)
 
     def end(self, reason: str) -> None:
-        """Says that the loop has ended: it still takes what is there, but nothing that comes."""
+        """Closes the queue, as the loop has ended: it takes those that are there, and no others."""
         self._end_hurry()
         with self._changed:
             self._end = reason
 
     def wait(self, timeout: float) -> bool:
-        """Waits until there is something to take or to look at, or the inbox is closed.
+        """Waits until there is an item or a callback, or the inbox is closed.
 
         Args:
             timeout: Longest time to wait, in seconds.

@@ -34,7 +34,7 @@ class Insistent(Forwarding):
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:
-        """Searches until there is a result or ``stopped`` says to stop, whoever else ends it.
+        """Searches until there is a result or ``stopped`` is true; retries if others interrupt it.
 
         Raises:
             OutsideError: Somebody else has ended the search again and again.

@@ -153,6 +153,6 @@ class _Query:
 
 
 def _until(seconds: float, stopped: Callable[[], bool]) -> Callable[[], bool]:
-    """Returns what ends a search when it is told to stop, or after its time."""
+    """Returns a stop condition: the search is told to stop, or its time is over."""
     end = time.monotonic() + seconds
     return lambda: stopped() or time.monotonic() > end

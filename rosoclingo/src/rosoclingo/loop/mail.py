@@ -141,7 +141,7 @@ class Mail(MailState):
         )
 
     def restore(self, saved: MailSnapshot, goals: Dict[str, Goal]) -> None:
-        """Takes over what had come in a run that was interrupted.
+        """Restores the inputs of a run that was interrupted.
 
         Args:
             saved: What had come.
@@ -167,7 +167,7 @@ class Mail(MailState):
         return has_come or self._acting.leaves_some_busy
 
     def tell(self) -> bool:
-        """Returns :attr:`new_messages` for the controller, and remembers what it knows of now."""
+        """Returns :attr:`new_messages` for the controller, which knows of all news from then on."""
         self._news = 0
         return self.new_messages
 
@@ -185,7 +185,7 @@ class Mail(MailState):
         self._told_at = now
 
     def end_attempt(self, *, acts: bool = False) -> None:
-        """Ends the attempt: the loop waits, or somebody acts, so inputs are taken at once."""
+        """Ends the attempt, as the loop waits or acts: inputs are taken at once again."""
         self._backoff.reset()
         if acts:
             self._pace.reset()
@@ -253,19 +253,19 @@ class Mail(MailState):
         self.inbox.begin_decision(self._waits)
 
     def begin_command(self) -> None:
-        """A command that was decided is about to be carried out."""
+        """Called before a command is carried out."""
         self.inbox.begin_command(self._waits)
         self._command_began = time.perf_counter()
 
     def begin_end(self) -> None:
-        """The loop is about to end, and to take for the last time what has come."""
+        """Called before the loop ends and takes inputs for the last time."""
         self.inbox.begin_end(self._waits)
 
     def _waits(self) -> None:
         self._note(journal.LoopWaits(for_a_replay=True))
 
     def take(self, *, may_ask: bool = False) -> None:
-        """Takes what has come, and drops what is wrong.
+        """Takes inputs from the inbox, and drops invalid ones.
 
         Args:
             may_ask: Whether the planner may be asked now whether it knows something; else what is
@@ -503,7 +503,7 @@ class Mail(MailState):
             self._sum_up_dropped()
 
     def _sum_up_dropped(self) -> None:
-        """Logs how many messages were dropped besides those that were logged."""
+        """Logs the number of dropped messages that were not logged one by one."""
         if self._not_logged:
             self._environment.warn(f"dropped {self._not_logged} more messages like these")
             self._not_logged = 0
@@ -517,7 +517,7 @@ class Mail(MailState):
 
 
 def _arrival(item: Taken, seconds: float) -> journal.Event:
-    """Returns what the journal says of something that has come."""
+    """Returns the journal's event for an input."""
     if isinstance(item, Message):
         return journal.MessageArrived(item.id, item.value, seconds)
     if isinstance(item, Cancel):

@@ -185,7 +185,7 @@ class Planner(PlannerState):
             self.demand.add_steps(steps)
 
     def _ground_missing(self, steps: Iterable[int]) -> List[wire.Command]:
-        """Returns what grounds steps, but for those that were grounded ahead."""
+        """Returns the commands that ground steps, without those that were grounded ahead."""
         steps = list(steps)
         missing = [step for step in steps if step not in self._ahead]
         self._ahead.difference_update(steps)
@@ -221,7 +221,7 @@ class Planner(PlannerState):
         self.run(*old, *grounding, wire.AssignExternal(query(horizon), wire.Truth.TRUE))
 
     def run(self, *commands: wire.Command) -> wire.Reply:
-        """Runs commands, after what is still to be told.
+        """Runs commands, after those that are queued.
 
         Raises:
             PlannerError: A command failed.
@@ -392,7 +392,7 @@ class Planner(PlannerState):
         self._passed += step
 
     def _take_ahead(self, ended: SearchEnded, horizon: int) -> wire.Outcome:
-        """Keeps what was found for other horizons than the one that is asked for."""
+        """Keeps the results for other horizons than the one that is asked for."""
         if ended.how is Ended.AHEAD_CALLED:
             return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
         outcome = wire.Outcome(wire.Result.UNSAT)
@@ -484,7 +484,7 @@ class Planner(PlannerState):
         return wire.Outcome(wire.Result.SAT, not is_best, ended.symbols)
 
     def _still_parts(self, last: int) -> List[wire.Command]:
-        """Returns what lets actions be forbidden in each step up to a last one."""
+        """Returns the parts by which actions can be forbidden in each step up to a last one."""
         steps = range(self._still + 1, last + 1)
         first = [STILL] if steps and not self._still else []
         self._still = max(self._still, last)

@@ -46,7 +46,7 @@ def publish(state: State, actions: Sequence[Action]) -> None:
 
 
 def publish_abort(state: State, actuator: str) -> None:
-    """Tells an actuator to end what it does, once in a step; nobody answers that."""
+    """Tells an actuator to abort its action, once in a step; nobody answers that."""
     abort = Action(actuator, ABORT, state.step)
     if not state.is_published(abort) and not state.tokens.is_aborted(actuator):
         state.note_published(abort)

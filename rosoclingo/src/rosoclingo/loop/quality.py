@@ -31,16 +31,16 @@ class Quality:
         return self.cost == self.bound
 
     def as_json(self) -> Dict[str, Any]:
-        """Returns what ``~plan_quality`` says."""
+        """Returns the content of ``~plan_quality``."""
         return {"cost": list(self.cost), "bound": list(self.bound), "optimal": self.is_best}
 
     def __str__(self) -> str:
-        """Returns what :meth:`read` reads."""
+        """Encodes it as text, for :meth:`read`."""
         return "/".join(" ".join(map(str, numbers)) for numbers in (self.cost, self.bound))
 
     @classmethod
     def read(cls, text: str) -> Quality:
-        """Reads what :meth:`__str__` has written.
+        """Decodes the text of :meth:`__str__`.
 
         Raises:
             ValueError: It is something else.

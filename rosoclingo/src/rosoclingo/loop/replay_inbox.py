@@ -75,7 +75,7 @@ class Due(NamedTuple):
 
 
 def search_text(ended: Optional[SearchEnded] = None) -> str:
-    """Returns what a :class:`Due` says of a search.
+    """Encodes the outcome of a search, as the text of a :class:`Due`.
 
     Args:
         ended: How it ends; None says that all searches which depend on time are known.
@@ -87,7 +87,7 @@ def search_text(ended: Optional[SearchEnded] = None) -> str:
 
 
 def read_search(text: str) -> SearchEnded:
-    """Reads what :func:`search_text` has written of a search.
+    """Decodes the text of :func:`search_text`.
 
     Raises:
         ValueError: It is something else.
@@ -100,7 +100,7 @@ def read_search(text: str) -> SearchEnded:
 
 
 def encode(dues: Sequence[Due]) -> str:
-    """Returns what :func:`decode` reads."""
+    """Encodes a schedule as text, for :func:`decode`."""
     return json.dumps(dues, separators=(",", ":"))
 
 

@@ -42,7 +42,7 @@ def search(state: State) -> None:
 
 
 def settle(state: State, step: int) -> None:
-    """Waits for the answers in the current step, and finds out what holds after it.
+    """Waits for the answers in the current step, and asks the planner for the fluents after it.
 
     Args:
         state: What is known.

@@ -134,7 +134,7 @@ class State(Progress):
         )
 
     def snapshot(self) -> StateSnapshot:
-        """Returns what is known, which is to be encoded before the next decision."""
+        """Returns the state to save, which is to be encoded before the next decision."""
         return StateSnapshot(
             self,
             self.planner,
@@ -248,7 +248,7 @@ class State(Progress):
         self._tell_busy(step)
 
     def assign_answers(self, step: int) -> None:
-        """Makes the events of all messages true, and says who is busy: the step is over."""
+        """Ends the step: makes the events of all messages true, and says who is busy."""
         self._assign_pending_messages(step)
         self._tell_busy(step)
 
@@ -293,18 +293,18 @@ class State(Progress):
             self.mail.note_goals()
 
     def show_told(self) -> None:
-        """Shows what each actuator was told last, if that or its answer is new."""
+        """Publishes the last action of each actuator, if it or its answer is new."""
         if self.tokens.changed:
             self.tokens.changed = False
             self.environment.show_told(self.tokens.run, self.tokens.told)
 
     def _correct_arrivals(self) -> None:
-        """Tells clients what takes longer than they were told, and shows it."""
+        """Tells clients of new delays, and publishes the plan with them."""
         if self.timing.correct():
             self.show_plan()
 
     def show_plan(self) -> None:
-        """Shows what is planned from the current step on, if that is new."""
+        """Publishes the plan from the current step on, if it is new."""
         quality = self.planner.quality if self.shows_plan else None
         slots = [goal.slot or "" for goal in self.goals.open] if self.shows_plan else []
         told = self.arrivals.told

@@ -90,7 +90,7 @@ class Timing:
                 self._durations.unknown.add(kind)
 
     def tell_clients(self, moved: float = _MOVED_STEP_SECONDS) -> None:
-        """Tells clients when their goals will be served, if that is not what they were told.
+        """Tells clients the arrival times of their goals, if these are new.
 
         That depends on the time, and nothing else depends on it.
 

@@ -197,14 +197,14 @@ class Tokens(TokensState):
         return is_news
 
     def _hear(self, told: Told) -> None:
-        """Keeps what was said of an action, and which node says it twice."""
+        """Records an answer, and whether its node answers with and without token."""
         self.last[told.actuator] = told
         if told.tokened is not None and told.tokened == told.plain:
             self.twofold.setdefault(told.actuator, set()).add(told.tokened[0])
 
 
 def _canonical(text: str) -> str:
-    """Returns a term as clingo prints it; what is none is dropped later, with the reason."""
+    """Returns a term as clingo prints it, and other texts unchanged: they are dropped later."""
     try:
         return canonical(text)
     except TermError:

@@ -67,7 +67,7 @@ class Waiting:
         self._planning_since: Optional[float] = None
 
     def wait(self, step: int, improve: Callable[[], bool]) -> None:
-        """Waits for something that the controller does not know of.
+        """Waits for an input that the controller does not know of.
 
         Args:
             step: The current step.
@@ -126,7 +126,7 @@ class Waiting:
             mail.take(may_ask=True)
 
     def stop(self) -> None:
-        """Ends the wait, since there is something to do in the step: the mode hears of news."""
+        """Ends the wait, since the step has new actions: the mode hears of news."""
         self._stops = True
 
     def _is_told_to_stop(self) -> bool:
@@ -162,7 +162,7 @@ class Waiting:
                 self._mail.inbox.put(Message(actuator, TIMEOUT))
 
     def _step_is_awaited(self, step: int) -> bool:
-        """Whether the next step has something to begin with: a slot for a goal, or an answer.
+        """Whether the next step can begin: with a free slot for a goal, or an answer.
 
         The mode is told once in each step, as of a goal that has just come. If it waits again
         nevertheless, nobody moves the step on, and goals without a slot end here.

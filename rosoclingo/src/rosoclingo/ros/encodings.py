@@ -50,7 +50,7 @@ class Encodings:
         self._lock = threading.Lock()  # guards the others
 
     def listen(self) -> None:
-        """Begins to listen to what the nodes say of themselves."""
+        """Subscribes to the nodes' ``~about``."""
         for node in (self._planner, self._controller):
             subscriber(f"{node}/about", String, partial(self._on_about, node))
 
@@ -58,12 +58,12 @@ class Encodings:
         self.tell(node, message.data)
 
     def tell(self, node: str, about: str) -> None:
-        """Takes what :func:`rosclingo.solver.about.about` says of a node."""
+        """Sets a node's :func:`rosclingo.solver.about.about`."""
         with self._lock:
             self._abouts[node] = about
 
     def abouts(self) -> Dict[str, str]:
-        """Returns what the nodes say of themselves, by their names; waits for it.
+        """Waits for the nodes' ``~about``, and returns them by the nodes' names.
 
         Raises:
             StoreError: One says nothing for long.

@@ -166,7 +166,7 @@ class RosEnvironment(Environment):
 
 
 def _state(told: Told) -> int:
-    """Returns what is left to do of an action."""
+    """Returns the state of an action for ``dispatch``: to do, to abort or done."""
     if told.answer is not None:
         return int(ROSoClingoToken.ANSWERED)
     return int(ROSoClingoToken.ABORTED if told.aborted else ROSoClingoToken.PENDING)

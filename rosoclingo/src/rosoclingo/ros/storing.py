@@ -127,7 +127,7 @@ def open_store() -> Optional[Store]:
 
 
 def address_of(handle: actionlib.ServerGoalHandle) -> str:
-    """Returns by what the client of a goal is found again, as JSON."""
+    """Returns the address by which the client of a goal is found again, as JSON."""
     header = getattr(handle.goal, "_connection_header", None) or {}
     stamp = handle.get_goal_id().stamp
     return json.dumps([header.get("callerid", ""), stamp.secs, stamp.nsecs])

@@ -130,7 +130,7 @@ class Algorithm1:
         """No-op: a decision takes no time."""
 
     def describe(self, info: Info) -> str:
-        """Describes what the last decision was made from."""
+        """Describes the inputs of the last decision."""
         position = self.position
         return f"step: {position.step}; horizon: {position.horizon}; infos: {info.events()}"
 
@@ -138,7 +138,7 @@ class Algorithm1:
         """No-op: the controller is in this process."""
 
     def _go(self, stage: Stage, command: str, **changes: Any) -> str:
-        """Notes what follows a command, and returns the command."""
+        """Sets the stage that follows a command, and returns the command."""
         self.position = replace(self.position, stage=stage, **changes)
         return command
 
@@ -188,7 +188,7 @@ class Algorithm1:
         return self._act(info) if info.new_messages else self._go(Stage.WAIT, "idle")
 
     def _act(self, info: Info) -> str:
-        """Waits for the answers in a step; plans again if something has come."""
+        """Waits for the answers in a step; replans if an input has come."""
         if info.new_messages:
             return self._plan(info)
         if info.pending_actions:
@@ -196,7 +196,7 @@ class Algorithm1:
         return self._go(Stage.DONE, f"status_update({self.position.step})")
 
     def _done(self, info: Info) -> str:
-        """Goes on to the next step, if the plan has one or something has come."""
+        """Begins the next step, if the plan has one or an input has come."""
         position = self.position
         is_last = position.step == position.horizon
         if is_last and not info.new_messages:

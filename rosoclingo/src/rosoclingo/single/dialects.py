@@ -113,7 +113,7 @@ class _Translation(Dialect2, abc.ABC):
 
     @abc.abstractmethod
     def _happens(self, source: str, content: str, step: str) -> wire.Command:
-        """Returns what says that an event has happened."""
+        """Returns the commands that tell an event."""
 
 
 class Dialect1(_Translation):

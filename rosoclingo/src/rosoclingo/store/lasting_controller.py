@@ -50,11 +50,11 @@ class LastingController:
         return again(lambda: self._decider.decide(info), self._back, self._go_on)
 
     def look_ahead(self, info: Info) -> None:
-        """May decide in the background what is next."""
+        """May precompute the next decision in the background."""
         self._decider.look_ahead(info)
 
     def describe(self, info: Info) -> str:
-        """Describes what the last decision was made from."""
+        """Describes the inputs of the last decision."""
         return self._decider.describe(info)
 
     def check(self) -> None:

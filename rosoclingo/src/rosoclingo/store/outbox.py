@@ -93,7 +93,7 @@ class Outbox(Environment):
         return self._environment.now()
 
     def world_now(self) -> float:
-        """Returns what time it is where actuators act."""
+        """Returns the time where actuators act."""
         return self._environment.world_now()
 
     def publish(self, actuator: str, action: str) -> None:
@@ -103,7 +103,7 @@ class Outbox(Environment):
         self._take(held)
 
     def show_told(self, run: str, told: Sequence[Told]) -> None:
-        """Shows what each actuator was told to do last."""
+        """Publishes the last action of each actuator."""
         self.later("dispatch", lambda: self._environment.show_told(run, told))
 
     def show_plan(
@@ -113,11 +113,11 @@ class Outbox(Environment):
         actions: Sequence[Action],
         arrivals: Sequence[Arrival] = (),
     ) -> None:
-        """Shows what is planned."""
+        """Publishes the plan."""
         self.later("plan", lambda: self._environment.show_plan(step, horizon, actions, arrivals))
 
     def show_quality(self, quality: Optional[Quality]) -> None:
-        """Shows how good that is."""
+        """Publishes the plan's quality."""
         self.later("plan", lambda: self._environment.show_quality(quality))
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
@@ -129,7 +129,7 @@ class Outbox(Environment):
         self._environment.miss_plan(goals)
 
     def finish_reasons(self) -> None:
-        """Waits for reasons."""
+        """Waits for explanations under way."""
         self._environment.finish_reasons()
 
     def note(self, record: Record) -> None:
@@ -138,11 +138,11 @@ class Outbox(Environment):
         self._take(_Held(records=[timed]))
 
     def info(self, text: str) -> None:
-        """Logs what is worth to know."""
+        """Logs information."""
         self._environment.info(text)
 
     def warn(self, text: str) -> None:
-        """Logs what looks wrong."""
+        """Logs a warning."""
         self._environment.warn(text)
 
     # What goals' clients call.

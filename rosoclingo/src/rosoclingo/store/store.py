@@ -260,7 +260,7 @@ class Store:
             rows.put(_RUN, _STARTED_WITH, json.dumps(dict(started_with)))
 
     def check(self, started_with: Mapping[str, str]) -> None:
-        """Compares what the nodes were started with when the run began, and now.
+        """Checks that the nodes were started with the same options and files as when the run began.
 
         Raises:
             StoreError: It is something else; the message says what.

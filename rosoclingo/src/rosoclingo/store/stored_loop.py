@@ -153,7 +153,7 @@ class StoredInbox(Inbox):
         self.waits()
 
     def wait(self, timeout: float) -> bool:
-        """Waits until there is something."""
+        """Waits until there is an item."""
         self.waits()
         return super().wait(timeout)
 

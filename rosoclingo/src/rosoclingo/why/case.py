@@ -35,7 +35,7 @@ class Case:
         says_ends: bool,
         rules: Rules = NO_RULES,
     ) -> None:
-        """Takes all facts and goals as what a question may be about.
+        """Makes a query about all facts and goals.
 
         Args:
             copy: The copy.

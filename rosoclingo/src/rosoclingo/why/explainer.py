@@ -109,15 +109,15 @@ class Explainer:
         )
 
     def why(self, action: str) -> Contrast:
-        """Says what would be without an action, such as ``do(mailbot,go(c3),4)``."""
+        """Compares the plan with the best one without some ``do(mailbot,go(c3),4)``."""
         return self._contrast(action, is_demanded=False)
 
     def why_not(self, action: str) -> Contrast:
-        """Says what would be with an action, such as ``do(mailbot,go(c3),4)``."""
+        """Compares the plan with the best one with some ``do(mailbot,go(c3),4)``."""
         return self._contrast(action, is_demanded=True)
 
     def what_if(self, events: Sequence[str]) -> WhatIf:
-        """Says what would be if more were told in the current step.
+        """Plans with hypothetical events in the current step.
 
         Args:
             events: For instance ``goal:bring(o2,o3)``, ``cancel:1`` with a slot, or

@@ -64,7 +64,7 @@ class Facts:
 
     @classmethod
     def of(cls, situation: Situation, slots: Sequence[str], savable: Iterable[str] = ()) -> Facts:
-        """Sorts what was told.
+        """Sorts the events of a situation into facts.
 
         Args:
             situation: It has what was told.

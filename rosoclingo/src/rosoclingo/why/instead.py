@@ -78,7 +78,7 @@ class Instead:
     def _before(
         self, told: FrozenSet[str], done: List[Action], step: int
     ) -> Tuple[FrozenSet[Tuple[str, str]], Tuple[str, ...]]:
-        """Returns what can be done in a step, and what holds before it."""
+        """Returns the possible actions of a step, and the fluents before it."""
         with_done = told | {_commit(a, a.step) for a in done}
         with self._copy.at(step - 1):
             plan = self._copy.ask(with_done).plan
@@ -101,7 +101,7 @@ class Instead:
     def _with(
         self, holds: Tuple[str, ...], done: List[Action], actions: List[Action], step: int
     ) -> Optional[Possible]:
-        """Returns the best plan after what holds before a step, and the actions of that step."""
+        """Returns the best plan from a step on, given the fluents before it and its actions."""
         told = {event("save", fluent, 0) for fluent in holds} | {_commit(a, 1) for a in actions}
         with self._copy.at(1):
             plan = self._copy.ask(frozenset(told)).plan

@@ -41,7 +41,7 @@ class Phrases:
 
     @classmethod
     def read(cls, program: Program) -> Phrases:
-        """Reads those of encodings; a pattern with more names comes before others that fit."""
+        """Reads the phrases of encodings; more specific patterns come first."""
         heads = (
             str(statement.head)
             for statement in program.statements
@@ -89,7 +89,7 @@ class Phrases:
         return fact.content if fact.kind is Kind.SAVED else f"{fact.source} says {fact.content}"
 
     def deed(self, action: str) -> str:
-        """Returns words for what somebody is to do, such as ``go to c3``."""
+        """Returns words for an action, such as ``go to c3``."""
         return self.find(action) or f"do {action}"
 
     def join(self, facts: Iterable[Fact]) -> str:
@@ -112,7 +112,7 @@ def _text(string: str) -> str:
 
 
 def _match(pattern: str, term: str) -> Optional[Dict[str, str]]:
-    """Returns what the variables of a pattern stand for, or None if it does not fit."""
+    """Returns the variables' values of a pattern that matches, or None."""
     if _VARIABLE.fullmatch(pattern):
         return {pattern: term}
     name, places = split_term(pattern)

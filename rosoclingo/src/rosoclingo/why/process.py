@@ -117,7 +117,7 @@ class AnsweringProcess:
         return None if child is None else child.process.pid
 
     def close(self) -> None:
-        """Ends the process, and with it what is asked. Thread-safe."""
+        """Ends the process, and cancels its question. Thread-safe."""
         with self._lock:
             self._is_closed = True
             if self._child is not None:
@@ -199,7 +199,7 @@ class _Child:
             timer.cancel()
 
     def receive(self, seconds: float) -> bytes:
-        """Returns what it sends by itself; raises what :meth:`ask` does."""
+        """Receives a message that no :meth:`ask` has caused; raises what that does."""
         timer = self._watch(seconds)
         try:
             return self._connection.recv_bytes(_LONGEST_REPLY)

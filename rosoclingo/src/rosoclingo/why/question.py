@@ -130,7 +130,7 @@ class Reply:
     structure: str = ""
 
     def encode(self) -> bytes:
-        """Returns what :func:`read_reply` reads."""
+        """Encodes the reply, for :func:`read_reply`."""
         return json.dumps([self.status.value, self.text, self.structure]).encode()
 
 

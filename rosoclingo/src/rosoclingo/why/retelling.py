@@ -54,7 +54,7 @@ class RetellingCopy(RebuildingCopy):
         return [reason for _, reason in self._planner.tell(list(events))]
 
     def possible(self, told: FrozenSet[str]) -> FrozenSet[Tuple[str, str]]:
-        """Returns who can do what next, by the part ``possible(k)`` of the encoding.
+        """Returns the possible next actions, by the part ``possible(k)`` of the encoding.
 
         Raises:
             QuestionError: It has none.
@@ -141,7 +141,7 @@ class RetellingCopy(RebuildingCopy):
         return Verdict(Answer.PLAN if plan.horizon <= self.last else Answer.NONE, plan)
 
     def _model(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
-        """Returns any plan after a step: what is known of that step is the same in all."""
+        """Returns any plan after a step: all of them have the same fluents in that step."""
         self._planner.run(*self._planner.demand.prepare(step))
         found: List[Improvement] = []
         outcome = self._engine.solve(

@@ -153,7 +153,7 @@ class Situation:
 
 
 def moved(atom: str, steps: int) -> str:
-    """Returns an event or an action some steps later; what was saved stays."""
+    """Returns an event or action some steps later; saved events stay."""
     name, arguments = split_term(atom)
     step = number(arguments[-1]) if arguments else None
     if step is None or atom.startswith(SAVE):

@@ -72,7 +72,7 @@ def run(
 
 
 def read(program: str, bag: Path, name: Optional[str]) -> Recording:
-    """Reads a recording that is to be compared, and says what is wrong with it.
+    """Reads a recording to compare, and prints its faults.
 
     Args:
         program: What messages begin with.
@@ -116,7 +116,7 @@ def check(bag: Path, recording: Recording) -> None:
 
 
 def tell(comparison: Comparison) -> None:
-    """Prints what is different, if anything is."""
+    """Prints the differences, if there are any."""
     said = text_report.describe(comparison)
     if said:
         print(said)

@@ -58,7 +58,7 @@ class GoalPair:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the comparison: what was expected and what was seen at one place.
+    """A line of the comparison: the expected and the seen output at one place.
 
     Attributes:
         expected: What was recorded; None for nothing.

@@ -49,7 +49,7 @@ def speed(seconds: float, recorded: float) -> str:
 
 
 def describe_goal(pair: GoalPair) -> List[str]:
-    """Returns what became of a goal, as two lines."""
+    """Describes the statuses of a goal, in two lines."""
     return [f"  expected  {_goal(pair.expected)}", f"  seen      {_goal(pair.seen)}"]
 
 

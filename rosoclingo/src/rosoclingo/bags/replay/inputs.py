@@ -1,4 +1,4 @@
-"""The recorded inputs, with what the loop was doing when it took them. Needs no ROS.
+"""The recorded inputs, with the loop's activity when it took them. Needs no ROS.
 
 The latter matters where a replay goes another way than the recorded run, or where that has no
 journal; else the loop takes the inputs by :mod:`rosoclingo.bags.replay.input_schedule`.
@@ -103,7 +103,7 @@ def inputs(run: Run) -> List[Input]:
 
 
 def _point(event: journal.Arrival, waits: bool, has_taken: bool) -> Point:
-    """Returns what a loop with a journal was doing when it took an input."""
+    """Returns the activity of a loop with a journal when it took an input."""
     if has_taken:
         return Point.BUSY
     if waits:
@@ -112,7 +112,7 @@ def _point(event: journal.Arrival, waits: bool, has_taken: bool) -> Point:
 
 
 def _guess(gap: float, is_first: bool) -> Point:
-    """Returns what a loop without a journal was doing: after some quiet, it waits."""
+    """Guesses the activity of a loop without a journal: after some quiet, it waits."""
     return Point.WAITING if is_first or gap >= _QUIET_SECONDS else Point.BUSY
 
 

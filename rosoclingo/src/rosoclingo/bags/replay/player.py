@@ -203,7 +203,7 @@ class _Player:
             self._schedule.go_on(time.monotonic(), restarts=node == journal.LOOP)
 
     def _keep(self, entry: Entry) -> None:
-        """Keeps what is compared; of the plans, only that which is published: they are long."""
+        """Keeps the entries to compare; of the plans, only the published one: they are long."""
         event = entry.event
         if isinstance(event, journal.PlanFound):
             self._plan = entry

@@ -201,7 +201,7 @@ class Schedule:
         return True
 
     def wake(self, now: float) -> float:
-        """Returns in how many seconds something may be due even if no event comes."""
+        """Returns the seconds until an input may be due even if no event comes."""
         latest = max(self._seen_at, self._sent_at)
         times = [latest + _SETTLED_SECONDS, latest + _LOST_SECONDS, self._sent_at + _ORDER_SECONDS]
         if self.passed < len(self.planned) and self._rate is not None:
@@ -262,6 +262,6 @@ class Schedule:
         self._awaited.expect(None if is_last else self.planned[self.passed].position)
 
     def _stall(self) -> None:
-        """Gives up what is awaited."""
+        """Waives the awaited outputs, and records the stall."""
         self.in_step = False
         self.stalls.append(Stall(self._awaited.give_up(), tuple(self._acting)))

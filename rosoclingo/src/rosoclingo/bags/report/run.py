@@ -149,7 +149,7 @@ class Cause:
 
 @dataclass(frozen=True)
 class Change:
-    """A plan that differs from what was left of the one before.
+    """A plan that differs from the rest of the one before.
 
     Attributes:
         seconds: When it was found.

@@ -121,7 +121,7 @@ class _Reading:
         self._last = entry.seconds
 
     def causes(self) -> List[Tuple[int, Cause]]:
-        """Returns what may have changed a plan, with its position; once all is read."""
+        """Returns the possible causes of changes, with their positions, when all is read."""
         causes = list(self._causes.items())
         for identifier, goal in self.goals.items():
             if goal.behind:
