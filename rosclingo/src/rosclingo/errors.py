@@ -24,7 +24,7 @@ class RosclingoError(Exception):
 
 
 def report(err: Exception, where: str) -> str:
-    """Returns what a client is told of an error; a bug is logged too, with where it was met."""
+    """Returns the message of an error for a client; logs a bug, too, with its traceback."""
     if not isinstance(err, RosclingoError):
         logging.getLogger("rosout").error("internal error %s", where, exc_info=err)
     return shorten(str(err) or type(err).__name__, _LONGEST_MESSAGE)
@@ -47,7 +47,7 @@ class ProgramError(RosclingoError):
 
 
 class ForbiddenError(RosclingoError):
-    """A program or file from a client asks for what the node's settings do not allow."""
+    """A client's program or file needs a permission that the node's settings do not give."""
 
 
 class UnknownProgramError(RosclingoError):
@@ -67,7 +67,7 @@ class ServiceError(RosclingoError):
 
 
 class SolverEndedError(ServiceError):
-    """A solver node says that it is shutting down, and that it does not do what it was asked."""
+    """A solver node has refused a request because it is shutting down."""
 
 
 class XmlError(RosclingoError):

@@ -327,7 +327,7 @@ class Validator:
         return self.violations
 
     def believed(self) -> Set[Edge]:
-        """Returns the edges that are blocked for somebody who knows all that was said."""
+        """Returns the edges that are blocked by all announcements so far."""
         return (self.blocked | self._announced | self._doubtful) - self._freed
 
     # What follows from it.

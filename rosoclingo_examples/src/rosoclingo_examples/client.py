@@ -95,7 +95,7 @@ class Client:
                     handle.send_again()
 
     def go_on(self) -> None:
-        """Sends the requests that another process has left; those that have arrived go on."""
+        """Resumes the requests of an earlier process: resends those that have not arrived."""
         for order in self._orders.open:
             self._send(order)
 

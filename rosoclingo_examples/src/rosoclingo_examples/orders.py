@@ -34,7 +34,7 @@ class Bring:
 
 
 def parse_line(line: str, with_object: bool) -> Union[Bring, int]:
-    """Returns what a line means: a request, or the number of one that is to be cancelled.
+    """Parses a line: a request, or the number of one that is to be cancelled.
 
     Args:
         line: ``FROM TO`` for a request, or ``ID`` to cancel one.
@@ -63,7 +63,7 @@ def parse_line(line: str, with_object: bool) -> Union[Bring, int]:
 
 
 def _when(words: Sequence[str]) -> Optional[str]:
-    """Returns what follows on origin and destination in the request; None if words are wrong."""
+    """Returns the request's arguments after origin and destination; None if words are wrong."""
     if not words:
         return ""
     if words == ["urgent"]:
@@ -167,7 +167,7 @@ class Orders:
             return order
 
     def heard(self, order: Order, state: str) -> bool:
-        """Notes what was heard of a request.
+        """Records a status or feedback of a request.
 
         Returns:
             Whether it is news.

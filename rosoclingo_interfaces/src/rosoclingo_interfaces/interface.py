@@ -116,7 +116,7 @@ class ActionInterface:
 
 
 def answer_text(answer: Any) -> str:
-    """Returns the value to send for what an interface's method has returned.
+    """Converts the return value of an interface's method to an answer.
 
     Raises:
         ActionError: It is no answer.

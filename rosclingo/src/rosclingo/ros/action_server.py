@@ -189,7 +189,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
                     kept.append((time.monotonic(), client, message))
 
     def _send_kept(self, kept: _Kept, topic: rospy.Publisher, send: Callable[[Any], None]) -> None:
-        """Sends a new subscriber what it should have got before.
+        """Sends kept messages to a new subscriber, for which they were.
 
         rospy makes connections one by one, so it is the one that is connected now.
         """

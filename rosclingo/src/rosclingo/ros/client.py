@@ -113,7 +113,7 @@ class Client:
             time.sleep(_POLL_SECONDS)
 
     def _why(self, known: Presence, seen: bool) -> str:
-        """Says what is known of the node, which may have been seen before, and what to do."""
+        """Describes the node's presence, which may have been seen before, with a remedy."""
         if known is Presence.RUNNING:
             return known.value
         ended = "it has ended" if seen else "it was not started, or has ended"
@@ -219,7 +219,7 @@ class Client:
         return [*mine, *map(list, hears)]
 
     def _abandon(self) -> None:
-        """Ends what waits for the solver, because the process is shutting down."""
+        """Ends all waits for the solver, because the process is shutting down."""
         self._abandoned = True
         search = self._search
         if search is not None:

@@ -44,7 +44,7 @@ class _XmlRpcServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):
 
 
 def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
-    """Does what ``rospy.init_node`` does, with another way to handle SIGINT and SIGTERM.
+    """Initialises the node as ``rospy.init_node`` does, but handles SIGINT and SIGTERM itself.
 
     rospy shuts down inside of the signal handler, which is in the main thread: if that thread is
     just talking to the master, it waits for a lock of its own, for ever. Here a thread shuts down.

@@ -43,7 +43,7 @@ class ProcessError(RosclingoError):
 
 
 class Process:
-    """A command that was started in a session of its own, and what it prints.
+    """A command in a session of its own, with its output.
 
     Attributes:
         process: The process itself.

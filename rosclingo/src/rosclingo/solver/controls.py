@@ -58,7 +58,7 @@ class Messages:
         self._messages: List[str] = []
 
     def __call__(self, code: clingo.MessageCode, message: str) -> None:
-        """Takes a message."""
+        """Collects a message."""
         self._messages.append(message.strip())
 
     def text(self) -> str:

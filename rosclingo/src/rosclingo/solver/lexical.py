@@ -149,7 +149,7 @@ def _name(match: re.Match[str]) -> str:
 
 
 def _includes(text: str, trusted: bool) -> Iterator[re.Match[str]]:
-    """Yields what follows each ``#include``; places are those of the text."""
+    """Yields the text after each ``#include``, with its place in the whole text."""
     if "#include" not in text:
         return
     scripts = "#script" in text

@@ -105,7 +105,7 @@ class Program:
 def parse_files(
     paths: Sequence[str], policy: Optional[Policy] = None, last: Optional[Program] = None
 ) -> Program:
-    """Parses files and what they include.
+    """Parses files and those that they include.
 
     Args:
         paths: The files.

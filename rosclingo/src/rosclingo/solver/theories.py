@@ -84,7 +84,7 @@ class Theory:
         return taken
 
     def remedy(self, message: str) -> str:
-        """Returns what to say after a message of clingo's that an option would help against."""
+        """Returns a remedy to add to a message of clingo's, if an option would help."""
         if self.name or "definition found for theory atom" not in message:
             return ""
         options = (
@@ -98,7 +98,7 @@ class Theory:
             self._extension.prepare(control)
 
     def symbols(self, model: clingo.Model) -> Sequence[clingo.Symbol]:
-        """Returns what a model shows, and after that the theory's values, such as ``dl(x,3)``."""
+        """Returns a model's shown symbols, then the theory's values, such as ``dl(x,3)``."""
         if self._extension is None:
             return model.symbols(shown=True)
         self._extension.on_model(model)

@@ -43,7 +43,7 @@ class Watch:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Ends the watch; raises what has_to_stop raised."""
+        """Ends the watch; reraises errors of has_to_stop."""
         _WATCHER.remove(self)
         with self._lock:
             self._over = True

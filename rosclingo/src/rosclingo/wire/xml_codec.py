@@ -296,7 +296,7 @@ def _expect(
     optional: Sequence[str] = (),
     inside: str = "nothing",
 ) -> Mapping[str, str]:
-    """Checks an element's name, that it has these attributes and no others, and what is inside.
+    """Validates an element's name, attributes and content.
 
     Returns:
         The attributes.

@@ -160,5 +160,5 @@ class Neighbourhoods:
         ]
 
     def grow(self) -> None:
-        """All of a size were tried in vain."""
+        """Grows the neighbourhoods, as all of a size were tried in vain."""
         self.size = int(self.size * _GROWTH)

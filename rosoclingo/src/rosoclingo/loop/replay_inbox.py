@@ -336,7 +336,7 @@ _INPUTS = (Kind.GOAL, Kind.CANCEL, Kind.MESSAGE)
 
 
 def key_of(item: Taken) -> Key:
-    """Returns what identifies an item, whenever it comes."""
+    """Returns the key of an item, which does not depend on when it comes."""
     if isinstance(item, Message):
         return Kind.MESSAGE, item.id, item.value
     if isinstance(item, Cancel):

@@ -109,11 +109,11 @@ class Explainer:
         )
 
     def why(self, action: str) -> Contrast:
-        """Compares the plan with the best one without some ``do(mailbot,go(c3),4)``."""
+        """Compares the plan with the best one without an action ``do(mailbot,go(c3),4)``."""
         return self._contrast(action, is_demanded=False)
 
     def why_not(self, action: str) -> Contrast:
-        """Compares the plan with the best one with some ``do(mailbot,go(c3),4)``."""
+        """Compares the plan with the best one with an action ``do(mailbot,go(c3),4)``."""
         return self._contrast(action, is_demanded=True)
 
     def what_if(self, events: Sequence[str]) -> WhatIf:

@@ -142,7 +142,7 @@ class FleetStory:
             self.members[robot].move(seconds, place, speed)
 
     def touches(self, robot: str) -> None:
-        """A robot touches something."""
+        """Records that a robot touches something."""
         with self._lock:
             self._touched.append(robot)
 
@@ -175,13 +175,13 @@ class FleetStory:
                     self._end = self._now()
 
     def wrong(self) -> List[str]:
-        """Returns what went wrong, when nothing is expected to happen any more."""
+        """Returns the faults, when nothing is expected to happen any more."""
         with self._lock:
             wrong = self._validator.finish()
             return wrong + [f"{robot} has touched something" for robot in self._touched]
 
     def lines(self) -> List[str]:
-        """Returns what each robot, and all together, have done."""
+        """Returns a summary for each robot, and for all together."""
         with self._lock:
             lines = ["robot      packages  metres  waits  seconds waited"]
             for name, member in self.members.items():
@@ -192,7 +192,7 @@ class FleetStory:
             return [*lines, self._summary()]
 
     def summary(self) -> str:
-        """Returns what all have done together."""
+        """Returns the summary of the fleet."""
         with self._lock:
             return self._summary()
 

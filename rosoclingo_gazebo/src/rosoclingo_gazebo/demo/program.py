@@ -17,10 +17,10 @@ class Demo(Protocol):
     """A demo. The main thread makes the calls."""
 
     def run(self) -> List[str]:
-        """Runs to the end, and returns what went wrong."""
+        """Runs to the end, and returns the faults."""
 
     def lines(self, seconds: float) -> List[str]:
-        """Returns what there was of everything, in so many seconds of wall time."""
+        """Returns the summary, with the seconds of wall time."""
 
     def draw(self, folder: Path) -> List[Path]:
         """Writes the pictures to a folder, if there is anything to draw; returns their names."""

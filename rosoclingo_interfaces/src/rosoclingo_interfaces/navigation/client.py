@@ -56,7 +56,7 @@ class Base:
         return all(topic.get_num_connections() for topic in topics)
 
     def wait(self, seconds: float, canceled: threading.Event) -> None:
-        """Waits until the server is there, and says every five seconds what it waits for.
+        """Waits for the server, and logs that every five seconds.
 
         Args:
             seconds: Longest time to wait; 0 for ever.

@@ -18,7 +18,7 @@ class Values(yaml.SafeLoader):
 
 
 def load(text: str, loader: Type[Any] = Values) -> Any:
-    """Returns what a text says.
+    """Parses a text.
 
     Args:
         text: YAML.

@@ -63,7 +63,7 @@ class GoalServer:
         )
 
     def update(self) -> None:
-        """Tells clients what has become of their goal; called after each step."""
+        """Sends feedback and results of the goal; called after each step."""
         current, outcome = self._current, self._move_base.outcome
         if current is None:
             return

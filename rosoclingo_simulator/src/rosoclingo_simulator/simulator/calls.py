@@ -33,6 +33,6 @@ class Calls:
         return future
 
     def run(self) -> None:
-        """Calls what waits, in order of arrival."""
+        """Makes the queued calls, in order of arrival."""
         while not self._waiting.empty():  # nobody else takes from it
             self._waiting.get()()

@@ -18,7 +18,7 @@ _MAP_METRES = 0.15  # what is nearer to something on the map is that
 
 
 class Costmap:
-    """Cells where something stands. Beams mark where they end and clear what they go through.
+    """A grid of obstacles: a beam marks the cell in which it ends, and clears those before.
 
     Attributes:
         marked: Which cells have something in them; a new array after each change.
@@ -38,7 +38,7 @@ class Costmap:
         self.changes = 0
 
     def update(self, scan: Scan, robots: Sequence[Pose] = ()) -> None:
-        """Takes in what the laser has measured.
+        """Updates the costmap by a scan.
 
         Args:
             scan: What it is.

@@ -37,7 +37,7 @@ class FollowedClock:
         self._last: Optional[float] = None  # when the last step was due
 
     def tell(self, seconds: float) -> None:
-        """The clock says what time it is."""
+        """Handles a new time of the clock."""
         with self._changed:
             self._now = seconds
             self._heard = self._clock()

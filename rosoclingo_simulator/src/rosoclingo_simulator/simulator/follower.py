@@ -74,7 +74,7 @@ class Follower:
         return self.path[self._nearest :]
 
     def command(self, pose: Pose, velocity: Command, points: np.ndarray) -> Command:
-        """Returns what to do next.
+        """Returns the next command for the wheels.
 
         Args:
             pose: Where the robot is.

@@ -1,4 +1,4 @@
-"""Physics of discs that roll over the map and stop at what they touch."""
+"""Kinematic physics: discs that roll over the map and stop at obstacles."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ class KinematicPhysics:
         self._boxes.pop(name, None)
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
-        """Returns what a laser measures; see :class:`.physics.Physics`."""
+        """Returns the ranges of a laser; see :class:`.physics.Physics`."""
         if self._world.clearance(self.pose.x, self.pose.y) == 0:
             return np.zeros(len(angles))
         directions = np.stack((np.cos(angles + self.pose.theta), np.sin(angles + self.pose.theta)))
@@ -135,7 +135,7 @@ class KinematicPhysics:
 
 
 def accelerated(velocity: Velocity, wanted: Velocity, seconds: float) -> Velocity:
-    """Returns what the wheels do after some time, in m/s and rad/s.
+    """Returns the velocity after some time of acceleration, in m/s and rad/s.
 
     Args:
         velocity: What they do now.

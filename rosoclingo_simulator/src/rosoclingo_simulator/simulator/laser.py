@@ -49,5 +49,5 @@ class Scan:
 
 
 def look(physics: Physics, time: float) -> Scan:
-    """Returns what the laser measures now."""
+    """Returns a scan of the laser now."""
     return Scan(time, physics.pose, physics.ranges(ANGLES, MOST_METRES))

@@ -110,7 +110,7 @@ class MoveBase:
         time: float,
         neighbours: Sequence[Neighbour] = (),
     ) -> Command:
-        """Returns what to do next; :attr:`outcome` tells if the goal has ended with that.
+        """Returns the next command for the wheels; :attr:`outcome` tells if the goal has ended.
 
         Args:
             pose: Where the robot is.

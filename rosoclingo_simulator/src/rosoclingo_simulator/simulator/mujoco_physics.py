@@ -178,7 +178,7 @@ class MujocoPhysics:
         self.touches = self._hull in data.contact.geom
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
-        """Returns what a laser measures; see :class:`.physics.Physics`."""
+        """Returns the ranges of a laser; see :class:`.physics.Physics`."""
         pose = self.pose
         start = np.array([pose.x, pose.y, physics.LASER_HEIGHT])
         ahead = angles + pose.theta
@@ -227,6 +227,6 @@ def _quaternion(theta: float) -> Tuple[float, float, float, float]:
 
 
 def _towards(asked: float, wanted: float, change: float, real: float, lead: float) -> float:
-    """Returns what is asked next: nearer to what is wanted, and not far from what is real."""
+    """Returns the next setpoint: nearer to the wanted velocity, and not far from the true one."""
     asked = between(asked, -abs(real) - lead, abs(real) + lead)
     return between(wanted, asked - change, asked + change)

@@ -127,7 +127,7 @@ class SimulatorNode:
         spin()  # until the master knows that this node is gone
 
     def _step(self, jump: float) -> None:
-        """Lets one step of time pass, and tells of it; the clock comes after what it stamps."""
+        """Simulates and publishes one step; the clock comes after the messages that it stamps."""
         for robot in self._robots:
             robot.simulation.begin += jump
             robot.prepare()
@@ -167,7 +167,7 @@ class SimulatorNode:
 
 
 def _about(settings: Settings) -> str:
-    """Returns what is simulated."""
+    """Describes the simulation for the log."""
     pace = f"at {settings.speed:g} times real time" if settings.clock else "by /clock"
     navigation = "" if settings.navigation else ", without navigation"
     localisation = "" if settings.localisation else ", without localisation"

@@ -119,7 +119,7 @@ class Physics(Protocol):
         """Takes a box away; does nothing if there is none of the name."""
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
-        """Returns what a laser in the robot's centre measures.
+        """Returns the ranges of a laser in the robot's centre.
 
         Args:
             angles: Directions of the beams from the robot's own, in radians.

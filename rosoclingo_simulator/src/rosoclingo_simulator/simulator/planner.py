@@ -184,7 +184,7 @@ class Planner:
 
 
 def _search(prices: np.ndarray) -> Any:
-    """Returns what finds the cheapest paths over cells with these prices."""
+    """Returns a search for the cheapest paths over cells with these prices."""
     # It takes as long as all other modules of the node, and a robot that only stands needs it not.
     from skimage.graph import MCP_Geometric  # noqa: PLC0415
 

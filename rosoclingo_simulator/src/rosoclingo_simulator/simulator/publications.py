@@ -18,7 +18,7 @@ from rosoclingo_simulator.simulator.simulation import Simulation
 
 
 class Publications:
-    """Publishes what has changed. The simulation's thread uses it.
+    """Publishes a robot's changes. The simulation's thread uses it.
 
     Messages that nobody listens to are not made, and those of each step are made once and filled
     again: rospy has written them when ``publish`` returns.
@@ -56,7 +56,7 @@ class Publications:
         return _listened(self._scan)
 
     def publish(self, stamp: rospy.Time) -> None:
-        """Publishes what is new after a step."""
+        """Publishes the changes of a step."""
         pose, velocity = self._simulation.physics.pose, self._simulation.physics.velocity
         if _listened(self._tf) or _listened(self._odom):
             # Where the wheels have brought the robot.

@@ -62,7 +62,7 @@ class Eye:
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
 
     def look(self) -> Tuple[np.ndarray, np.ndarray]:
-        """Returns what the camera sees now.
+        """Renders the camera's current images.
 
         Returns:
             Red, green and blue of each pixel, by row and column; and its distance along the

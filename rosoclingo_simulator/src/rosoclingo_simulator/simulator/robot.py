@@ -81,14 +81,14 @@ class Robot:
         self._publications.publish(stamp)
 
     def answer(self, stamp: rospy.Time) -> None:
-        """Tells clients what has become of their goals, and shows pictures, after the clock."""
+        """Sends results of goals, and publishes images, after the clock."""
         if self._goals is not None:
             self._goals.update()
         if self._camera is not None:
             self._camera.update(self.simulation.time, stamp)
 
     def close(self) -> None:
-        """Gives OpenGL back."""
+        """Releases OpenGL."""
         if self._camera is not None:
             self._camera.close()
 

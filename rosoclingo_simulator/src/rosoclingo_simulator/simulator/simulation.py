@@ -87,7 +87,7 @@ class Simulation:
             self._moved = self.time
 
     def seen(self, first: bool) -> Neighbour:
-        """Returns what other robots know of this one.
+        """Returns the robot as its neighbours see it.
 
         Args:
             first: Whether it has right of way.

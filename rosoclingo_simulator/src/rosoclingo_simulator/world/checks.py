@@ -13,7 +13,7 @@ _NEARLY = 1e-6  # m; what numbers such as 0.1 + 0.2 may be off
 
 
 def check(world: World) -> None:
-    """Looks for what cannot be built or driven.
+    """Checks that a world can be built and driven in.
 
     Raises:
         WorldError: There is such a thing; the message names it and the remedy.
