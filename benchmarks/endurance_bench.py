@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a long run costs, in process: with resets, without them, and with unknown requests.
+"""Measures the costs of long runs, in process: with resets, without, and with unknown requests.
 
 One goal comes after the other, each action succeeds at once, and each run has a process of its own.
 So has each measurement of what a mode takes for a decision, by the number of steps.
@@ -47,7 +47,7 @@ _FLOOD = "flood"  # in the place of a mode: requests that nobody knows, a hundre
 
 
 class Task(NamedTuple):
-    """What is planned.
+    """The planning task of a run.
 
     Attributes:
         name: The encoding's name.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How long fleets take to deliver ten packages, with steps that have a barrier and without.
+"""Times fleets that deliver ten packages, with steps that have a barrier and without.
 
 For each seed, one robot and three of them without a barrier, and three with it, one drive after
 the other in the simulated office; in the end a table and a picture. A drive takes up to two
@@ -52,7 +52,7 @@ LIMITS = {ONE: 0.45, BARRIER: 0.75}  # of the makespan of three without a barrie
 
 
 def drive(fleet: Fleet, seed: int, speed: int, folder: Path) -> int:
-    """Has a fleet deliver ten packages, and returns how long it took, in simulated seconds.
+    """Runs a fleet that delivers ten packages, and returns its simulated seconds.
 
     Raises:
         RosclingoError: Something went wrong.

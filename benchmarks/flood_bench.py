@@ -65,7 +65,7 @@ class FloodClient:
         self._client.stop()
 
     def execute(self) -> float:
-        """Has a goal executed, and returns the seconds until its first action.
+        """Executes a goal, and returns the seconds until its first action.
 
         Raises:
             HarnessError: The goal did not succeed.
@@ -147,7 +147,7 @@ class Bench:
         self._report.add(row)
 
     def _measure(self, name: str, rate: float, kinds: Sequence[str], seconds: float) -> Samples:
-        """Has goals executed in a fresh system for so long, and returns when they began."""
+        """Executes goals in a fresh system, and returns the milliseconds to each first action."""
         nodes = self._start(name)
         client = FloodClient(nodes[-1])
         flood = self._flood(nodes[-1], rate, kinds) if rate else None

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the planning loop adds to the solver's own time, with encodings that are not its own.
+"""Measures the planning loop's overhead over the solver's own time, with general encodings.
 
 The encodings are in ``encodings/`` and in the style of the manual's; the horizon grows one by one.
 Over ROS there are three nodes in a static mode, from the first command until the plan is heard.
@@ -45,7 +45,7 @@ class Instance(NamedTuple):
 
 
 class Effort(NamedTuple):
-    """What tells whether two searches were the same: the plan's length, and clingo's conflicts."""
+    """The effort of a search, to compare two: the plan's length, and clingo's conflicts."""
 
     steps: int
     conflicts: int

@@ -1,4 +1,4 @@
-"""What benchmarks of ROS nodes share: a ROS system of their own, samples, and a table of ratios."""
+"""Harness for benchmarks of ROS nodes: a ROS system of their own, samples, a table of ratios."""
 
 from __future__ import annotations
 

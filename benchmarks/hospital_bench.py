@@ -33,7 +33,7 @@ _BAGS = 3  # that a robot carries
 
 
 class Hospital(Grid):
-    """So many places on two floors; ``size`` is their number."""
+    """A hospital of ``size`` places on two floors."""
 
     folder: Path
 
@@ -52,7 +52,7 @@ class Hospital(Grid):
 
     @property
     def wards(self) -> List[str]:
-        """Every other place along the corridors is one."""
+        """The wards: every other place along the corridors."""
         number = max(1, self.size // 4 - 1)
         return [f"ward{floor}_{i}" for floor in (1, 2) for i in range(1, number + 1)]
 

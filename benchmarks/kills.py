@@ -73,10 +73,10 @@ _ENDED = {
 
 
 class World:
-    """Where the robot and the packages are; it is not killed. Thread-safe."""
+    """The simulated world of robot and packages, which is not killed. Thread-safe."""
 
     def __init__(self) -> None:
-        """The robot is at office a, and there are no packages."""
+        """Starts with the robot at office a, without packages."""
         self._lock = threading.Lock()  # guards all of it
         self._violations: List[str] = []
         self._done: List[Tuple[str, str]] = []  # in this round, with the package
@@ -208,7 +208,7 @@ class Judge:
 
 
 class Kill(NamedTuple):
-    """What is to be killed.
+    """A kill to inject.
 
     Attributes:
         process: Which one.
@@ -318,7 +318,7 @@ class Mortals:
             return False
 
     def arm(self, kills: Sequence[Kill]) -> None:
-        """Has processes killed, and all others not."""
+        """Arms kills, and disarms all others."""
         for fate in self._fates.values():
             fate.arm(0)
         if kills:
@@ -380,7 +380,7 @@ class Trial:
         self.unknown = 0
 
     def round(self, kills: Sequence[Kill] = ()) -> None:
-        """Has two packages brought while processes are killed, and judges.
+        """Runs a round: two packages are brought while processes are killed; then judges.
 
         Raises:
             HarnessError: A goal does not end, or a process does not come back.
@@ -414,7 +414,7 @@ class Trial:
 
     @property
     def about(self) -> str:
-        """Which round it is, and what was killed where."""
+        """Describes the round and its kills."""
         points = (f"{kill} {self.mortals.fate(kill.process).last}" for kill in self._kills)
         return f"round {self.rounds}, {'; '.join(points) or 'undisturbed'}"
 

@@ -39,7 +39,7 @@ _NOTES = 64  # bytes for what the last point was
 
 
 class Fate:
-    """When a process is killed, in a file that it shares with the one which decides that.
+    """The injected fault of a process, in a file shared with the process that decides on it.
 
     Attributes:
         path: The file.
@@ -53,7 +53,7 @@ class Fate:
             self._shared = mmap.mmap(file.fileno(), _FORMAT.size + _NOTES)
 
     def arm(self, point: int, later: int = 0, delay: float = 0.0, way: str = WAYS[0]) -> None:
-        """Has the process killed, or ended in another way.
+        """Arms a kill of the process, or another end.
 
         Args:
             point: At which of its next points, from 1; 0 for never.
@@ -66,17 +66,17 @@ class Fate:
 
     @property
     def left(self) -> int:
-        """How many points there are until it is killed; 0 if it is not to be."""
+        """The number of points until it is killed; 0 if it is not to be."""
         return self._read()[0]
 
     @property
     def seen(self) -> int:
-        """How many points there were since :meth:`arm`, in all processes with this file."""
+        """The number of points since :meth:`arm`, in all processes with this file."""
         return self._read()[3]
 
     @property
     def last(self) -> str:
-        """What the point was at which it was killed last since :meth:`arm`; empty if it was not."""
+        """The point of the last kill since :meth:`arm`; empty if there was none."""
         text: bytes = self._shared[_FORMAT.size :]
         return text.rstrip(b"\0").decode(errors="replace")
 

@@ -20,7 +20,7 @@ _HANDLES = ("pickup", "deliver")
 
 
 class Robot(ActionInterface):
-    """Has the world do each action."""
+    """Interface whose actions are done by the simulated world."""
 
     actuators = ("mailbot",)
     leaves_unknown = True  # what drives is another interface
@@ -41,7 +41,7 @@ class Robot(ActionInterface):
 
 
 def _ask(what: str) -> str:
-    """Has the world do something, which it does before it answers."""
+    """Requests something of the world, which does it before it answers."""
     return str(rospy.ServiceProxy("world", ROSClingoControl)(what).result)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How many mutants of the mailbot's encoding check.py finds, each with a command that shows it.
+"""Mutation test: counts the mutants of the mailbot's encoding that check.py finds.
 
 A mutant is mailbot.lp with one change: a statement dropped, the sign of a condition flipped, or an
 index off by one. Those that clingo refuses are none, and the phrases, which no plan depends on,
@@ -66,7 +66,7 @@ class Mutant:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a mutant.
+    """The result of checking a mutant.
 
     Attributes:
         name: The mutant's.
@@ -200,7 +200,7 @@ def _written(mutant: Mutant, folder: Path) -> Path:
 
 
 def judge(mutant: Mutant, episodes: int) -> Verdict:
-    """Has check.py look at a mutant, in a process that may take some minutes."""
+    """Runs check.py on a mutant, in a process that may take some minutes."""
     ours, theirs = multiprocessing.Pipe(duplex=False)
     context = multiprocessing.get_context("fork")
     process = context.Process(target=_judge, args=(mutant, episodes, theirs))

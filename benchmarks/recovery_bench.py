@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a store costs, and how soon a node that was killed goes on.
+"""Measures the overhead of a store, and the recovery time of a killed node.
 
 A reaction with a store, side by side with one without and with bare writes to the same disk; and
 the time from when rosoclingo is back until the next action, beside the planner's own time for the

@@ -126,7 +126,7 @@ class Delivery:
         self._take_plan(CANCEL, begin, lambda plan: deliveries(plan) < served)
 
     def _block(self) -> None:
-        """Has a way closed that the plan leads along, a few steps ahead."""
+        """Blocks a way of the plan, a few steps ahead."""
         old = list(self._latest_plan())
         way = next(_ways(old[3:]), None)
         if way is None:

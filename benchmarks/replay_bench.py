@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How fast a long recording is replayed, and how much memory that takes.
+"""Measures the speed and memory of replaying a long recording.
 
 Run by scripts/bench; ``--steps 10000`` replays a run as long as a robot's day. Exit status 1 says
 that a limit is missed.
@@ -41,7 +41,7 @@ _PROGRESS = re.compile(r"replay: (\d+) of (\d+) inputs")
 
 
 class Robot:
-    """Answers each action at once, and has goals executed one after the other."""
+    """Answers each action at once, and sends goals one after the other."""
 
     def __init__(self) -> None:
         self._ends: queue.Queue[ClientGoalHandle] = queue.Queue()
@@ -60,7 +60,7 @@ class Robot:
         wait_for_node(self._client, self._in, self._out)
 
     def execute(self, goals: int) -> None:
-        """Has so many goals executed.
+        """Executes so many goals.
 
         Raises:
             HarnessError: One does not succeed.

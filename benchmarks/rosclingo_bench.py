@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a solver costs behind ROS: the same calls in this process and through a node, in turn.
+"""Measures a solver's overhead behind ROS: the same calls in process and through a node, in turn.
 
 Run by scripts/bench. Exit status 1 says that a limit is missed.
 """

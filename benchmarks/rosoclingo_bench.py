@@ -90,7 +90,7 @@ class Actuator:
         wait_for_node(self._client, self._in, self._out)
 
     def execute(self, request: str) -> Tuple[List[Interval], float]:
-        """Has a goal executed, and answers each of its actions.
+        """Executes a goal, and answers each of its actions.
 
         Returns:
             From each answer until the action that followed it, and the milliseconds that each step

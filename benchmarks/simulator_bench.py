@@ -71,7 +71,7 @@ class Driver:
             time.sleep(_POLL_SECONDS)
 
     def drive(self, seconds: float) -> None:
-        """Has the robot drive all the time.
+        """Drives the robot all the time.
 
         Args:
             seconds: How long, of wall time.

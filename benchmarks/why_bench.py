@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How long it takes to say why a delivery waits, in the office, and what the loop takes meanwhile.
+"""Times explanations of a waiting delivery in the office, and the loop meanwhile.
 
 In process, the robot is on its way, or was never sent. Ways are blocked, one after the other, until
 the office that it has to go to is cut off, and two more. Each question has an explainer of its own,
@@ -57,7 +57,7 @@ _RING = ["open1", "c1", "c2", "c3", "c4", "c5", "c6"]
 
 
 class Case(NamedTuple):
-    """What is asked about.
+    """The situations that questions are about.
 
     Attributes:
         open: The situation before ways are blocked.
@@ -160,7 +160,7 @@ class Asker:
         self._process.wait()
 
     def begin(self) -> None:
-        """Has it ask, until it is ended."""
+        """Starts asking."""
         self._tell()
 
     def end(self) -> None:
@@ -182,7 +182,7 @@ class Asker:
 
 
 def deliver(run: Run, request: str) -> List[float]:
-    """Has a delivery made, and returns the milliseconds from each answer to the next action."""
+    """Makes a delivery, and returns the milliseconds from each answer to the next action."""
     goal = run.ask_for(request)
     reactions = []
     answered: Optional[float] = None

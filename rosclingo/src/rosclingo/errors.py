@@ -1,4 +1,4 @@
-"""What is expected to go wrong, one class each.
+"""Errors of this package, a class each.
 
 Every message names the input, the place and the remedy, because it reaches a user unchanged: in
 a control reply, in the text of a goal's status, or on the terminal.
@@ -24,7 +24,7 @@ class RosclingoError(Exception):
 
 
 def report(err: Exception, where: str) -> str:
-    """Returns what a client is told of an error; a bug is logged too, with where it was met."""
+    """Returns the message of an error for a client; logs a bug, too, with its traceback."""
     if not isinstance(err, RosclingoError):
         logging.getLogger("rosout").error("internal error %s", where, exc_info=err)
     return shorten(str(err) or type(err).__name__, _LONGEST_MESSAGE)
@@ -47,7 +47,7 @@ class ProgramError(RosclingoError):
 
 
 class ForbiddenError(RosclingoError):
-    """A program or file from a client asks for what the node's settings do not allow."""
+    """A client's program or file needs a permission that the node's settings do not give."""
 
 
 class UnknownProgramError(RosclingoError):
@@ -63,11 +63,11 @@ class SolverError(RosclingoError):
 
 
 class ServiceError(RosclingoError):
-    """A solver node is not there, went away, or answered what nobody can read."""
+    """A solver node is missing, was lost, or sent an unreadable reply."""
 
 
 class SolverEndedError(ServiceError):
-    """A solver node says that it is shutting down, and that it does not do what it was asked."""
+    """A solver node has refused a request because it is shutting down."""
 
 
 class XmlError(RosclingoError):

@@ -1,4 +1,4 @@
-"""How each program of these packages starts."""
+"""Start-up of all programs of these packages."""
 
 import gc
 import signal
@@ -12,7 +12,7 @@ _CONDITION = "catkin_pkg.condition"
 
 @contextmanager
 def starting(*, numpy: bool = False) -> Iterator[None]:
-    """Imports what a program needs: Ctrl-C ends the process at once, until the program handles it.
+    """A context for a program's imports: Ctrl-C ends the process at once, until it is handled.
 
     And nobody looks for garbage among the modules, neither while they come nor later: they are
     there to stay, and that takes a tenth of the processor time of a node's start.
@@ -44,7 +44,7 @@ def starting(*, numpy: bool = False) -> Iterator[None]:
 
 
 def _evaluate_condition(*arguments: Any) -> Any:
-    """Does what catkin's function of this name does, which is imported now."""
+    """Stands in for catkin's function of this name, which it imports when it is called."""
     _drop_lazy()
     from catkin_pkg.condition import evaluate_condition  # noqa: PLC0415 (takes 10 ms)
 
@@ -52,7 +52,7 @@ def _evaluate_condition(*arguments: Any) -> Any:
 
 
 def _drop_lazy() -> None:
-    """Has the next import of catkin's parser find the module itself."""
+    """Makes the next import of catkin's parser load the module itself."""
     module = sys.modules.get(_CONDITION)
     if getattr(module, "evaluate_condition", None) is _evaluate_condition:
         del sys.modules[_CONDITION]

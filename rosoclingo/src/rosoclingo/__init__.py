@@ -1,6 +1,9 @@
 """Plans, executes, monitors and replans a robot's tasks with two clingo solvers.
 
-Folders, from the bottom up: :mod:`.loop`, the planning loop; :mod:`.single`, the system in one
-node; :mod:`.ros`, the nodes; and :mod:`.bags`, what records and replays them. The commands that a
-user may add to are in :mod:`.commands`. Only :mod:`.ros` needs ROS, and what records and replays.
+Folders: :mod:`.loop`, the planning loop, with first plans by :mod:`.seed`; :mod:`.single`, the
+one-node system; :mod:`.store`, durable runs; :mod:`.why`, explanations of plans; :mod:`.bags`,
+recording, replay and reports; and :mod:`.ros`, the nodes. For authors of encodings: :mod:`.desk`
+plans in one process, with :mod:`.profile` and pictures by :mod:`.drawing`; :mod:`.check` tests
+encodings; :mod:`.pddl` imports tasks; :mod:`.scaffold` writes a package. A user adds commands to
+:mod:`.commands`. Only :mod:`.ros` needs ROS, and in :mod:`.bags` recording and replay.
 """

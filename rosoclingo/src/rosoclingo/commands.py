@@ -25,7 +25,7 @@ _TRUTHS = frozenset(truth.value for truth in Truth)
 
 
 class ROSCommands:
-    """One method for each command: docs/protocol.md, section "Commands"."""
+    """The standard commands, a method for each: docs/protocol.md, section "Commands"."""
 
     def __init__(self, state: State) -> None:
         self.state = state
@@ -90,7 +90,7 @@ class ROSCommands:
         self.state.externals.note_assigned(str(external), is_true)
 
     def assign_externals(self, external: Symbol, value: Symbol) -> None:
-        """Does what assign_external does; the manual spells it so."""
+        """Alias of assign_external; the manual spells it so."""
         self.assign_external(external, value)
 
     def release_external(self, external: Symbol) -> None:
@@ -163,7 +163,7 @@ class ROSCommands:
         self.query(Number(left))
 
     def _settle(self, step: Symbol) -> None:
-        """Has the actions of a step published and answered, if the mode has not done so."""
+        """Publishes the actions of a step and awaits their answers, unless the mode has done so."""
         number = _step(step)
         if statuses.is_unsettled(self.state):
             self.commit_actions(step)

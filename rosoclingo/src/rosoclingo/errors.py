@@ -1,4 +1,4 @@
-"""Why the controller loop ends."""
+"""Errors that end the controller loop, and errors of this package's programs."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class LiveError(RosclingoError):
 
 
 class QuestionError(RosclingoError):
-    """A question names what there is not, or cannot be answered of this encoding."""
+    """A question names something unknown, or cannot be answered for this encoding."""
 
 
 class InterruptedQuestionError(RosclingoError):
@@ -46,4 +46,4 @@ class InterruptedQuestionError(RosclingoError):
 
 
 class SeedPlannerError(RosclingoError):
-    """There is no such planner for first plans, or it is not installed."""
+    """The planner for first plans is unknown, or not installed."""

@@ -1,1 +1,1 @@
-"""Checks what mailbots do, apart from any solver."""
+"""Validates the actions of mailbots without a solver."""

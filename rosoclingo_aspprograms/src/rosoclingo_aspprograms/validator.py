@@ -1,4 +1,4 @@
-"""Replays what mailbots do against the map and the requests, and says every violation.
+"""Validates what mailbots do: replays it on the map, and lists every violation.
 
 Nothing of this uses a solver, or the encoding: it is what the encoding is checked with.
 """
@@ -27,7 +27,7 @@ def arguments(term: str, name: str) -> List[str]:
 
 @dataclass
 class Map:
-    """Where robots can be.
+    """A map of offices and waypoints.
 
     Attributes:
         offices: The offices.
@@ -45,7 +45,7 @@ class Map:
 
     @property
     def is_timed(self) -> bool:
-        """Whether it says how long anything takes, so that robots do not wait for each other."""
+        """Whether the map has durations, so that robots do not wait for each other."""
         return bool(self.lengths or self.durations)
 
     @classmethod
@@ -123,7 +123,7 @@ class Map:
 
 @dataclass
 class Parcel:
-    """What is known of a goal and its package.
+    """A goal and its package, as far as they are known.
 
     Attributes:
         text: The request.
@@ -154,7 +154,7 @@ class Parcel:
 
 
 class Validator:
-    """Is told everything in the order in which it happens, and keeps the list of violations.
+    """Validator of a run: hears of each event in order, and collects violations.
 
     Announcements and cancel requests bind a robot from its next answer on: before that, an action
     may have been published by somebody who could not yet know. That is different if nothing happens
@@ -304,7 +304,7 @@ class Validator:
             self._wrong(f"{about}, and its package is {self._whereabouts(parcel)}")
 
     def settle(self) -> None:
-        """Whoever plans knows by now all that was said, because no action is on its way."""
+        """Makes announcements and cancel requests binding, as no action is under way."""
         self.blocked |= self._announced - self._freed
         self._announced.clear()
         self._freed.clear()
@@ -312,7 +312,7 @@ class Validator:
             parcel.binding = parcel.canceled
 
     def finish(self) -> List[str]:
-        """Looks whether all is done, when nothing is expected to happen any more.
+        """Checks that all is done, when nothing is expected to happen any more.
 
         Returns:
             All violations, also the earlier ones.
@@ -327,7 +327,7 @@ class Validator:
         return self.violations
 
     def believed(self) -> Set[Edge]:
-        """Returns the edges that are blocked for somebody who knows all that was said."""
+        """Returns the edges that are blocked by all announcements so far."""
         return (self.blocked | self._announced | self._doubtful) - self._freed
 
     # What follows from it.
@@ -427,7 +427,7 @@ class Validator:
         return False
 
     def _forgive(self, robot: str) -> None:
-        """What a robot has failed to do is no sign any more that it is stuck."""
+        """Forgets a robot's failures, which are no sign any more that it is stuck."""
         self._foiled.pop(robot, None)
         self._closers = {edge: one for edge, one in self._closers.items() if one != robot}
 

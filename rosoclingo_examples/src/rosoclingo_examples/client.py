@@ -1,4 +1,4 @@
-"""The ROS half of the clients: sends requests, hears of them, notices that the server has gone."""
+"""The ROS half of the clients: sends requests, follows them, and detects a lost server."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Client:
                     handle.send_again()
 
     def go_on(self) -> None:
-        """Sends the requests that another process has left; those that have arrived go on."""
+        """Resumes the requests of an earlier process: resends those that have not arrived."""
         for order in self._orders.open:
             self._send(order)
 

@@ -1,4 +1,4 @@
-"""What a user types, and what has become of it. Needs no ROS."""
+"""Parses a user's requests, and tracks their statuses. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PART = "open"  # in the file: the requests that have not ended
 
 @dataclass(frozen=True)
 class Bring:
-    """A package is to be brought.
+    """A request to bring a package.
 
     Attributes:
         request: The request for the planner, such as ``bring(o9,o14)``.
@@ -34,7 +34,7 @@ class Bring:
 
 
 def parse_line(line: str, with_object: bool) -> Union[Bring, int]:
-    """Returns what a line means: a request, or the number of one that is to be cancelled.
+    """Parses a line: a request, or the number of one that is to be cancelled.
 
     Args:
         line: ``FROM TO`` for a request, or ``ID`` to cancel one.
@@ -63,7 +63,7 @@ def parse_line(line: str, with_object: bool) -> Union[Bring, int]:
 
 
 def _when(words: Sequence[str]) -> Optional[str]:
-    """Returns what follows on origin and destination in the request; None if words are wrong."""
+    """Returns the request's arguments after origin and destination; None if words are wrong."""
     if not words:
         return ""
     if words == ["urgent"]:
@@ -79,7 +79,7 @@ def _is_number(word: str) -> bool:
 
 @dataclass
 class Order:
-    """A request on its way.
+    """A request with its status.
 
     Attributes:
         number: What the user calls it by.
@@ -102,7 +102,7 @@ class Order:
 
     @property
     def as_asked(self) -> bool:
-        """Whether it ended as the user wanted."""
+        """Whether the request ended as the user wanted."""
         return self.end == "succeeded" or (self.end == "canceled" and self.cancel_requested)
 
 
@@ -167,7 +167,7 @@ class Orders:
             return order
 
     def heard(self, order: Order, state: str) -> bool:
-        """Notes what was heard of a request.
+        """Records a status or feedback of a request.
 
         Returns:
             Whether it is news.
@@ -195,7 +195,7 @@ class Orders:
 
     @property
     def open(self) -> List[Order]:
-        """Those that have not ended."""
+        """The requests that have not ended."""
         with self._lock:
             return self._open()
 
@@ -219,7 +219,7 @@ class Orders:
 
     @property
     def all_as_asked(self) -> bool:
-        """Whether all ended as the user wanted."""
+        """Whether all requests ended as the user wanted."""
         with self._lock:
             return all(order.as_asked for order in self._orders.values())
 

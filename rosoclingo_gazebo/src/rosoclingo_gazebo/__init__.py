@@ -1,1 +1,1 @@
-"""The manual's office: what it looks for before it starts, and the demo."""
+"""The manual's office: checks before its start, and the demos."""

@@ -1,4 +1,4 @@
-"""What a user types to announce that a path is blocked, and what becomes of it. Needs no ROS."""
+"""Parses a user's lines that announce blocked paths, and tracks these. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _WORDS = {"b": "blocked", "u": "unblocked"}
 
 
 def parse_line(line: str) -> str:
-    """Returns what a line announces, such as ``blocked(c3,c4)`` for ``b c3 c4``.
+    """Returns the announcement of a line, such as ``blocked(c3,c4)`` for ``b c3 c4``.
 
     Raises:
         LineError: The line is none of ``b FROM TO`` and ``u FROM TO``.
@@ -30,7 +30,7 @@ def parse_line(line: str) -> str:
 
 
 def verdict(events: Iterable[Event], value: str) -> Optional[str]:
-    """Looks for what the planning loop did with an announcement.
+    """Finds the planning loop's reaction to an announcement.
 
     Args:
         events: What has happened since it was published.

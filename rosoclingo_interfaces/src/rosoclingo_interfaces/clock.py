@@ -1,4 +1,4 @@
-"""Notices when the clock of ROS, or something else that should change, stands still; says why."""
+"""Watchdog of ROS's clock, or of another value that should change; says why it stands still."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is expected to go wrong."""
+"""Errors of interfaces."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ class ActionError(RosclingoError):
 
 
 class StoreError(RosclingoError):
-    """What was done cannot be remembered, or not be read; the message names the file."""
+    """The record of actions cannot be written or read; the message names the file."""
 
 
 class LineError(RosclingoError):
-    """A line that the user typed and that means nothing; the message says what would."""
+    """A line of the user has no meaning; the message says which lines have."""
 
 
 class CanceledError(RosclingoError):
@@ -22,7 +22,7 @@ class CanceledError(RosclingoError):
 
 
 class WaypointError(RosclingoError):
-    """A waypoint that there is not, or a waypoint file that is none; the message says which."""
+    """An unknown waypoint, or an invalid waypoint file; the message says which."""
 
 
 class DriveError(RosclingoError):

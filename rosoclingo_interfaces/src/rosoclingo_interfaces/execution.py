@@ -1,4 +1,4 @@
-"""One action on its way: cancelled by others, answered once, timed by a clock that may jump."""
+"""An action under way: it can be cancelled, is answered once, and is timed by ROS's clock."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Clock = Callable[[], float]
 
 
 class Stopwatch:
-    """Adds up what goes by between two looks at a clock. Thread-safe.
+    """A stopwatch on a clock that may jump back. Thread-safe.
 
     A simulator that is started again sets its clock back: the step back counts for nothing, and
     time goes on from there. ROS's clock says 0 until the first time has come: the step from there

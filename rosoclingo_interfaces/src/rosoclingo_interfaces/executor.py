@@ -158,7 +158,7 @@ class Executor:
     # What is known by its token.
 
     def _is_new(self, actuator: str, token: Token, aborted: bool, reply: Reply) -> bool:
-        """Whether an action has not come to this process; if it has, it is answered again."""
+        """Whether an action is new; answers a repeated one again."""
         entry = self._ledger.last(actuator)
         with self._lock:
             running, known = self._running.get(actuator), self._tokens.get(actuator)
@@ -172,7 +172,7 @@ class Executor:
         return False
 
     def _recall(self, actuator: str, token: Token, is_first: bool) -> Optional[Entry]:
-        """Returns what an earlier process has done of an action that is new to this one.
+        """Returns the record of an action that is new to this process, from an earlier one.
 
         Returns:
             None if that did not begin it, or nobody can know.
@@ -187,7 +187,7 @@ class Executor:
         return entry
 
     def _after_crash(self, execution: Execution, aborted: bool) -> Optional[str]:
-        """Returns what is answered for an action in which an earlier process has ended.
+        """Returns the answer to an action in which an earlier process has crashed.
 
         Returns:
             None if it is to be done again.
@@ -203,7 +203,7 @@ class Executor:
         return answer
 
     def _remembering(self, actuator: str, action: str, reply: Reply, token: Token) -> Reply:
-        """Returns what remembers an answer before it sends it."""
+        """Returns a reply function that records the answer before it sends it."""
 
         def send(value: str) -> None:
             try:
@@ -218,7 +218,7 @@ class Executor:
     # What runs.
 
     def _replace(self, actuator: str, execution: Optional[Execution]) -> Optional[Execution]:
-        """Cancels what an actuator does, puts another in its place, and returns what was there.
+        """Cancels an actuator's execution, puts another in its place, and returns the old one.
 
         What is cancelled for another node's action stays in its place until it has ended.
         """

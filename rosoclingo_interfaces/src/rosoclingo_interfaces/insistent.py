@@ -1,4 +1,4 @@
-"""Sends answers again until they were taken. Needs no ROS."""
+"""Retransmits answers until they are acknowledged. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ class _Sent:
 
 
 class Insistent:
-    """Keeps answers that were sent until it is known that they were taken. Thread-safe.
+    """Retransmitter: repeats sent answers until it is known that they were taken. Thread-safe.
 
     A publisher cannot know that its subscriber has died: what it sends then is lost. The one that
     starts again takes an answer once, however often it comes.
     """
 
     def __init__(self, send: Callable[[Any], None], first_seconds: float = _FIRST_SECONDS) -> None:
-        """Keeps nothing yet.
+        """Prepares a retransmitter without answers.
 
         Args:
             send: Sends an answer again, in a thread of this object's; does not wait.
@@ -43,7 +43,7 @@ class Insistent:
         threading.Thread(target=self._run, name="answers", daemon=True).start()
 
     def add(self, key: Key, answer: Any) -> None:
-        """Takes note of an answer that is about to be sent for the first time.
+        """Schedules the retransmission of an answer, which is about to be sent for the first time.
 
         One that nobody waits for any more, because its run is over, is sent once.
         """
@@ -55,7 +55,7 @@ class Insistent:
             self._changed.notify()
 
     def keep(self, keys: Iterable[Key]) -> None:
-        """Takes note of all that is still to be answered, and forgets the answers to the rest."""
+        """Sets the actions that still need an answer, and drops the answers to all others."""
         with self._changed:
             self._open = frozenset(keys)
             self._sent = {key: sent for key, sent in self._sent.items() if key in self._open}

@@ -81,7 +81,7 @@ class ActionInterface:
 
     @property
     def actuator(self) -> str:
-        """Who is to do the action that runs in this thread."""
+        """The actuator of the action that runs in this thread."""
         return current().actuator
 
     @property
@@ -98,7 +98,7 @@ class ActionInterface:
         current().sleep(seconds)
 
     def knows(self, action: clingo.Symbol) -> bool:
-        """Whether this interface does an action, maybe badly."""
+        """Whether this interface has a method for an action, maybe with other arguments."""
         return find(self, action, ActionInterface) is not None
 
     def outcome_after_crash(self, action: clingo.Symbol) -> str:
@@ -116,7 +116,7 @@ class ActionInterface:
 
 
 def answer_text(answer: Any) -> str:
-    """Returns the value to send for what an interface's method has returned.
+    """Converts the return value of an interface's method to an answer.
 
     Raises:
         ActionError: It is no answer.

@@ -1,4 +1,4 @@
-"""rosoclingo's journal, as a client reads it."""
+"""Reads rosoclingo's journal as a client."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class JournalReader:
         self.name: str = self._subscriber.resolved_name
 
     def begin(self, prompt: Prompt) -> bool:
-        """Forgets what has happened until now, so that what follows is news.
+        """Drops the events until now.
 
         Args:
             prompt: Waits, unless it is told to give up.
@@ -49,7 +49,7 @@ class JournalReader:
         return True
 
     def events(self) -> List[Event]:
-        """Returns what has happened since :meth:`begin`."""
+        """Returns the events since :meth:`begin`."""
         return list(self._events)
 
     def _on_event(self, message: ROSoClingoEvent) -> None:

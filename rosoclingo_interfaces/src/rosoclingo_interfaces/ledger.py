@@ -1,4 +1,4 @@
-"""What an interface remembers of its actions, also after its process was killed. Needs no ROS.
+"""Durable record of each actuator's last action, which outlasts a crash. Needs no ROS.
 
 >>> ledger = Ledger()
 >>> ledger.begin("robot", Token("a", 1), "pickup(3)")
@@ -23,7 +23,7 @@ _PART = "last"  # in the file: the last action of each actuator
 
 @dataclass(frozen=True)
 class Token:
-    """What an action is known by, also when it is published again.
+    """The idempotency key of an action: it stays the same when the action is published again.
 
     Attributes:
         run: The id of rosoclingo's run.
@@ -34,7 +34,7 @@ class Token:
     number: int
 
     def is_before(self, other: Token) -> bool:
-        """Whether another one of the same run is later."""
+        """Whether it is of the same run as another token, and earlier."""
         return self.run == other.run and self.number < other.number
 
 

@@ -94,7 +94,7 @@ class InterfaceNode:
                 )
 
     def _reply(self, sender: str, run: str, told: ROSoClingoToken) -> Callable[[str], None]:
-        """Returns what sends the answer to an action with a token."""
+        """Returns the function that sends the answer to an action with a token."""
 
         def reply(value: str) -> None:
             answer = ROSoClingoAnswer(run, told.number, value)
@@ -116,7 +116,7 @@ class InterfaceNode:
             )
 
     def _dispatches(self, header: Mapping[str, str]) -> bool:
-        """Whether a node from which an action comes on ``out`` says it on ``dispatch``, too.
+        """Whether a node that sends actions on ``out`` publishes ``dispatch``, too.
 
         The master is asked once for each connection: such a node opens ``dispatch`` first.
         """
@@ -154,7 +154,7 @@ def open_in() -> rospy.Publisher:
 def publish_about(
     messages: Sequence[str], actuators: Optional[Sequence[str]] = None
 ) -> rospy.Publisher:
-    """Publishes on the latched topic ``~about`` what a node does for rosoclingo.
+    """Publishes a node's role for rosoclingo on the latched topic ``~about``.
 
     Args:
         messages: Ids of the messages that it sends besides answers.

@@ -1,4 +1,4 @@
-"""A small file that one process keeps, and that is whole at any time. Needs no ROS."""
+"""A small file, locked by one process and replaced atomically. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def replace(file: Path, data: bytes) -> None:
 
 
 def reserve(file: Path) -> int:
-    """Keeps other processes from using a file, until this process ends or closes what is returned.
+    """Locks a file until this process ends or closes the lock that is returned.
 
     Raises:
         StoreError: Another one uses it, or there can be no file.

@@ -1,4 +1,4 @@
-"""rosoclingo's topics, as seen from the other side."""
+"""rosoclingo's topics, opened by interfaces and clients."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def topic(name: str) -> str:
 
 
 def wait_for_node(publisher: rospy.Publisher, node: str) -> None:
-    """Waits, for a short time, until a node has subscribed to what is published."""
+    """Waits for a short time until a node has subscribed."""
     end = time.monotonic() + _SECONDS_FOR_OTHERS
     while not publisher.impl.has_connection(node) and not rospy.is_shutdown():
         if time.monotonic() > end:

@@ -1,1 +1,1 @@
-"""What rviz shows of a graph: blocked ways, the plan ahead, packages and robots."""
+"""Draws a graph in rviz: blocked ways, the plan ahead, packages and robots."""

@@ -1,4 +1,4 @@
-"""What is expected to go wrong."""
+"""Errors of the markers for rviz."""
 
 from __future__ import annotations
 

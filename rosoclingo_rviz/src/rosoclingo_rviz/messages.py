@@ -1,4 +1,4 @@
-"""Shapes and files to messages for rviz."""
+"""Converts shapes and files to messages for rviz."""
 
 from __future__ import annotations
 

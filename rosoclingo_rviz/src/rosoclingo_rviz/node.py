@@ -37,7 +37,7 @@ ROBOT = "{robot}"
 
 
 class MarkerNode:
-    """Hears what goes on around rosoclingo, and publishes a drawing after each change."""
+    """Follows rosoclingo's topics, and publishes a drawing after each change."""
 
     def __init__(self, graph: Graph, background: List[Marker], frame: str, robot: str) -> None:
         """Opens the topics, and publishes the first drawing.

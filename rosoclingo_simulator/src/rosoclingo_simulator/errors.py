@@ -1,4 +1,4 @@
-"""What is expected to go wrong."""
+"""Errors of the simulator and of world descriptions."""
 
 from __future__ import annotations
 

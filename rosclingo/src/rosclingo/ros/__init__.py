@@ -1,1 +1,1 @@
-"""The solver node, its client, and what all our nodes need of ROS."""
+"""The solver node, its client, and helpers for all nodes."""

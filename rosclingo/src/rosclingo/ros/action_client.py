@@ -24,10 +24,10 @@ from rosclingo.ros.low_latency import publisher, subscriber
 
 
 class GoalHandle(actionlib.ClientGoalHandle):
-    """A goal of a client; whoever cancels it when it has ended changes nothing."""
+    """A client's goal handle, on which to cancel an ended goal has no effect."""
 
     def send_again(self) -> None:
-        """Sends what the server has not confirmed, the goal or its cancel request, once more."""
+        """Resends the goal or its cancel request, if the server has not acknowledged it."""
         machine = self.comm_state_machine
         with machine.mutex:
             if machine.state == CommState.WAITING_FOR_GOAL_ACK:
@@ -70,7 +70,7 @@ class LowLatencyActionClient(actionlib.ActionClient):
         super().__init__(name, spec)
 
     def _result_cb(self, message: Any) -> None:
-        """Takes a result for those goals of its id that have not ended."""
+        """Handles a result, for the goals of its id that have not ended."""
         with self.manager.list_mutex:
             machines = [machine() for machine in self.manager.statuses]
         for machine in machines:

@@ -156,7 +156,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
             super().publish_result(status, result)
 
     def remember_result(self, status: GoalStatus, result: Any) -> Any:
-        """Takes note of how a goal has ended, be it one of a server of this name that is no more.
+        """Caches the result of a goal, also of one of an earlier server of this name.
 
         Args:
             status: The goal's status.
@@ -180,7 +180,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
             super().publish_feedback(status, feedback)
 
     def _keep(self, kept: _Kept, topic: rospy.Publisher, message: Any) -> None:
-        """Keeps what is said of a goal, if the node that sent it is not connected for it yet."""
+        """Keeps messages about a goal until the node that sent it is connected."""
         message.header.stamp = rospy.Time.now()
         for each in self.status_list:
             if each.status is message.status and each.goal:
@@ -189,7 +189,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
                     kept.append((time.monotonic(), client, message))
 
     def _send_kept(self, kept: _Kept, topic: rospy.Publisher, send: Callable[[Any], None]) -> None:
-        """Sends a new subscriber what it should have got before.
+        """Sends kept messages to a new subscriber, for which they were.
 
         rospy makes connections one by one, so it is the one that is connected now.
         """
@@ -273,7 +273,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
             super().internal_cancel_callback(goal_id)
 
     def take_back_cancel(self, handle: actionlib.ServerGoalHandle) -> None:
-        """Has a goal be none that is to be cancelled; in the callback, before anybody knows of it.
+        """Withdraws a cancel request; to be called in the callback, before anybody knows of it.
 
         Args:
             handle: The goal's, with which the callback was called.

@@ -41,7 +41,7 @@ _PATIENCE_SECONDS = 2.0  # a node that was started at the same time is there by 
 
 
 class _Search:
-    """A goal on its way."""
+    """A search under way: an action goal without a result."""
 
     def __init__(self, goal_id: GoalID, improved: Callable[[Improvement], None]) -> None:
         self.id = goal_id
@@ -113,7 +113,7 @@ class Client:
             time.sleep(_POLL_SECONDS)
 
     def _why(self, known: Presence, seen: bool) -> str:
-        """Says what is known of the node, which may have been seen before, and what to do."""
+        """Describes the node's presence, which may have been seen before, with a remedy."""
         if known is Presence.RUNNING:
             return known.value
         ended = "it has ended" if seen else "it was not started, or has ended"
@@ -188,7 +188,7 @@ class Client:
             self._service = None
 
     def _gone(self, reason: str) -> ServiceError:
-        """Has the next request not go to a node that went away; returns what to raise."""
+        """Disconnects from a node that went away; returns the error to raise."""
         with self._service_lock:
             self._disconnect()
         return ServiceError(reason)
@@ -219,7 +219,7 @@ class Client:
         return [*mine, *map(list, hears)]
 
     def _abandon(self) -> None:
-        """Ends what waits for the solver, because the process is shutting down."""
+        """Ends all waits for the solver, because the process is shutting down."""
         self._abandoned = True
         search = self._search
         if search is not None:

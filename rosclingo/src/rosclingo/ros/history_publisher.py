@@ -1,4 +1,4 @@
-"""A topic whose late subscribers get what was published before."""
+"""Publisher with a history: late subscribers get the last messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Starting a ROS node that Ctrl-C is sure to end, and what else nodes share."""
+"""Starts ROS nodes that Ctrl-C is sure to end, and opens their topics."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _ROSOUT_PARAMETER = "/rosout_disable_topics_generation"
 
 
 class _XmlRpcServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):
-    """What other nodes ask; its loop ends when it is closed."""
+    """A node's XML-RPC server, whose loop ends when it is closed."""
 
     def server_close(self) -> None:
         super().server_close()
@@ -44,7 +44,7 @@ class _XmlRpcServer(rosgraph.xmlrpc.ThreadingXMLRPCServer):
 
 
 def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
-    """Does what ``rospy.init_node`` does, with another way to handle SIGINT and SIGTERM.
+    """Initialises the node as ``rospy.init_node`` does, but handles SIGINT and SIGTERM itself.
 
     rospy shuts down inside of the signal handler, which is in the main thread: if that thread is
     just talking to the master, it waits for a lock of its own, for ever. Here a thread shuts down.
@@ -93,7 +93,7 @@ def init_node(name: str, anonymous: bool = False, usage: str = "") -> None:
 
 
 def end_server_when_closed() -> None:
-    """Has the server of a node that is initialised next end with it; :func:`init_node` does so.
+    """Patches rosgraph so that a node's XML-RPC server ends with it; :func:`init_node` does so.
 
     rosgraph only closes the server's socket, which its thread then asks again and again, without a
     pause, until the process ends. That takes a core, and holds up the other threads meanwhile: a
@@ -103,7 +103,7 @@ def end_server_when_closed() -> None:
 
 
 def _refuse_calls() -> None:
-    """Has a call of XML-RPC refused that comes where connections for messages begin.
+    """Patches rospy so that its message port refuses XML-RPC calls.
 
     When a node was killed and is started again, the master calls the old process, so that it ends.
     The port may be another one's by then, that of this node even. rospy makes one connection after
@@ -143,7 +143,7 @@ def spin() -> None:
 
 
 def on_shutdown(hook: Callable[[], object]) -> None:
-    """Has a function called when the node is shut down, or now if that has happened. Thread-safe.
+    """Calls a function when the node is shut down, or now if that has happened. Thread-safe.
 
     rospy itself never calls one that is added while a shutdown is under way.
 

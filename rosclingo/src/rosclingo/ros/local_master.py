@@ -43,7 +43,7 @@ class ProcessError(RosclingoError):
 
 
 class Process:
-    """A command that was started in a session of its own, and what it prints.
+    """A command in a session of its own, with its output.
 
     Attributes:
         process: The process itself.
@@ -140,7 +140,7 @@ class LocalMaster:
     """
 
     def __init__(self, folder: Path) -> None:
-        """Starts nothing yet.
+        """Prepares; entering the context starts the master.
 
         Args:
             folder: Where logs are written.
@@ -227,7 +227,7 @@ class LocalMaster:
         end([self.processes.pop(name)])
 
     def kill(self, name: str) -> None:
-        """Kills a process, which learns nothing of it, and waits until it is gone."""
+        """Kills a process by SIGKILL, and waits until it is gone."""
         process = self.processes.pop(name).process
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)

@@ -1,8 +1,8 @@
-"""Topics without a delay.
+"""Topics with TCP_NODELAY.
 
-That is TCP's Nagle algorithm. rospy keeps the setting TCP_NODELAY by topic: all publishers and
-subscribers of a node share a topic's connections, so that who opens a topic here first has it
-without delay for those who open it again.
+Without it, TCP's Nagle algorithm delays small messages. rospy keeps the setting by topic: all
+publishers and subscribers of a node share a topic's connections. So the first one that opens a
+topic by this module sets it for all others of that topic.
 """
 
 from __future__ import annotations

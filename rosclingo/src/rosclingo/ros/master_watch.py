@@ -81,7 +81,7 @@ def _parameters() -> Dict[str, Any]:
 
 
 def _hand_over(master: rosgraph.Master, kept: Dict[str, Any]) -> None:
-    """Gives a master parameters, but for those that it has."""
+    """Sets parameters on a master, except those that it has."""
     for name, value in kept.items():
         if not master.hasParam(name):
             master.setParam(name, value)

@@ -248,7 +248,7 @@ def _is_harmless(commands: Sequence[Command], failure: Failure) -> bool:
 
 
 def _caller(message: Any) -> Caller:
-    """Returns who has sent a goal or a request."""
+    """Returns the sender of a goal or a request."""
     header = message._connection_header
     return Caller(header.get("callerid", ""), OWN_RESTARTS_HEADER in header)
 

@@ -1,4 +1,4 @@
-"""Whether a node runs, as far as the ROS master and the node's own port tell."""
+"""Finds out whether a node runs, from the ROS master and the node's own port."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _CONNECT_SECONDS = 1.0  # a host that is gone does not refuse a connection
 
 
 class Presence(enum.Enum):
-    """What is known of a node; the values are words for a message."""
+    """The presence of a node; the values are words for a message."""
 
     UNKNOWN = "no node of that name runs"
     ENDED = "it has ended without a word, as one does that was killed"

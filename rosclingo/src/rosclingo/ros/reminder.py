@@ -1,4 +1,4 @@
-"""How often a wait says what it waits for."""
+"""Paces the log messages of a wait."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _SECONDS_BETWEEN = 5.0
 
 
 class Reminder:
-    """Is due some time after a wait has begun, and then every five seconds. Not thread-safe."""
+    """A timer for log messages of a wait: first after some time, then every five seconds."""
 
     def __init__(self, patience: float = 1.0) -> None:
         """Begins the wait.
@@ -19,7 +19,7 @@ class Reminder:
         self._due = time.monotonic() + patience
 
     def due(self) -> bool:
-        """Whether it is to be said now what is waited for."""
+        """Whether a message is due; restarts the timer if so."""
         now = time.monotonic()
         if now < self._due:
             return False

@@ -1,1 +1,1 @@
-"""clingo with a program: commands, searches, and what untrusted programs may not do."""
+"""A clingo solver with a program: commands, searches, and a sandbox for untrusted programs."""

@@ -1,4 +1,4 @@
-"""What a node was started with: enough to start it again elsewhere. Needs no ROS."""
+"""Describes how a node was started, so that it can be started again elsewhere. Needs no ROS."""
 
 from __future__ import annotations
 

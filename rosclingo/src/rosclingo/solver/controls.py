@@ -1,4 +1,4 @@
-"""clingo's solvers, and the messages that they write."""
+"""Makes clingo's solvers, and collects their messages."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def new_control(options: Sequence[str], messages: Messages) -> clingo.Control:
 
 
 def use_heuristics(control: clingo.Control, options: Sequence[str]) -> None:
-    """Has a solver decide by the ``#heuristic`` statements of its program.
+    """Makes a solver use the ``#heuristic`` statements of its program.
 
     clingo ignores them otherwise.
 
@@ -58,7 +58,7 @@ class Messages:
         self._messages: List[str] = []
 
     def __call__(self, code: clingo.MessageCode, message: str) -> None:
-        """Takes a message."""
+        """Collects a message."""
         self._messages.append(message.strip())
 
     def text(self) -> str:

@@ -96,7 +96,7 @@ class Engine:
 
     @property
     def files(self) -> Dict[str, str]:
-        """What was in the files of the command line, and in those that they include."""
+        """The texts of the files of the command line, and of those that they include."""
         return dict(self._program.texts) if self._program else {}
 
     @property

@@ -1,4 +1,4 @@
-"""What can be told about a program's or term's text before clingo parses it.
+"""Checks untrusted text before clingo parses it: its nesting, and the files that it includes.
 
 clingo recurses over syntax trees without a bound: some ten thousand levels overflow the stack and
 end the process. And it opens what a text includes as soon as it parses it. So both are looked for
@@ -149,7 +149,7 @@ def _name(match: re.Match[str]) -> str:
 
 
 def _includes(text: str, trusted: bool) -> Iterator[re.Match[str]]:
-    """Yields what follows each ``#include``; places are those of the text."""
+    """Yields the text after each ``#include``, with its place in the whole text."""
     if "#include" not in text:
         return
     scripts = "#script" in text

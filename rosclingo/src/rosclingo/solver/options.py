@@ -63,7 +63,7 @@ class Argument(NamedTuple):
 
 
 def arguments(words: Iterable[str]) -> Iterator[Argument]:
-    """Yields what a command line without program name and ROS remappings is made of.
+    """Splits a command line into options and words, without program name and ROS remappings.
 
     Raises:
         OptionsError: An option lacks its value.

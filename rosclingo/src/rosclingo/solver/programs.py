@@ -26,7 +26,7 @@ _IDENTIFIER = re.compile(r"[_']*[a-z][A-Za-z0-9_']*")
 
 @dataclass(frozen=True)
 class Policy:
-    """What a program or file from a client may do; those of the command line are trusted.
+    """Permissions of programs and files from clients; those of the command line are trusted.
 
     Attributes:
         allow_scripts: Whether ``#script`` blocks may run.
@@ -52,7 +52,7 @@ class Policy:
 
 @dataclass
 class Program:
-    """Parsed statements, and what of them matters beyond their own rules.
+    """A parsed program, with what matters beyond its own rules.
 
     Attributes:
         scripts: The scripts.
@@ -105,7 +105,7 @@ class Program:
 def parse_files(
     paths: Sequence[str], policy: Optional[Policy] = None, last: Optional[Program] = None
 ) -> Program:
-    """Parses files and what they include.
+    """Parses files and those that they include.
 
     Args:
         paths: The files.

@@ -1,4 +1,4 @@
-"""Any text to ground terms, by clingo; :mod:`rosclingo.wire.term_text` takes them apart.
+"""Parses any text to ground terms, by clingo; :mod:`rosclingo.wire.term_text` takes them apart.
 
 >>> str(parse_term("go( room(2+1) )"))
 'go(room(3))'

@@ -21,7 +21,7 @@ from rosclingo.errors import OptionsError, ProgramError
 
 
 class _Source(NamedTuple):
-    """Where a theory comes from.
+    """The package, module and class of a theory.
 
     Attributes:
         wheel: What pip installs.
@@ -40,14 +40,14 @@ _SOURCES = {"dl": _Source("clingo-dl", "clingodl", "ClingoDLTheory", "diff/0")}
 
 
 class Theory:
-    """What extends one solver, or with the name "" nothing that does.
+    """A theory that extends one solver; that with the name "" extends nothing.
 
     Attributes:
         name: As on the command line.
     """
 
     def __init__(self, name: str, extension: Optional[Extension] = None) -> None:
-        """Extends no solver yet; see :func:`make_theory`.
+        """Wraps an extension; see :func:`make_theory`.
 
         Args:
             name: As on the command line.
@@ -84,7 +84,7 @@ class Theory:
         return taken
 
     def remedy(self, message: str) -> str:
-        """Returns what to say after a message of clingo's that an option would help against."""
+        """Returns a remedy to add to a message of clingo's, if an option would help."""
         if self.name or "definition found for theory atom" not in message:
             return ""
         options = (
@@ -93,12 +93,12 @@ class Theory:
         return "".join(f"\nthe option {option} defines it" for option in options)
 
     def prepare(self, control: clingo.Control) -> None:
-        """Takes note of what was grounded; to be called before each search."""
+        """Prepares the theory for the ground program; to be called before each search."""
         if self._extension is not None:
             self._extension.prepare(control)
 
     def symbols(self, model: clingo.Model) -> Sequence[clingo.Symbol]:
-        """Returns what a model shows, and after that the theory's values, such as ``dl(x,3)``."""
+        """Returns a model's shown symbols, then the theory's values, such as ``dl(x,3)``."""
         if self._extension is None:
             return model.symbols(shown=True)
         self._extension.on_model(model)

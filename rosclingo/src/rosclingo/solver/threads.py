@@ -1,4 +1,4 @@
-"""How many threads a solver searches with.
+"""Sets the number of threads with which a solver searches.
 
 Several threads have a configuration each, of clingo's portfolio, and the first one that is through
 ends the search. Which of several answer sets they find is up to chance.

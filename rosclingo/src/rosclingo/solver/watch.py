@@ -1,4 +1,4 @@
-"""Watches searches, and ends those that are to stop.
+"""Watches searches, and interrupts those that are to stop.
 
 clingo can search in a thread of its own, so that its caller may look around in between. For short
 searches that thread costs more than all of ROS: it often begins on another core, whose caches know
@@ -17,14 +17,14 @@ POLL_SECONDS = 0.01
 
 
 class Watch:
-    """A search that is watched, as a context.
+    """A context in which a search is watched.
 
     Attributes:
         stopped: Whether the search was told to stop.
     """
 
     def __init__(self, has_to_stop: Callable[[], bool], interrupt: Callable[[], None]) -> None:
-        """Begins nothing yet.
+        """Prepares a watch of a search.
 
         Args:
             has_to_stop: Asked now and then, by one thread at a time, and not again when it has
@@ -43,7 +43,7 @@ class Watch:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Ends the watch; raises what has_to_stop raised."""
+        """Ends the watch; reraises errors of has_to_stop."""
         _WATCHER.remove(self)
         with self._lock:
             self._over = True
@@ -65,7 +65,7 @@ class Watch:
 
 
 class _Watcher:
-    """The thread that looks after all searches; it begins with the first."""
+    """The thread that watches all searches; it starts with the first."""
 
     def __init__(self) -> None:
         self._watches: List[Watch] = []

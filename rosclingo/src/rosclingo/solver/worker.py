@@ -1,4 +1,4 @@
-"""One thread that owns the solver, and the rules by which requests end each other.
+"""Runs all requests in one thread, which owns the solver; newer requests preempt solve calls.
 
 Requests run in order of arrival. A control request ends every solve call that is open, as the
 manual has it, and so does a newer solve call (docs/protocol.md, section "Solving").
@@ -39,7 +39,7 @@ SHUTTING_DOWN = wire.Failure("commands", -1, Stop.SHUTDOWN.value)
 
 @dataclass(frozen=True)
 class Caller:
-    """Who asks for something.
+    """The client of a request.
 
     Attributes:
         name: Its name.
@@ -81,7 +81,7 @@ class Job:
             self.reason = reason
 
     def stopped(self) -> bool:
-        """Whether the call was asked to end."""
+        """Whether the call was told to stop."""
         return self.reason is not None
 
     def started(self) -> None:

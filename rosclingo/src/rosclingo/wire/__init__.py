@@ -1,1 +1,1 @@
-"""What clients and solver nodes say to each other: values, and their XML. Needs no clingo."""
+"""The protocol of clients and solver nodes: values, and their XML. Needs no clingo."""

@@ -1,4 +1,4 @@
-r"""Which characters the way to a solver node carries: those that XML has a way to write.
+r"""Checks texts for characters that XML cannot carry to a solver node.
 
 This needs no XML itself, so that who only checks a text needs no parser.
 

@@ -22,7 +22,7 @@ class Truth(enum.Enum):
 
 
 class Command:
-    """What a client may ask the solver for."""
+    """Base class of the commands that a client may send to the solver."""
 
 
 @dataclass(frozen=True)
@@ -206,7 +206,7 @@ class Improvement:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a solve call ended.
+    """The outcome of a solve call.
 
     Attributes:
         result: What was found; UNKNOWN whenever the call was interrupted.

@@ -1,4 +1,4 @@
-"""XML text to values and back: docs/protocol.md, section "Control service".
+"""Encodes and decodes values as XML: docs/protocol.md, section "Control service".
 
 Every function here is pure and thread-safe. Decoding raises :class:`rosclingo.errors.XmlError`
 and nothing else, whatever it is given; what one function encodes, its counterpart decodes to the
@@ -296,7 +296,7 @@ def _expect(
     optional: Sequence[str] = (),
     inside: str = "nothing",
 ) -> Mapping[str, str]:
-    """Checks an element's name, that it has these attributes and no others, and what is inside.
+    """Validates an element's name, attributes and content.
 
     Returns:
         The attributes.

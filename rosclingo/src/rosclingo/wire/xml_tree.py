@@ -1,4 +1,4 @@
-"""XML text to a small tree that knows where each element stands.
+"""Parses XML into a small tree that knows the position of each element.
 
 The parser is defusedxml's, because the text is hostile until parsed: document types, entities
 and external references are refused.

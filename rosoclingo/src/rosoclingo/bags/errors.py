@@ -1,4 +1,4 @@
-"""What can be wrong with a bag, one class each; every message names the bag and the remedy."""
+"""Errors of bags, each of whose messages names the bag and the remedy."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ class BagError(RosclingoError):
 
 
 class NoBagError(BagError):
-    """What was named is no bag: not there, a folder, empty, or another kind of file."""
+    """A path leads to no bag: it does not exist, or is a folder, empty or another kind of file."""
 
 
 class BagVersionError(BagError):
@@ -18,11 +18,11 @@ class BagVersionError(BagError):
 
 
 class DamagedBagError(BagError):
-    """So much of a bag is lost that nothing can be read."""
+    """A bag is damaged so much that nothing can be read."""
 
 
 class BagSizeError(BagError):
-    """A bag expands to so much more than its size that it was not recorded but made."""
+    """A bag expands to so much more than its size that it is taken for a decompression bomb."""
 
 
 class NoSystemError(BagError):
@@ -34,7 +34,7 @@ class SeveralSystemsError(BagError):
 
 
 class IncompleteBagError(BagError):
-    """So much of a run was not recorded that it cannot be compared."""
+    """A recording lacks so much of its run that it cannot be compared."""
 
 
 class BagTypeError(BagError):

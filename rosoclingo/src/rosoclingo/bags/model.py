@@ -1,4 +1,4 @@
-"""What a bag says of a run. Needs no ROS."""
+"""A recorded run as values: its journal, and the command lines and files of its nodes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Entry(Record):
 
 @dataclass(frozen=True)
 class Program:
-    """What a node was started with; see :func:`rosclingo.solver.about.about`.
+    """A node's command line, files and parameters; see :func:`rosclingo.solver.about.about`.
 
     Attributes:
         node: Its resolved name, such as ``/planner``.
@@ -82,7 +82,7 @@ class Program:
 
 @dataclass(frozen=True)
 class Recording:
-    """One system's run, read from a bag.
+    """The recorded run of one system, read from a bag.
 
     Attributes:
         name: Resolved name of the node with the planning loop, such as ``/rosoclingo``.

@@ -1,4 +1,4 @@
-"""Which topics a system has, of which types. Needs no ROS."""
+"""The topics of a system, with the types of their messages. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def solver_topics(about: str) -> Dict[str, str]:
 
 
 def parse_about(text: str) -> Dict[str, Any]:
-    """Returns the entries of what a node says of itself; none if it is no JSON object."""
+    """Parses a node's ``~about``; empty if it is no JSON object."""
     try:
         described = json.loads(text)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Messages as they were on the wire. Needs no ROS."""
+"""Serialised messages and their connections, as a bag has them. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Connection(NamedTuple):
-    """Who sends messages to a topic, and which: what ROS's connection header says.
+    """The connection of one publisher to a topic: the fields of ROS's connection header.
 
     Attributes:
         topic: Resolved name of the topic.
@@ -26,7 +26,7 @@ class Connection(NamedTuple):
 
 
 class Message(NamedTuple):
-    """A message; ``time`` is that of its recording, in ns since 1970."""
+    """A serialised message; ``time`` is that of its recording, in ns since 1970."""
 
     connection: Connection
     time: int

@@ -1,4 +1,4 @@
-"""How actuators answer that do nothing: those of ``fulfill.py`` and of a simulation."""
+"""Simulated answers of actuators, for ``fulfill.py`` and simulations."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NOTHING = re.compile(r"(?!)")
 
 @dataclass
 class Answers:
-    """Says how each action ends, for each actuator apart and in the same way in each run.
+    """Chooses the answer to each action, for each actuator apart and reproducibly.
 
     The first of these that applies decides: ``sequence``, ``no_answer``, ``fail``,
     ``fail_probability``.

@@ -160,7 +160,7 @@ def parse_planner(words: Sequence[str], program: str) -> Options:
 
 
 def _lasting(chosen: argparse.Namespace) -> Seconds:
-    """Returns what says how long actions take."""
+    """Returns the function that gives the duration of actions."""
     lasts = []
     for regex, text in chosen.lasts:
         try:
@@ -204,7 +204,7 @@ def number_type(most: float = float("inf")) -> Callable[[str], float]:
 
 
 def _mode_options(clingo: Sequence[str]) -> List[str]:
-    """Returns those constants of the command line that are the mode's."""
+    """Returns the constants of the command line that are the mode's."""
     given = {"steps": str(_STEPS)}
     given.update(pair for pair in constants(clingo).items() if pair[0] in _OF_THE_MODE)
     return [word for name, text in given.items() for word in ("-c", f"{name}={text}")]

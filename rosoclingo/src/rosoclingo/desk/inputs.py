@@ -1,4 +1,4 @@
-"""What comes from outside during a simulation, and when, as a user types it.
+"""Parses the inputs of a simulation and the moments at which they come, as a user types them.
 
 >>> read_input("goal:bring(o2,o3)", "4")
 Input(kind='goal', value='bring(o2,o3)', moment=Moment(kind='step', number=4), source='')
@@ -20,7 +20,7 @@ STEP, IN, AFTER = "step", "in", "after"
 
 @dataclass(frozen=True)
 class Moment:
-    """When something comes.
+    """The moment at which an input comes.
 
     Attributes:
         kind: ``step``, as soon as the loop waits in a step; ``in``, while it carries out a command;
@@ -37,7 +37,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class Input:
-    """Something that comes from outside.
+    """An input of a simulation: a goal, a cancel request or a message.
 
     Attributes:
         kind: ``goal``, ``cancel`` or ``message``.

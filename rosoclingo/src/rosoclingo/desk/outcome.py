@@ -1,4 +1,4 @@
-"""What has come of planning, as values: the plan, the goals, and why something was not reached."""
+"""The outcome of planning, as values: the plan, the goals, and why something was not reached."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def unreached(simulation: Simulation, plan: Optional[Plan]) -> List[Request]:
 
 
 def refused(simulation: Simulation, failure: Optional[RosclingoError]) -> List[str]:
-    """Returns what of the input the loop has not taken, in words.
+    """Returns the inputs that the loop has not taken, in words.
 
     Args:
         simulation: The run.

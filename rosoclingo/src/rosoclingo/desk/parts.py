@@ -1,4 +1,4 @@
-"""What a loop in this process is made of: by the name of a mode, and encodings.
+"""Builds the planning loop in this process, from the name of a mode and encodings.
 
 >>> parts = make_parts("dynamic.incremental.recording", Options(), [])
 >>> parts.loop(Inbox(), Environment()).state.step
@@ -31,10 +31,10 @@ SINGLE = "run-1.0"
 
 @dataclass(frozen=True)
 class Parts:
-    """What a loop is made of.
+    """The parts of a loop: its controller, planner and commands.
 
     Attributes:
-        decider: Makes what says what to do next, for one loop at a time.
+        decider: Makes the controller, for one loop at a time.
         planner: The solver with the task's encoding, for one loop at a time.
         commands: Class with a method for each command.
     """
@@ -63,7 +63,7 @@ def make_parts(
     log: Callable[[str], None] = lambda _: None,
     engine: Callable[..., Engine] = Engine,
 ) -> Parts:
-    """Makes the solvers of a system, and what decides.
+    """Makes the planner's solver and the controller of a system.
 
     Args:
         mode: The name of a mode, the path of one, or :data:`SINGLE`.
@@ -91,7 +91,7 @@ def make_parts(
 
 @functools.lru_cache(maxsize=100)
 def _decisions(files: Tuple[Tuple[str, str], ...], options: Tuple[str, ...]) -> Decisions:
-    """Returns what is known of a mode in this process, by its files with their contents."""
+    """Returns the cached decisions of a mode, by its files and their contents."""
     return Decisions()
 
 
@@ -119,7 +119,7 @@ def _modes() -> List[Path]:
 
 
 def shared() -> Path:
-    """Returns the folder of what the package has besides Python, in a clone or installed."""
+    """Returns the folder of the package's shared files, in a clone or installed."""
     here = Path(__file__).resolve()
     places = [p for folder in here.parents for p in (folder, folder / "share" / "rosoclingo")]
     return next((place for place in places if (place / "modes").is_dir()), here.parent)

@@ -29,7 +29,7 @@ _LETTER, _MOST_WIDTH = 0.07, 60.0  # likewise: of a label, and of a picture whos
 
 
 def draw_run(simulation: Simulation, title: str, file: Path) -> None:
-    """Draws what has happened in a simulation, as ``report.py`` draws a run.
+    """Draws a simulated run, as ``report.py`` draws a recorded one.
 
     Args:
         simulation: The run.

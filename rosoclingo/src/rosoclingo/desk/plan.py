@@ -89,7 +89,7 @@ _Said = Tuple[List[str], List[str], List[Answer]]
 
 
 def _judge(chosen: argparse.Namespace, desk: Desk, failure: Optional[RosclingoError]) -> _Said:
-    """Says what is wrong, why goals were not reached, and what of that was found out by asking."""
+    """Collects faults, and why goals were not reached, with explanations by questions."""
     wrong = refused(desk, failure)
     if not (desk.loop.dynamic or isinstance(failure, ControllerError)):
         messages = [one for one in chosen.inputs if one.kind != GOAL]
@@ -150,7 +150,7 @@ class Desk(Simulation):
         return f"step {self.loop.state.step}, horizon {self.loop.state.horizon}"
 
     def note(self, record: journal.Record) -> None:
-        """Tells what happens, once the plan is shown."""
+        """Narrates the run, once the plan is shown."""
         super().note(record)
         if self._is_shown and self._tells:
             self._story.hear(self.journal[-1])
@@ -229,7 +229,7 @@ class Desk(Simulation):
                 _print(f"{_name(goal)}, waits for a slot; the encoding has {len(plan.slots)}")
 
     def _values(self, wrong: Sequence[str], why: Sequence[str]) -> Dict[str, Any]:
-        """Returns what JSON says of the run."""
+        """Returns the run's values for JSON."""
         plan = self.plan
         return {
             "plan": None if plan is None else {

@@ -1,4 +1,4 @@
-"""Where the time of ``plan.py`` goes: the option ``--profile``."""
+"""Profiles ``plan.py``: the option ``--profile``."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Profiler:
     """Measures one planner."""
 
     def __init__(self, options: Options) -> None:
-        """Measures nothing until the planner is made.
+        """Prepares; measures from when the planner is made.
 
         Args:
             options: The planner's command line.
@@ -38,16 +38,16 @@ class Profiler:
         return MeasuredEngine(options, self._trace, log=log)
 
     def follow(self, horizon: Callable[[], int]) -> None:
-        """Has horizons told by what knows them."""
+        """Sets the function that returns the current horizon."""
         self._trace.horizon = horizon
 
     @property
     def doing(self) -> str:
-        """Says in words what the planner's solver does now; empty for nothing."""
+        """Describes in words what the planner's solver does now; empty for nothing."""
         return self._trace.doing
 
     def profile(self) -> Profile:
-        """Counts what was grounded, and says where most goes; tells how far that is."""
+        """Counts ground instances, and advises; reports its progress."""
         trace, place = self._trace, ["counting"]
         with Progress(lambda: place[0]):
             counts, engine = count(self._options, trace, lambda text: place.__setitem__(0, text))
@@ -76,7 +76,7 @@ def _values(
 
 
 class TimeLimit:
-    """A context that ends what is done in it after some time, or by Ctrl-C.
+    """A context that ends its block after some time, or by Ctrl-C.
 
     A second Ctrl-C ends the process at once. To be used in the main thread.
 
@@ -85,7 +85,7 @@ class TimeLimit:
     """
 
     def __init__(self, seconds: float, end: Callable[[], None]) -> None:
-        """Ends nothing yet.
+        """Prepares a time limit.
 
         Args:
             seconds: After how long; 0 for never.

@@ -1,4 +1,4 @@
-"""Says on stderr now and then how far something is that takes long."""
+"""Prints progress on stderr while something takes long."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _SECONDS = 2.0
 
 
 class Progress:
-    """A context that says every 2 s how far it is."""
+    """A context that prints progress every 2 s."""
 
     def __init__(self, place: Callable[[], str]) -> None:
-        """Says nothing yet.
+        """Prepares the output.
 
         Args:
             place: Says how far it is; called in another thread.

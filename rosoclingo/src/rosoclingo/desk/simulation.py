@@ -1,4 +1,4 @@
-"""A system in which time passes by itself: actuators take a while, and things come when told.
+"""Discrete-event simulation of a system: actions take a while, and inputs come as scheduled.
 
 >>> from rosclingo.solver.options import Options
 >>> from rosoclingo.desk.inputs import read_input
@@ -92,7 +92,7 @@ class Simulation(System):
         self._come([one for one in self.left if (one.moment.kind, one.moment.number) == (STEP, 0)])
 
     def turn(self) -> bool:
-        """Lets the next thing happen; nothing when all is over."""
+        """Advances to the next event, if there is one."""
         self.is_too_long = self.elapsed >= self._most_steps
         if self.is_too_long:
             return False
@@ -107,7 +107,7 @@ class Simulation(System):
         return self._pass()
 
     def _pass(self) -> bool:
-        """Lets time pass until somebody answers, or the loop wants to look who does not."""
+        """Advances the clock to the next answer, or the loop's next check of silent actuators."""
         moments = list(self._due.values())
         if not self._is_patient and self.loop.state.acting.silent():
             moments.append(self.clock + LOOK_SECONDS)
@@ -120,7 +120,7 @@ class Simulation(System):
 
     @property
     def silent(self) -> List[str]:
-        """Those who act and never answer."""
+        """The actuators that act and will never answer."""
         return [actuator for actuator in self.acting if actuator not in self._due]
 
     def miss_plan(self, goals: Sequence[Goal]) -> None:
@@ -139,7 +139,7 @@ class Simulation(System):
             self.situation = Situation.of(self.loop.state)
 
     def publish(self, actuator: str, action: str) -> None:
-        """Has an actuator act; how that ends is decided now."""
+        """Starts a simulated action, and decides now how it ends."""
         super().publish(actuator, action)
         if actuator == SOLVER or action == ABORT:
             return
@@ -155,11 +155,11 @@ class Simulation(System):
         return super().answer(actuator, value)
 
     def begin_decision(self, waits: Callable[[], None]) -> None:
-        """Lets come what comes between two commands."""
+        """Delivers the inputs that come between two commands."""
         self._come_at(AFTER)
 
     def begin_command(self, waits: Callable[[], None]) -> None:
-        """Lets come what comes in a command, which ends a search."""
+        """Delivers the inputs that come in a command, which end a search."""
         self.commands += 1
         self._come_at(IN)
 

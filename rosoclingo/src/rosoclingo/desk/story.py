@@ -20,10 +20,10 @@ from rosoclingo.loop.journal import Status
 
 
 class Story:
-    """Tells what a loop does; is told its journal in order."""
+    """Narrates a run line by line, from its journal in order."""
 
     def __init__(self, say: Callable[[str], None], *, commands: bool = False) -> None:
-        """Begins with nothing said.
+        """Prepares a narration.
 
         Args:
             say: Called with each line.
@@ -67,7 +67,7 @@ class Story:
             self._say(f"    {line}")
 
     def _head(self, entry: Entry) -> None:
-        """Says which step it is; those before in which nothing has happened are told in a line."""
+        """Prints the step's heading; a line sums up steps before in which nothing has happened."""
         first, last = self._headed + 1, self._elapsed - 1
         if first <= last:
             steps = f"step {first}" if first == last else f"steps {first} to {last}"

@@ -44,7 +44,7 @@ class Request(Goal, GoalClient):
         identifier: str = "",
         note: Callable[[journal.Event], None] = lambda _: None,
     ) -> None:
-        """Makes a goal that nobody knows yet.
+        """Makes a goal, without sending it.
 
         Args:
             request: The request, a ground term as clingo prints it.
@@ -77,7 +77,7 @@ class Request(Goal, GoalClient):
 
 
 class System(Inbox, Environment):
-    """A loop, and around it a world that has its turn whenever the loop waits.
+    """A loop, and a simulated world that has its turn whenever the loop waits.
 
     One thread makes the calls.
 
@@ -115,7 +115,7 @@ class System(Inbox, Environment):
     # What a subclass says.
 
     def turn(self) -> bool:
-        """Lets the world do something while the loop waits; here, all actions succeed.
+        """The world's turn while the loop waits; here, all actions succeed.
 
         Returns:
             Whether it did something; if not, the run is over.
@@ -127,7 +127,7 @@ class System(Inbox, Environment):
     # What a user calls.
 
     def request(self, text: str, information: Sequence[str] = ()) -> Request:
-        """Asks for something, by a ground term as clingo prints it."""
+        """Sends a goal with a request, a ground term as clingo prints it."""
         goal = self.new_goal(text, information, str(len(self.goals) + 1))
         self.goals.append(goal)
         self.put(goal)
@@ -179,17 +179,17 @@ class System(Inbox, Environment):
         return False
 
     def wait(self, timeout: float) -> bool:
-        """Lets the world take its turn, unless there is something; ends if it does nothing."""
+        """Gives the world its turn, unless there is an item; ends if it does nothing."""
         if not (self._items or self.closed or self.turn()):
             self.close()
         return True
 
     def now(self) -> float:
-        """Returns what time it is."""
+        """Returns the time."""
         return self.clock
 
     def publish(self, actuator: str, action: str) -> None:
-        """Has an actuator act until it answers."""
+        """Records a published action, whose actuator acts until it answers."""
         self.published.append((actuator, action))
         if actuator != SOLVER and action != ABORT:
             self.acting[actuator] = action
@@ -206,5 +206,5 @@ class System(Inbox, Environment):
         self.loop.state.note(event)
 
     def warn(self, text: str) -> None:
-        """Remembers what the loop warns of."""
+        """Records a warning of the loop."""
         self.warnings.append(text)

@@ -1,4 +1,4 @@
-"""Why ``plan.py`` has no plan."""
+"""Explains why ``plan.py`` has no plan."""
 
 from __future__ import annotations
 

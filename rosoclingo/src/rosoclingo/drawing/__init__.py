@@ -1,1 +1,1 @@
-"""A map with what goes on in it, as shapes: for rviz, and for pictures of plans. Needs no ROS."""
+"""Draws a map with robots, packages and plans as shapes, for rviz and pictures. Needs no ROS."""

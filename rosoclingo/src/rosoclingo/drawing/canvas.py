@@ -1,4 +1,4 @@
-"""Shapes as a picture, and what all pictures have in common. Needs matplotlib, and no ROS."""
+"""Draws shapes as a picture, and sets up all pictures. Needs matplotlib, and no ROS."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is expected to go wrong with a picture. Needs no matplotlib."""
+"""Errors of pictures. Needs no matplotlib."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The graph of an instance, and where its waypoints are. Needs no ROS."""
+"""Reads the waypoint graph of an instance, with positions. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Point = Tuple[float, float]
 
 @dataclass(frozen=True)
 class Graph:
-    """Where robots can be.
+    """A graph of waypoints.
 
     Attributes:
         places: x and y of each waypoint, in m.

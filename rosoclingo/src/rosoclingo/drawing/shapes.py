@@ -1,4 +1,4 @@
-"""A situation as shapes. Needs no ROS. Lengths are in metres."""
+"""Turns a situation into shapes. Needs no ROS. Lengths are in metres."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ASIDE = 0.5  # how far a step's number is to the right of its arrow
 
 @dataclass(frozen=True)
 class Shape:
-    """One thing to draw.
+    """A shape to draw: lines, a box or a text, say.
 
     Attributes:
         group: What it belongs to; can be hidden in rviz. All of a group move with robots, or none
@@ -54,7 +54,7 @@ class Shape:
 
 
 def draw(graph: Graph, situation: Situation) -> List[Shape]:
-    """Returns what there is to see; waypoints that the graph does not have are left out."""
+    """Returns the shapes of a situation; waypoints outside of the graph are left out."""
     middle, size = ((0.0, 0.0, _ROBOT_HEIGHT / 2),), 2 * _ROBOT_RADIUS
     return [
         *_graph(graph, situation),

@@ -1,4 +1,4 @@
-"""What is going on, as the messages around rosoclingo tell it. Needs no ROS."""
+"""Tracks robots, packages, plan and blocked ways from a system's messages. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Step:
 
 
 class Situation:
-    """Is told what was published, in its order, and remembers what follows from it.
+    """The situation on the map, which follows from the published messages in order.
 
     Not thread-safe. Every method that takes text raises TermError if it is no ground term.
 
@@ -60,7 +60,7 @@ class Situation:
     """
 
     def __init__(self, starts: Mapping[str, str]) -> None:
-        """Begins where nothing has happened.
+        """Starts with robots at their first waypoints.
 
         Args:
             starts: For each robot, the waypoint where it stands.
@@ -95,7 +95,7 @@ class Situation:
             self._delivered = [*self._delivered, package][-_MOST_DELIVERED:]
 
     def set_plan(self, actions: Sequence[str]) -> None:
-        """There is another plan, in atoms ``do(R,A,T)``."""
+        """Replaces the plan, given in atoms ``do(R,A,T)``."""
         self.steps = _steps([parse_term(action) for action in actions])
 
     def begin_action(self, actuator: str, action: str) -> None:
@@ -111,7 +111,7 @@ class Situation:
                 self._end_action(robot, answer)
 
     def hear(self, source: str, value: str) -> None:
-        """A message to rosoclingo was published: an answer, or what someone has seen."""
+        """Handles a message to rosoclingo: an answer or an announcement."""
         sender, term = str(parse_term(source)), parse_term(value)
         if sender == INFO:
             self._announce(term)
@@ -145,7 +145,7 @@ class Situation:
             self._hand_over(robot, _slot(action))
 
     def _forget_step(self, robot: str, action: clingo.Symbol) -> None:
-        """Takes what has been answered out of the plan ahead: the last action has no successor."""
+        """Removes answered actions from the plan ahead: the last action has no successor."""
         for index, step in enumerate(self.steps):
             if (step.robot, step.action) == (robot, action):
                 self.steps = self.steps[:index] + self.steps[index + 1 :]
@@ -186,7 +186,7 @@ class Situation:
 
 
 def _slot(action: clingo.Symbol) -> str:
-    """Returns what a pickup or deliver says of its package."""
+    """Returns the slot, or origin and destination, in a pickup or deliver."""
     return ",".join(str(argument) for argument in action.arguments)
 
 

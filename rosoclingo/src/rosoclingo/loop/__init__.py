@@ -1,1 +1,1 @@
-"""The planning loop, its state, and what comes in and goes out. Needs no ROS."""
+"""The planning loop: its state, inputs and outputs. Needs no ROS."""

@@ -1,4 +1,4 @@
-"""Who acts in a step, who has answered, and who goes on in the next step."""
+"""Tracks the actuators of a step: which act, have answered, or stay busy in the next step."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Actor:
     Attributes:
         began: When, in seconds of the environment's clock; in a snapshot, of one that stands at 0
             then.
-        reminded: When it was said last that it does not answer, likewise.
-        is_overdue: Whether its time is over.
+        reminded: When its silence was logged last, likewise.
+        is_overdue: Whether it has timed out.
         answer: What it has answered.
         goes_on: Whether it was busy in the step before.
         is_busy: Whether it is busy in this step, so that its answer belongs to the next one.
@@ -41,11 +41,11 @@ class Actor:
 class Acting:
     """The actuators that act in the current step.
 
-    Only the loop's thread uses it, or who asks whether its search is to stop.
+    Used by the loop's thread, and by the callback that polls whether its search is to stop.
     """
 
     def __init__(self, externals: PlannerExternals, environment: Environment) -> None:
-        """Begins with nobody.
+        """Starts without actuators.
 
         Args:
             externals: What the planner's encoding knows: it says who can be busy.
@@ -56,12 +56,12 @@ class Acting:
         self._actors: Dict[str, Actor] = {}
 
     def snapshot(self) -> Dict[str, Actor]:
-        """Returns who acts, by the actuators' ids."""
+        """Returns the state to save: the acting actuators by their ids."""
         now = self._environment.now()
         return {actuator: one.since(now) for actuator, one in self._actors.items()}
 
     def restore(self, saved: Dict[str, Actor]) -> None:
-        """Takes over who acted in a run that was interrupted."""
+        """Restores the acting actuators of a run that was interrupted."""
         now = self._environment.now()
         self._actors = {actuator: one.since(-now) for actuator, one in saved.items()}
 
@@ -74,12 +74,12 @@ class Acting:
 
     @property
     def leaves_some_busy(self) -> bool:
-        """Whether the step is over, and somebody has not answered; may ask the planner."""
+        """Whether the step may end although an actuator has not answered; may ask the planner."""
         return bool(self._awaited) and self.is_over
 
     @property
     def is_over(self) -> bool:
-        """Whether somebody who acts is through with the step, and all others can be busy."""
+        """Whether the step may end: an actuator is through with it, and all others can be busy."""
         is_through = len(self._awaited) < len(self._actors)
         return is_through and all(self._externals.declares(a, BUSY) for a in self._awaited)
 
@@ -90,12 +90,12 @@ class Acting:
 
     @property
     def _awaited(self) -> List[str]:
-        """The actuators that have not answered, but for those who are known to be busy."""
+        """The actuators without an answer that are not known to be busy."""
         return [a for a, one in self._actors.items() if one.answer is None and not one.is_busy]
 
     @property
     def keeps_answers(self) -> bool:
-        """Whether somebody has answered who is busy: that is told in the next step."""
+        """Whether a busy actuator has answered, which the planner is told in the next step."""
         return any(one.is_busy and one.answer is not None for one in self._actors.values())
 
     # Who acts.
@@ -116,18 +116,18 @@ class Acting:
         return acts and self._externals.declares(actuator, BUSY)
 
     def begin_action(self, actuator: str) -> None:
-        """Notes that an actuator was told to act: what it answered was to another action."""
+        """Notes that an actuator was told to act, and forgets its answer to the action before."""
         now = self._environment.now()
         self._actors[actuator] = Actor(now, now)
 
     def answer(self, actuator: str, value: str) -> None:
-        """Notes what an actuator that acts has answered."""
+        """Notes the answer of an actuator that acts."""
         self._actors[actuator] = replace(self._actors[actuator], answer=value)
 
     # From step to step.
 
     def begin(self, *, keep: bool) -> None:
-        """The planner is initialised, and knows nothing yet.
+        """Resets the actuators when the planner is initialised.
 
         Args:
             keep: Whether those who were busy before the current step are so again.
@@ -139,7 +139,7 @@ class Acting:
         }
 
     def end_step(self, step: int) -> List[str]:
-        """Notes that who has not answered, and can be busy, is so from now on.
+        """Marks the actuators as busy that have not answered and can be busy.
 
         Returns:
             The events that say so.
@@ -150,7 +150,7 @@ class Acting:
         return [event(actuator, BUSY, step) for actuator in busy]
 
     def begin_step(self) -> List[Pair]:
-        """Nobody acts yet in the step that begins, but those who go on, with their answers.
+        """Begins a step, in which only the busy actuators of the step before go on.
 
         Returns:
             Who has answered already, and what, as far as the planner can be told.
@@ -160,7 +160,7 @@ class Acting:
         return [pair for pair in answers if self._externals.knows([pair])]
 
     def reset(self) -> None:
-        """Nobody acts in the first step, and those who go on do so in the next one."""
+        """Applies a reset: nobody acts in step 0, and the busy actuators go on in step 1."""
         self._keep_busy(is_busy=True)
 
     def _keep_busy(self, *, is_busy: bool) -> None:
@@ -181,7 +181,7 @@ class Acting:
         return [(actuator, now - one.began) for actuator, one in self._silent()]
 
     def overdue(self, seconds: float) -> List[str]:
-        """Returns the actuators without an answer since so many seconds; each action's once."""
+        """Returns the actuators that have timed out after so many seconds, once for each action."""
         now = self._environment.now()
         late = {name: one for name, one in self._silent() if now - one.began >= seconds}
         for name, one in late.items():

@@ -1,4 +1,4 @@
-"""What the loop adds to each encoding of a planner, to see what it needs of it."""
+"""Program parts that the loop adds to each encoding: empty defaults, and probes of its atoms."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ HAS = "rosoclingo_has"
 """A term that is shown with an answer set in which there is an atom, be that shown or not."""
 
 SEEN = {"do": 3, "status": 3}
-"""What rosoclingo has to see of an answer set, with the number of arguments."""
+"""The predicates that an answer set has to show to rosoclingo, with their arities."""
 
 _SHOWS = " ".join(
     f"#defined {name}/{arity}. #show {HAS}({name}) : {name}({'_,' * (arity - 1)}t)."
@@ -19,7 +19,7 @@ EMPTY_PARTS = (
     wire.Add("transition", ("t",), ""),
     wire.Add("query", ("t",), _SHOWS),
 )
-"""What lets an encoding leave out a part that it does not need, and tells what it hides."""
+"""Empty defaults for parts that an encoding lacks, and a probe that finds hidden predicates."""
 
 STILL_PART = "rosoclingo_still"
 """The part, and the external in it, that forbids actions in a step if it is true."""
@@ -33,7 +33,7 @@ STILL = wire.Add(
 
 SLOT_PART = "rosoclingo_slot"
 SLOT = f"{SLOT_PART}("
-"""How an external begins that is declared for each slot: so a solver node shows the slots."""
+"""Prefix of the external that is declared for each slot, so that a solver node lists the slots."""
 
 SLOTS = wire.Add(SLOT_PART, (), f"#defined rslot/1. #external {SLOT}ID) : rslot(ID).")
 """The part :data:`SLOT_PART`, which declares them."""

@@ -1,4 +1,4 @@
-"""When goals will be served, corrected by how long actions really take. Needs no ROS.
+"""Estimates when goals will be served, from the plan and the progress of actions. Needs no ROS.
 
 A plan says how long its actions take, and with which one each goal is served. An actuator that acts
 is expected to be through when its action should be, and now if that is gone by; what the plan has
@@ -34,7 +34,7 @@ EXPECTED = "expected"
 
 @dataclass(frozen=True)
 class Arrival:
-    """When a goal will be served.
+    """The time at which a goal is expected to be served.
 
     Attributes:
         slot: The planner's id for the goal.
@@ -68,13 +68,13 @@ class Doing:
 
     @property
     def end(self) -> float:
-        """When it should be through, in seconds of world time."""
+        """The expected end of the action, in seconds of world time."""
         return self.began + self.seconds
 
 
 @dataclass
 class ArrivalsState:
-    """All that is saved of :class:`Arrivals`.
+    """Saved state of :class:`Arrivals`.
 
     Attributes:
         doing: What each actuator does that has not answered.
@@ -88,10 +88,10 @@ class ArrivalsState:
 
 
 class Arrivals(ArrivalsState):
-    """Knows who does what since when. Only the loop's thread uses it."""
+    """Tracks the actions under way, to estimate arrival times. Only the loop's thread uses it."""
 
     def place(self, slot: str, came: float) -> None:
-        """Takes note that a goal has got a slot.
+        """Begins to estimate a goal's arrival time, as it gets a slot.
 
         Args:
             slot: The slot.
@@ -101,7 +101,7 @@ class Arrivals(ArrivalsState):
         self.told.pop(slot, None)
 
     def begin(self, action: Action, plan: Plan, now: float) -> None:
-        """Takes note that an action was published.
+        """Begins to track a published action.
 
         Args:
             action: The action.
@@ -112,11 +112,11 @@ class Arrivals(ArrivalsState):
         self.doing[action.actuator] = Doing(action.name, kind, now, seconds)
 
     def end(self, actuator: str) -> Optional[Doing]:
-        """Takes note that an actuator has answered, and returns what it has done."""
+        """Ends the tracking of an actuator's action, which was answered, and returns it."""
         return self.doing.pop(actuator, None)
 
     def interrupt(self) -> None:
-        """Takes note that answers may have come late: nobody has listened for a while."""
+        """Excludes actions under way from learning: their answers may come late after a restart."""
         for actuator, one in self.doing.items():
             self.doing[actuator] = replace(one, is_timed=False)
 

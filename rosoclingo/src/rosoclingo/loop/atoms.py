@@ -1,4 +1,4 @@
-"""Atoms of planner and controller to values and back (docs/protocol.md, section "Encodings").
+"""Parses and formats the atoms of planner and controller (docs/protocol.md, section "Encodings").
 
 Atoms stand as text outside of this module, as they do on the wire. clingo prints a term always in
 the same way, so equal texts mean equal terms.
@@ -60,7 +60,7 @@ class Action:
 
 @dataclass(eq=False)
 class Plan:
-    """What rosoclingo reads of an answer set.
+    """A plan: the atoms of an answer set that rosoclingo reads.
 
     That is do/3, status/3, holds/2, abort/2 and feedback/2, and of times lasts/3, expected/2 and
     due/2.
@@ -99,7 +99,7 @@ class Plan:
                 self._aborts.setdefault(step, []).append(arguments[0])
 
     def _read_time(self, text: str) -> None:
-        """Reads an atom that says something of times; what it is not like is left."""
+        """Reads an atom about times; ignores one of another form."""
         name, arguments = split_term(text)
         if (name, len(arguments)) == ("lasts", 3):
             action, seconds = _action(arguments[0]), number(arguments[2])
@@ -128,7 +128,7 @@ class Plan:
         return max((other for other in self._actions if step < other <= horizon), default=step)
 
     def aborts(self, step: int) -> Sequence[str]:
-        """Returns the actuators that are to end what they do in a step (ROSoClingo 1.0)."""
+        """Returns the actuators whose actions are aborted in a step (ROSoClingo 1.0)."""
         return self._aborts.get(step, ())
 
     def statuses(self, step: int) -> Sequence[Tuple[str, str]]:

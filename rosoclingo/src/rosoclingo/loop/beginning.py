@@ -1,4 +1,4 @@
-"""How a planner begins, and begins again: from what held after a step, without what happened."""
+"""Initialises the planner, and re-initialises it from what held after a step."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rosoclingo.loop.state import State
 
 
 def begin(state: State, slots: Sequence[str]) -> None:
-    """Takes note that the planner is initialised: nothing has happened yet.
+    """Resets the loop's state when the planner is initialised.
 
     Args:
         state: What is known.
@@ -50,7 +50,7 @@ def can_begin_again(state: State) -> bool:
 
 
 def begin_again(state: State) -> None:
-    """Begins the mode again, and the planner with what it knew before the current step.
+    """Restarts the mode, and re-initialises the planner from before the current step.
 
     Goals stay as they are; those that came in this step are told again.
     """
@@ -64,14 +64,14 @@ def begin_again(state: State) -> None:
 
 
 def _known(state: State) -> List[str]:
-    """Returns what held before the current step, as the events of a beginning."""
+    """Returns the fluents before the current step, as saved events."""
     if state.step == 0:
         return state.externals.saved
     return [event("save", fluent, 0) for fluent in _fluents(state, state.step - 1)]
 
 
 def _fluents(state: State, step: int) -> List[str]:
-    """Returns what the plan says that holds in a step.
+    """Returns the fluents that hold in a step of the plan.
 
     An encoding that is told its events shows that only for the step of the search. After it
     there may be steps without actions, which change nothing.
@@ -82,7 +82,7 @@ def _fluents(state: State, step: int) -> List[str]:
 
 
 def known_to_hold(state: State) -> Optional[Tuple[int, List[str]]]:
-    """Returns the last step gone by after which it is known what holds, and what that is.
+    """Returns the last passed step whose fluents are known, with these.
 
     Returns:
         None if that is not known, or could not be told by events ``event(save,F,0)``.
@@ -100,7 +100,7 @@ def known_to_hold(state: State) -> Optional[Tuple[int, List[str]]]:
 
 
 def reset(state: State, step: int) -> None:
-    """Makes the fluents of a step the initial ones, and forgets what happened."""
+    """Resets: makes the fluents of a step the initial ones, and forgets the past."""
     if not state.externals.reset(_fluents(state, step)) and not state.has_warned("reset"):
         _warn_of_forgetting(state, step)
     state.planner.note_reset(step)

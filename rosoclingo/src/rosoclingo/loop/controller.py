@@ -1,4 +1,4 @@
-"""The controller: a solver whose answer set says what to do next."""
+"""The controller: a solver whose answer set is the next command."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _MOST_DECISIONS = 10_000  # that are remembered
 
 @dataclass(frozen=True)
 class Info:
-    """What the controller learns before it decides (docs/protocol.md, section "Infos").
+    """Inputs of the controller's next decision (docs/protocol.md, section "Infos").
 
     Attributes:
         result: The result of the last command, if that was a search.
@@ -68,7 +68,7 @@ class Info:
     planned_actions: bool = False
 
     def events(self) -> List[str]:
-        """Returns the atoms that say what has happened."""
+        """Returns the infos that are true, as events."""
         names = ["pending_actions", "new_messages", "request_reset"]
         true = [name for name in names if getattr(self, name)]
         if self.result is not None:
@@ -88,11 +88,11 @@ class Info:
 
 
 class Decider(Protocol):
-    """Says what the loop does next. One thread makes the calls."""
+    """Decides which command the loop runs next. One thread makes the calls."""
 
     @property
     def dynamic(self) -> bool:
-        """Whether it takes messages and goals."""
+        """Whether the mode takes messages and goals."""
 
     @property
     def last_horizon(self) -> Optional[float]:
@@ -111,10 +111,10 @@ class Decider(Protocol):
         """Returns the next command, such as ``ground(3)``."""
 
     def look_ahead(self, info: Info) -> None:
-        """May decide in the background what is next, if it learns this then."""
+        """May precompute the next decision in the background, for these infos."""
 
     def describe(self, info: Info) -> str:
-        """Describes what the last decision was made from."""
+        """Describes the inputs of the last decision, for error messages."""
 
     def check(self) -> None:
         """Raises an error if it cannot be asked any more."""
@@ -122,7 +122,7 @@ class Decider(Protocol):
 
 @dataclass(frozen=True)
 class _Decision:
-    """A command, and what belongs to it.
+    """A decision of the controller: a command, with the events from which it was made.
 
     Attributes:
         command: What is to be done.
@@ -137,7 +137,7 @@ class _Decision:
 
 @dataclass
 class Decisions:
-    """What a mode has decided, and from what, for controllers in one process that have that mode.
+    """Cache of a mode's decisions, shared by the controllers of one process that have that mode.
 
     A mode's answer depends on nothing but the events that are true. One thread makes the calls.
 
@@ -152,14 +152,14 @@ class Decisions:
     save_events: Dict[str, str] = field(default_factory=dict)
 
     def remember(self, decision: _Decision) -> None:
-        """Takes note of a decision; not too many are kept."""
+        """Caches a decision; a full cache is cleared."""
         if len(self.made) >= _MOST_DECISIONS:
             self.made.clear()
         self.made[frozenset(decision.true)] = decision
 
 
 class _Ahead(NamedTuple):
-    """A decision that is made in the background.
+    """A decision that is precomputed in the background.
 
     Attributes:
         events: What it is made from, be it declared or not.
@@ -175,12 +175,12 @@ class _Ahead(NamedTuple):
 
 
 class Controller:
-    """Asks a mode what to do, and remembers what the mode wants to be reminded of."""
+    """Runs a mode: asks it for the next command, and saves its fluents between decisions."""
 
     def __init__(
         self, solver: Solver, *, is_remote: bool = False, known: Optional[Decisions] = None
     ) -> None:
-        """Asks nothing yet.
+        """Wraps the solver of a mode.
 
         Args:
             solver: Solver with the mode.
@@ -202,7 +202,7 @@ class Controller:
         self._last_horizon: Optional[float] = None
 
     def prepare(self) -> None:
-        """Grounds the mode, on a fresh solver, and sees what it declares.
+        """Grounds the mode on a fresh solver, and reads the events that it declares.
 
         Raises:
             ControllerError: That fails.
@@ -268,7 +268,7 @@ class Controller:
         return number_steps(decision.command, info.step, info.asked, info.horizon)
 
     def look_ahead(self, info: Info) -> None:
-        """Decides in the background what is next, if the controller learns this then.
+        """Precomputes the next decision in the background, for these infos.
 
         The mode's answer depends on nothing else, so nothing is lost if it learns something else.
         Does nothing with a solver in this process.
@@ -301,7 +301,7 @@ class Controller:
         return self._declared.intersection(info.events() + info.position())
 
     def _decide(self, info: Info, stopped: Optional[Callable[[], bool]] = None) -> _Decision:
-        """Decides from what was saved last, until told to stop.
+        """Computes a decision from the saved fluents and the infos, until told to stop.
 
         Only the externals that change are set.
         """
@@ -352,7 +352,7 @@ class Controller:
         self._solver.check()
 
     def describe(self, info: Info) -> str:
-        """Describes what the last decision was made from."""
+        """Describes the inputs of the last decision, for error messages."""
         return _situation(info, self._decided_from, ())
 
     def _save_event(self, fluent: str) -> str:

@@ -1,4 +1,4 @@
-"""Grounding on demand: what an encoding that opts in is told by grounding, and what it asks for.
+"""Grounding on demand: events that are told by grounding, and parts that an encoding asks for.
 
 An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`` for told events,
 ``search(k,t)`` for what is grounded before a search, and with it ``improve(k,t)`` if the search is
@@ -33,7 +33,7 @@ _MOST_UNKNOWN = 10_000  # pairs that the encoding does not know, and of which th
 
 @dataclass
 class Demand:
-    """What is known of one planner's encoding; all of it is saved. One thread makes the calls.
+    """State of grounding on demand for one encoding. All of it is saved; one thread uses it.
 
     Attributes:
         tells: Whether the encoding is told its events by grounding.
@@ -70,11 +70,11 @@ class Demand:
 
     @property
     def searches(self) -> int:
-        """How many searches after news there were since the planner began."""
+        """Number of searches with news since the planner began."""
         return self._count
 
     def begin(self, parts: Sequence[Tuple[str, int]]) -> None:
-        """Takes note that the planner begins again, and of the parts that its encoding has.
+        """Resets for a planner that begins again, and reads from its parts what it opts into.
 
         Raises:
             PlannerError: One of the two parts for told events is missing.
@@ -123,25 +123,25 @@ class Demand:
     # What it is told.
 
     def note_news(self) -> None:
-        """Takes note that something was told."""
+        """Marks that something was told since the last search."""
         self._has_news = True
 
     def tell(self, atoms: Sequence[str]) -> None:
-        """Takes events, which are told before the next command is run."""
+        """Queues events, which are told before the next command is run."""
         for atom in atoms:
             self._pending.append(Part("event", tuple(split_term(atom)[1])))
             self._has_news = True
 
     def set_query(self, query: str, value: Truth) -> None:
-        """Takes the value of an external ``query(T)``, which is told likewise."""
+        """Queues the value of an external ``query(T)``, likewise."""
         self._queries[query] = value
 
     def add_steps(self, steps: Iterable[int]) -> None:
-        """Takes steps, which are grounded likewise."""
+        """Queues steps to be grounded, likewise."""
         self._steps += steps
 
     def take_pending(self) -> List[Command]:
-        """Removes what is to be grounded and told, and returns the commands that do so."""
+        """Empties the queue, and returns the commands that ground and tell it."""
         pending, self._pending = self._pending, []
         steps, self._steps = self._steps, []
         queries, self._queries = self._queries, {}
@@ -166,7 +166,7 @@ class Demand:
         ]
 
     def learn(self, pair: Pair, known: bool) -> None:
-        """Takes note of whether the encoding knows a pair."""
+        """Caches whether the encoding declares a pair; the oldest unknown ones are evicted."""
         self.declared[pair] = known
         if not known:
             self._unknown.append(pair)
@@ -201,7 +201,7 @@ class Demand:
         return self.ground([Part(name, arguments) for name in names])
 
     def asks(self, symbols: Sequence[str]) -> bool:
-        """Whether an answer set asks for something that is not grounded yet."""
+        """Whether an answer set asks for a part that is not grounded yet."""
         return any(text.startswith(_ASKS) and text not in self._grounded for text in symbols)
 
     def asked_for(self, symbols: Sequence[str]) -> List[Part]:

@@ -1,7 +1,7 @@
-"""Why there is no plan: looks for the goal that cannot be reached, or for what contradicts itself.
+"""Diagnoses why there is no plan: finds an unreachable goal, or a contradiction in the program.
 
-An external event that was made true can be taken back, which is how it is found out what it does.
-In the dialects in which events are facts that is not so: then all that may be the cause is named.
+An event that is an external is tested by making it false again. In the dialects in which events are
+facts that cannot be done: then all suspects are named.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def end(state: State) -> None:
 
 
 def _is_called_away(state: State) -> bool:
-    """Whether something has come that may change everything; not again and again."""
+    """Whether an input ends the diagnosis, as it may change everything; not again and again."""
     return state.mail.inbox.closed or (state.interrupted() and state.tries <= _MOST_TRIES)
 
 
@@ -208,7 +208,7 @@ def _take_causes_back(state: State) -> List[str]:
 
 
 def _begin_again(state: State) -> None:
-    """Has the planner begin again before what contradicts its program.
+    """Re-initialises the planner with what it knew before its program became contradictory.
 
     Raises:
         LoopError: That is not possible.

@@ -20,7 +20,7 @@ from rosclingo.errors import RosclingoError
 
 
 class DispatchError(RosclingoError):
-    """There is no method for a term, or not with these arguments."""
+    """No method fits the name and arguments of a term."""
 
 
 def find(owner: object, term: Symbol, base: type = object) -> Optional[Callable[..., Any]]:

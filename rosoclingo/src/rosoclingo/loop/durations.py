@@ -1,6 +1,6 @@
-"""How long actions of a kind have taken lately. Needs no ROS.
+"""Learns how long each kind of action takes, as an exponential mean. Needs no ROS.
 
-What an encoding calls a kind of actions has an exponential mean: the last action counts for three
+Kinds are named by the encoding. In the mean of a kind, the last action counts for three
 tenths, and what was known before, at first what the encoding believed, for the rest.
 
 >>> durations = Durations()
@@ -25,7 +25,7 @@ _LEAST_PART = 0.1  # likewise, as a part of that
 
 @dataclass
 class DurationsState:
-    """All that is saved of :class:`Durations`.
+    """Saved state of :class:`Durations`.
 
     Attributes:
         means: How long actions take, in seconds, by their kinds.
@@ -42,7 +42,7 @@ class Durations(DurationsState):
     """Learns how long actions take. Only the loop's thread uses it."""
 
     def learn(self, kind: str, believed: int, seconds: float) -> None:
-        """Takes note of how long an action has taken.
+        """Updates a kind's mean with a measured duration.
 
         Args:
             kind: What the encoding calls such actions.

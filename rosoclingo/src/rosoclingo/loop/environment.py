@@ -1,4 +1,4 @@
-"""The world that the loop speaks to."""
+"""The loop's port to the world: clocks, actions, results, journal and log."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from rosoclingo.loop.tokens import Told
 
 
 class Environment:
-    """The world that the loop speaks to; a node overrides the methods."""
+    """The loop's port to the world; a node overrides the methods."""
 
     def now(self) -> float:
         """Returns the time by which actuators answer, in seconds; it never goes back."""
         return time.monotonic()
 
     def world_now(self) -> float:
-        """Returns what time it is where actuators act, in seconds: that of ROS, in a node.
+        """Returns the time where actuators act, in seconds: that of ROS, in a node.
 
         It does not depend on the process, but where a simulator has a clock, it may begin anew.
         """
@@ -31,7 +31,7 @@ class Environment:
         """Sends an action, or with the id ``solver`` a whole plan."""
 
     def show_told(self, run: str, told: Sequence[Told]) -> None:
-        """Shows what each actuator was told to do last, with its token.
+        """Publishes the last action of each actuator, with its token.
 
         An action is shown before it is published.
 
@@ -47,7 +47,7 @@ class Environment:
         actions: Sequence[Action],
         arrivals: Sequence[Arrival] = (),
     ) -> None:
-        """Shows what is planned, from the current step on.
+        """Publishes the plan from the current step on.
 
         Args:
             step: The current step.
@@ -57,25 +57,25 @@ class Environment:
         """
 
     def show_quality(self, quality: Optional[Quality]) -> None:
-        """Shows how good that is; None if its encoding minimises nothing, or it is not known."""
+        """Publishes the plan's quality; None if unknown, or if the encoding minimises nothing."""
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
-        """Is told by the loop's thread that the plan has no action for these goals now.
+        """Called by the loop's thread when the plan has no action for these goals now.
 
         Does not wait. It may look for the reason, and tell the goals later.
         """
 
     def miss_plan(self, goals: Sequence[Goal]) -> None:
-        """Is told by the loop's thread that there is no plan for these goals, likewise."""
+        """Called by the loop's thread when there is no plan for these goals, likewise."""
 
     def finish_reasons(self) -> None:
-        """Waits for the reasons that it looks for, because the loop is about to end."""
+        """Waits for explanations under way, because the loop is about to end."""
 
     def note(self, record: Record) -> None:
         """Adds an event to the journal; may be called from any thread."""
 
     def info(self, text: str) -> None:
-        """Logs what is worth to know, for commands of one's own."""
+        """Logs information, for commands of one's own."""
 
     def warn(self, text: str) -> None:
-        """Logs what was dropped or looks wrong."""
+        """Logs a warning."""

@@ -1,4 +1,4 @@
-"""The events of the planner's program: which its encoding knows, and which are true."""
+"""The planner's external events: which its encoding declares, and which are true."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rosoclingo.loop.vocabulary import ToldVocabulary, Vocabulary
 
 @dataclass
 class ExternalsState:
-    """What of :class:`PlannerExternals` is saved.
+    """Saved state of :class:`PlannerExternals`.
 
     Attributes:
         grounded: The steps that are grounded; none before the planner is initialised.
@@ -33,9 +33,9 @@ class ExternalsState:
 
 
 class PlannerExternals(ExternalsState):
-    """What is known of the planner's externals, and what was done to them.
+    """Sets the planner's externals, and tracks which are grounded, true, or to be released.
 
-    Only the loop's thread uses it, or who asks whether its search is to stop.
+    Used by the loop's thread, and by the callback that polls whether its search is to stop.
     """
 
     def __init__(self, planner: Planner) -> None:
@@ -46,11 +46,11 @@ class PlannerExternals(ExternalsState):
         self._seen = 0  # how many steps were grounded then
 
     def begin(self, slots: Sequence[str]) -> None:
-        """Takes note that the planner is initialised, and has these ids for goals."""
+        """Resets the externals when the planner is initialised with these slots."""
         self.restore(ExternalsState({0}), slots)
 
     def restore(self, saved: ExternalsState, slots: Sequence[str]) -> None:
-        """Takes over what was known in a run that was interrupted.
+        """Restores the externals of a run that was interrupted.
 
         Args:
             saved: What was known; of the same planner, which is restored already.
@@ -87,7 +87,7 @@ class PlannerExternals(ExternalsState):
         return self._vocabulary.knows(pairs, len(self.grounded))
 
     def is_sure(self, pairs: Sequence[Pair]) -> bool:
-        """Whether the planner need not be asked whether it knows one of some events."""
+        """Whether :meth:`knows` is certain of some events without a request to the planner."""
         return self._vocabulary.is_sure(pairs, len(self.grounded))
 
     def was_asked(self, source: str, content: str) -> bool:
@@ -126,17 +126,17 @@ class PlannerExternals(ExternalsState):
 
     @property
     def true(self) -> List[str]:
-        """Which events are true, ordered by step."""
+        """The true events, ordered by step."""
         return sorted(self._true, key=lambda atom: (last_number(atom) or 0, atom))
 
     @property
     def saved(self) -> List[str]:
-        """Which events are true that say what held in the beginning."""
+        """The true events that say what held in the beginning."""
         return sorted(atom for atom in self._true if atom.startswith(SAVE))
 
     @property
     def kept(self) -> List[str]:
-        """Which externals that are no events the mode has made true."""
+        """The externals that the mode has made true and that are no events."""
         return sorted(self._kept)
 
     def make_true(self, atoms: List[str], *, from_outside: bool = False) -> List[Tuple[str, str]]:
@@ -172,7 +172,7 @@ class PlannerExternals(ExternalsState):
         return missing
 
     def from_outside(self) -> List[str]:
-        """Returns those of the told events that may be taken back, in order."""
+        """Returns the told events that may be made false again, in order."""
         return [atom for atom, from_outside in self.told.items() if from_outside]
 
     def take_back(self, atom: str) -> None:
@@ -182,7 +182,7 @@ class PlannerExternals(ExternalsState):
         self.told.pop(atom, None)
 
     def note_assigned(self, atom: str, true: bool) -> None:
-        """Takes note of an external that the mode itself has set."""
+        """Records the value that the mode itself has given to an external."""
         noted = self._true if atom.startswith(EVENT) else self._kept
         if true:
             noted.add(atom)
@@ -190,7 +190,7 @@ class PlannerExternals(ExternalsState):
             noted.discard(atom)
 
     def reset(self, fluents: Iterable[str]) -> bool:
-        """Makes fluents the initial ones, and forgets what happened.
+        """Resets: makes fluents the initial ones, and forgets all other events.
 
         Returns:
             Whether the planner knows any of them now.
@@ -211,7 +211,7 @@ class PlannerExternals(ExternalsState):
         return bool(true)
 
     def _restart(self, saved: Sequence[str]) -> None:
-        """Has the planner begin again with what is saved: facts cannot be taken back."""
+        """Re-initialises the planner with saved events, because facts cannot be retracted."""
         self._planner.begin(saved)
         self._planner.ground_steps(sorted(self.grounded - {0}))
         self._planner.assign(self.kept, Truth.TRUE)

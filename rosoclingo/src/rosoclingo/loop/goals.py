@@ -14,7 +14,7 @@ from rosoclingo.loop.snapshot import take_over
 
 
 class Stage(enum.Enum):
-    """How far a goal is, as actionlib sees it."""
+    """A goal's progress in the terms of actionlib."""
 
     PENDING = "pending"
     ACTIVE = "active"
@@ -22,7 +22,7 @@ class Stage(enum.Enum):
 
 
 class GoalClient:
-    """Who has sent a goal, and learns what becomes of it; subclasses override the methods."""
+    """Callbacks to the client that has sent a goal; subclasses override the methods."""
 
     def noted(self, goal: Goal, word: str, reason: str) -> None:
         """The status has changed; does not wait, nor use the goal's methods."""
@@ -38,13 +38,13 @@ class GoalClient:
 
     @property
     def address(self) -> str:
-        """By what it is found again after this process has died."""
+        """The address by which another process finds the client after a crash; empty for none."""
         return ""
 
 
 @dataclass(eq=False)
 class GoalState:
-    """What of a :class:`Goal` is saved.
+    """Saved state of a :class:`Goal`.
 
     Attributes:
         id: What the client calls it.
@@ -76,10 +76,10 @@ class GoalState:
 
 
 class Goal(GoalState):
-    """A request, and how far it is.
+    """A request of a client, with its status.
 
-    Only the loop's thread uses it, or who asks whether its search is to stop; all may use
-    :meth:`recall`.
+    Used by the loop's thread, and by the callback that polls whether its search is to stop; any
+    thread may call :meth:`recall`.
     """
 
     def __init__(
@@ -96,11 +96,11 @@ class Goal(GoalState):
 
     @property
     def address(self) -> str:
-        """By what the client is found again after this process has died."""
+        """The address by which another process finds the client after a crash."""
         return self._client.address
 
     def reroute(self, way: Callable[[GoalClient], GoalClient]) -> None:
-        """Has what the client is told go another way; called before anything is told.
+        """Wraps the client's callbacks; called before the first of them.
 
         Args:
             way: Returns what is told in the client's place.
@@ -160,7 +160,7 @@ class Goal(GoalState):
             return True
 
     def tell(self, line: str, *, kind: str = "", again: bool = False) -> bool:
-        """Sends a line of feedback, unless it says what the last of its kind has said.
+        """Sends a line of feedback, unless it repeats the last one of its kind.
 
         Args:
             line: The line.
@@ -193,7 +193,7 @@ TERMINAL_STATUSES = STATUSES - {"accepted"}
 
 @dataclass(frozen=True)
 class GoalsSnapshot:
-    """What :class:`Goals` is restored from.
+    """Saved state of :class:`Goals`.
 
     Attributes:
         goals: The goals that have a slot, wait for one, or are spoken of elsewhere.
@@ -223,7 +223,7 @@ class Goals:
         self._waiting: Deque[Goal] = deque()
 
     def snapshot(self, others: Iterable[Goal]) -> GoalsSnapshot:
-        """Returns what is known of all goals now.
+        """Returns the state of all goals to save.
 
         Args:
             others: Goals that have come, and are not known here yet or any more.
@@ -312,7 +312,7 @@ class Goals:
         return [goal for goal in queued if goal.is_first is None]
 
     def decide(self, goal: Goal, *, is_first: bool) -> None:
-        """Takes note of whether a goal in the queue is to get a slot before others.
+        """Moves a goal forward in the queue if it is to get a slot before others.
 
         Each of the others is overtaken by as many goals as there are slots, and by no more, so
         that nobody waits for ever.

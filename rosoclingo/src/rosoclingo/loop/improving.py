@@ -1,4 +1,4 @@
-"""The search for a better plan, while there is nothing else to do."""
+"""Anytime improvement: searches for a cheaper plan while the loop is idle."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from rosoclingo.loop.state import State
 
 
 def improve(state: State) -> bool:
-    """Looks for a better plan, as long as nothing comes, if there may be one.
+    """Searches for a better plan until an input comes, if there may be one.
 
     Called while there is nothing else to do. In a replay it is done if it was done then.
 
@@ -29,13 +29,13 @@ def improve(state: State) -> bool:
 
 
 def _may_improve(state: State) -> bool:
-    """Whether somebody acts by a plan that may not be the best."""
+    """Whether a plan is being executed that may not be the best."""
     if not (state.mail.inbox.improves and state.planner.may_improve):
         return False
     return state.shows_plan and bool(state.ahead()) and state.acting.pending_actions
 
 
 def is_called(state: State) -> bool:
-    """Whether something has come that a search for a better plan has to end for."""
+    """Whether an input has come that ends a search for a better plan."""
     state.waiting.look_at_actuators()
     return state.interrupted()

@@ -1,4 +1,4 @@
-"""What comes from outside, until the loop takes it."""
+"""The inbox: a thread-safe queue of inputs, which the loop's thread takes."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ class Inbox(RecordedSearches):
 
     Attributes:
         improves: Whether a better plan is looked for while nothing comes, as long as that takes.
-        hurry: Called by the loop's thread: with true when something has come that it waited for,
-            and with false when it waits again, or takes longer than a reaction does. Others that
-            compute on this machine may rest meanwhile.
+        hurry: Callback that pauses background work on this machine: the loop's thread calls it
+            with true when an input has come that it waited for, and with false when it waits
+            again, or takes longer than a reaction does.
     """
 
     def __init__(self) -> None:
@@ -103,9 +103,9 @@ class Inbox(RecordedSearches):
         return True
 
     def look(self, function: Callable[[], None]) -> bool:
-        """Has the loop's thread call a function, as soon as it looks what has come.
+        """Schedules a callback on the loop's thread, which runs it when it polls the inbox next.
 
-        It does so between two commands, while it waits, and in a search, and never while it changes
+        It polls between two commands, while it waits, and in a search, and never while it changes
         what it knows. That is no news for the controller, and does not end a search.
 
         Args:
@@ -198,13 +198,13 @@ class Inbox(RecordedSearches):
             return list(self._items)
 
     def end(self, reason: str) -> None:
-        """Says that the loop has ended: it still takes what is there, but nothing that comes."""
+        """Closes the queue, as the loop has ended: it takes those that are there, and no others."""
         self._end_hurry()
         with self._changed:
             self._end = reason
 
     def wait(self, timeout: float) -> bool:
-        """Waits until there is something to take or to look at, or the inbox is closed.
+        """Waits until there is an item or a callback, or the inbox is closed.
 
         Args:
             timeout: Longest time to wait, in seconds.

@@ -1,4 +1,4 @@
-"""A solver whose searches begin again when somebody else has ended them."""
+"""A solver wrapper that retries searches which other clients have interrupted."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _TRIES = 1000
 
 
 class Insistent(Forwarding):
-    """A solver that may be disturbed: a new goal preempts the one before it, whosever that is."""
+    """Retries searches: a solver's newest goal preempts the one before, of whichever client."""
 
     def __init__(self, solver: Solver, name: str, warn: Callable[[str], None]) -> None:
         """Wraps a solver.
@@ -34,7 +34,7 @@ class Insistent(Forwarding):
         stopped: Optional[Callable[[], bool]] = None,
         improved: Callable[[Improvement], None] = lambda _: None,
     ) -> Outcome:
-        """Searches until there is a result or ``stopped`` says to stop, whoever else ends it.
+        """Searches until there is a result or ``stopped`` is true; retries if others interrupt it.
 
         Raises:
             OutsideError: Somebody else has ended the search again and again.

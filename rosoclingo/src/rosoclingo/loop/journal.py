@@ -1,4 +1,4 @@
-"""What the planning loop has learned and done, event by event. Needs no ROS.
+"""The journal: the events of the planning loop, and their encoding as messages. Needs no ROS.
 
 A class for each kind of event; on the wire all are a ``ROSoClingoEvent``, whose fields mean
 something else for each kind. Only :func:`encode` and :func:`decode` know how.
@@ -32,7 +32,7 @@ class Status(enum.Enum):
 
 
 class Reason(str, enum.Enum):
-    """A reason by which readers of the journal go; all others are words for people."""
+    """Machine-readable reasons in the journal; all other reasons are text for people."""
 
     SHUTDOWN = "the node is shutting down"  # the process was told to end
     RECALLED = "recalled before it had a slot"  # the goal was canceled without the planner
@@ -51,7 +51,7 @@ class Event:
 
 @dataclass(frozen=True)
 class GoalArrived(Event):
-    """A goal was taken.
+    """The loop has taken a goal from the inbox.
 
     Attributes:
         goal: That of actionlib.
@@ -69,7 +69,7 @@ class GoalArrived(Event):
 
 @dataclass(frozen=True)
 class CancelArrived(Event):
-    """A cancel request for a goal was taken; ``seconds`` as in :class:`GoalArrived`."""
+    """The loop has taken a cancel request; ``seconds`` as in :class:`GoalArrived`."""
 
     goal: str
     seconds: float = 0.0
@@ -77,7 +77,7 @@ class CancelArrived(Event):
 
 @dataclass(frozen=True)
 class MessageArrived(Event):
-    """A message was taken, as it came; ``seconds`` as in :class:`GoalArrived`."""
+    """The loop has taken a message, as it came; ``seconds`` as in :class:`GoalArrived`."""
 
     source: str
     value: str
@@ -103,9 +103,9 @@ def naming(source: str, value: str) -> str:
 
 @dataclass(frozen=True)
 class CommandDone(Event):
-    """The controller gave a command, which was carried out.
+    """A command of the controller was carried out.
 
-    What readers of the journal know of commands is here.
+    Readers of the journal find here what they need to know of commands.
 
     Attributes:
         command: The command, as clingo prints it.
@@ -164,7 +164,7 @@ class PlanFound(Event):
 
 
 class Ended(str, enum.Enum):
-    """How a search has ended whose outcome depends on how quick the machine is, by ``~patience``.
+    """How a search has ended whose outcome depends on the machine's speed, as with ``~patience``.
 
     Its value is the word on the wire.
     """
@@ -193,7 +193,7 @@ PROGRAMS_OWN = (Ended.FINISHED, Ended.LAYERED)
 
 @dataclass(frozen=True)
 class SearchEnded(Event):
-    """A search has ended whose outcome depends on time or chance, so that a replay has to know it.
+    """The outcome of a search that depends on time or chance, recorded for replays.
 
     If the planner has several threads, or with ``~patience``, those are all that have found a plan:
     what is found depends also on what the solver has learned in searches that time has ended.
@@ -227,7 +227,7 @@ class ActionPublished(Event):
 
 @dataclass(frozen=True)
 class ActionTook(Event):
-    """An action was done, and it was measured how long that took, which a replay needs to know.
+    """The measured duration of an action, recorded for replays.
 
     Attributes:
         actuator: Who has done it.
@@ -272,7 +272,7 @@ class LoopWaits(Event):
 
 @dataclass(frozen=True)
 class Explained(Event):
-    """A question was answered, which changes nothing.
+    """A question was answered, without any change to the run.
 
     Attributes:
         question: The question, such as ``goal visit(3)``.
@@ -289,9 +289,9 @@ class Explained(Event):
 
 @dataclass(frozen=True)
 class NodeResumed(Event):
-    """A node had died or was ended, and the run goes on with another one in its place.
+    """A node that had died or was ended was replaced, and the run goes on.
 
-    All that came before it holds, and nothing of it comes again.
+    All events before it hold, and none of them comes again.
 
     Attributes:
         node: What it is: :data:`LOOP`, ``controller`` or ``planner``.
@@ -339,14 +339,14 @@ class Fields(NamedTuple):
 
 @dataclass(frozen=True)
 class Unknown(Event):
-    """What this version does not know, such as a kind that a newer one has written."""
+    """An event of a kind that this version does not know, such as that of a newer one."""
 
     fields: Fields
 
 
 @dataclass(frozen=True)
 class Record:
-    """An event, and where in its plan the loop was."""
+    """A journal record: an event, with the loop's step and horizon."""
 
     event: Event
     step: int = 0
@@ -355,7 +355,7 @@ class Record:
 
 @dataclass(frozen=True)
 class NumberedRecord(Record):
-    """A record of which somebody has said already when it was, and as the how manieth.
+    """A journal record with its sequence number and timestamp.
 
     Attributes:
         number: Its number in the run, from 1.

@@ -1,4 +1,4 @@
-"""Large neighbourhood search for a cheaper plan, by assumptions of the solver's."""
+"""Large neighbourhood search for a cheaper plan, by solving under assumptions."""
 
 from __future__ import annotations
 

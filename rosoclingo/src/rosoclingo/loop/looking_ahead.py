@@ -1,4 +1,4 @@
-"""The search of several horizons in turn, where one after the other takes too long.
+"""Searches several horizons in turn, where one after the other takes too long.
 
 The plan that is found first is kept for its horizon: a mode that asks for one horizon after the
 other is told that there is none before it. So modes need not know of this.
@@ -153,6 +153,6 @@ class _Query:
 
 
 def _until(seconds: float, stopped: Callable[[], bool]) -> Callable[[], bool]:
-    """Returns what ends a search when it is told to stop, or after its time."""
+    """Returns a stop condition: the search is told to stop, or its time is over."""
     end = time.monotonic() + seconds
     return lambda: stopped() or time.monotonic() > end

@@ -1,4 +1,4 @@
-"""The controller loop: ask the controller what to do, do it to the planner, and repeat.
+"""The controller loop: asks the controller for a command, runs it on the planner, and repeats.
 
 Nothing here needs ROS: the solvers, the world outside and the commands are arguments.
 """
@@ -37,7 +37,7 @@ _OF_PLANNER |= {"assign_external", "assign_externals"}
 
 @dataclass(frozen=True)
 class LoopSnapshot:
-    """What a :class:`Loop` is restored from.
+    """Saved state of a :class:`Loop`.
 
     Attributes:
         controller: What the controller keeps, as it says it.
@@ -49,7 +49,7 @@ class LoopSnapshot:
 
 
 class Loop:
-    """Runs a mode. One thread calls it; the inbox may be filled from any.
+    """The loop that runs a mode. One thread calls it; any thread may fill the inbox.
 
     Attributes:
         state: What is known; its goals may be looked at from other threads.
@@ -69,7 +69,7 @@ class Loop:
         one_by_one_seconds: float = 0.0,
         seed_planner: str = NONE,
     ) -> None:
-        """Prepares a loop that asks nobody yet.
+        """Prepares a loop; :meth:`run` begins to ask its controller.
 
         Args:
             controller: Says what to do next.
@@ -212,10 +212,10 @@ class Loop:
             self._controller.look_ahead(ahead)  # while the robots act, who wait for nothing else
 
     def _let_out(self) -> None:
-        """Lets out what a command has said; it has left already, unless a subclass holds it."""
+        """Hook of subclasses that hold a command's effects: releases them."""
 
     def _guess(self, command: clingo.Symbol, info: Info) -> Info:
-        """Returns what the controller probably learns after a command."""
+        """Predicts the controller's infos after a command."""
         probable: Dict[str, Any] = {"result": None, "horizon": None, "ahead": None}
         is_term = command.type is clingo.SymbolType.Function
         name, arguments = (command.name, command.arguments) if is_term else ("", [])
@@ -269,7 +269,7 @@ class Loop:
             diagnosis.recover(self.state, err)
 
     def end(self, reason: str, *, from_outside: bool = False) -> None:
-        """Aborts the open goals and has those that are still to come rejected.
+        """Aborts the open goals, and rejects those that are still to come.
 
         Args:
             reason: Why the loop ends.

@@ -1,4 +1,4 @@
-"""What has come from outside, and waits for the planner."""
+"""Inputs that the loop has taken from the inbox, until the planner is told of them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LOG_SECONDS = 1.0
 
 @dataclass
 class MailState:
-    """What :class:`Mail` itself has to be saved.
+    """Saved state of :class:`Mail` itself.
 
     Attributes:
         dynamic: Whether the mode takes messages and goals.
@@ -53,7 +53,7 @@ class MailState:
 
 @dataclass(frozen=True)
 class MailSnapshot:
-    """What :class:`Mail` is restored from; goals are given by their ids.
+    """Saved state of :class:`Mail` with its actuators; goals are given by their ids.
 
     Attributes:
         cancels: Goals that are to be cancelled.
@@ -68,9 +68,9 @@ class MailSnapshot:
 
 
 class Mail(MailState):
-    """Messages, goals and cancel requests until ``assign_messages``.
+    """Buffers messages, goals and cancel requests until ``assign_messages``.
 
-    Only the loop's thread uses it, or who asks whether its search is to stop.
+    Used by the loop's thread, and by the callback that polls whether its search is to stop.
 
     What the planner does not know, or what is rosoclingo's own, is dropped as soon as it comes, so
     that the controller never hears of it. That can be told once there is a step after step 0, since
@@ -98,7 +98,7 @@ class Mail(MailState):
         note: Callable[[journal.Event], None],
         answered: Callable[[str, str], None],
     ) -> None:
-        """Begins with nothing.
+        """Makes an empty buffer.
 
         Args:
             inbox: Where everything comes in.
@@ -132,7 +132,7 @@ class Mail(MailState):
         self._logged = self._not_logged = 0
 
     def snapshot(self) -> MailSnapshot:
-        """Returns what has come and is not told yet, and who acts."""
+        """Returns the state to save: untold inputs, and the acting actuators."""
         return MailSnapshot(
             self,
             tuple(goal.id for goal in self.cancels),
@@ -141,7 +141,7 @@ class Mail(MailState):
         )
 
     def restore(self, saved: MailSnapshot, goals: Dict[str, Goal]) -> None:
-        """Takes over what had come in a run that was interrupted.
+        """Restores the inputs of a run that was interrupted.
 
         Args:
             saved: What had come.
@@ -154,7 +154,7 @@ class Mail(MailState):
 
     @property
     def goals_spoken_of(self) -> List[Goal]:
-        """The goals that are to be cancelled, or that nobody can judge yet."""
+        """The goals that are to be cancelled, and those of inputs that are held back."""
         held = [item.goal if isinstance(item, Cancel) else item for item in self._held]
         return [*self.cancels, *(item for item in held if isinstance(item, Goal))]
 
@@ -167,13 +167,13 @@ class Mail(MailState):
         return has_come or self._acting.leaves_some_busy
 
     def tell(self) -> bool:
-        """Returns :attr:`new_messages` for the controller, and remembers what it knows of now."""
+        """Returns :attr:`new_messages` for the controller, which knows of all news from then on."""
         self._news = 0
         return self.new_messages
 
     @property
     def has_news(self) -> bool:
-        """Whether something has come that the controller has not been told of."""
+        """Whether an input has come of which the controller has not been told."""
         return self._news > 0
 
     # When it is taken.
@@ -185,7 +185,7 @@ class Mail(MailState):
         self._told_at = now
 
     def end_attempt(self, *, acts: bool = False) -> None:
-        """Ends the attempt: the loop waits, or somebody acts, so inputs are taken at once."""
+        """Ends the attempt, as the loop waits or acts: inputs are taken at once again."""
         self._backoff.reset()
         if acts:
             self._pace.reset()
@@ -222,7 +222,7 @@ class Mail(MailState):
     # What comes in.
 
     def begin(self, *, keep: bool = False) -> None:
-        """The planner is initialised, and knows nothing yet.
+        """Resets the buffer when the planner is initialised.
 
         Args:
             keep: Whether what has come and was not told yet is still to be told.
@@ -253,19 +253,19 @@ class Mail(MailState):
         self.inbox.begin_decision(self._waits)
 
     def begin_command(self) -> None:
-        """A command that was decided is about to be carried out."""
+        """Called before a command is carried out."""
         self.inbox.begin_command(self._waits)
         self._command_began = time.perf_counter()
 
     def begin_end(self) -> None:
-        """The loop is about to end, and to take for the last time what has come."""
+        """Called before the loop ends and takes inputs for the last time."""
         self.inbox.begin_end(self._waits)
 
     def _waits(self) -> None:
         self._note(journal.LoopWaits(for_a_replay=True))
 
     def take(self, *, may_ask: bool = False) -> None:
-        """Takes what has come, and drops what is wrong.
+        """Takes inputs from the inbox, and drops invalid ones.
 
         Args:
             may_ask: Whether the planner may be asked now whether it knows something; else what is
@@ -442,7 +442,7 @@ class Mail(MailState):
         )
 
     def _hold(self, item: Taken, pairs: List[Pair], may_ask: bool) -> bool:
-        """Keeps an item for later if nobody can say whether the planner knows one of the pairs."""
+        """Keeps an item for later if it is not known yet whether the planner declares its pairs."""
         externals = self._externals
         may_be_own = isinstance(item, Message) and pairs[0][1] == BUSY
         if (externals.knows(pairs) and not may_be_own) or externals.is_sure(pairs):
@@ -459,7 +459,7 @@ class Mail(MailState):
     # What the commands do.
 
     def note_goals(self) -> None:
-        """Takes note that goals wait for which there is a slot."""
+        """Notes that a waiting goal can get a slot."""
         self.new_goals = True
 
     def take_cancels(self) -> List[Goal]:
@@ -503,7 +503,7 @@ class Mail(MailState):
             self._sum_up_dropped()
 
     def _sum_up_dropped(self) -> None:
-        """Logs how many messages were dropped besides those that were logged."""
+        """Logs the number of dropped messages that were not logged one by one."""
         if self._not_logged:
             self._environment.warn(f"dropped {self._not_logged} more messages like these")
             self._not_logged = 0
@@ -517,7 +517,7 @@ class Mail(MailState):
 
 
 def _arrival(item: Taken, seconds: float) -> journal.Event:
-    """Returns what the journal says of something that has come."""
+    """Returns the journal's event for an input."""
     if isinstance(item, Message):
         return journal.MessageArrived(item.id, item.value, seconds)
     if isinstance(item, Cancel):

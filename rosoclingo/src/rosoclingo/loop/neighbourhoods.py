@@ -30,12 +30,12 @@ _LAST = 0.7  # of the groups are found from the one before
 
 
 def says_choices(symbols: Sequence[str]) -> bool:
-    """Returns whether an answer set says what its choices are."""
+    """Returns whether an answer set shows its choices, by terms ``keep(A,G,X)``."""
     return any(text.startswith(_KEEP) for text in symbols)
 
 
 def is_restricted(symbols: Sequence[str]) -> bool:
-    """Returns whether there may be better plans than those that can be found."""
+    """Returns whether the encoding's restrictions may exclude better plans."""
     return _RESTRICTED in symbols
 
 
@@ -53,7 +53,7 @@ class Neighbourhood:
         close: Sequence[Tuple[str, str]],
         critical: AbstractSet[str] = frozenset(),
     ) -> None:
-        """Takes what a plan says.
+        """Makes the neighbourhoods of a plan.
 
         Args:
             choices: Choices with their groups, and what those are beside.
@@ -82,7 +82,7 @@ class Neighbourhood:
         return cls(choices, close, critical) if choices else None
 
     def assumptions(self, free: AbstractSet[str]) -> List[Assumption]:
-        """Returns what is assumed if some groups are free."""
+        """Returns the assumptions that fix all groups but the free ones."""
         return [
             Assumption(choice, True) for choice, group in self._choices.items() if group not in free
         ]
@@ -160,5 +160,5 @@ class Neighbourhoods:
         ]
 
     def grow(self) -> None:
-        """All of a size were tried in vain."""
+        """Grows the neighbourhoods, as all of a size were tried in vain."""
         self.size = int(self.size * _GROWTH)

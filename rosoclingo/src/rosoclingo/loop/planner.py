@@ -1,4 +1,4 @@
-"""The solver of the planner's encoding, with what the commands need of it."""
+"""The planner: grounds steps, searches for plans, and keeps the plan that stands."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _FIRST = 0.03
 
 @dataclasses.dataclass(frozen=True)
 class KeptPlan:
-    """A plan that stands until something is told, for horizons from one on."""
+    """A cached plan: answers searches from its horizon on, until the planner is told something."""
 
     outcome: wire.Outcome
     horizon: int
@@ -47,7 +47,7 @@ class KeptPlan:
 
 @dataclasses.dataclass
 class PlannerState:
-    """What of :class:`Planner` is saved.
+    """Saved state of :class:`Planner`.
 
     Attributes:
         demand: What its encoding is told by grounding, and asks for.
@@ -75,7 +75,7 @@ class PlannerState:
 
 
 class Planner(PlannerState):
-    """The planner's solver, with what the commands need of it.
+    """The planner's solver, with the operations that commands need: grounding, search, improvement.
 
     Attributes:
         is_awaited: Whether no better plan is looked for while robots act.
@@ -123,7 +123,7 @@ class Planner(PlannerState):
 
     @property
     def events_are_facts(self) -> bool:
-        """Whether an event that was made true stays so."""
+        """Whether an event that was made true cannot be made false again."""
         return self._is_translated or self.demand.tells
 
     @property
@@ -185,7 +185,7 @@ class Planner(PlannerState):
             self.demand.add_steps(steps)
 
     def _ground_missing(self, steps: Iterable[int]) -> List[wire.Command]:
-        """Returns what grounds steps, but for those that were grounded ahead."""
+        """Returns the commands that ground steps, without those that were grounded ahead."""
         steps = list(steps)
         missing = [step for step in steps if step not in self._ahead]
         self._ahead.difference_update(steps)
@@ -221,7 +221,7 @@ class Planner(PlannerState):
         self.run(*old, *grounding, wire.AssignExternal(query(horizon), wire.Truth.TRUE))
 
     def run(self, *commands: wire.Command) -> wire.Reply:
-        """Runs commands, after what is still to be told.
+        """Runs commands, after those that are queued.
 
         Raises:
             PlannerError: A command failed.
@@ -246,7 +246,7 @@ class Planner(PlannerState):
         return reply, missing
 
     def _forget_plan(self) -> None:
-        """Takes note that something was told by which the plan may be another one."""
+        """Invalidates the cached plan, because the planner was told something."""
         self._kept = None
         self._began = None
         self._stays_near = self._is_through = False
@@ -392,7 +392,7 @@ class Planner(PlannerState):
         self._passed += step
 
     def _take_ahead(self, ended: SearchEnded, horizon: int) -> wire.Outcome:
-        """Keeps what was found for other horizons than the one that is asked for."""
+        """Keeps the results for other horizons than the one that is asked for."""
         if ended.how is Ended.AHEAD_CALLED:
             return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
         outcome = wire.Outcome(wire.Result.UNSAT)
@@ -484,7 +484,7 @@ class Planner(PlannerState):
         return wire.Outcome(wire.Result.SAT, not is_best, ended.symbols)
 
     def _still_parts(self, last: int) -> List[wire.Command]:
-        """Returns what lets actions be forbidden in each step up to a last one."""
+        """Returns the parts by which actions can be forbidden in each step up to a last one."""
         steps = range(self._still + 1, last + 1)
         first = [STILL] if steps and not self._still else []
         self._still = max(self._still, last)
@@ -566,7 +566,7 @@ class Planner(PlannerState):
         return [(atom, f"there is no external event({','.join(pairs[atom])})") for atom in missing]
 
     def make_true_later(self, atoms: Sequence[str]) -> None:
-        """Has externals that there are made true before the planner is asked for anything."""
+        """Queues externals that exist, to be made true before the planner's next request."""
         if atoms:
             self._later += atoms
             self._forget_plan()

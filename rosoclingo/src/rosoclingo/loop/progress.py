@@ -1,4 +1,4 @@
-"""How far a run is: the plan, the step, and what was published."""
+"""Progress of a run: its plan, current step and published actions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rosoclingo.loop.atoms import SAVE, Action, Plan
 
 @dataclass
 class Progress:
-    """How far a run is: what of :class:`.State` itself is saved.
+    """Progress of a run: the saved fields of :class:`.State` itself.
 
     Attributes:
         plan: The last plan found.
@@ -45,7 +45,7 @@ class Progress:
     _warned: Set[str] = field(default_factory=set)  # the kinds of what is said once
 
     def begin_with(self, events: List[str]) -> None:
-        """Takes note of the events that the planner is to begin with when it begins again."""
+        """Sets the events with which the planner begins when it is re-initialised."""
         self._again = events
 
     def saved(self) -> List[str]:
@@ -58,7 +58,7 @@ class Progress:
         return again
 
     def begin_steps(self) -> None:
-        """Takes note that the planner is initialised: nothing has happened yet."""
+        """Resets the steps and the plan when the planner is initialised."""
         self.step = self.horizon = 0
         self.plan, self.shows_plan = Plan(), False
         self.planned, self.failures = -1, 0
@@ -67,7 +67,7 @@ class Progress:
         self.held.clear()
 
     def forget_steps(self) -> None:
-        """Takes note of a reset: the current step is step 0, and those of the plan are others."""
+        """Applies a reset: the current step becomes step 0, and the plan's steps are outdated."""
         self._published.clear()
         self.held.clear()
         self.step = 0
@@ -90,7 +90,7 @@ class Progress:
 
     @property
     def published(self) -> AbstractSet[Action]:
-        """Which actions were published since the last reset."""
+        """The actions that were published since the last reset."""
         return self._published
 
     def is_published(self, action: Action) -> bool:
@@ -102,7 +102,7 @@ class Progress:
         self._published.add(action)
 
     def has_warned(self, kind: str) -> bool:
-        """Whether a warning of a kind was logged, which is said once."""
+        """Whether a warning of a kind was logged, so that it is not logged again."""
         return kind in self._warned
 
     def note_warned(self, kind: str) -> None:

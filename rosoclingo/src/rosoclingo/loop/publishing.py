@@ -1,4 +1,4 @@
-"""How actions of the plan are published."""
+"""Publishes actions of the plan with their tokens, and aborts actions of busy actuators."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rosoclingo.loop.words import ABORT, BUSY
 
 
 def split(state: State, actions: Sequence[Action]) -> Tuple[List[Action], List[Action]]:
-    """Returns which actions are new, and which repeat what busy actuators do.
+    """Splits actions into new ones, and those that repeat what busy actuators do.
 
     Raises:
         PlannerError: A busy actuator has another one.
@@ -32,7 +32,7 @@ def split(state: State, actions: Sequence[Action]) -> Tuple[List[Action], List[A
 
 
 def publish(state: State, actions: Sequence[Action]) -> None:
-    """Gives actions their tokens and sends them; their actuators are to answer."""
+    """Gives actions their tokens and sends them; from then on their actuators owe answers."""
     for action in actions:
         state.tokens.begin(action)
     if actions:
@@ -46,7 +46,7 @@ def publish(state: State, actions: Sequence[Action]) -> None:
 
 
 def publish_abort(state: State, actuator: str) -> None:
-    """Tells an actuator to end what it does, once in a step; nobody answers that."""
+    """Tells an actuator to abort its action, once in a step; nobody answers that."""
     abort = Action(actuator, ABORT, state.step)
     if not state.is_published(abort) and not state.tokens.is_aborted(actuator):
         state.note_published(abort)

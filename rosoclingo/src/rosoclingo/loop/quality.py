@@ -1,4 +1,4 @@
-"""What is known of how good a plan is.
+"""A plan's cost, and the lower bound of all plans.
 
 >>> quality = Quality((3, 17), (3, 12))
 >>> quality.is_best, str(quality)
@@ -15,7 +15,7 @@ from typing import Any, Dict, Tuple
 
 @dataclass(frozen=True)
 class Quality:
-    """How good a plan is, as its encoding counts it. Immutable.
+    """A plan's cost and the proven lower bound, as its encoding minimises it. Immutable.
 
     Attributes:
         cost: What it costs: one number for each priority, the highest one first.
@@ -31,16 +31,16 @@ class Quality:
         return self.cost == self.bound
 
     def as_json(self) -> Dict[str, Any]:
-        """Returns what ``~plan_quality`` says."""
+        """Returns the content of ``~plan_quality``."""
         return {"cost": list(self.cost), "bound": list(self.bound), "optimal": self.is_best}
 
     def __str__(self) -> str:
-        """Returns what :meth:`read` reads."""
+        """Encodes it as text, for :meth:`read`."""
         return "/".join(" ".join(map(str, numbers)) for numbers in (self.cost, self.bound))
 
     @classmethod
     def read(cls, text: str) -> Quality:
-        """Reads what :meth:`__str__` has written.
+        """Decodes the text of :meth:`__str__`.
 
         Raises:
             ValueError: It is something else.

@@ -1,4 +1,4 @@
-"""What a replay knows of searches before they begin."""
+"""Recorded outcomes of searches, which a replay takes instead of searching."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from rosoclingo.loop.journal import Ended, SearchEnded
 
 
 class RecordedSearches:
-    """How searches end that depend on time; this one knows of none, as in a run that is new.
+    """Recorded outcomes of time-dependent searches; this class has none, as a new run.
 
-    A replay's inbox knows them. Thread-safe.
+    A replay's inbox has them. Thread-safe.
     """
 
     @property
     def knows_searches(self) -> bool:
-        """Whether it knows all of them, so that time ends none."""
+        """Whether all such outcomes are recorded, so that time ends no search."""
         return False
 
     def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
@@ -31,7 +31,7 @@ class RecordedSearches:
         return None
 
     def is_search_due(self, *, improves: bool) -> bool:
-        """Whether there is one before the next decision; removes nothing.
+        """Whether an outcome is recorded before the next decision; removes nothing.
 
         Args:
             improves: Whether the next one is to be for a better plan, or for a plan.

@@ -1,4 +1,4 @@
-"""Lets the loop of a replay take everything at the very moment at which it was taken when recorded.
+"""Replays inputs at the very points of the loop at which they were taken in the recording.
 
 What a run does depends on when the loop takes what comes: before which decision, or in which
 command. That is up to chance while the loop is busy, so a replay would go another way now and then.
@@ -20,7 +20,7 @@ from rosoclingo.loop.journal import encode as encode_event
 
 
 class Phase(enum.IntEnum):
-    """When something was taken, seen from a decision of the controller."""
+    """When an input is taken, relative to a decision of the controller."""
 
     BEFORE = 0  # the decision
     DURING = 1  # the command that was decided, which does not begin before it has come
@@ -29,7 +29,7 @@ class Phase(enum.IntEnum):
 
 
 class Kind(str, enum.Enum):
-    """What is taken."""
+    """Kinds of scheduled inputs, and of other events that a replay has to repeat."""
 
     GOAL = "goal"
     CANCEL = "cancel"
@@ -45,7 +45,7 @@ Key = Tuple[Kind, str, str]
 
 
 class Due(NamedTuple):
-    """Something that was taken, and when.
+    """A scheduled input: what a replay's loop takes, and when.
 
     Attributes:
         decision: How many decisions were carried out before.
@@ -65,17 +65,17 @@ class Due(NamedTuple):
 
     @property
     def moment(self) -> Tuple[int, Phase]:
-        """When it was taken."""
+        """The point at which it is taken: the number of decisions before it, and the phase."""
         return self.decision, self.phase
 
     @property
     def key(self) -> Key:
-        """What has to have come for it."""
+        """The key of the input that has to have arrived."""
         return Kind.CANCEL if self.kind is Kind.RECALL else self.kind, self.id, self.text
 
 
 def search_text(ended: Optional[SearchEnded] = None) -> str:
-    """Returns what a :class:`Due` says of a search.
+    """Encodes the outcome of a search, as the text of a :class:`Due`.
 
     Args:
         ended: How it ends; None says that all searches which depend on time are known.
@@ -87,7 +87,7 @@ def search_text(ended: Optional[SearchEnded] = None) -> str:
 
 
 def read_search(text: str) -> SearchEnded:
-    """Reads what :func:`search_text` has written of a search.
+    """Decodes the text of :func:`search_text`.
 
     Raises:
         ValueError: It is something else.
@@ -100,7 +100,7 @@ def read_search(text: str) -> SearchEnded:
 
 
 def encode(dues: Sequence[Due]) -> str:
-    """Returns what :func:`decode` reads."""
+    """Encodes a schedule as text, for :func:`decode`."""
     return json.dumps(dues, separators=(",", ":"))
 
 
@@ -130,7 +130,7 @@ def decode(text: object) -> List[Due]:
 
 
 class ReplayInbox(Inbox):
-    """An inbox that holds back what has come until it is due, and has the loop wait for the rest.
+    """An inbox that holds each input until it is due, and has the loop wait for missing ones.
 
     Thread-safe. What it does not know of is let through.
     """
@@ -229,7 +229,7 @@ class ReplayInbox(Inbox):
 
     @property
     def knows_searches(self) -> bool:
-        """Whether it knows how searches end that depend on time; not after :meth:`open`."""
+        """Whether the outcomes of time-dependent searches are recorded; not after :meth:`open`."""
         return self._knows_searches
 
     def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
@@ -242,7 +242,7 @@ class ReplayInbox(Inbox):
             return ended
 
     def is_search_due(self, *, improves: bool) -> bool:
-        """Whether there is one before the next decision; removes nothing."""
+        """Whether an outcome is recorded before the next decision; removes nothing."""
         with self._changed:
             ended = self._next_search()
             return ended is not None and improves == (ended.how in IMPROVING)
@@ -336,7 +336,7 @@ _INPUTS = (Kind.GOAL, Kind.CANCEL, Kind.MESSAGE)
 
 
 def key_of(item: Taken) -> Key:
-    """Returns what identifies an item, whenever it comes."""
+    """Returns the key of an item, which does not depend on when it comes."""
     if isinstance(item, Message):
         return Kind.MESSAGE, item.id, item.value
     if isinstance(item, Cancel):

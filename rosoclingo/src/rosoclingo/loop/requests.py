@@ -1,4 +1,4 @@
-"""Requests to the planner's solver: in parts that it takes, and around what it does not know."""
+"""Sends commands to the planner's solver, in batches, and skips externals that do not exist."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MANY = 20  # from so many externals on, it is quicker to ask for all, than abou
 
 
 class Requests:
-    """Has a solver run commands, and remembers nothing of that. One thread makes the calls."""
+    """Sends commands to a solver; stateless. One thread makes the calls."""
 
     def __init__(self, solver: Solver) -> None:
         self._solver = solver
@@ -23,7 +23,7 @@ class Requests:
     def run(
         self, commands: Sequence[wire.Command], optional: Container[str] = ()
     ) -> Tuple[wire.Reply, List[wire.AssignExternal]]:
-        """Runs commands; a ``query(T)`` that there is not is false already.
+        """Runs commands, and skips those that make a ``query(T)`` false which does not exist.
 
         Args:
             commands: The commands.
@@ -90,7 +90,7 @@ class Requests:
         return missing
 
     def declare(self, demand: Demand, pairs: Sequence[Pair]) -> None:
-        """Asks an encoding that is told its events whether it knows them.
+        """Asks an encoding which of some told events it declares.
 
         Args:
             demand: Learns the answers, and is not asked what it knows.

@@ -1,4 +1,4 @@
-"""One search for a plan, and what follows from how it ends."""
+"""Runs one search for a plan, and takes the plan or diagnoses why there is none."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FIRST_DOUBT = 8  # searches without a plan, after which the program itself is l
 
 
 def search(state: State) -> None:
-    """Searches once for a plan; what comes from outside ends the search.
+    """Searches once for a plan; an input interrupts the search.
 
     Raises:
         PlannerError: The encoding hides what rosoclingo has to see.
@@ -42,7 +42,7 @@ def search(state: State) -> None:
 
 
 def settle(state: State, step: int) -> None:
-    """Waits for the answers in the current step, and finds out what holds after it.
+    """Waits for the answers in the current step, and asks the planner for the fluents after it.
 
     Args:
         state: What is known.

@@ -1,4 +1,4 @@
-"""How the planner's solver searches: for how long, what plans cost, and what a replay knows of it.
+"""Searches of the planner: time limits, costs, and the outcomes that a replay needs.
 
 What is found in a given time depends on how quick the machine is, and what several threads find is
 up to chance. So the outcomes of such searches are noted, and a replay takes them from there instead
@@ -209,7 +209,7 @@ class Searching:
         return False if outcome.result is wire.Result.UNSAT else None
 
     def _look_for_better(self, stopped: Callable[[], bool]) -> SearchEnded:
-        """Finds out what the plan costs now, and looks for one that costs less."""
+        """Computes the plan's current cost, and searches for a cheaper plan."""
         found: List[wire.Improvement] = []
         if self._demand.has_layers and not self._keep_layers():
             return SearchEnded(Ended.NOTHING)
@@ -234,7 +234,7 @@ class Searching:
         return SearchEnded(Ended.BETTER, symbols, Quality(better, bound))
 
     def _keep_layers(self) -> bool:
-        """Takes as many layers as what is left of the plan has, if there is anything left."""
+        """Sets the layers to those that the rest of the plan has, if there is any."""
         wanted = self._layers.wanted(self._solver.solve().symbols)
         if wanted is None or not wanted.before:
             return False
@@ -246,13 +246,13 @@ class Searching:
         return wire.Assumption(f"{_AS_BEFORE}({self._demand.searches})", True)
 
     def _be_called(self, number: int, *, is_recorded: bool = False) -> wire.Outcome:
-        """Takes note that something has interrupted a search, which has its number."""
+        """Records that an input has interrupted a search, and returns that outcome."""
         if is_recorded or (self._demand and self._depends_on_time()):
             self._note(SearchEnded(Ended.CALLED, round=number))
         return wire.Outcome(wire.Result.UNKNOWN, interrupted=True)
 
     def _depends_on_time(self) -> bool:
-        """Returns whether it depends on time, or on chance, what is found; asked after a search."""
+        """Returns whether the last search's result depends on time or chance."""
         return bool(self._patience or self._demand.has_layers or self._varies())
 
     def _solve(
@@ -289,7 +289,7 @@ class Searching:
     def _solve_in_time(
         self, stopped: Callable[[], bool], *, compares: bool, best: Optional[Incumbent]
     ) -> Tuple[wire.Outcome, Optional[Quality]]:
-        """Does what :meth:`_solve` says; with an answer set, ``interrupted`` is by the time."""
+        """Does the work of :meth:`_solve` within its time, after which ``interrupted`` is set."""
         found: List[wire.Improvement] = []
         limit = self._patience if not self._recorded.knows_searches else 0.0
         begin = time.monotonic()
@@ -347,14 +347,14 @@ class Searching:
         found: Sequence[wire.Improvement],
         before: Optional[Incumbent] = None,
     ) -> Optional[Incumbent]:
-        """Returns the better one of what a search has found and of what was found before."""
+        """Returns the better plan of the one that a search has found and the incumbent."""
         cost = self.cost(outcome, found)
         if not found or (before is not None and not (cost and cost < before.cost)):
             return before
         return Incumbent(cost, outcome.symbols or found[-1].symbols)
 
     def cost(self, outcome: wire.Outcome, found: Sequence[wire.Improvement]) -> Tuple[int, ...]:
-        """Returns what the last answer set of a search costs; nothing if that is not known."""
+        """Returns the cost of a search's last answer set; empty if unknown."""
         if found and (found[-1].symbols == outcome.symbols or not outcome.symbols):
             return found[-1].cost
         # Over ROS, the result may be here before the costs. Who does not minimise is not asked.
@@ -362,7 +362,7 @@ class Searching:
         return self._numbers("costs") if is_known and outcome.symbols else ()
 
     def _bound(self) -> Tuple[int, ...]:
-        """Returns what each answer set of the last search costs at least, if that is known."""
+        """Returns the lower bound that the last search has proven, if it is known."""
         return self._numbers("lower")
 
     def _numbers(self, name: str) -> Tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""Anytime improvement of a plan beyond the shortest horizon: a shorter one is looked for meanwhile.
+"""Anytime improvement of a plan's length: looks for a shorter plan while one is executed.
 
 The horizon stays as it is, so that modes need not know of this. A shorter plan is one in which
 nobody does anything from some step on: for each step there is an external that forbids actions.
@@ -28,7 +28,7 @@ def shorten(
     horizon: int,
     stopped: Callable[[], bool],
 ) -> SearchEnded:
-    """Looks for a plan whose last action comes earlier, until there is none or it has to stop.
+    """Searches for a plan whose last action comes earlier, until there is none or it is stopped.
 
     After each success it tries to save twice as many steps. What was done up to the current step
     stays, also where the encoding is not told of it.

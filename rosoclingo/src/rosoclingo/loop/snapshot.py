@@ -1,7 +1,7 @@
 """Snapshots as text: dataclasses of texts, numbers, enums, collections and one another.
 
-A part of the loop that is saved has a dataclass with that of its attributes from which it is
-restored: that is the part itself, or a base class of it.
+The saved state of each part of the loop is a dataclass from which the part is restored:
+the part itself, or a base class of it.
 
 >>> @dataclasses.dataclass
 ... class Point:
@@ -33,7 +33,7 @@ def encode(snapshot: Any) -> str:
 
 
 def take_over(part: Any, saved: Any) -> None:
-    """Sets those attributes of a part that were saved.
+    """Restores the saved attributes of a part.
 
     Args:
         part: The part.
@@ -44,7 +44,7 @@ def take_over(part: Any, saved: Any) -> None:
 
 
 def plain(value: Any) -> Any:
-    """Returns what JSON can write: a dictionary is a list of its items, and a set is sorted."""
+    """Converts a value for JSON: a dictionary to a list of its items, a set to a sorted list."""
     kind: Any = type(value)
     if kind in _ATOMS:
         return value
@@ -92,7 +92,7 @@ def remade(kind: Type[T], value: Any) -> T:
 
 
 def _decode(kind: Any, value: Any, place: str) -> Any:
-    """Returns a value of a type, made of what JSON has made of it."""
+    """Converts a value of JSON back to one of a type."""
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         hints = get_type_hints(kind)
         names = [field.name for field in dataclasses.fields(kind)]

@@ -1,4 +1,4 @@
-"""What the loop needs of a solver.
+"""The loop's port to a solver, and a base class of wrappers.
 
 :class:`rosclingo.ros.client.Client` is one over ROS, and
 :class:`rosclingo.solver.engine.Engine` one in process.
@@ -30,7 +30,7 @@ class Solver(Protocol):
 
 
 class Forwarding:
-    """A solver that hands all on to another; subclasses change some of it."""
+    """Base class of wrappers: delegates every call to another solver."""
 
     def __init__(self, solver: Solver) -> None:
         self._solver = solver

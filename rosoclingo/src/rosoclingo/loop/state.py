@@ -1,4 +1,4 @@
-"""What rosoclingo knows between two commands, and what it does for them."""
+"""The state of a run between two commands, and the operations of commands on it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rosoclingo.loop.waiting import Waiting
 
 @dataclass(frozen=True)
 class StateSnapshot:
-    """What a :class:`State` is restored from.
+    """Saved state of a :class:`State`.
 
     Attributes:
         reminded: Whether the controller has been told that goals wait for the next step.
@@ -43,9 +43,9 @@ class StateSnapshot:
 
 
 class State(Progress):
-    """The system's state.
+    """The state of a run, with the operations of commands on it.
 
-    Only the loop's thread uses it, or who asks whether its search is to stop.
+    Used by the loop's thread, and by the callback that polls whether its search is to stop.
 
     Attributes:
         planner: The planner.
@@ -134,7 +134,7 @@ class State(Progress):
         )
 
     def snapshot(self) -> StateSnapshot:
-        """Returns what is known, which is to be encoded before the next decision."""
+        """Returns the state to save, which is to be encoded before the next decision."""
         return StateSnapshot(
             self,
             self.planner,
@@ -199,7 +199,7 @@ class State(Progress):
     # What comes from outside.
 
     def interrupted(self) -> bool:
-        """Whether a search has to end because of what has come; says now and then that it runs."""
+        """Whether an input has to end the search; gives feedback now and then that it runs."""
         self.waiting.tell_progress(self.horizon)
         self.mail.take()  # the planner cannot be asked
         self.mail.tell_waiting()
@@ -248,7 +248,7 @@ class State(Progress):
         self._tell_busy(step)
 
     def assign_answers(self, step: int) -> None:
-        """Makes the events of all messages true, and says who is busy: the step is over."""
+        """Ends the step: makes the events of all messages true, and says who is busy."""
         self._assign_pending_messages(step)
         self._tell_busy(step)
 
@@ -286,25 +286,25 @@ class State(Progress):
         return [*busy, *(event("info", "passed", past) for past in gone if tells)]
 
     def free_slots(self) -> None:
-        """Has goals that have ended give up their slots, as a step begins."""
+        """Frees the slots of ended goals, as a step begins."""
         self.waiting.reminded = False
         self.goals.free_slots()
         if self.goals.waiting and self.goals.has_free_slot():
             self.mail.note_goals()
 
     def show_told(self) -> None:
-        """Shows what each actuator was told last, if that or its answer is new."""
+        """Publishes the last action of each actuator, if it or its answer is new."""
         if self.tokens.changed:
             self.tokens.changed = False
             self.environment.show_told(self.tokens.run, self.tokens.told)
 
     def _correct_arrivals(self) -> None:
-        """Tells clients what takes longer than they were told, and shows it."""
+        """Tells clients of new delays, and publishes the plan with them."""
         if self.timing.correct():
             self.show_plan()
 
     def show_plan(self) -> None:
-        """Shows what is planned from the current step on, if that is new."""
+        """Publishes the plan from the current step on, if it is new."""
         quality = self.planner.quality if self.shows_plan else None
         slots = [goal.slot or "" for goal in self.goals.open] if self.shows_plan else []
         told = self.arrivals.told

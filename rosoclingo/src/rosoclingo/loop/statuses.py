@@ -1,4 +1,4 @@
-"""Sets the statuses of goals: no goal ends before the robot has done what that rests on.
+"""Sets the statuses of goals: none ends before the actions that its end depends on.
 
 The plan says ``status(ID,S,T)``, and the mode says by ``status_update(T)`` that step T's are to be
 set. A mode may do so before the actions of the step are published, and an action may fail. So

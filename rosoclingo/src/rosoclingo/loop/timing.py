@@ -1,4 +1,4 @@
-"""What follows from how long actions take: what clients are told, and what the planner learns."""
+"""Uses measured durations: for the arrival times of goals, and to teach the planner."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step
 class Timing:
     """Tells clients when goals will be served, and the planner how long actions take.
 
-    Only the loop's thread uses it, or who asks whether its search is to stop.
+    Used by the loop's thread, and by the callback that polls whether its search is to stop.
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class Timing:
         environment: Environment,
         note: Callable[[Event], None],
     ) -> None:
-        """Tells nobody yet.
+        """Connects arrival times and durations with the run.
 
         Args:
             arrivals: When goals will be served.
@@ -63,10 +63,10 @@ class Timing:
         self._note = note
 
     def end_action(self, actuator: str, value: str) -> None:
-        """Takes note of the answer to an action, which the planner is told later.
+        """Handles an action's answer: ends its tracking, and learns its duration from a success.
 
-        If it is a success, and the encoding has said what such actions are called, it is learned
-        how long it took; not if the clock stands still.
+        Learns only if the encoding has named the kind of the action, and not if the clock stands
+        still.
         """
         done = self._arrivals.end(actuator)
         is_aborted = self._tokens.is_aborted(actuator)
@@ -90,7 +90,7 @@ class Timing:
                 self._durations.unknown.add(kind)
 
     def tell_clients(self, moved: float = _MOVED_STEP_SECONDS) -> None:
-        """Tells clients when their goals will be served, if that is not what they were told.
+        """Tells clients the arrival times of their goals, if these are new.
 
         That depends on the time, and nothing else depends on it.
 

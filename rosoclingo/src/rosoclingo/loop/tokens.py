@@ -1,4 +1,4 @@
-"""What each actuator was told to do last, and the token of each action. Needs no ROS.
+"""Tokens: idempotency keys of actions, by which answers are matched to them. Needs no ROS.
 
 A token is the run's id and the action's number in the run. It stays the same when the action is
 published again, so that an interface can do it once. See docs/protocol.md, section "Tokens".
@@ -34,7 +34,7 @@ Said = Tuple[str, str]
 
 @dataclass(frozen=True)
 class Told:
-    """An action that an actuator was told to do.
+    """An action that an actuator was told to do, with its token and answer.
 
     Attributes:
         number: Counts the actions of a run, from 1.
@@ -59,7 +59,7 @@ class Told:
 
 @dataclass
 class TokensState:
-    """All that is saved of :class:`Tokens`.
+    """Saved state of :class:`Tokens`.
 
     Attributes:
         run: The id of the run, which it keeps when it goes on after a restart.
@@ -79,12 +79,12 @@ class TokensState:
 
 
 class Tokens(TokensState):
-    """Gives actions their tokens, and knows which answers belong to them.
+    """Gives actions their tokens, and matches answers to actions.
 
     Only the loop's thread uses it.
 
     Attributes:
-        changed: Whether there is something that was not shown yet.
+        changed: Whether there is a change that was not published.
     """
 
     def __init__(self) -> None:
@@ -93,7 +93,7 @@ class Tokens(TokensState):
 
     @property
     def told(self) -> List[Told]:
-        """What each actuator was told last, in the order of the numbers."""
+        """The last action of each actuator, ordered by number."""
         return sorted(self.last.values(), key=lambda told: told.number)
 
     def begin(self, action: Action) -> None:
@@ -117,7 +117,7 @@ class Tokens(TokensState):
             self.owed[actuator] = told.tokened[0]
 
     def abort(self, actuator: str) -> None:
-        """Takes note that an actuator is to stop what it does."""
+        """Marks an actuator's action as aborted."""
         told = self.last.get(actuator)
         if told is not None and told.answer is None:
             self.last[actuator] = replace(told, aborted=True)
@@ -129,7 +129,7 @@ class Tokens(TokensState):
         return told is not None and told.answer is None and told.aborted
 
     def take(self, actuator: str, value: str) -> None:
-        """Takes note that what an actuator has said was taken, which is its answer if it owes one.
+        """Records a value that was taken as the answer to an actuator's action, if it owes one.
 
         Args:
             actuator: Who has said it, if it is an actuator at all.
@@ -141,7 +141,7 @@ class Tokens(TokensState):
             self.changed = True
 
     def resolve(self, items: Sequence[Item]) -> Tuple[List[Taken], List[str]]:
-        """Makes messages of answers with tokens; each answer is left once.
+        """Resolves answers with tokens to messages, and drops duplicates and misfits.
 
         Args:
             items: What has come, in order.
@@ -180,7 +180,7 @@ class Tokens(TokensState):
         self._hear(replace(told, tokened=said))
 
     def _is_news(self, message: Message, dropped: List[str]) -> bool:
-        """Whether a message is no answer that has come with its token before."""
+        """Whether a message is new, and no duplicate of an answer with a token."""
         actuator, said = _canonical(message.id), (message.sender, _canonical(message.value))
         told = self.last.get(actuator)
         if told is None:
@@ -197,14 +197,14 @@ class Tokens(TokensState):
         return is_news
 
     def _hear(self, told: Told) -> None:
-        """Keeps what was said of an action, and which node says it twice."""
+        """Records an answer, and whether its node answers with and without token."""
         self.last[told.actuator] = told
         if told.tokened is not None and told.tokened == told.plain:
             self.twofold.setdefault(told.actuator, set()).add(told.tokened[0])
 
 
 def _canonical(text: str) -> str:
-    """Returns a term as clingo prints it; what is none is dropped later, with the reason."""
+    """Returns a term as clingo prints it, and other texts unchanged: they are dropped later."""
     try:
         return canonical(text)
     except TermError:

@@ -1,4 +1,4 @@
-"""Which events the planner's encoding declares, and why it does not declare others.
+"""The events that the planner's encoding declares, and explanations of undeclared ones.
 
 >>> explain("brign(o9)", ["bring(o1)", "bring(o9)"])
 'there is no request like brign(o9); one that it knows is bring(o1); did you mean bring(o9)?'
@@ -80,7 +80,7 @@ class Vocabulary:
         return is_there if is_there or self._grounded > 1 else None
 
     def explain(self, source: str, content: str) -> str:
-        """Says why there is no such event, by comparing it with those that there are."""
+        """Explains why an event is undeclared, by comparing it with declared ones."""
         return explain(content, [pair[len(source) + 1 :] for pair in self._of(f"{source},")])
 
     def suggest(self, source: str, content: str, others: Collection[str]) -> str:
@@ -101,7 +101,7 @@ class Vocabulary:
 
 
 class ToldVocabulary:
-    """The events that an encoding knows which is told them, as far as it was asked.
+    """Cache of the events that are declared by an encoding which is told them by grounding.
 
     Its examples spare it questions: a request is unknown which has an argument that no example of
     its form has at this place. The constant ``any`` in an example stands for every term.
@@ -144,7 +144,7 @@ class ToldVocabulary:
         """Learns nothing: the encoding is asked about each pair."""
 
     def explain(self, source: str, content: str) -> str:
-        """Says why there is no such event."""
+        """Explains why an event is undeclared, by comparing it with declared ones."""
         if self._demand.examples:
             return explain(content, sorted(self._demand.examples), are_examples=True)
         declared = self._demand.declared.items()
@@ -176,7 +176,7 @@ def _fits(term: str, example: str) -> bool:
 
 
 def explain(request: str, known: Sequence[str], *, are_examples: bool = False) -> str:
-    """Says why a request is unknown, by comparing it with known ones, and what was meant.
+    """Explains why a request is unknown, by comparing it with known ones, with a suggestion.
 
     Args:
         request: The request, as clingo prints it.

@@ -1,4 +1,4 @@
-"""How the loop waits, and what it says meanwhile."""
+"""Waits for inputs and answers; meanwhile logs silent actuators, and checks the solvers."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from rosoclingo.loop.mail import Mail
 from rosoclingo.loop.words import TIMEOUT
 
 LOOK_SECONDS = 1.0
-"""How often it is seen, while waiting, whether solvers and actuators are there."""
+"""How often solvers and actuators are checked, while waiting."""
 
 _SILENT_SECONDS = 1.0  # how long the goals hear nothing while a plan is searched for
 _REMINDER_SECONDS = 30.0  # how often it is said that an actuator does not answer
 
 
 class Waiting:
-    """Waits for what comes from outside. Only the loop's thread uses it, or who asks for it.
+    """Waits for inputs. The loop's thread uses it.
 
     Attributes:
         reminded: Whether the controller has been told that goals wait for the next step.
@@ -40,7 +40,7 @@ class Waiting:
         check: Callable[[], None],
         action_timeout: float,
     ) -> None:
-        """Waits for nothing yet.
+        """Connects waiting with the run.
 
         Args:
             mail: What has come.
@@ -67,7 +67,7 @@ class Waiting:
         self._planning_since: Optional[float] = None
 
     def wait(self, step: int, improve: Callable[[], bool]) -> None:
-        """Waits for something that the controller does not know of.
+        """Waits for an input that the controller does not know of.
 
         Args:
             step: The current step.
@@ -126,7 +126,7 @@ class Waiting:
             mail.take(may_ask=True)
 
     def stop(self) -> None:
-        """Ends the wait, since there is something to do in the step: the mode hears of news."""
+        """Ends the wait, since the step has new actions: the mode hears of news."""
         self._stops = True
 
     def _is_told_to_stop(self) -> bool:
@@ -143,7 +143,7 @@ class Waiting:
         self._check()
 
     def look_at_actuators(self) -> None:
-        """Looks now and then whether those who act have answered; asks nobody."""
+        """Logs and times out silent actuators now and then; sends no request."""
         if self._environment.now() < self._look_at:
             return
         self._look_at = self._environment.now() + LOOK_SECONDS
@@ -162,7 +162,7 @@ class Waiting:
                 self._mail.inbox.put(Message(actuator, TIMEOUT))
 
     def _step_is_awaited(self, step: int) -> bool:
-        """Whether the next step has something to begin with: a slot for a goal, or an answer.
+        """Whether the next step can begin: with a free slot for a goal, or an answer.
 
         The mode is told once in each step, as of a goal that has just come. If it waits again
         nevertheless, nobody moves the step on, and goals without a slot end here.
@@ -197,7 +197,7 @@ class Waiting:
         raise ShutdownError(Reason.SHUTDOWN)
 
     def begin_planning(self) -> None:
-        """Takes note that a plan is needed; what is known may last for many searches."""
+        """Starts the clock of planning, unless it runs; planning may last for many searches."""
         if self._planning_since is None:
             self._planning_since = time.monotonic()
 
@@ -208,5 +208,5 @@ class Waiting:
             self._goals.tell(f"planning, horizon {horizon}")
 
     def end_planning(self) -> None:
-        """Takes note that there is a plan."""
+        """Stops the clock of planning, as there is a plan."""
         self._planning_since = None

@@ -1,4 +1,4 @@
-"""Ids and values on ``~in`` and ``~out`` that mean something to rosoclingo itself."""
+"""Reserved ids and values on ``~in`` and ``~out``."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ class Actuators:
     def __init__(
         self, domain: Domain, problem: Problem, names: Names, kinds: Sequence[str], default: str
     ) -> None:
-        """Takes what a user says.
+        """Finds the actuators of a problem.
 
         Args:
             domain: The domain.
@@ -58,7 +58,7 @@ class Actuators:
                                 "are numbers: give it a name")  # fmt: skip
 
     def of(self, objects: Sequence[str]) -> str:
-        """Returns the term of who does an action with these objects: the first actuator of them."""
+        """Returns the actuator of an action with these objects: the first actuator among them."""
         own = next((each for each in objects if each in self._objects), None)
         term = self._default if own is None else self._terms.term(own)
         if term not in self.names:

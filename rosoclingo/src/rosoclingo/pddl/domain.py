@@ -341,7 +341,7 @@ def _needed(conditions: Dict[str, List[Form]], begun: Sequence[Form]) -> List[Fo
 def _net(
     conditions: Sequence[Form], begun: Sequence[Form], ended: Sequence[Form]
 ) -> Tuple[List[Form], List[Form], List[Form]]:
-    """Returns what an action changes in all, what it locks, and what holds only meanwhile."""
+    """Returns an action's net effects, its locks, and its temporary effects."""
     before = {condition.text for condition in conditions}
     undone = {_contrary(literal) for literal in ended}
     net = [literal for literal in begun if literal.text not in undone]
@@ -363,7 +363,7 @@ def _net(
 
 
 def _refuse_required_concurrency(actions: Sequence[ActionSchema]) -> None:
-    """Refuses what another action needs that holds only while one lasts."""
+    """Refuses conditions that hold only while another action lasts."""
     for action in actions:
         for atom in action.brief:
             for other in actions:

@@ -74,7 +74,7 @@ class Encoder:
         self._uses = numbers.read([(name, objects) for name, *objects in words])
 
     def rules(self) -> List[str]:
-        """Returns what is said of requests and messages."""
+        """Returns the rules about requests and messages."""
         return _FACTS.strip().splitlines()
 
     def facts(self) -> List[str]:
@@ -115,7 +115,7 @@ class Encoder:
         return all(self._task.init[variable] == value for variable, value in self._task.goal)
 
     def actions(self) -> List[str]:
-        """Returns what actions need and change, action by action."""
+        """Returns the conditions and effects of actions, action by action."""
         by_name: Dict[str, List[Tuple[Operator, NumericUse]]] = {}
         for operator, use in zip(self._task.operators, self._uses):
             if use is not None and (operator.effects or use.changes_something):
@@ -153,7 +153,7 @@ class Encoder:
             yield f"occupies({who},{lock})."
 
     def _occupied(self, schema: ActionSchema, objects: Sequence[str]) -> List[str]:
-        """Returns what no other action may need while one lasts that changes it meanwhile."""
+        """Returns the facts that an action locks, because it changes them while it lasts."""
         forms = [form for form in schema.precondition.forms() if form.head in self._locks]
         atoms = [ground_atom(form, schema, objects) for form in (*forms, *schema.locks)]
         return [self._term(atom) for atom in dict.fromkeys(atoms)]

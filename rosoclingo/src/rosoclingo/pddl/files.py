@@ -24,7 +24,7 @@ _TERM = re.compile(r"_*[a-z][A-Za-z0-9_]*", re.ASCII)
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """Choices for what PDDL leaves open.
+    """Options for choices that PDDL leaves open.
 
     Attributes:
         name: What the files are called; by default as the domain.

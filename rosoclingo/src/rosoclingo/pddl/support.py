@@ -1,4 +1,4 @@
-"""Refuses what the import of PDDL does not understand, by its name, file and line."""
+"""Refuses unsupported PDDL, by its name, file and line."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _check_atom(part: Form) -> None:
 
 
 def not_understood(place: str, name: str, known: FrozenSet[str]) -> PddlError:
-    """Returns the refusal of something, with what there can be instead."""
+    """Returns the error for an unsupported construct, with alternatives."""
     return PddlError(
         f"{place}: {shorten(name)} is not understood: there can be {', '.join(sorted(known))}"
     )

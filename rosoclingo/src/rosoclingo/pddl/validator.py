@@ -174,7 +174,7 @@ def _form(part: object) -> Form:
 
 
 def _at(form: Form, moment: str) -> List[Form]:
-    """Returns what is said of a moment."""
+    """Returns the parts of a condition or effect at a moment."""
     if form.head == "and":
         return [each for part in form.parts[1:] for each in _at(_form(part), moment)]
     is_then = " ".join(part.text for part in form.parts[:2]) == moment

@@ -1,1 +1,1 @@
-"""Where the time of planning goes: times, ground instances of each statement, and advice."""
+"""Profiles planning: times, ground instances of each statement, and advice."""

@@ -1,4 +1,4 @@
-"""Says what to change in an encoding, from what was measured of it."""
+"""Advises on changes of an encoding, from measurements of it."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ class Measured:
 
     @property
     def many(self) -> str:
-        """How many they are, in words."""
+        """The number of instances, in words."""
         return f"{self.in_step:,} in a step" if self.in_step else f"{self.total:,}"
 
 
 def advise(counts: Counts, trace: Trace, look: Look) -> List[str]:
-    """Returns what can be done, that with the greatest effect first.
+    """Returns the advice, that with the greatest effect first.
 
     Args:
         counts: What was grounded.
@@ -209,7 +209,7 @@ def _growth(one: Measured, counts: Counts) -> Optional[str]:
 
 
 def _choice(one: Measured, counts: Counts) -> Optional[str]:
-    """Choices among what is mostly impossible."""
+    """Choices most of whose elements are impossible."""
     statement = one.statement
     if statement.form is not Form.CHOICE or not one.in_step:
         return None
@@ -280,7 +280,7 @@ def _atom(signature: Signature) -> str:
 
 
 def _search_advice(searches: Sequence[Search]) -> Iterator[str]:
-    """Yields what can be done about the time of searches."""
+    """Yields advice on the time of searches."""
     seconds = sum(one.seconds for one in searches)
     if seconds < _SECONDS:
         return

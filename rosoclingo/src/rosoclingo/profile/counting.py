@@ -1,4 +1,4 @@
-"""Counts what a planner's solver has grounded, by grounding it once more with markers."""
+"""Counts a planner's ground instances, by grounding once more with markers."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class CountingEngine(Engine):
         return marked
 
     def replay(self, grounding: Grounding) -> None:
-        """Grounds what another solver has grounded."""
+        """Repeats the groundings of another solver."""
         command, step = grounding.command, grounding.step
         if isinstance(command, (wire.Restart, wire.CleanupDomains)):
             self._last.clear()
@@ -146,7 +146,7 @@ class CountingEngine(Engine):
         return atoms_after(last, atoms, name, arity)
 
     def counts(self) -> Counts:
-        """Returns what was counted."""
+        """Returns the counts."""
         instances: List[Steps] = []
         for statement in self._statements:
             steps: Counter[Optional[int]] = Counter()
@@ -185,7 +185,7 @@ class CountingEngine(Engine):
 def count(
     options: Options, trace: Trace, tell: Callable[[str], None] = lambda _: None
 ) -> Tuple[Counts, CountingEngine]:
-    """Grounds what a planner's solver has grounded, and counts it.
+    """Repeats the groundings of a planner's solver, and counts the instances.
 
     Args:
         options: The solver's command line.

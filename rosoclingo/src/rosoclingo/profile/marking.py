@@ -152,7 +152,7 @@ class _Reader:
             self._mark(one)
 
     def statement(self, file: str, line: int, text: str, part: str) -> Statement:
-        """Returns what is known of it."""
+        """Returns the statement with its markers."""
         statement = self._whole
         one = next(iter(statement.unpool()), statement)
         atoms = [(self._body_atom(atom), _variables([atom])) for atom in _positive_atoms(one.body)]

@@ -1,4 +1,4 @@
-"""Measures how long a planner's solver grounds and searches, and notes what it was told."""
+"""Measures the grounding and search times of a planner's solver, and logs its commands."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ class Horizon:
 
 
 def by_horizon(trace: Trace) -> Dict[int, Horizon]:
-    """Returns what was done for each horizon, in their order."""
+    """Returns the work for each horizon, in their order."""
     found: Dict[int, Horizon] = {}
     for event in trace.events:
         number = event.horizon

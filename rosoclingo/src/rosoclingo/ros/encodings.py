@@ -1,4 +1,4 @@
-"""The planner's encoding as it was when its node was started, for a copy of the planner."""
+"""Keeps the planner's encoding as its node was started with it, for copies of the planner."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _LAST_STEP = "steps"  # the constant of a mode
 
 
 class Encodings:
-    """What the planner was started with, and up to which step the mode plans. Thread-safe.
+    """The planner's encoding, and the last step that the mode plans for. Thread-safe.
 
     The files are written to a folder of this process: they may be on another machine, or may have
     been changed.
     """
 
     def __init__(self, planner: str, controller: str = "", dialect: str = Dialect2.name) -> None:
-        """Knows nothing yet.
+        """Prepares; :meth:`listen` subscribes to the nodes.
 
         Args:
             planner: The resolved name of the node with the encoding.
@@ -50,7 +50,7 @@ class Encodings:
         self._lock = threading.Lock()  # guards the others
 
     def listen(self) -> None:
-        """Begins to listen to what the nodes say of themselves."""
+        """Subscribes to the nodes' ``~about``."""
         for node in (self._planner, self._controller):
             subscriber(f"{node}/about", String, partial(self._on_about, node))
 
@@ -58,12 +58,12 @@ class Encodings:
         self.tell(node, message.data)
 
     def tell(self, node: str, about: str) -> None:
-        """Takes what :func:`rosclingo.solver.about.about` says of a node."""
+        """Sets a node's :func:`rosclingo.solver.about.about`."""
         with self._lock:
             self._abouts[node] = about
 
     def abouts(self) -> Dict[str, str]:
-        """Returns what the nodes say of themselves, by their names; waits for it.
+        """Waits for the nodes' ``~about``, and returns them by the nodes' names.
 
         Raises:
             StoreError: One says nothing for long.

@@ -1,4 +1,4 @@
-"""What the loop says to ROS: topics and the log, and to who has sent a goal, through its action."""
+"""Sends the loop's outputs to ROS: topics, the log, and statuses of action goals."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _JOURNAL_LENGTH = 2_000  # events that late subscribers get
 
 
 class ActionClient(GoalClient):
-    """Who has sent a goal to the node's action."""
+    """The client of a goal of the node's action."""
 
     def __init__(
         self, handle: actionlib.ServerGoalHandle, note: Callable[[journal.Event], None]
@@ -67,10 +67,10 @@ class ActionClient(GoalClient):
 
 
 class RosEnvironment(Environment):
-    """Publishes to ``~out`` and logs to ROS.
+    """The loop's environment in ROS: publishes to topics and logs.
 
     Attributes:
-        questions: What answers questions; None if nothing does.
+        questions: Explains to goals why they wait; None if nothing does.
         told: The actuators that were told something.
     """
 
@@ -128,12 +128,12 @@ class RosEnvironment(Environment):
         self._quality.publish(json.dumps({} if quality is None else quality.as_json()))
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
-        """Has it found out why goals wait."""
+        """Asks for the reasons why goals wait."""
         if self.questions is not None:
             self.questions.explain_waiting(goals)
 
     def miss_plan(self, goals: Sequence[Goal]) -> None:
-        """Has it found out why there is no plan."""
+        """Asks for the reason why there is no plan."""
         if self.questions is not None:
             self.questions.explain_no_plan(goals)
 
@@ -166,7 +166,7 @@ class RosEnvironment(Environment):
 
 
 def _state(told: Told) -> int:
-    """Returns what is left to do of an action."""
+    """Returns the state of an action for ``dispatch``: to do, to abort or done."""
     if told.answer is not None:
         return int(ROSoClingoToken.ANSWERED)
     return int(ROSoClingoToken.ABORTED if told.aborted else ROSoClingoToken.PENDING)

@@ -1,4 +1,4 @@
-"""What the nodes of a running system say of themselves, for ``check.py --live``."""
+"""Collects the ``~about`` of a running system's nodes, for ``check.py --live``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SECONDS = 5.0  # until a latched message is there, if its node still is
 
 
 def look() -> Dict[str, Dict[str, Any]]:
-    """Returns what each node says on its topic ``~about``, by its name.
+    """Returns the ``~about`` of each node, by its name.
 
     Takes as long as nodes that are registered and do not answer: 5 s each.
 

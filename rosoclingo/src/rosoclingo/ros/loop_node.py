@@ -1,4 +1,4 @@
-"""The node with the loop: what comes from topics, an action at the node's own name, a service."""
+"""The node with the loop: its topics, its action, which has the node's own name, a service."""
 
 from __future__ import annotations
 

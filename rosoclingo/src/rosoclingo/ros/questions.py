@@ -63,7 +63,7 @@ class Questions:
         self._service = rospy.Service("~why", Why, self._on_request)
 
     def close(self) -> None:
-        """Gives up what is asked. Thread-safe; may be called twice."""
+        """Cancels all questions. Thread-safe; may be called twice."""
         self._closed.set()
         self._process.close()
         self._thread.shutdown(wait=False)
@@ -114,7 +114,7 @@ class Questions:
     # Called by the thread that answers.
 
     def _answer(self, question: Question, due: float) -> Reply:
-        """Answers a question about what the loop knows now."""
+        """Answers a question about the loop's current situation."""
         if time.monotonic() > due:
             text = f"other questions have taken more than {self._seconds:g} s; ask again"
             return Reply(Status.UNANSWERED, text)
@@ -139,7 +139,7 @@ class Questions:
         return self._ask(question, situations[0])
 
     def _find_reason(self, question: Question) -> None:
-        """Answers a question about what the loop knew, and has it tell its goals."""
+        """Finds the reason why goals wait or have no plan, and tells it to them."""
         with self._lock:
             situation, goals = self._wanted.pop(question)
         reply = self._ask(question, situation)
@@ -150,7 +150,7 @@ class Questions:
             rospy.loginfo("why %s: %s", question, reply.text)
 
     def _ask(self, question: Question, situation: Situation) -> Reply:
-        """Has the process answer, and adds the answer to the journal."""
+        """Forwards a question to the process, and adds the answer to the journal."""
         if self._closed.is_set():
             return CLOSED
         began = time.monotonic()

@@ -1,4 +1,4 @@
-"""What all nodes with a loop do: they open an inbox, run until the end, and say how that was."""
+"""Runs a node with a loop: opens an inbox, runs until the end, and reports how that was."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run that is stored: the node's parameters for that, and the goals that it begins with."""
+"""Sets up a node's store: its parameters, and the goals that it restores."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _TERMINAL = {
 
 
 class Storing:
-    """A store with what a node needs for it.
+    """A node's store, with its inbox and loop.
 
     Attributes:
         store: The store.
@@ -127,14 +127,14 @@ def open_store() -> Optional[Store]:
 
 
 def address_of(handle: actionlib.ServerGoalHandle) -> str:
-    """Returns by what the client of a goal is found again, as JSON."""
+    """Returns the address by which the client of a goal is found again, as JSON."""
     header = getattr(handle.goal, "_connection_header", None) or {}
     stamp = handle.get_goal_id().stamp
     return json.dumps([header.get("callerid", ""), stamp.secs, stamp.nsecs])
 
 
 def restore_goal(server: LowLatencyActionServer, known: KnownGoal) -> actionlib.ServerGoalHandle:
-    """Has an action's server know a goal that has come to another one.
+    """Restores a goal in an action server, which has come to an earlier process.
 
     Args:
         server: The server, which has not begun.

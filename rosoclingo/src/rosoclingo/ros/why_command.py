@@ -1,4 +1,4 @@
-"""Asks a running system why: the command ``why.py``."""
+"""Asks a running system to explain its plan: the command ``why.py``."""
 
 from __future__ import annotations
 

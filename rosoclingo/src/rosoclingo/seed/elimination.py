@@ -1,4 +1,4 @@
-"""Leaves out what a plan does not need: each action that only serves what can be left out with it.
+"""Action elimination: removes superfluous actions, with those that only serve them.
 
 A first plan of Fast Downward's has many of them, and each takes a layer, which is grounded.
 """
@@ -15,7 +15,7 @@ _MOST = 400  # operators of a plan; with more it takes too long
 def leave_out(
     plan: Sequence[Operator], initial: Mapping[str, str], goal: Mapping[str, str]
 ) -> List[Operator]:
-    """Returns a plan without what it does not need.
+    """Returns a plan without its superfluous actions.
 
     Each operator is left out with those that are impossible without it, unless the goal is missed.
     A plan of more than 400 operators is returned as it is.

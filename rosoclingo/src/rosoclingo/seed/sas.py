@@ -13,7 +13,7 @@ _UNKNOWN = "unknown value"  # no term, so that it is no variable's value
 
 @dataclass(frozen=True)
 class SasTask:
-    """A task as text, and what the numbers in a plan of it refer to.
+    """A task as text, with the operators and variables to which numbers in its plans refer.
 
     Attributes:
         text: The text.

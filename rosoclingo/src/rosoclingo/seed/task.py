@@ -1,4 +1,4 @@
-"""The task of a planner that finds a first plan, read from what an answer set shows of it.
+"""The planning task for a first plan, read from the terms that an answer set shows.
 
 Encodings show it by terms whose parts are separated by ``"|"``, see ``lib/seed.lp`` of
 rosoclingo_aspprograms.
@@ -92,7 +92,7 @@ def position(robot: str) -> str:
 
 
 def read_task(symbols: Sequence[str]) -> SeedTask:
-    """Reads what an answer set shows.
+    """Reads the planning task that an answer set shows.
 
     Raises:
         ValueError: It does not show a task.

@@ -29,7 +29,7 @@ from rosoclingo.single.dialects import Dialect2, PaperDialect
 
 
 class Stage(enum.Enum):
-    """What is to be done next."""
+    """The stages of Algorithm 1, each of which decides the next command."""
 
     BEGIN = "begin"
     GROUND = "ground"  # the steps before the first
@@ -49,7 +49,7 @@ class Stage(enum.Enum):
 
 @dataclass(frozen=True)
 class Position:
-    """Where Algorithm 1 is: all that it keeps from one decision to the next.
+    """The saved state of Algorithm 1 between two decisions.
 
     Attributes:
         stage: What is to be done next.
@@ -127,18 +127,18 @@ class Algorithm1:
         return parse_term(self._stages[self.position.stage](info))
 
     def look_ahead(self, info: Info) -> None:
-        """Does nothing: a decision takes no time."""
+        """No-op: a decision takes no time."""
 
     def describe(self, info: Info) -> str:
-        """Describes what the last decision was made from."""
+        """Describes the inputs of the last decision."""
         position = self.position
         return f"step: {position.step}; horizon: {position.horizon}; infos: {info.events()}"
 
     def check(self) -> None:
-        """Checks nothing: it is in this process."""
+        """No-op: the controller is in this process."""
 
     def _go(self, stage: Stage, command: str, **changes: Any) -> str:
-        """Notes what follows a command, and returns the command."""
+        """Sets the stage that follows a command, and returns the command."""
         self.position = replace(self.position, stage=stage, **changes)
         return command
 
@@ -188,7 +188,7 @@ class Algorithm1:
         return self._act(info) if info.new_messages else self._go(Stage.WAIT, "idle")
 
     def _act(self, info: Info) -> str:
-        """Waits for the answers in a step; plans again if something has come."""
+        """Waits for the answers in a step; replans if an input has come."""
         if info.new_messages:
             return self._plan(info)
         if info.pending_actions:
@@ -196,7 +196,7 @@ class Algorithm1:
         return self._go(Stage.DONE, f"status_update({self.position.step})")
 
     def _done(self, info: Info) -> str:
-        """Goes on to the next step, if the plan has one or something has come."""
+        """Begins the next step, if the plan has one or an input has come."""
         position = self.position
         is_last = position.step == position.horizon
         if is_last and not info.new_messages:
@@ -248,7 +248,7 @@ def commands_for(
                 publish_abort(self.state, actuator)
 
     class PaperCommands(Commands):
-        """Of an encoding that does not say how goals end: they do when the plan is through."""
+        """Commands for encodings without statuses: goals succeed at the end of the plan."""
 
         def status_update(self, step: clingo.Symbol) -> None:
             """Sets the goals' statuses as the plan has them in a step."""

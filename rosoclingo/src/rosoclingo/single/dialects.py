@@ -45,7 +45,7 @@ class Dialect2(Forwarding):
 
 
 class _Translation(Dialect2, abc.ABC):
-    """What the two older dialects have in common: the past is told by grounding program parts.
+    """Base class of the two older dialects, in which the past is told by grounding program parts.
 
     The loop asks for externals of the dialect 2.0 that encodings of these do not have. Those are
     answered for here.
@@ -113,7 +113,7 @@ class _Translation(Dialect2, abc.ABC):
 
     @abc.abstractmethod
     def _happens(self, source: str, content: str, step: str) -> wire.Command:
-        """Returns what says that an event has happened."""
+        """Returns the commands that tell an event."""
 
 
 class Dialect1(_Translation):

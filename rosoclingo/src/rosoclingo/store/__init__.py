@@ -1,1 +1,1 @@
-"""What a run is saved in, so that it goes on when its process has died. Needs no ROS."""
+"""Durable storage of a run, which another process resumes after a crash. Needs no ROS."""

@@ -1,4 +1,4 @@
-"""What has made the planner what it is, so that a fresh one becomes the same.
+"""The planner's command log: replayed on a fresh solver, it restores the planner.
 
 >>> from rosclingo.solver.engine import Engine
 >>> from rosclingo.solver.options import Options
@@ -21,7 +21,7 @@ from rosoclingo.loop.solver import Forwarding, Solver
 from rosoclingo.store.database import Rows
 
 PART = "command"
-"""The part of the store that has the planner's commands, in their order."""
+"""The part of the store with the planner's command log."""
 
 _ASKS = (wire.GetExternals, wire.GetPrograms, wire.GetStats)
 _BASE = wire.Part("base")
@@ -31,13 +31,13 @@ _MOST_CHARACTERS = 2**20  # likewise; one command may have more
 
 
 class Back(Protocol):
-    """Has a solver that was lost be there again."""
+    """Waits for the replacement of a solver that was lost."""
 
     def wait(self, err: ServiceError) -> None:
-        """Returns as soon as it is there again, or raises the error with which it was lost."""
+        """Returns as soon as there is one, or raises the error with which the solver was lost."""
 
     def done(self) -> None:
-        """The call with which it was lost has ended, with the solver that is there now."""
+        """Called when the retried call has ended, with the solver that is there now."""
 
 
 _T = TypeVar("_T")
@@ -46,7 +46,7 @@ _T = TypeVar("_T")
 def again(
     call: Callable[[], _T], back: Optional[Back], restore: Callable[[], None], begins: bool = False
 ) -> _T:
-    """Retries a call of a solver that was lost meanwhile, when it is there again.
+    """Retries a call during which the solver was lost, as soon as it is replaced.
 
     If it is lost at each try, the call fails. A solver that was told to end does not count as lost
     by the call.
@@ -81,7 +81,7 @@ def again(
 
 
 class RecordedSolver(Forwarding):
-    """A solver whose commands are kept until they are taken.
+    """A solver that logs its commands until they are taken.
 
     Attributes:
         events_are_facts: Whether an event that was made true stays so, as a dialect says.
@@ -89,7 +89,7 @@ class RecordedSolver(Forwarding):
     """
 
     def __init__(self, solver: Solver, back: Optional[Back] = None) -> None:
-        """Nothing has run yet.
+        """Wraps a solver, with an empty log.
 
         Args:
             solver: The solver.
@@ -120,16 +120,16 @@ class RecordedSolver(Forwarding):
         return again(lambda: solve(assumptions, stopped, improved), self._back, self._restore)
 
     def check(self) -> None:
-        """Makes a solver that went away what it was, when another one is there."""
+        """Restores the solver if it was replaced."""
         again(super().check, self._back, self._restore)
 
     def take(self) -> List[wire.Command]:
-        """Returns the commands that have run since the last call, but for questions."""
+        """Returns and clears the log: the commands since the last call, without queries."""
         new, self._new = self._new, []
         return new
 
     def restore(self) -> None:
-        """Makes a fresh solver what it was, without a search.
+        """Restores a fresh solver by the commands that were logged, without a search.
 
         Raises:
             PlannerError: A command fails that did not fail then.
@@ -149,7 +149,7 @@ class RecordedSolver(Forwarding):
 
 
 def write(rows: Rows, commands: Sequence[wire.Command], *, shortens: bool) -> None:
-    """Writes commands after those that are written, without what they make unneeded.
+    """Appends commands to the log in the store, and compacts it.
 
     What was before a restart has no effect any more. Of the values of an external, the last counts:
     clingo grounds the same whatever they are.

@@ -149,7 +149,7 @@ class Database:
             self._compare(log)
 
     def _load(self) -> None:
-        """Reads all rows, and sees whether they are those that were written together."""
+        """Reads all rows, and verifies their seal."""
         run = self._connection.execute
         try:
             (said,) = run("PRAGMA integrity_check(1)").fetchone()
@@ -258,7 +258,7 @@ class Database:
 
 
 class Rows:
-    """What a transaction changes. The thread that makes the transaction uses it."""
+    """The rows as a transaction changes them. Used by the thread that makes the transaction."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
@@ -327,7 +327,7 @@ def _connect(path: Path) -> sqlite3.Connection:
 
 
 def _make(path: Path) -> None:
-    """Makes a file without rows, unless there is one; it is there when it is whole."""
+    """Creates the file atomically, without rows, unless it exists."""
     log = _log(path)
     if _size(log) and not _size(path):  # SQLite would remove the log of an empty file
         what = "is damaged: it is empty" if path.exists() else "is gone"
@@ -374,7 +374,7 @@ def _read_mark(connection: sqlite3.Connection) -> Optional[HighWaterMark]:
 
 
 def _is_complete(connection: sqlite3.Connection) -> bool:
-    """Tells if file and log are of one store, and reach its high-water mark."""
+    """Whether file and log are of one store, and reach its high-water mark."""
     try:
         mark = _read_mark(connection)
         store, number = connection.execute("SELECT store, number FROM seal").fetchone()
@@ -429,7 +429,7 @@ def _describe_log(path: Path) -> str:
 
 
 def _sync_folder(path: Path) -> None:
-    """Has the folder remember the file, if the power fails."""
+    """Syncs the folder, so that the file's entry in it outlasts a power failure."""
     with contextlib.suppress(OSError):
         folder = os.open(str(path.parent), os.O_RDONLY)
         try:
@@ -533,13 +533,13 @@ def _free_number(path: Path) -> int:
 
 
 def _is_damage(err: sqlite3.Error) -> bool:
-    """Whether SQLite says that a file is not what it was, or was never one of its own."""
+    """Whether an error of SQLite says that the file is damaged, or no database."""
     return "malformed" in str(err) or "not a database" in str(err)
 
 
 @contextlib.contextmanager
 def _told(path: Path, what: str) -> Iterator[None]:
-    """A context in which SQLite's errors become ours."""
+    """A context that converts SQLite's errors to this package's."""
     try:
         yield
     except sqlite3.DatabaseError as err:

@@ -1,4 +1,4 @@
-"""A snapshot as rows, of which only those are written that have changed.
+"""Incremental snapshots: splits a snapshot into rows, and finds those that have changed.
 
 A row is a field, or an element of a set or of a dictionary:
 
@@ -43,7 +43,7 @@ _ENCODER = json.JSONEncoder(separators=(",", ":"))
 
 
 class Change(NamedTuple):
-    """What is different in a row.
+    """A changed row.
 
     Attributes:
         field: The field, with the names of those that it is in: ``state.progress.step``.
@@ -57,7 +57,7 @@ class Change(NamedTuple):
 
 
 class _Leaf:
-    """A field that is saved.
+    """A leaf of the snapshot's tree of fields, which is saved as one row or as several.
 
     Attributes:
         path: The attributes that lead there.
@@ -76,10 +76,10 @@ class _Leaf:
 
 
 class Fields:
-    """Knows what of a snapshot is written. Not thread-safe."""
+    """Finds the rows of a snapshot that differ from the written ones. Not thread-safe."""
 
     def __init__(self, kind: Type[Any]) -> None:
-        """Nothing is written yet.
+        """Begins with no row written.
 
         Args:
             kind: The snapshot's class, a dataclass.
@@ -89,7 +89,7 @@ class Fields:
         self._sources: Dict[str, Any] = {}  # of what they are copies
 
     def changes(self, snapshot: Any) -> List[Change]:
-        """Returns what has changed since this was called last, which is to be written now."""
+        """Returns the changes since the last call, which are to be written now."""
         found: List[Change] = []
         for leaf in self._leaves:
             value, old = leaf.of(snapshot), self._old.get(leaf.name, _NOTHING)
@@ -107,7 +107,7 @@ class Fields:
 
 
 def read(kind: Type[Any], rows: Mapping[Tuple[str, str], str]) -> Any:
-    """Returns the snapshot of which rows were written.
+    """Builds a snapshot from its rows.
 
     Args:
         kind: The snapshot's class.
@@ -153,7 +153,7 @@ def _leaves(kind: Type[Any], path: Tuple[str, ...] = ()) -> Iterator[_Leaf]:
 
 
 def _may_change(hint: Any) -> bool:
-    """Whether a value of a type may change, or something in it."""
+    """Whether a type is mutable, or has mutable parts."""
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         frozen: bool = hint.__dataclass_params__.frozen  # type: ignore[attr-defined]
         return not frozen

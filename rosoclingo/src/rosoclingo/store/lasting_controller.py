@@ -1,4 +1,4 @@
-"""A controller whose solver may die, and comes back."""
+"""A controller that survives the loss of its solver."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from rosoclingo.store.commands import Back, again
 
 
 class LastingController:
-    """Has another solver go on where the one was that was lost."""
+    """Restores the controller in another solver when one was lost, and retries the call."""
 
     def __init__(self, decider: Decider, back: Back) -> None:
-        """Wraps what decides.
+        """Wraps a controller.
 
         Args:
             decider: Decides.
@@ -25,7 +25,7 @@ class LastingController:
 
     @property
     def dynamic(self) -> bool:
-        """Whether it takes messages and goals."""
+        """Whether the mode takes messages and goals."""
         return self._decider.dynamic
 
     @property
@@ -50,15 +50,15 @@ class LastingController:
         return again(lambda: self._decider.decide(info), self._back, self._go_on)
 
     def look_ahead(self, info: Info) -> None:
-        """May decide in the background what is next."""
+        """May precompute the next decision in the background."""
         self._decider.look_ahead(info)
 
     def describe(self, info: Info) -> str:
-        """Describes what the last decision was made from."""
+        """Describes the inputs of the last decision."""
         return self._decider.describe(info)
 
     def check(self) -> None:
-        """Has another solver go on if the one went away."""
+        """Checks that the solver is there, and restores another one if not."""
         again(self._decider.check, self._back, self._go_on)
 
     def _go_on(self) -> None:

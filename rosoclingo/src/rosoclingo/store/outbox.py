@@ -1,4 +1,4 @@
-"""Holds what leaves the loop until it is written what that rests on."""
+"""Transactional outbox: releases effects only after the state they depend on is committed."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from rosoclingo.store.store import Changes, Store
 
 _Release = Tuple[str, Callable[[], None]]
 _URGENT = ("dispatch", "publication")
-"""What leaves before all else, because somebody waits for it; it waits for nobody else."""
+"""The effects that are released first, because somebody waits for them."""
 
 
 @dataclass
 class _Held:
-    """What has not left yet.
+    """Effects that are held until the next commit.
 
     Attributes:
         records: For the journal, with their times; numbers follow when they are written.
@@ -46,7 +46,7 @@ class _Held:
         return bool(self.records or self.releases)
 
     def add(self, said: _Held) -> None:
-        """Adds what is said next."""
+        """Appends later effects."""
         self.records += said.records
         self.actions += said.actions
         self.words.update(said.words)
@@ -55,10 +55,11 @@ class _Held:
 
 
 class Outbox(Environment):
-    """An environment that lets no action, status, result or event out before it is written.
+    """Wraps an environment so that no action, status, result or event precedes its commit.
 
-    What the loop's thread says, leaves when it is written what the loop knows; what others say, at
-    once. But nothing leaves of a run in the store before it is known that it goes on. Thread-safe.
+    Effects of the loop's thread are released by its next commit, those of other threads at once.
+    But nothing of a stored run is released before it is confirmed that the run is resumed.
+    Thread-safe.
     """
 
     def __init__(self, environment: Environment, store: Store) -> None:
@@ -80,7 +81,7 @@ class Outbox(Environment):
         self._written: Deque[NumberedRecord] = deque()  # and have not left yet
 
     def begin(self) -> None:
-        """Takes note that the loop's thread is this one, and that it goes on."""
+        """Confirms that the run is resumed, in this thread, which is the loop's."""
         with self._lock:
             self._owner = threading.get_ident()
             self._is_unsure = False
@@ -92,7 +93,7 @@ class Outbox(Environment):
         return self._environment.now()
 
     def world_now(self) -> float:
-        """Returns what time it is where actuators act."""
+        """Returns the time where actuators act."""
         return self._environment.world_now()
 
     def publish(self, actuator: str, action: str) -> None:
@@ -102,7 +103,7 @@ class Outbox(Environment):
         self._take(held)
 
     def show_told(self, run: str, told: Sequence[Told]) -> None:
-        """Shows what each actuator was told to do last."""
+        """Publishes the last action of each actuator."""
         self.later("dispatch", lambda: self._environment.show_told(run, told))
 
     def show_plan(
@@ -112,23 +113,23 @@ class Outbox(Environment):
         actions: Sequence[Action],
         arrivals: Sequence[Arrival] = (),
     ) -> None:
-        """Shows what is planned."""
+        """Publishes the plan."""
         self.later("plan", lambda: self._environment.show_plan(step, horizon, actions, arrivals))
 
     def show_quality(self, quality: Optional[Quality]) -> None:
-        """Shows how good that is."""
+        """Publishes the plan's quality."""
         self.later("plan", lambda: self._environment.show_quality(quality))
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
-        """Is told that there is no action for goals now."""
+        """Passes on that there is no action for goals now."""
         self._environment.begin_to_wait(goals)
 
     def miss_plan(self, goals: Sequence[Goal]) -> None:
-        """Is told that there is no plan for goals."""
+        """Passes on that there is no plan for goals."""
         self._environment.miss_plan(goals)
 
     def finish_reasons(self) -> None:
-        """Waits for reasons."""
+        """Waits for explanations under way."""
         self._environment.finish_reasons()
 
     def note(self, record: Record) -> None:
@@ -137,27 +138,27 @@ class Outbox(Environment):
         self._take(_Held(records=[timed]))
 
     def info(self, text: str) -> None:
-        """Logs what is worth to know."""
+        """Logs information."""
         self._environment.info(text)
 
     def warn(self, text: str) -> None:
-        """Logs what looks wrong."""
+        """Logs a warning."""
         self._environment.warn(text)
 
     # What goals' clients call.
 
     def later(self, what: str, release: Callable[[], None]) -> None:
-        """Lets something out when all is written that was said before."""
+        """Releases an effect after the commit of everything before it."""
         self._take(_Held(releases=[(what, release)]))
 
     def accept_goal(self, identifier: str, release: Callable[[], None]) -> None:
-        """Has it written that a goal is accepted, before that leaves."""
+        """Releases the acceptance of a goal after its commit."""
         self._take(_Held(accepted=[identifier], releases=[("status", release)]))
 
     def end_goal(
         self, identifier: str, word: str, reason: str, release: Callable[[], None]
     ) -> None:
-        """Has it written how a goal ends, before that leaves."""
+        """Releases the result of a goal after its commit."""
         self._take(_Held(words={identifier: (word, reason)}, releases=[("result", release)]))
 
     # What lets it out.
@@ -170,7 +171,7 @@ class Outbox(Environment):
         self._held.add(said)
 
     def _let_out_of_another(self, said: _Held) -> None:
-        """Lets out what another thread says."""
+        """Releases effects of another thread."""
         with self._lock:
             # Who reads the journal goes by what the loop has done before.
             waits_for_loop = self._held.records and any(map(_is_recall, said.records))
@@ -183,16 +184,16 @@ class Outbox(Environment):
 
     @property
     def is_urgent(self) -> bool:
-        """Whether something is held for which somebody waits: an action, a status or a result."""
+        """Whether an effect is held for which somebody waits: an action, a status or a result."""
         return bool(self._held.actions or self._held.words or self._held.accepted)
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is held."""
+        """Whether no effect is held."""
         return not self._held
 
     def flush(self) -> None:
-        """Lets out what rests on nothing that the loop knows, such as feedback.
+        """Releases effects that need no commit, such as feedback.
 
         That goals are rejected is written before, without the loop's snapshot, in which the search
         may be half done for which it would wait. Whoever goes on from there knows these goals no
@@ -214,7 +215,7 @@ class Outbox(Environment):
             self._release(releases)
 
     def save(self, changes: Changes, *, ended: Optional[str] = None) -> None:
-        """Writes what the loop knows now, and lets out what is held.
+        """Commits the loop's state, and releases the effects that are held.
 
         Args:
             changes: What is to be written besides what is held.
@@ -233,7 +234,7 @@ class Outbox(Environment):
         self._release([one for one in held.releases if one[0] not in _URGENT])
 
     def _write(self, held: _Held, changes: Changes, ended: Optional[str] = None) -> List[str]:
-        """Writes, and returns the keys of the actions."""
+        """Commits, and returns the keys of the actions to publish."""
         changes.actions, changes.words = held.actions, held.words
         changes.accepted = held.accepted
         first = self._number + 1
@@ -244,7 +245,7 @@ class Outbox(Environment):
         return keys
 
     def _tell(self) -> None:
-        """Lets the journal's records out; those, too, that an action held up which cannot leave."""
+        """Releases the journal's records, also those before an action that cannot be published."""
         while self._written:
             self._environment.note(self._written.popleft())
 
@@ -255,7 +256,7 @@ class Outbox(Environment):
             self._store.point(f"after {what}")
 
     def send_again(self) -> None:
-        """Publishes the actions of which it is not known that they were."""
+        """Publishes again the actions that may not have been published (at least once)."""
         for actuator, action in self._store.unsent:
             self._store.point("before publication")
             self._environment.publish(actuator, action)
@@ -268,7 +269,7 @@ def _is_recall(record: Record) -> bool:
 
 
 class StoredClient(GoalClient):
-    """Lets a goal's client know what becomes of the goal when that is written."""
+    """Calls a goal's client back only after the commit."""
 
     def __init__(self, client: GoalClient, outbox: Outbox, identifier: str) -> None:
         """Wraps a client.
@@ -300,5 +301,5 @@ class StoredClient(GoalClient):
 
     @property
     def address(self) -> str:
-        """By what the client is found again."""
+        """The address by which the client is found again."""
         return self._client.address

@@ -1,4 +1,4 @@
-"""What a run rests on besides its store: the files and options of the solvers.
+"""Fingerprint of the solvers' files and options, which must not change before a run resumes.
 
 >>> about = '{"arguments": ["-f", "a.lp", "-c", "n=2"], "files": {"/x/a.lp": {"sha256": "12ab"}}}'
 >>> started_with({"planner": about})
@@ -19,7 +19,7 @@ _DIGITS = 12  # of a hash, enough to tell files of one name apart
 
 
 def started_with(abouts: Mapping[str, str]) -> Dict[str, str]:
-    """Returns what is compared when a run goes on, by what it is.
+    """Returns the options and digests that are compared when a run resumes, by what they are of.
 
     Where files are does not count, what is in them does.
 

@@ -1,4 +1,4 @@
-"""What a store holds of a run, in its parts, and the transactions that change it."""
+"""The store of a run: its tables and transactions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _MOST_ENDED = 1_000  # goals of which it is known how they have ended; as many a
 
 @dataclasses.dataclass(frozen=True)
 class KnownGoal:
-    """What is stored of a goal, besides what the loop knows of it.
+    """A stored goal: its request and status, without the planner's view of it.
 
     Attributes:
         id: What the client calls it.
@@ -61,7 +61,7 @@ class KnownGoal:
 
 @dataclasses.dataclass
 class Changes:
-    """What is written together.
+    """The contents of one transaction.
 
     Attributes:
         records: What is new in the journal.
@@ -85,7 +85,7 @@ class Changes:
 
 
 class Store:
-    """A run in a file. Thread-safe.
+    """A run, stored in a file. Thread-safe.
 
     Attributes:
         goals: The goals that were known when it was opened, and may be of interest, by their ids.
@@ -198,7 +198,7 @@ class Store:
 
     @property
     def ended_goals(self) -> List[KnownGoal]:
-        """Those of :attr:`goals` that have ended, in that order."""
+        """The ended goals of :attr:`goals`, in the order of their ends."""
         return sorted((one for one in self.goals.values() if one.word), key=lambda one: one.time)
 
     def _read_snapshot(self) -> Optional[LoopSnapshot]:
@@ -220,11 +220,11 @@ class Store:
 
     @property
     def commands(self) -> Iterable[str]:
-        """The commands that make a fresh planner what it was."""
+        """The command log that restores the planner in a fresh solver."""
         return self._database.read(planner_commands.PART).values()
 
     def inputs(self, goals: Callable[[str], Optional[Goal]]) -> List[Tuple[int, Optional[Item]]]:
-        """Returns what has come and the snapshot does not know of, in order, with its numbers.
+        """Returns the inputs that are not part of the snapshot, in order, with their numbers.
 
         Args:
             goals: Returns a goal by its id, None if it is of no interest any more.
@@ -239,7 +239,7 @@ class Store:
 
     @property
     def unsent(self) -> List[Tuple[str, str]]:
-        """Actuators and actions of which it is not known that they were published."""
+        """Actuators and actions that may not have been published."""
         pairs = map(json.loads, self._database.read(_OUT).values())
         return [(actuator, action) for actuator, action in pairs]
 
@@ -260,7 +260,7 @@ class Store:
             rows.put(_RUN, _STARTED_WITH, json.dumps(dict(started_with)))
 
     def check(self, started_with: Mapping[str, str]) -> None:
-        """Compares what the nodes were started with when the run began, and now.
+        """Checks that the nodes were started with the same options and files as when the run began.
 
         Raises:
             StoreError: It is something else; the message says what.
@@ -278,7 +278,7 @@ class Store:
             )
 
     def add(self, item: Item) -> int:
-        """Writes what has come, a goal or a cancel request durably, and returns its number."""
+        """Stores an input, a goal or a cancel request durably, and returns its number."""
         durable = isinstance(item, (Goal, Cancel))
         with self._database.transaction(durable=durable) as rows:
             number = rows.next_number
@@ -292,7 +292,7 @@ class Store:
         return number
 
     def write(self, changes: Changes, *, ended: Optional[str] = None) -> List[str]:
-        """Writes what belongs together, durably if anything leaves the node because of it.
+        """Commits a transaction, durably if an effect leaves the node because of it.
 
         Args:
             changes: What is written.
@@ -334,13 +334,13 @@ class Store:
         return keys
 
     def note_sent(self, keys: Sequence[str]) -> None:
-        """Takes note that actions were published."""
+        """Marks actions as published."""
         with self._database.transaction(durable=False) as rows:
             for key in keys:
                 rows.delete(_OUT, key)
 
     def note_all_sent(self) -> None:
-        """Takes note that :attr:`unsent` was published."""
+        """Marks all of :attr:`unsent` as published."""
         with self._database.transaction(durable=False) as rows:
             rows.clear(_OUT)
 
@@ -365,7 +365,7 @@ class Store:
             del self._events[:too_many]
 
     def _forget_goals(self, rows: Rows) -> None:
-        """Removes the goals that ended long ago: the snapshot knows of them, or nobody."""
+        """Removes the goals that ended long ago, which the snapshot does not need any more."""
         while len(self._gone) > _MOST_ENDED:
             identifier = self._gone.popleft()
             goal = self._goals.get(identifier)
@@ -405,7 +405,7 @@ def _open_ones(goals: Mapping[str, KnownGoal]) -> Dict[str, str]:
 
 
 def _unsure_since(records: Sequence[NumberedRecord]) -> float:
-    """Returns since when goals have ended of which their clients may not know it.
+    """Returns since when goals have ended whose clients may not know their results.
 
     A process that goes on publishes results again, and may die before they have left it: then those
     are unsure of which it was so when it began.

@@ -1,4 +1,4 @@
-"""A loop that goes on where another one was whose process has died."""
+"""A loop that is checkpointed to a store, and resumes a run whose process has died."""
 
 from __future__ import annotations
 
@@ -39,19 +39,19 @@ _LATEST_SECONDS = 0.2  # so much work may be lost, besides the decision that is 
 
 
 class StoredInbox(Inbox):
-    """An inbox that writes what comes before anybody learns of it. Thread-safe.
+    """An inbox that stores each input before anybody sees it. Thread-safe.
 
     Goals and cancel requests outlast a failure of power when :meth:`put` returns, messages the end
     of the process.
 
     Attributes:
-        looked: Called by who looks what has come.
-        waits: Called by who is about to wait for something to come.
-        way: Returns what is told in the place of a goal's client.
+        looked: Called by the loop's thread when it polls.
+        waits: Called by the loop's thread before it waits.
+        way: Returns the wrapper of a goal's client.
     """
 
     def __init__(self, store: Store, *arguments: Any, **parameters: Any) -> None:
-        """Begins empty.
+        """Makes an empty inbox.
 
         Args:
             store: Where all is written.
@@ -148,21 +148,21 @@ class StoredInbox(Inbox):
         return items
 
     def begin_improving(self) -> None:
-        """Has written what is known before a search that may last."""
+        """Commits the state before a search that may last."""
         super().begin_improving()
         self.waits()
 
     def wait(self, timeout: float) -> bool:
-        """Waits until there is something."""
+        """Waits until there is an item."""
         self.waits()
         return super().wait(timeout)
 
     def forget(self, number: int) -> None:
-        """Has something removed from the store, together with what is taken next."""
+        """Removes an input from the store with the next commit."""
         self._taken.append(number)
 
     def written(self) -> List[int]:
-        """Returns the numbers of what was taken since the last call."""
+        """Returns the numbers of the inputs that were taken since the last call."""
         taken, self._taken = self._taken, []
         return taken
 
@@ -172,7 +172,7 @@ class StoredReplayInbox(StoredInbox, ReplayInbox):
 
 
 class _Back:
-    """Waits for a solver that was lost, and has the journal tell that it is there again."""
+    """Waits for a lost solver, and records in the journal that it was replaced."""
 
     def __init__(self, solver: str, loop: StoredLoop) -> None:
         self._solver = solver
@@ -188,17 +188,17 @@ class _Back:
         self._until = time.monotonic()
 
     def done(self) -> None:
-        """Takes note that the solver is what it was."""
+        """Records in the journal that the solver is restored."""
         seconds = self._until - self._since
         self._loop.state.note(NodeResumed(self._solver, self._reason, seconds))
         self._reason = ""
 
 
 class StoredLoop(Loop):
-    """A loop that is written to a store, and goes on from there.
+    """A loop that checkpoints to a store, from which it resumes after a crash.
 
-    It is written before an action, a status or a result leaves, before the loop waits, and after
-    a decision if it was written last so many seconds ago. What has been decided since then is
+    It commits before an action, a status or a result leaves, before the loop waits, and after
+    a decision if the last commit was some time ago. What has been decided since then is
     decided again after a crash. Call :meth:`resume` before anything comes in. With a store, a
     shutdown ends no goals.
     """
@@ -216,7 +216,7 @@ class StoredLoop(Loop):
         wait_for_solvers: Optional[Callable[[], None]] = None,
         **parameters: Any,
     ) -> None:
-        """Prepares a loop that asks nobody yet.
+        """Prepares a loop; :meth:`resume` reads the run in the store.
 
         Args:
             controller: Says what to do next.
@@ -259,7 +259,7 @@ class StoredLoop(Loop):
         )  # fmt: skip
 
     def wait_for_solver(self, err: ServiceError) -> None:
-        """Returns when the solvers are there, one of which was lost.
+        """Waits until the solvers are there, one of which was lost.
 
         Raises:
             ServiceError: They do not come.
@@ -275,14 +275,14 @@ class StoredLoop(Loop):
 
     @property
     def is_refused(self) -> bool:
-        """Whether it is not sure that it can use its store, or go on with the run in it."""
+        """Whether it is still unconfirmed that the stored run can be resumed."""
         return self._is_unsure or (not self._has_begun and self._store.failure is not None)
 
     def _way(self, goal: Goal) -> Callable[[GoalClient], GoalClient]:
         return lambda client: StoredClient(client, self._outbox, goal.id)
 
     def resume(self, client: Callable[[KnownGoal], GoalClient]) -> Dict[str, Goal]:
-        """Takes over goals, queue, slots, mail and what has come from the store.
+        """Restores goals, queue, slots, mail and untaken inputs from the store.
 
         Args:
             client: Returns who has sent a goal.
@@ -311,7 +311,7 @@ class StoredLoop(Loop):
                 self.state.goals.some_ended = True
 
         def find(identifier: str) -> Optional[Goal]:
-            """Returns a goal, be it in the snapshot, or one that it does not know of."""
+            """Returns a goal of the snapshot, or a new one that it does not have."""
             new = known.get(identifier)
             if identifier in goals or new is None:
                 return goals.get(identifier)
@@ -337,7 +337,7 @@ class StoredLoop(Loop):
         return {key: goal for key, goal in goals.items() if goal.stage is not Stage.ENDED}
 
     def _end(self, goal: Goal, known: KnownGoal) -> None:
-        """Takes note that a goal has ended, of which the snapshot does not know.
+        """Ends a goal whose end the snapshot does not have.
 
         Another thread had recalled it, or it was rejected in a search.
         """
@@ -345,18 +345,18 @@ class StoredLoop(Loop):
         self._tell_end(known)
 
     def _tell_end(self, goal: KnownGoal, *before: Event) -> None:
-        """Has the journal tell how a goal has ended, with what was before, unless it was told."""
+        """Records the end of a goal in the journal, after earlier events, unless it has it."""
         told = (*(record.event for record in self._store.records), *self._untold)
         if not any(isinstance(one, StatusSet) and one.goal == goal.id for one in told):
             end = StatusSet(goal.id, Status(goal.word), "", Reason.of(goal.reason))
             self._untold += [*before, end]
 
     def unsure(self) -> List[KnownGoal]:
-        """Returns the goals that ended so late that their clients may not know it."""
+        """Returns the goals that ended so late that their clients may not have the result."""
         return [one for one in self.ended() if one.time >= self._store.unsure_since]
 
     def ended(self) -> List[KnownGoal]:
-        """Returns the goals of which it is known how they have ended, in that order."""
+        """Returns the ended goals of the store, in the order of their ends."""
         return self._store.ended_goals
 
     def prepare(self) -> None:
@@ -395,12 +395,12 @@ class StoredLoop(Loop):
             self._outbox.send_again()
 
     def _has_published(self) -> bool:
-        """Whether the mode was through with the command ``publish``."""
+        """Whether the mode has run the command ``publish``."""
         events = (record.event for record in self._store.records)
         return any(isinstance(event, CommandDone) and event.publishes for event in events)
 
     def step(self) -> None:
-        """Makes one decision, carries it out, and writes what that has changed if it is time.
+        """Makes one decision, carries it out, and commits if it is time.
 
         Raises:
             StoreError: It cannot be written; nothing has left the node then.
@@ -419,7 +419,7 @@ class StoredLoop(Loop):
         super()._call(command, info)
 
     def _wait(self) -> None:
-        """Writes what is known while the loop waits, as if the decision to wait were to come."""
+        """Commits while the loop waits, as if the decision to wait were still to come."""
         if self._before is None or self._store.failure is not None or self._outbox.is_empty:
             self._outbox.flush()
             return

@@ -1,4 +1,4 @@
-"""Why there is no plan, why a goal waits, why this action and not that, and what if.
+"""Explains plans: why there is none, why a goal waits, why this action and not that, what if.
 
 A :class:`.situation.Situation` is what the planner was told, and what the loop knows beside. It is
 taken from the loop, or from the planner's control log, and can be sent to another process. There, a

@@ -1,4 +1,4 @@
-"""The answers: what was found, and what is said of it. All of them are immutable."""
+"""The answers to questions, as values and in sentences. All of them are immutable."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rosoclingo.why.situation import moved
 
 @dataclass(frozen=True)
 class WhyNoPlan:
-    """Why there is no plan.
+    """Explanation why there is no plan.
 
     Attributes:
         text: The answer in sentences.
@@ -33,7 +33,7 @@ class WhyNoPlan:
 
 @dataclass(frozen=True)
 class WhyGoal:
-    """Why a goal waits, or fails.
+    """Explanation why a goal waits, or fails.
 
     Attributes:
         text: The answer in sentences.
@@ -56,7 +56,7 @@ class WhyGoal:
 
 @dataclass(frozen=True)
 class Contrast:
-    """What would be if an action were demanded, or excluded.
+    """Contrastive explanation: the best plan, and the best one with, or without, an action.
 
     Attributes:
         text: The answer in sentences.
@@ -86,7 +86,7 @@ class Contrast:
 
 @dataclass(frozen=True)
 class WhatIf:
-    """What would be with further events.
+    """Counterfactual: the plan with further events.
 
     Attributes:
         text: The answer in sentences.

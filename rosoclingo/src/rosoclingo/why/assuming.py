@@ -1,4 +1,4 @@
-"""A copy whose events are externals: one grounding, and searches with assumptions."""
+"""Planner copy by assumptions: one grounding, and searches that assume which events are true."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ class AssumingCopy(Copy):
         self._free.update((c.name, None) for c in new if isinstance(c, AssignExternal))
 
     def _asking(self, horizon: Optional[int] = None) -> List[Assumption]:
-        """Returns what asks for a plan for a horizon; without one, for any."""
+        """Returns the assumptions that ask for a plan for a horizon; without one, for any."""
         asks = Assumption(f"{_ASKS}({self._grounded})", horizon is None)
         if horizon is None:
             beyond = range(self.last + 1, self._grounded + 1)
@@ -175,7 +175,7 @@ class AssumingCopy(Copy):
         return [asks, *(Assumption(query(h), h == horizon) for h in horizons)]
 
     def _without_plan(self, facts: List[Assumption]) -> Answer:
-        """Returns whether there is an answer set at least."""
+        """Distinguishes, without a plan, whether the encoding has an answer set at all."""
         nobody = [Assumption(query(h), False) for h in range(self.step, self._grounded + 1)]
         idle = [Assumption(name, False) for name in self._wishes]
         asks = Assumption(f"{_ASKS}({self._grounded})", False)

@@ -1,4 +1,4 @@
-"""A situation, what was told in it, and a copy that is asked about it."""
+"""A query: a situation with its facts, and the planner copy that is asked about it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rosoclingo.why.situation import Situation
 
 
 class Case:
-    """A situation, and a copy that is asked about it. Lasts for one question.
+    """A query about a situation, with the planner copy that answers it. Lasts for one question.
 
     Attributes:
         copy: The copy.
@@ -35,7 +35,7 @@ class Case:
         says_ends: bool,
         rules: Rules = NO_RULES,
     ) -> None:
-        """Takes all facts and goals as what a question may be about.
+        """Makes a query about all facts and goals.
 
         Args:
             copy: The copy.
@@ -65,7 +65,7 @@ class Case:
         return frozenset(s for s, _ in self.situation.goals if s in asked or s not in known)
 
     def take_as_given(self, slot: str = "") -> None:
-        """Takes it as given that a goal is wanted, and looks at no other from now on.
+        """Fixes that a goal is wanted, and ignores all other goals from now on.
 
         Args:
             slot: The goal's; by default, all goals are wanted.
@@ -82,7 +82,7 @@ class Case:
         self.facts = Facts(free, self.facts.history, self.facts.fixed | atoms(wanted))
 
     def ask(self, facts: FrozenSet[Fact], goals: Optional[FrozenSet[str]] = None) -> Verdict:
-        """Looks for a plan with some facts."""
+        """Searches for a plan with these facts."""
         told = atoms(facts) | self.facts.fixed
         if goals is None:
             goals = self.goals(facts)
@@ -96,7 +96,7 @@ class Case:
         return None if verdict is None else verdict.answer is Answer.PLAN
 
     def explain(self, wrong: Answer) -> Reason:
-        """Returns the reason of an answer: facts, or else constraints.
+        """Returns the reason for an answer: facts, or else constraints.
 
         Args:
             wrong: The answer with all facts.

@@ -1,4 +1,4 @@
-"""What a question asks of a planner of its own, and what that answers."""
+"""A private copy of the planner, for hypothetical queries."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
 
 
 class Answer(enum.Enum):
-    """Whether there is a plan."""
+    """The result of a hypothetical query."""
 
     PLAN = "plan"
     NONE = "none"
@@ -28,7 +28,7 @@ class Answer(enum.Enum):
 
 @dataclass(frozen=True)
 class Possible:
-    """A plan that there would be.
+    """A hypothetical plan.
 
     Attributes:
         actions: Its actions from the current step on, as ``do(R,A,T)``, ordered by step.
@@ -54,7 +54,7 @@ class Possible:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a copy says of some facts.
+    """The copy's result for a set of facts: a plan, or an unsatisfiable core.
 
     Attributes:
         answer: Whether there is a plan up to the last step.
@@ -68,23 +68,23 @@ class Verdict:
 
 
 class Deadline:
-    """When an answer is due."""
+    """The deadline of an answer."""
 
     def __init__(self, seconds: float, stopped: Callable[[], bool] = lambda: False) -> None:
         self._end = time.monotonic() + seconds
         self._stopped = stopped
 
     def is_over(self) -> bool:
-        """Whether it is too late, or nobody waits any more."""
+        """Whether the deadline has passed, or the question was cancelled."""
         return time.monotonic() > self._end or self._stopped()
 
     def left(self) -> float:
-        """Returns how many seconds are left."""
+        """Returns the seconds that are left."""
         return max(0.0, self._end - time.monotonic())
 
     @contextlib.contextmanager
     def share(self, share: float) -> Iterator[None]:
-        """Returns a context for something that may take a share of the time that is left."""
+        """A context with an earlier deadline, a share of the time that is left."""
         end = self._end
         self._end = min(end, time.monotonic() + self.left() * share)
         try:
@@ -99,7 +99,7 @@ class Deadline:
 
 
 class Copy(abc.ABC):
-    """A planner of its own. One thread makes the calls.
+    """A private copy of the planner. One thread makes the calls.
 
     Attributes:
         slots: The ids that it has for goals.
@@ -117,7 +117,7 @@ class Copy(abc.ABC):
 
     @contextlib.contextmanager
     def up_to(self, last: int) -> Iterator[None]:
-        """Returns a context in which no plan is looked for beyond a step, which is no later one."""
+        """A context that limits plans to an earlier last step."""
         own, self.last = self.last, last
         try:
             yield
@@ -133,7 +133,7 @@ class Copy(abc.ABC):
         *,
         best: bool = False,
     ) -> Verdict:
-        """Looks for a shortest plan.
+        """Searches for a shortest plan.
 
         Args:
             told: The events that are true; no others are.
@@ -153,7 +153,7 @@ class Copy(abc.ABC):
         goals: FrozenSet[str] = frozenset(),
         demands: Tuple[Assumption, ...] = (),
     ) -> Optional[Verdict]:
-        """Looks for any plan with some events, and any of others; None if the copy cannot do that.
+        """Searches for any plan with some events and any subset of others; None if unsupported.
 
         It does not say which plan, or whether there is a contradiction. Its core has the
         constraints, too, that are not relaxed, by what would relax them.
@@ -178,7 +178,7 @@ class Copy(abc.ABC):
 
     @abc.abstractmethod
     def unknown(self, events: Sequence[str]) -> List[str]:
-        """Returns the reasons why some of these events cannot be told."""
+        """Returns a reason for each of these events that cannot be told."""
 
     def _begins(self, told: AbstractSet[str]) -> Dict[str, int]:
         """Returns for each slot the step in which its last goal was told; 0 if it was saved."""

@@ -46,7 +46,7 @@ class Explainer:
         seconds: float = 5.0,
         stopped: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Makes nothing yet.
+        """Prepares; the first question makes a copy of the planner.
 
         Args:
             options: The planner's command line.
@@ -109,15 +109,15 @@ class Explainer:
         )
 
     def why(self, action: str) -> Contrast:
-        """Says what would be without an action, such as ``do(mailbot,go(c3),4)``."""
+        """Compares the plan with the best one without an action ``do(mailbot,go(c3),4)``."""
         return self._contrast(action, is_demanded=False)
 
     def why_not(self, action: str) -> Contrast:
-        """Says what would be with an action, such as ``do(mailbot,go(c3),4)``."""
+        """Compares the plan with the best one with an action ``do(mailbot,go(c3),4)``."""
         return self._contrast(action, is_demanded=True)
 
     def what_if(self, events: Sequence[str]) -> WhatIf:
-        """Says what would be if more were told in the current step.
+        """Plans with hypothetical events in the current step.
 
         Args:
             events: For instance ``goal:bring(o2,o3)``, ``cancel:1`` with a slot, or
@@ -177,7 +177,7 @@ class Explainer:
         return answers.later(answer, self._situation.offset)
 
     def _look(self, case: Case) -> WhyNoPlan:
-        """Looks for a plan, or for what prevents one; the steps are the situation's."""
+        """Searches for a plan, or for the reason why there is none, in the situation's steps."""
         verdict = case.ask(case.facts.all())
         answer = WhyNoPlan("", verdict.plan)
         if verdict.answer is not Answer.PLAN:

@@ -1,4 +1,4 @@
-"""What was told, as facts that can be left out one by one."""
+"""The planner's events as facts, each of which a hypothetical query can leave out."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rosoclingo.why.situation import Situation
 
 
 class Kind(enum.Enum):
-    """What a fact is."""
+    """The kinds of facts."""
 
     REQUEST = "request"
     CANCEL = "cancel"
@@ -25,7 +25,7 @@ class Kind(enum.Enum):
 
 @dataclass(frozen=True)
 class Fact:
-    """Something that was told.
+    """A fact: an event, or several, that the planner was told.
 
     Attributes:
         kind: What it is.
@@ -49,7 +49,7 @@ class Fact:
 
 @dataclass(frozen=True)
 class Facts:
-    """All that was told.
+    """The facts of a situation, by whether and how they can be left out.
 
     Attributes:
         free: What can be left out by itself, with that first which explains least.
@@ -64,7 +64,7 @@ class Facts:
 
     @classmethod
     def of(cls, situation: Situation, slots: Sequence[str], savable: Iterable[str] = ()) -> Facts:
-        """Sorts what was told.
+        """Sorts the events of a situation into facts.
 
         Args:
             situation: It has what was told.
@@ -87,7 +87,7 @@ def atoms(facts: Iterable[Fact]) -> FrozenSet[str]:
 
 
 class _Sorter:
-    """Makes facts of events."""
+    """Groups events into facts."""
 
     def __init__(self, situation: Situation, slots: Sequence[str], savable: Iterable[str]) -> None:
         self._slots = set(slots)

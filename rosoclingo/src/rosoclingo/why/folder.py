@@ -24,7 +24,7 @@ _SECONDS_TO_LOCK = 10.0  # an older folder that is not locked is of a process th
 
 
 class Folder:
-    """A temporary folder of this process; to make one removes those of processes that are dead.
+    """A temporary folder of this process; each new one removes those of dead processes.
 
     Attributes:
         path: The folder.

@@ -1,4 +1,4 @@
-"""What if an action were demanded or excluded, for an encoding that is told its events.
+"""Contrastive queries, with or without an action, for encodings that are told their events.
 
 Such an encoding has no atoms for the actions of a plan, but it says who can do what next, in its
 part ``possible(k)``. So an action that may be done instead is told as one that was done, in the
@@ -20,10 +20,10 @@ from rosoclingo.why.retelling import RetellingCopy
 
 
 class Instead:
-    """Looks for the best plan with another action."""
+    """Searches for the best plan with another action."""
 
     def __init__(self, copy: RetellingCopy, facts: Facts, deadline: Deadline) -> None:
-        """Looks for nothing yet.
+        """Prepares a contrastive query.
 
         Args:
             copy: The copy, which is at the current step.
@@ -35,7 +35,7 @@ class Instead:
         self._deadline = deadline
 
     def look(self, best: Optional[Possible], text: str, *, is_demanded: bool) -> Contrast:
-        """Compares the best plan with the best one that has an action, or that has it not.
+        """Compares the best plan with the best one that has an action, or does not have it.
 
         Args:
             best: The best plan.
@@ -78,7 +78,7 @@ class Instead:
     def _before(
         self, told: FrozenSet[str], done: List[Action], step: int
     ) -> Tuple[FrozenSet[Tuple[str, str]], Tuple[str, ...]]:
-        """Returns what can be done in a step, and what holds before it."""
+        """Returns the possible actions of a step, and the fluents before it."""
         with_done = told | {_commit(a, a.step) for a in done}
         with self._copy.at(step - 1):
             plan = self._copy.ask(with_done).plan
@@ -101,7 +101,7 @@ class Instead:
     def _with(
         self, holds: Tuple[str, ...], done: List[Action], actions: List[Action], step: int
     ) -> Optional[Possible]:
-        """Returns the best plan after what holds before a step, and the actions of that step."""
+        """Returns the best plan from a step on, given the fluents before it and its actions."""
         told = {event("save", fluent, 0) for fluent in holds} | {_commit(a, 1) for a in actions}
         with self._copy.at(1):
             plan = self._copy.ask(frozenset(told)).plan

@@ -1,4 +1,4 @@
-"""What facts are called in sentences: the encoding says it, by facts ``phrase(Pattern,Words)``.
+"""Words for facts in sentences, from an encoding's facts ``phrase(Pattern,Words)``.
 
 They stand in a part of the encoding that nobody grounds, so that they cost no planner anything::
 
@@ -30,7 +30,7 @@ _NAME = re.compile(r"\b[a-z0-9]\w*")
 
 @dataclass(frozen=True)
 class Phrases:
-    """Patterns of terms, with variables, and the words for each; the first that fits counts.
+    """Maps terms to words, by patterns with variables; the first pattern that matches counts.
 
     Attributes:
         table: Pairs of pattern and words. Where the words have a variable of the pattern, they get
@@ -41,7 +41,7 @@ class Phrases:
 
     @classmethod
     def read(cls, program: Program) -> Phrases:
-        """Reads those of encodings; a pattern with more names comes before others that fit."""
+        """Reads the phrases of encodings; more specific patterns come first."""
         heads = (
             str(statement.head)
             for statement in program.statements
@@ -89,11 +89,11 @@ class Phrases:
         return fact.content if fact.kind is Kind.SAVED else f"{fact.source} says {fact.content}"
 
     def deed(self, action: str) -> str:
-        """Returns words for what somebody is to do, such as ``go to c3``."""
+        """Returns words for an action, such as ``go to c3``."""
         return self.find(action) or f"do {action}"
 
     def join(self, facts: Iterable[Fact]) -> str:
-        """Returns what some facts say, as one text."""
+        """Returns the clauses of some facts, as one text."""
         return join(self.clause(fact) for fact in facts)
 
 
@@ -112,7 +112,7 @@ def _text(string: str) -> str:
 
 
 def _match(pattern: str, term: str) -> Optional[Dict[str, str]]:
-    """Returns what the variables of a pattern stand for, or None if it does not fit."""
+    """Returns the variables' values of a pattern that matches, or None."""
     if _VARIABLE.fullmatch(pattern):
         return {pattern: term}
     name, places = split_term(pattern)

@@ -1,4 +1,4 @@
-"""Has questions answered in a process of its own, and looks after that process.
+"""Runs the process that answers questions, supervises it, and restarts it.
 
 clingo cannot be interrupted while it grounds, and a thread of this process would hold up the others
 even so. The other process gives way to everything else (:mod:`.serving`).
@@ -26,11 +26,11 @@ _SECONDS_TO_END = 0.5  # so long after it has closed its socket
 _LONGEST_REPLY = 2**26  # bytes
 
 CLOSED = Reply(Status.UNANSWERED, "the node is shutting down")
-"""The reply to what is asked too late."""
+"""The reply to a question that comes after :meth:`AnsweringProcess.close`."""
 
 
 class AnsweringProcess:
-    """A process that answers one question after the other.
+    """A worker process that answers one question after the other.
 
     It is started with the first question, and again if it has ended or had to be ended. One thread
     asks; all may use :meth:`rest` and :meth:`close`.
@@ -45,7 +45,7 @@ class AnsweringProcess:
         seconds_to_start: float = _SECONDS_TO_START,
         seconds_more: float = _SECONDS_MORE,
     ) -> None:
-        """Starts nothing yet.
+        """Prepares; the first question starts the process.
 
         Args:
             warn: Called with what has gone wrong.
@@ -67,7 +67,7 @@ class AnsweringProcess:
         self._rest_lock = threading.Lock()  # guards these two; held for moments only
 
     def rest(self, rests: bool) -> None:
-        """Has the process rest, or go on, if it looks for an answer. Thread-safe, takes no time."""
+        """Pauses or resumes the process if it computes an answer. Thread-safe, does not block."""
         with self._rest_lock:
             if rests is not self._rests:
                 self._rests = rests
@@ -75,14 +75,14 @@ class AnsweringProcess:
                     self._asked.rest(rests)
 
     def ask(self, task: Task) -> Reply:
-        """Has a question answered, and waits for that; raises nothing."""
+        """Sends a question to the process, and waits for the reply; raises nothing."""
         try:
             return self._ask(task)
         finally:
             self._ask_to(None)
 
     def _ask_to(self, child: Optional[_Child]) -> None:
-        """Takes note of the process that looks for an answer, which may have to rest."""
+        """Sets the process that computes an answer, and pauses it if that is wanted."""
         with self._rest_lock:
             if self._asked is not None and self._rests:
                 self._asked.rest(False)
@@ -117,7 +117,7 @@ class AnsweringProcess:
         return None if child is None else child.process.pid
 
     def close(self) -> None:
-        """Ends the process, and with it what is asked. Thread-safe."""
+        """Ends the process, and cancels its question. Thread-safe."""
         with self._lock:
             self._is_closed = True
             if self._child is not None:
@@ -163,7 +163,7 @@ class AnsweringProcess:
 
 
 class _Child:
-    """A process, and the way to it.
+    """A child process, and the socket to it.
 
     Attributes:
         process: The process.
@@ -199,7 +199,7 @@ class _Child:
             timer.cancel()
 
     def receive(self, seconds: float) -> bytes:
-        """Returns what it sends by itself; raises what :meth:`ask` does."""
+        """Receives a message that no :meth:`ask` has caused; raises what that does."""
         timer = self._watch(seconds)
         try:
             return self._connection.recv_bytes(_LONGEST_REPLY)
@@ -207,7 +207,7 @@ class _Child:
             timer.cancel()
 
     def rest(self, rests: bool) -> None:
-        """Stops the process, or has it go on; does nothing to one that has ended."""
+        """Pauses or resumes the process; does nothing to one that has ended."""
         self.process.send_signal(signal.SIGSTOP if rests else signal.SIGCONT)
 
     def has_ended(self) -> bool:

@@ -24,7 +24,7 @@ Answer = Union[WhyNoPlan, WhyGoal, Contrast, WhatIf]
 
 
 class Kind(enum.Enum):
-    """What is asked; the values are words on the wire and of command lines."""
+    """The kinds of questions; the values are words on the wire and of command lines."""
 
     PLAN = "plan"  # why is there none?
     GOAL = "goal"  # why does it wait, or fail?
@@ -66,7 +66,7 @@ class Question:
         return Question(self.kind, tuple(goals.get(name, name) for name in self.arguments))
 
     def answer(self, explainer: Explainer) -> Answer:
-        """Has an explainer answer it; raises what that raises."""
+        """Dispatches the question to an explainer's method, and raises what that raises."""
         if self.kind is Kind.PLAN:
             return explainer.no_plan()
         if self.kind is Kind.IF:
@@ -108,7 +108,7 @@ MORE_TIME = (
 
 
 class Status(enum.Enum):
-    """What has become of a question; the values are exit statuses of ``why.py``, too."""
+    """The statuses of replies; the values are exit statuses of ``why.py``, too."""
 
     ANSWERED = 0
     UNANSWERED = 1  # there was no time, or the node is shutting down
@@ -117,7 +117,7 @@ class Status(enum.Enum):
 
 @dataclass(frozen=True)
 class Reply:
-    """What is replied to a question.
+    """The reply to a question.
 
     Attributes:
         status: What has become of it.
@@ -130,7 +130,7 @@ class Reply:
     structure: str = ""
 
     def encode(self) -> bytes:
-        """Returns what :func:`read_reply` reads."""
+        """Encodes the reply, for :func:`read_reply`."""
         return json.dumps([self.status.value, self.text, self.structure]).encode()
 
 

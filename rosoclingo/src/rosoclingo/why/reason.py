@@ -1,4 +1,4 @@
-"""The smallest set of facts with which there is no plan."""
+"""Finds a reason: a minimal set of facts with which there is no plan."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MOST_ENABLING = 2  # facts, if each set of them is tried
 
 @dataclass(frozen=True)
 class Member:
-    """One of the facts that together prevent a plan.
+    """A member of a reason, with the plan that there would be without it.
 
     Attributes:
         fact: The fact.
@@ -40,7 +40,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Reason:
-    """Facts that together prevent a plan, each of which is needed for that.
+    """A minimal set of facts that together prevent a plan: each of them is needed for that.
 
     Attributes:
         members: These facts. None: there is no plan without all that was told, either.
@@ -87,7 +87,7 @@ class Reason:
 
 
 class Search:
-    """Looks for one reason."""
+    """Searches for one reason."""
 
     def __init__(
         self,
@@ -155,14 +155,14 @@ class Search:
         )
 
     def _verdict(self, facts: FrozenSet[Fact]) -> Verdict:
-        """Returns what there is with some facts, and those that are given."""
+        """Returns the copy's verdict on some facts and those that are given; cached."""
         facts |= self._given
         if facts not in self._known:
             self._known[facts] = self._ask(facts)
         return self._known[facts]
 
     def _is_wrong(self, facts: Iterable[Fact]) -> bool:
-        """Whether the answer is the wrong one with some facts alone."""
+        """Whether some facts alone, with those that are given, have the answer to be explained."""
         facts = frozenset(facts) | self._given
         wrong = self._verdict(facts).answer is self._wrong
         if wrong and len(facts) < len(self._best):
@@ -170,7 +170,7 @@ class Search:
         return wrong
 
     def _leave_history_out(self) -> Set[Fact]:
-        """Leaves out of the history what can be, from its end on.
+        """Leaves out as much of the history as possible, from its end on.
 
         Returns:
             The facts that are left, but those that are given from now on.
@@ -203,7 +203,7 @@ class Search:
         return free.union(history[low:high])
 
     def _shrink(self, facts: Set[Fact]) -> Set[Fact]:
-        """Takes those of the free facts that are known to suffice, if the history is not needed."""
+        """Reduces facts to unsatisfiable cores, as long as these do not need the history."""
         core = self._verdict(self._facts.all()).core
         while core is not None:
             left = {fact for fact in self._facts.free if core.intersection(fact.atoms)}
@@ -214,7 +214,7 @@ class Search:
         return facts
 
     def _reduce(self, facts: Iterable[Fact], background: FrozenSet[Fact]) -> FrozenSet[Fact]:
-        """Leaves out facts, many at once, as long as the answer is the wrong one.
+        """Leaves out facts, by bisection, as long as the answer to be explained stays.
 
         Returns:
             Those that are left.
@@ -240,7 +240,7 @@ class Search:
         return frozenset(kept)
 
     def _check(self, members: FrozenSet[Fact]) -> FrozenSet[Fact]:
-        """Leaves out facts one by one until each is needed: facts may also make plans possible."""
+        """Makes a set minimal, fact by fact: an omitted fact may make another one superfluous."""
         while True:
             for fact in sorted(members, key=_order):
                 if self._is_wrong(members - {fact}):
@@ -250,7 +250,7 @@ class Search:
                 return members
 
     def _find_enabling(self, members: FrozenSet[Fact]) -> Tuple[FrozenSet[Fact], bool]:
-        """Looks for enabling facts: with them, there is a plan in spite of a reason.
+        """Searches for enabling facts, with which there is a plan in spite of a reason.
 
         Args:
             members: The members of the reason.
@@ -285,7 +285,7 @@ class Search:
     def _try_enabling(
         self, goals: FrozenSet[Fact], pool: Sequence[Fact]
     ) -> Tuple[FrozenSet[Fact], bool]:
-        """Does the same for goals alone by trying one set of facts after the other."""
+        """Searches for enabling facts by trying small sets in turn, for a reason of goals alone."""
         numbers = range(1, _MOST_ENABLING + 1)
         with contextlib.suppress(InterruptedQuestionError), self._deadline.share(_ENABLING):
             for some in chain.from_iterable(combinations(pool, number) for number in numbers):
@@ -307,7 +307,7 @@ class Search:
     def _smaller(
         self, members: FrozenSet[Fact], candidates: FrozenSet[Fact]
     ) -> Tuple[FrozenSet[Fact], bool]:
-        """Looks for a reason with fewer members, as long as there is time.
+        """Searches for a smaller reason by minimum hitting sets, as long as there is time.
 
         A reason has one fact at least of each set without which there is a plan. The smallest sets
         that have are tried, the others give further such sets.
@@ -336,7 +336,7 @@ class Search:
         return members, False
 
     def _grow(self, facts: FrozenSet[Fact], pool: FrozenSet[Fact]) -> FrozenSet[Fact]:
-        """Adds facts as long as there is a plan."""
+        """Grows a set of facts to a maximal one with which there is a plan."""
         grown = set(facts)
 
         def add(some: Sequence[Fact]) -> None:
@@ -358,7 +358,7 @@ def _order(fact: Fact) -> Tuple[int, int, str]:
 
 
 def _hit(sets: Sequence[FrozenSet[Fact]]) -> FrozenSet[Fact]:
-    """Returns as few facts as possible of which each set has one."""
+    """Returns a minimum hitting set: as few facts as possible of which each set has one."""
     facts: List[Fact] = sorted(frozenset().union(*sets), key=_order)
     numbers = {fact: number for number, fact in enumerate(facts)}
     control = clingo.Control(["--opt-mode=opt"])

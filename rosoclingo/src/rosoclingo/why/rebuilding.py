@@ -1,4 +1,4 @@
-"""A copy that begins anew for each set of facts, because what it was told cannot be taken back."""
+"""Planner copy by regrounding: restarts for each set of facts, for events that are grounded."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class RebuildingCopy(Copy):
         *,
         best: bool = False,
     ) -> Verdict:
-        """Looks for a shortest plan, which is always the best; see :class:`.copy.Copy`."""
+        """Searches for a shortest plan, which is always the best; see :class:`.copy.Copy`."""
         key = (told, goals, demands, self.step, self.last)
         if key not in self._cache:
             try:
@@ -119,7 +119,7 @@ class RebuildingCopy(Copy):
         return Verdict(Answer.CONTRADICTION)
 
     def _exclude(self, demand: Assumption) -> None:
-        """Excludes the answer sets that do not have what is demanded."""
+        """Adds a constraint that enforces a demand."""
         self._excluded += 1
         name = f"rosoclingo_demand_{self._excluded}"
         atom = demand.name
@@ -133,7 +133,7 @@ class RebuildingCopy(Copy):
         self._guards.append(name)
 
     def _replay(self, told: FrozenSet[str], last: int) -> None:
-        """Tells what has happened, step by step, to a planner that has begun.
+        """Tells an initialised planner the events, step by step.
 
         Args:
             told: The events.
@@ -169,7 +169,7 @@ class RebuildingCopy(Copy):
         return outcome
 
     def _has_answer_set(self, horizon: int) -> bool:
-        """Returns whether there is an answer set if no plan is asked for."""
+        """Distinguishes, without a plan, whether the encoding has an answer set at all."""
         self._planner.assign([query(horizon), *self._guards], Truth.FALSE)
         found = self._planner.has_answer_set(self.deadline.is_over)
         if found is None:

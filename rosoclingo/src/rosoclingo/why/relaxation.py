@@ -1,4 +1,4 @@
-"""The constraints that prevent a plan, where no fact does.
+"""Finds the constraints that prevent a plan, where no fact does.
 
 Those with names are relaxed, and as few as possible are looked for without which there is a plan.
 Of the others, as few as possible are kept so that there is none, whatever becomes of the rest.
@@ -26,7 +26,7 @@ _ALL_STEPS = 0.3  # likewise, for proving that a set suffices for all steps
 
 
 class Relaxation:
-    """Looks for the constraints that prevent a plan with some facts."""
+    """Searches for the constraints that prevent a plan with some facts."""
 
     def __init__(
         self,
@@ -73,7 +73,7 @@ class Relaxation:
         return self._with_quotes(reason, first)
 
     def _with_names(self, reason: Reason) -> Reason:
-        """Adds as few rules with names as possible without which there is a plan."""
+        """Adds a correction set: as few named rules as possible without which there is a plan."""
         named = frozenset(self._rules.named)
         singles = [frozenset([rule]) for rule in _sorted(named)]
         with contextlib.suppress(InterruptedQuestionError), self._deadline.share(_SINGLES):
@@ -122,24 +122,24 @@ class Relaxation:
         yield self._copy.last
 
     def _suffice(self, rules: FrozenSet[Fact]) -> bool:
-        """Whether rules are known to prevent a plan up to the last step."""
+        """Whether rules are proven in time to prevent a plan up to the last step."""
         with contextlib.suppress(InterruptedQuestionError), self._deadline.share(_ALL_STEPS):
             return self._keep(rules).answer is self._wrong
         return False
 
     def _has_plan(self, rules: FrozenSet[Fact]) -> bool:
-        """Whether there is a plan without some rules; it is kept."""
+        """Whether there is a plan without some rules, which is cached."""
         plan = self._relax(rules).plan
         if plan is not None:
             self._plans[rules] = plan
         return plan is not None
 
     def _relax(self, rules: FrozenSet[Fact]) -> Verdict:
-        """Looks for a plan without some rules."""
+        """Searches for a plan without some rules."""
         return self._copy.ask(self._told | atoms(rules), self._goals, self._demands)
 
     def _keep(self, rules: FrozenSet[Fact]) -> Verdict:
-        """Looks for a plan with some rules alone."""
+        """Searches for a plan with only some rules."""
         told = self._told | atoms(self._every - rules)
         if self._wrong is Answer.NONE:
             verdict = self._copy.ask_any(told, (), self._goals, self._demands)

@@ -1,4 +1,4 @@
-"""A copy for encodings that are told their events by grounding, and plan when they are surprised.
+"""Planner copy by replay, for encodings that are told events by grounding and replan after them.
 
 What is left out changes what the encoding has planned in the steps before, and the plan of such a
 step would stand, although nobody has executed it. So a plan is always made in the last step in
@@ -28,7 +28,7 @@ _MOST_DOUBTS = 3  # that an answer names
 
 
 class RetellingCopy(RebuildingCopy):
-    """A copy that tells an encoding what has happened, and has it plan."""
+    """A planner copy that replays the events to an encoding, and plans where it has to replan."""
 
     def __init__(
         self, options: Options, situation: Situation, deadline: Deadline, last: Optional[int] = None
@@ -54,7 +54,7 @@ class RetellingCopy(RebuildingCopy):
         return [reason for _, reason in self._planner.tell(list(events))]
 
     def possible(self, told: FrozenSet[str]) -> FrozenSet[Tuple[str, str]]:
-        """Returns who can do what next, by the part ``possible(k)`` of the encoding.
+        """Returns the possible next actions, by the part ``possible(k)`` of the encoding.
 
         Raises:
             QuestionError: It has none.
@@ -141,7 +141,7 @@ class RetellingCopy(RebuildingCopy):
         return Verdict(Answer.PLAN if plan.horizon <= self.last else Answer.NONE, plan)
 
     def _model(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
-        """Returns any plan after a step: what is known of that step is the same in all."""
+        """Returns any plan after a step: all of them have the same fluents in that step."""
         self._planner.run(*self._planner.demand.prepare(step))
         found: List[Improvement] = []
         outcome = self._engine.solve(

@@ -27,7 +27,7 @@ _GOALS = ("query", "horizon")  # parts and atoms that ask for a plan
 
 @dataclass(frozen=True)
 class Rules:
-    """The constraints that can be relaxed, as facts: told, they relax them.
+    """The relaxable constraints of an encoding, as facts: an event of such a fact relaxes it.
 
     Those of one name are one rule. Of the others, those are left out that ask for a plan, or keep
     what was done.
@@ -139,7 +139,7 @@ def _keeps(constraint: ast.AST) -> bool:
 
 
 class _Mentions(ast.Transformer):
-    """Looks for atoms that ask for a plan, or say what was done."""
+    """Detects atoms that ask for a plan, or keep committed actions."""
 
     found = False
 

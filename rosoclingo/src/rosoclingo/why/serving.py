@@ -1,4 +1,4 @@
-"""The process in which questions are answered: ``python -m rosoclingo.why.serving FD NICE``.
+"""The worker process that answers questions: ``python -m rosoclingo.why.serving FD NICE``.
 
 It gives way to everything else on the machine, so that nothing waits for it: by the nice value 19,
 it gets the time that nobody wants, and it is the first to be ended if memory is short. It ends with
@@ -19,7 +19,7 @@ from queue import SimpleQueue
 from typing import NoReturn
 
 READY = b"ready"
-"""What is sent first."""
+"""The message that the process sends when it is ready."""
 
 LOWEST = 19
 """The nice value with which it runs when no other process wants to."""
@@ -29,7 +29,7 @@ _FIRST_TO_END = 1000  # if memory is short
 
 
 def main() -> NoReturn:
-    """Answers until the other process has ended."""
+    """Answers questions until the parent process has ended."""
     connection = Connection(int(sys.argv[1]))
     never_rest_alone()
     give_way(int(sys.argv[2]))
@@ -44,13 +44,13 @@ def main() -> NoReturn:
 
 
 def never_rest_alone() -> None:
-    """Has this process go on when the one that has started it ends while this one is to rest."""
+    """Resumes this process when its parent ends while it is paused, so that it ends, too."""
     with contextlib.suppress(OSError, AttributeError):  # another system than Linux
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGCONT)
 
 
 def give_way(nice: int) -> None:
-    """Has this process give way to others, as far as the system knows how.
+    """Lowers this process's priority, as far as the system allows.
 
     The process has to be the only one of its session: Linux weighs sessions (autogroups) against
     each other, and priorities count within one of them only.
@@ -68,7 +68,7 @@ def give_way(nice: int) -> None:
 
 
 def _listen(connection: Connection, tasks: SimpleQueue[bytes]) -> None:
-    """Takes what comes; also while clingo works, so that this process ends with the other one."""
+    """Receives tasks, also while clingo works, so that the end of the parent ends this process."""
     with contextlib.suppress(OSError, EOFError):
         while True:
             tasks.put(connection.recv_bytes())

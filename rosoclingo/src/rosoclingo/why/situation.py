@@ -1,4 +1,4 @@
-"""What a question is about: what the planner was told, and what the loop knows beside."""
+"""The situation that a question is about: the planner's events and the loop's state."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _HISTORY = 20  # steps that a copy is told one by one
 
 @dataclass(frozen=True)
 class Situation:
-    """All that a copy of the planner has to know. Immutable; may be sent to another process.
+    """The events and state from which a planner copy is made. Immutable and picklable.
 
     Attributes:
         told: The events that are true, as ``event(S,C,T)``, ordered by step.
@@ -60,7 +60,7 @@ class Situation:
 
     @classmethod
     def of(cls, state: State, last: Optional[int] = None) -> Situation:
-        """Returns that of a loop; called by the loop's thread.
+        """Returns the situation of a loop; called by the loop's thread.
 
         A copy would take long to be told a long history. What it needs to know of that is what held
         in the end, as after a reset.
@@ -87,7 +87,7 @@ class Situation:
         return situation if known is None else situation.since(*known)
 
     def since(self, step: int, fluents: Iterable[str]) -> Situation:
-        """Returns the same as it would be if there had been a reset after a step.
+        """Returns the situation as it would be after a reset at a step.
 
         Args:
             step: The step, which is before the current one.
@@ -125,7 +125,7 @@ class Situation:
 
     @classmethod
     def after(cls, commands: Iterable[Command], last: Optional[int] = None) -> Situation:
-        """Returns that of a planner which was given these commands, as its control log has them.
+        """Returns the situation of a planner from the commands in its control log.
 
         Which goals are open is not known then: in each slot, it is the last one.
 
@@ -153,7 +153,7 @@ class Situation:
 
 
 def moved(atom: str, steps: int) -> str:
-    """Returns an event or an action some steps later; what was saved stays."""
+    """Returns an event or action some steps later; saved events stay."""
     name, arguments = split_term(atom)
     step = number(arguments[-1]) if arguments else None
     if step is None or atom.startswith(SAVE):
@@ -162,14 +162,14 @@ def moved(atom: str, steps: int) -> str:
 
 
 def _is_since(atom: str, step: int) -> bool:
-    """Whether something was told after a step, or is that the step has gone by."""
+    """Whether an event is of a later step, or says that this step has passed."""
     if atom.startswith(SAVE):
         return False
     return (last_number(atom) or 0) > step or atom == event("info", "passed", step)
 
 
 class _Log:
-    """What follows from commands, of each dialect."""
+    """Derives a planner's events, externals and steps from its commands, in any dialect."""
 
     def __init__(self) -> None:
         self._begin()
@@ -222,7 +222,7 @@ class _Log:
             known.pop(atom, None)
 
     def step(self) -> int:
-        """Returns the current step: the one after those that have gone by, or in which one acts."""
+        """Returns the current step: that of the last action, or the one after the passed steps."""
         steps = [0]
         for atom in self.told:
             source, content, text = split_term(atom)[1]

@@ -1,4 +1,4 @@
-"""What the process that answers is told, and how it answers."""
+"""The task of the process that answers questions: an encoding, a situation and a question."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _DIALECTS = {dialect.name: dialect for dialect in (Dialect2, Dialect1, PaperDial
 
 @dataclass(frozen=True)
 class Encoding:
-    """What a planner was started with.
+    """The encoding of a planner: its command line, directory and dialect.
 
     Attributes:
         options: Its command line; files have absolute paths, or begin in the directory.

@@ -1,4 +1,4 @@
-"""The answers' sentences."""
+"""Formulates the answers as sentences."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def no_plan(answer: WhyNoPlan, last: int, phrases: Phrases, goal: str = "") -> W
 
 
 def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> str:
-    """Returns how a sentence goes on whose cause is a reason, and what follows it.
+    """Returns the rest of a sentence whose cause is a reason, and the sentences after it.
 
     Goals are what there is no plan for, and all else is why. If it was said already for which goal
     there is no plan, the others are why, too.
@@ -123,7 +123,7 @@ def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
 
 
 def with_queue(answer: WhyNoPlan, situation: Situation) -> WhyNoPlan:
-    """Adds what is not planned for yet, to an answer about all goals."""
+    """Adds the goals without a slot to an answer about all goals."""
     if not situation.queued:
         return answer
     waits = "waits for a slot" if len(situation.queued) == 1 else "wait for slots"
@@ -184,7 +184,7 @@ def contrast(answer: Contrast, phrases: Phrases) -> Contrast:
 
 
 def planned_like(plan: Optional[Possible], action: str) -> str:
-    """Returns what a plan has: an action in other steps, or else those of its name, or else all.
+    """Returns the actions to name: an action in other steps, else those of its name, else all.
 
     Args:
         plan: The plan, if there is one.

@@ -1,4 +1,4 @@
-"""What happens while a fleet delivers packages, line by line, and whether it is right."""
+"""Narrates and checks the deliveries of a fleet, line by line."""
 
 from __future__ import annotations
 
@@ -81,14 +81,14 @@ class Member:
 
 
 class FleetStory:
-    """Is told what is seen, and says what happens. Thread-safe.
+    """Narrates a fleet's deliveries, and checks them. Thread-safe.
 
     Attributes:
         members: The robots by name.
     """
 
     def __init__(self, graph: Map, places: Mapping[str, Point]) -> None:
-        """Begins before anything has happened.
+        """Starts before the first event.
 
         Args:
             graph: The map, with the robots, that actions are checked against.
@@ -108,19 +108,19 @@ class FleetStory:
 
     @property
     def there(self) -> bool:
-        """Whether all robots have said where they are."""
+        """Whether the positions of all robots are known."""
         with self._lock:
             return all(member.trace.path for member in self.members.values())
 
     @property
     def open(self) -> int:
-        """How many requests have not ended, of whomever."""
+        """The number of open requests, of all clients."""
         with self._lock:
             return sum(not goal.ended for goal in self._validator.goals.values())
 
     @property
     def seconds(self) -> float:
-        """How much simulated time has passed since :meth:`begins`."""
+        """Simulated seconds since :meth:`begins`."""
         with self._lock:
             return self._now() - self._begin
 
@@ -142,7 +142,7 @@ class FleetStory:
             self.members[robot].move(seconds, place, speed)
 
     def touches(self, robot: str) -> None:
-        """A robot touches something."""
+        """Records that a robot touches something."""
         with self._lock:
             self._touched.append(robot)
 
@@ -175,13 +175,13 @@ class FleetStory:
                     self._end = self._now()
 
     def wrong(self) -> List[str]:
-        """Returns what went wrong, when nothing is expected to happen any more."""
+        """Returns the faults, when nothing is expected to happen any more."""
         with self._lock:
             wrong = self._validator.finish()
             return wrong + [f"{robot} has touched something" for robot in self._touched]
 
     def lines(self) -> List[str]:
-        """Returns what each robot, and all together, have done."""
+        """Returns a summary for each robot, and for all together."""
         with self._lock:
             lines = ["robot      packages  metres  waits  seconds waited"]
             for name, member in self.members.items():
@@ -192,7 +192,7 @@ class FleetStory:
             return [*lines, self._summary()]
 
     def summary(self) -> str:
-        """Returns what all have done together."""
+        """Returns the summary of the fleet."""
         with self._lock:
             return self._summary()
 
@@ -207,7 +207,7 @@ class FleetStory:
         )
 
     def _ask(self, goal: str, terms: Sequence[str]) -> None:
-        """Somebody asks to bring something, with the terms of the request; or for another thing."""
+        """Narrates a request, with its terms."""
         package = self._packages[goal]
         if len(terms) < 2:
             self._say("", f"asked for {package}")

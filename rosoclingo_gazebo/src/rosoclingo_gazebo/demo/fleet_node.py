@@ -1,4 +1,4 @@
-"""Has a fleet deliver packages that are asked for at random, and draws it.
+"""Lets a fleet deliver packages that are asked for at random, and draws it.
 
 It needs a running mailbot_fleet.launch. The exit status is 0 if all packages were delivered, and
 nothing was wrong.
@@ -85,7 +85,7 @@ class FleetDemo:
         ]
 
     def run(self) -> List[str]:
-        """Runs until all packages are delivered, and returns what went wrong."""
+        """Runs until all packages are delivered, and returns the faults."""
         if not wait_for(self._ready, _SECONDS_TO_COME):
             return [f"after {_SECONDS_TO_COME:g} s, the simulator or rosoclingo is not there"]
         self.story.begins()
@@ -100,7 +100,7 @@ class FleetDemo:
         return wrong + self.story.wrong()
 
     def lines(self, seconds: float) -> List[str]:
-        """Returns what there was of everything, in so many seconds of wall time."""
+        """Returns the summary, with the seconds of wall time."""
         return [*self.story.lines(), f"{seconds:.0f} s of wall time"]
 
     def draw(self, folder: Path) -> List[Path]:
@@ -121,7 +121,7 @@ class FleetDemo:
         return bool(known and self.story.there and self._client.there())
 
     def _wait(self) -> None:
-        """Asks for what is due, until all has ended, or nothing goes on."""
+        """Sends requests as they are due, until all have ended, or nothing goes on."""
         left, since = 0, 0.0
         while True:
             now = self.story.seconds
@@ -163,5 +163,5 @@ class FleetDemo:
 
 
 def main() -> NoReturn:
-    """Has packages delivered, and ends the process, with exit status 1 if something was wrong."""
+    """Runs the demo, and ends the process, with exit status 1 if something was wrong."""
     run_demo("fleet_demo", _USAGE, FleetDemo)

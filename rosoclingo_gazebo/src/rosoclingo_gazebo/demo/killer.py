@@ -41,7 +41,7 @@ class Killer:
         threading.Thread(target=self._run, name="killer", daemon=True).start()
 
     def end(self) -> None:
-        """Has no more nodes killed."""
+        """Stops killing nodes."""
         self._ended.set()
 
     def _run(self) -> None:

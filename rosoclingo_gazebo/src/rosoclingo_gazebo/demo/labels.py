@@ -49,7 +49,7 @@ class Box:
 def place(
     anchors: Sequence[Point], sizes: Sequence[Point], obstacles: Sequence[Box], frame: Box
 ) -> List[Point]:
-    """Places labels one after the other, each as close as there is room to what it is about.
+    """Places labels one after the other, each as close to its point as there is room.
 
     Args:
         anchors: What each is about.

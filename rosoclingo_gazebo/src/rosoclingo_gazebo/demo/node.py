@@ -65,7 +65,7 @@ class Demo:
         ]
 
     def run(self) -> List[str]:
-        """Runs to the end of the story, and returns what went wrong."""
+        """Runs to the end of the story, and returns the faults."""
         if not wait_for(self._ready, _SECONDS):
             return [f"after {_SECONDS:g} s, the simulator or rosoclingo is not there"]
         try:
@@ -86,7 +86,7 @@ class Demo:
         return wrong + self.story.wrong()
 
     def lines(self, seconds: float) -> List[str]:
-        """Returns what there was of everything, in so many seconds of wall time."""
+        """Returns the summary, with the seconds of wall time."""
         trace = self.story.trace
         return [
             f"{self._orders.summary()}; {trace.metres:.0f} m in {trace.seconds:.0f} s of "

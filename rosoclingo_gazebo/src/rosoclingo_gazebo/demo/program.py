@@ -1,4 +1,4 @@
-"""Runs a demo as a program: it says what there was, draws it, and ends with an exit status."""
+"""Runs a demo as a program: prints a summary, draws it, and ends with an exit status."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from rosclingo.ros.init import init_node
 
 
 class Demo(Protocol):
-    """What happens in a demo. The main thread makes the calls."""
+    """A demo. The main thread makes the calls."""
 
     def run(self) -> List[str]:
-        """Runs to the end, and returns what went wrong."""
+        """Runs to the end, and returns the faults."""
 
     def lines(self, seconds: float) -> List[str]:
-        """Returns what there was of everything, in so many seconds of wall time."""
+        """Returns the summary, with the seconds of wall time."""
 
     def draw(self, folder: Path) -> List[Path]:
         """Writes the pictures to a folder, if there is anything to draw; returns their names."""

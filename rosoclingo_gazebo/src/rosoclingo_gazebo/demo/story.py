@@ -1,4 +1,4 @@
-"""What happens in the third scenario, line by line, and whether it is right."""
+"""Narrates and checks the paper's third scenario, line by line."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _ROUTE = (
 
 
 class Story:
-    """Is told what is seen, and says what happens. Thread-safe.
+    """Narrates the scenario, and checks it. Thread-safe.
 
     The robot is asked for a book, and near c6 for a letter too; an obstacle stands between c5 and
     c4. So it turns round, and the letter comes first: section 4 of the paper, third scenario.
@@ -44,7 +44,7 @@ class Story:
     def __init__(
         self, graph: Map, c6: Point, ask: Callable[[Bring], None], *, undisturbed: bool = True
     ) -> None:
-        """Begins before anything has happened.
+        """Starts before the first event.
 
         Args:
             graph: The map that the robot's actions are checked against.
@@ -84,7 +84,7 @@ class Story:
                 self._send(LETTER)
 
     def touches(self) -> None:
-        """The robot touches something."""
+        """Records that the robot touches something."""
         with self._lock:
             self._touched = True
 
@@ -96,7 +96,7 @@ class Story:
             print(f"  killed: {node}", flush=True)
 
     def hears(self, line: str) -> None:
-        """The client says what has become of a request: ``[1] bring(o7,o11) book: accepted``."""
+        """Handles a status of a request from the client: ``[1] bring(o7,o11) book: accepted``."""
         word = line.rpartition(": ")[2]
         with self._lock:
             if not re.match(r"(plan|step|queued) ?", word) and line not in self._shown:
@@ -104,7 +104,7 @@ class Story:
                 print(line, flush=True)
 
     def notes(self, record: Record) -> None:
-        """The planning loop has noted something in its journal."""
+        """Handles an event of the planning loop's journal."""
         event = record.event
         with self._lock:
             if isinstance(event, ActionPublished) and event.actuator == ROBOT:
@@ -128,7 +128,7 @@ class Story:
             return all(goal.ended for goal in self._validator.goals.values())
 
     def wrong(self) -> List[str]:
-        """Returns what went wrong, when nothing is expected to happen any more."""
+        """Returns the faults, when nothing is expected to happen any more."""
         with self._lock:
             wrong = [*self._validator.finish()]
             if self._undisturbed and self._failures != ["go(c4)"]:

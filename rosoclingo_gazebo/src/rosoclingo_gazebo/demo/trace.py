@@ -1,4 +1,4 @@
-"""Where a robot drove, and what happened where. Needs no ROS."""
+"""The trace of a drive: the robot's path, and events on it. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Point = Tuple[float, float]
 
 
 class Kind(enum.Enum):
-    """What happened."""
+    """The kinds of events of a drive."""
 
     OBSTACLE = "obstacle"
     REQUEST = "request"
@@ -23,7 +23,7 @@ class Kind(enum.Enum):
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened.
+    """An event of a drive.
 
     Attributes:
         kind: What it was.
@@ -40,7 +40,7 @@ class Event:
 
 @dataclass
 class Trace:
-    """A drive. One thread adds to it.
+    """The trace of a drive. One thread adds to it.
 
     Attributes:
         path: Where the robot's centre was, in metres.
@@ -64,12 +64,12 @@ class Trace:
 
     @property
     def seconds(self) -> float:
-        """How long the drive took, in seconds of simulated time."""
+        """The duration of the drive, in seconds of simulated time."""
         return self.times[-1] - self.times[0] if self.times else 0.0
 
     @property
     def metres(self) -> float:
-        """How far the robot has driven."""
+        """The distance driven, in metres."""
         return sum(map(math.dist, self.path, self.path[1:]))
 
     def distance(self, place: Point) -> float:

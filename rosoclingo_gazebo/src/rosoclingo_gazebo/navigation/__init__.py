@@ -1,1 +1,1 @@
-"""ROS's own navigation with the office: what it needs."""
+"""Support for ROS's own navigation in the office."""

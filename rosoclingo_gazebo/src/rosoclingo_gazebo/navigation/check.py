@@ -1,4 +1,4 @@
-"""Which packages of ROS's navigation are missing, and how to get them.
+"""Lists missing packages of ROS's navigation, and how to get them.
 
 navigation_check.py $(rospack find rosoclingo_gazebo)/config/navigation
 """
@@ -53,7 +53,7 @@ class ConfigError(RosclingoError):
 
 
 def plugins(config: Path) -> List[str]:
-    """Returns the packages of what move_base is to load.
+    """Returns the packages of the plugins that move_base loads.
 
     Args:
         config: A folder with ``move_base.yaml``.
@@ -74,7 +74,7 @@ def plugins(config: Path) -> List[str]:
 
 
 def missing(nodes: Iterable[str], packages: Iterable[str]) -> List[str]:
-    """Returns those packages that are not there, or not built.
+    """Returns the packages that are missing, or not built.
 
     Args:
         nodes: Packages that have a node of the same name.
@@ -87,7 +87,7 @@ def missing(nodes: Iterable[str], packages: Iterable[str]) -> List[str]:
 
 
 def remedy(names: Sequence[str]) -> str:
-    """Returns what to tell a user who lacks packages."""
+    """Returns instructions for a user who lacks packages."""
     on_ubuntu = " ".join(f"ros-noetic-{name.replace('_', '-')}" for name in names)
     return (
         f"These packages are missing, or not built: {', '.join(names)}\n"
@@ -121,7 +121,7 @@ def _end(message: str, status: int, launching: bool) -> NoReturn:
 
 
 def main() -> NoReturn:
-    """Prints what there is; the exit status is 1 if something is missing, 2 if a file is wrong."""
+    """Prints the result; the exit status is 1 if something is missing, 2 if a file is wrong."""
     parser = argparse.ArgumentParser(description="Looks for the packages of ROS's navigation.")
     parser.add_argument("config", type=Path, help="folder with move_base.yaml")
     for name, node in (("--navigation", "move_base"), ("--localisation", "amcl and map_server")):

@@ -1,4 +1,4 @@
-"""The server move_base, as a client sees it that no server and no clock can hold up."""
+"""A client of move_base that neither a dead server nor a stopped clock can block."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Base:
 
     @property
     def connected(self) -> bool:
-        """Whether the server is there, as far as its connections tell."""
+        """Whether the server is connected to all topics of the action."""
         client = self._client
         topics = (
             client.pub_goal, client.pub_cancel,
@@ -56,7 +56,7 @@ class Base:
         return all(topic.get_num_connections() for topic in topics)
 
     def wait(self, seconds: float, canceled: threading.Event) -> None:
-        """Waits until the server is there, and says every five seconds what it waits for.
+        """Waits for the server, and logs that every five seconds.
 
         Args:
             seconds: Longest time to wait; 0 for ever.
@@ -146,7 +146,7 @@ class Base:
         return gone
 
     def clear_costmaps(self) -> None:
-        """Has the server forget the obstacles it saw, if it offers that; waits for a short time."""
+        """Clears the server's costmaps, if it offers that; waits for a short time."""
         ended = threading.Event()
 
         def clear() -> None:

@@ -1,4 +1,4 @@
-"""How far a robot is from the way that it should take. Needs no ROS."""
+"""Cross-track error: how far a robot is from its way. Needs no ROS."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ class MoveBase(ActionInterface):
         return max(math.dist(_point(begin), _point(place)) for begin in begins)
 
     def _watch(self, name: str, place: Waypoint, execution: Execution) -> Watch:
-        """Returns what ends a drive to a waypoint when it goes wrong."""
+        """Returns the watchdog of a drive to a waypoint."""
         last = None if self._last is None else _point(self._waypoints.places[self._last])
         return Watch(
             name,

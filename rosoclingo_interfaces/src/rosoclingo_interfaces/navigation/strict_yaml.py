@@ -1,4 +1,4 @@
-"""YAML without names that come twice. Needs no ROS."""
+"""Reads YAML, and refuses duplicate keys. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Values(yaml.SafeLoader):
 
 
 def load(text: str, loader: Type[Any] = Values) -> Any:
-    """Returns what a text says.
+    """Parses a text.
 
     Args:
         text: YAML.

@@ -1,4 +1,4 @@
-"""Ends a drive that leaves its way or takes too long. Needs no ROS."""
+"""Watchdog that ends a drive that leaves its way or takes too long. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rosoclingo_interfaces.navigation.cross_track import Point, Way
 
 @dataclass(frozen=True)
 class TimeLimit:
-    """How long a drive may take, by its length.
+    """The time limit of a drive, by its length.
 
     Attributes:
         base: For a drive of no length, in seconds.

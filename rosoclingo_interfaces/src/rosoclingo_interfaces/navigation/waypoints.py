@@ -1,4 +1,4 @@
-"""Where the waypoints of an encoding are on the map. Needs no ROS."""
+"""Reads a waypoint file: the poses on the map of an encoding's waypoints. Needs no ROS."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The action move_base: goals from clients to the simulation, and their ends back."""
+"""The action server move_base: forwards goals to the simulation, and sends their results."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from rosoclingo_simulator.simulator.simulation import Simulation
 
 
 class GoalServer:
-    """Has the simulation drive to goals, the newest at a time.
+    """Action server that gives goals to the simulation; a newer goal preempts an older one.
 
     Goals and cancel requests take effect in order of arrival, between two steps. Only the
     simulation's thread changes a goal's status.
@@ -39,7 +39,7 @@ class GoalServer:
 
         Args:
             simulation: What drives.
-            move_base: What drives it.
+            move_base: The navigation that drives the robot.
             names: Those of the robot.
             calls: How to hand over to its thread.
         """
@@ -63,7 +63,7 @@ class GoalServer:
         )
 
     def update(self) -> None:
-        """Tells clients what has become of their goal; called after each step."""
+        """Sends feedback and results of the goal; called after each step."""
         current, outcome = self._current, self._move_base.outcome
         if current is None:
             return

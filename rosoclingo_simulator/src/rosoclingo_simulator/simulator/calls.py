@@ -1,4 +1,4 @@
-"""Lets other threads have the simulation's thread do something."""
+"""Queues calls of other threads for the simulation's thread."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ _Returned = TypeVar("_Returned")
 
 
 class Calls:
-    """Functions to call between two steps. ``run`` is for one thread, the rest is thread-safe."""
+    """A queue of calls between two steps. ``run`` is for one thread, the rest is thread-safe."""
 
     def __init__(self) -> None:
         self._waiting: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
 
     def submit(self, function: Callable[..., _Returned], *arguments: Any) -> Future[_Returned]:
-        """Has a function called soon; returns at once, and may be called under any lock.
+        """Queues a call; returns at once, and may be called under any lock.
 
         Returns:
-            What will have the function's value, or what it raises.
+            The future with the function's value, or the error that it raises.
         """
         future: Future[_Returned] = Future()
 
@@ -33,6 +33,6 @@ class Calls:
         return future
 
     def run(self) -> None:
-        """Calls what waits, in order of arrival."""
+        """Makes the queued calls, in order of arrival."""
         while not self._waiting.empty():  # nobody else takes from it
             self._waiting.get()()

@@ -22,7 +22,7 @@ _MOST_PIXELS = 4096  # of a side; what OpenGL allows is seldom less
 
 
 class CameraPublisher:
-    """Publishes what the camera sees, as long as somebody wants it.
+    """Publishes the camera's images, as long as somebody has subscribed.
 
     All but the constructor and :meth:`transforms` is for one thread, the one that moves the robot.
     """
@@ -59,7 +59,7 @@ class CameraPublisher:
         ]
 
     def update(self, seconds: float, stamp: rospy.Time) -> None:
-        """Publishes pictures if it is time to, and somebody has subscribed.
+        """Publishes images if they are due, and somebody has subscribed.
 
         Args:
             seconds: Simulated time since the start.
@@ -107,11 +107,11 @@ class _Stream:
 
     @property
     def wanted(self) -> bool:
-        """Whether somebody has subscribed."""
+        """Whether there is a subscriber."""
         return bool(self._images.get_num_connections() or self._infos.get_num_connections())
 
     def publish(self, picture: np.ndarray, focal: float, stamp: rospy.Time) -> None:
-        """Publishes a picture with what the camera is like."""
+        """Publishes an image with the camera's parameters."""
         height, width = picture.shape[:2]
         image = Image(height=height, width=width, encoding=self._encoding)
         info = CameraInfo(height=height, width=width, distortion_model="plumb_bob")

@@ -1,4 +1,4 @@
-"""What the laser has seen that is not on the map."""
+"""Costmap of obstacles that the laser has seen and the map does not have."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MAP_METRES = 0.15  # what is nearer to something on the map is that
 
 
 class Costmap:
-    """Cells where something stands. Beams mark where they end and clear what they go through.
+    """A grid of obstacles: a beam marks the cell in which it ends, and clears those before.
 
     Attributes:
         marked: Which cells have something in them; a new array after each change.
@@ -26,7 +26,7 @@ class Costmap:
     """
 
     def __init__(self, world: OccupancyMap, grid: Grid) -> None:
-        """Makes a costmap with nothing marked.
+        """Makes an empty costmap.
 
         Args:
             world: What is known to be there.
@@ -38,7 +38,7 @@ class Costmap:
         self.changes = 0
 
     def update(self, scan: Scan, robots: Sequence[Pose] = ()) -> None:
-        """Takes in what the laser has measured.
+        """Updates the costmap by a scan.
 
         Args:
             scan: What it is.

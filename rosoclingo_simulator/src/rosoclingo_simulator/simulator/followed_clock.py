@@ -13,7 +13,7 @@ _ROUNDING = 1e-6  # seconds, what times may be off
 
 
 class FollowedClock:
-    """Lets steps of time pass as a clock elsewhere does.
+    """Paces simulated steps by another clock.
 
     A clock that begins anew, or leaps ahead, is followed at once. :meth:`wait` is for one thread,
     :meth:`tell` is thread-safe.
@@ -22,7 +22,7 @@ class FollowedClock:
     def __init__(
         self, warn: Callable[[str], None], clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Knows no time yet.
+        """Starts without a time.
 
         Args:
             warn: Called with a text when something is wrong with the clock.
@@ -37,7 +37,7 @@ class FollowedClock:
         self._last: Optional[float] = None  # when the last step was due
 
     def tell(self, seconds: float) -> None:
-        """The clock says what time it is."""
+        """Handles a new time of the clock."""
         with self._changed:
             self._now = seconds
             self._heard = self._clock()

@@ -1,4 +1,4 @@
-"""Drives along a path."""
+"""Path follower: drives along a path by pure pursuit."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _STANDING = 0.05  # m/s and rad/s; slower is standing
 
 @dataclass(frozen=True)
 class Limits:
-    """How to drive.
+    """Speed limit and goal tolerances.
 
     Attributes:
         speed: The fastest, in m/s.
@@ -74,7 +74,7 @@ class Follower:
         return self.path[self._nearest :]
 
     def command(self, pose: Pose, velocity: Command, points: np.ndarray) -> Command:
-        """Returns what to do next.
+        """Returns the next command for the wheels.
 
         Args:
             pose: Where the robot is.

@@ -26,7 +26,7 @@ _KINDS = ("egl", "osmesa")  # need no display; the first is the default
 
 
 class OpenGLError(RosclingoError):
-    """There is no OpenGL, so there are no pictures; the message says why and what helps."""
+    """OpenGL is missing, so that pictures cannot be rendered; the message says what helps."""
 
 
 def open_gl(width: int, height: int) -> Any:

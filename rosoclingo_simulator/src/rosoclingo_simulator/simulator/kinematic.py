@@ -1,4 +1,4 @@
-"""Physics of discs that roll over the map and stop at what they touch."""
+"""Kinematic physics: discs that roll over the map and stop at obstacles."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class KinematicPhysics:
 
     @property
     def robots(self) -> Tuple[Pose, ...]:
-        """Where all robots of the world are."""
+        """The poses of all robots of the world."""
         return tuple(robot.pose for robot in self._all)
 
     @property
@@ -97,7 +97,7 @@ class KinematicPhysics:
         return Pose(last.x, last.y, end.theta)
 
     def _may_be(self, pose: Pose) -> bool:
-        """Whether the robot may get to a pose; one that is inside of something may get out."""
+        """Whether the robot may move to a pose; from inside of an obstacle it may move out."""
         clearance = self._clearance(pose)
         return clearance >= physics.ROBOT_RADIUS or clearance > self._clearance(self.pose)
 
@@ -119,7 +119,7 @@ class KinematicPhysics:
         self._boxes.pop(name, None)
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
-        """Returns what a laser measures; see :class:`.physics.Physics`."""
+        """Returns the ranges of a laser; see :class:`.physics.Physics`."""
         if self._world.clearance(self.pose.x, self.pose.y) == 0:
             return np.zeros(len(angles))
         directions = np.stack((np.cos(angles + self.pose.theta), np.sin(angles + self.pose.theta)))
@@ -135,7 +135,7 @@ class KinematicPhysics:
 
 
 def accelerated(velocity: Velocity, wanted: Velocity, seconds: float) -> Velocity:
-    """Returns what the wheels do after some time, in m/s and rad/s.
+    """Returns the velocity after some time of acceleration, in m/s and rad/s.
 
     Args:
         velocity: What they do now.

@@ -1,4 +1,4 @@
-"""A laser that looks around."""
+"""Laser scanner."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ANGLES = np.arange(360) * (2 * np.pi / 360) - np.pi  # one for each degree
 
 @dataclass(frozen=True)
 class Scan:
-    """What the laser has measured.
+    """A laser scan.
 
     Attributes:
         time: When, in seconds.
@@ -32,22 +32,22 @@ class Scan:
 
     @cached_property
     def origin(self) -> np.ndarray:
-        """Where the laser was, as x and y in metres."""
+        """Position of the laser, as x and y in metres."""
         return np.array((self.pose.x, self.pose.y))
 
     @cached_property
     def directions(self) -> np.ndarray:
-        """Of each beam in the map, as x and y."""
+        """Unit vectors of the beams in the map."""
         angles = ANGLES + self.pose.theta
         return np.stack((np.cos(angles), np.sin(angles)), axis=-1)
 
     @cached_property
     def points(self) -> np.ndarray:
-        """Where the beams end in the map, as x and y in metres; of beams without end, far away."""
+        """End points of the beams in the map, in metres; of beams without an end, far away."""
         ranges = np.where(np.isfinite(self.ranges), self.ranges, 10 * MOST_METRES)
         return self.origin + ranges[:, None] * self.directions
 
 
 def look(physics: Physics, time: float) -> Scan:
-    """Returns what the laser measures now."""
+    """Returns a scan of the laser now."""
     return Scan(time, physics.pose, physics.ranges(ANGLES, MOST_METRES))

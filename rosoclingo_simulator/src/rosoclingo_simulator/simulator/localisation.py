@@ -1,4 +1,4 @@
-"""What the simulator does in place of map_server and amcl: it shows the map, and places there."""
+"""Simulates map_server and amcl: publishes the map and each robot's known pose."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MOVED_METRES, _MOVED_RADIANS = 0.2, 0.5  # after which it says where the robot 
 
 
 class MapServer:
-    """Opens the names of map_server, and publishes the map."""
+    """Simulated map_server: publishes the map."""
 
     def __init__(self, world: OccupancyMap) -> None:
         """Opens topics and service.
@@ -39,7 +39,7 @@ class MapServer:
 
 
 class Localisation:
-    """Opens a robot's names of amcl. The simulation's thread calls :meth:`publish`.
+    """A robot's simulated amcl. The simulation's thread calls :meth:`publish`.
 
     Attributes:
         transform: Where the frame of the odometry is on the map; it stays there.
@@ -80,5 +80,5 @@ class Localisation:
         self._calls.submit(self._repeat)
 
     def _repeat(self) -> None:
-        """Has the next step say where the robot is, even if it has not moved."""
+        """Makes the next step publish the pose, even if the robot has not moved."""
         self._told = None

@@ -1,4 +1,4 @@
-"""Turns the simulator's values into ROS's messages and back."""
+"""Converts the simulator's values to ROS's messages and back."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Names:
 
 
 class MessageError(ValueError):
-    """A message that cannot be taken for what it should be; says why."""
+    """An invalid message; says why."""
 
 
 def pose_from(message: PoseStamped) -> Pose:
@@ -165,7 +165,7 @@ def robot_transforms(names: Names) -> Tuple[TransformStamped, ...]:
 
 
 def scan_message(scan: Scan, frame: str, stamp: rospy.Time) -> LaserScan:
-    """Returns what the laser in a frame has measured at a time."""
+    """Converts a scan to a message, with its frame and time."""
     return LaserScan(
         header=Header(stamp=stamp, frame_id=frame),
         angle_min=float(ANGLES[0]),

@@ -1,4 +1,4 @@
-"""What move_base does with a goal: plans, drives, plans again, gives up."""
+"""Simulates move_base: plans a path to a goal, drives, replans, and gives up."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PATIENCE_SECONDS = 60.0  # how long others may have the right of way without a 
 
 
 class End(enum.Enum):
-    """How a goal ended."""
+    """The terminal statuses of a goal."""
 
     SUCCEEDED = "succeeded"
     ABORTED = "aborted"
@@ -74,7 +74,7 @@ class MoveBase:
 
     @property
     def active(self) -> bool:
-        """Whether it drives: there is a goal, or it makes room for another robot."""
+        """Whether it drives, to a goal or out of another robot's way."""
         return self.goal is not None or self.manners.follower is not None
 
     @property
@@ -110,7 +110,7 @@ class MoveBase:
         time: float,
         neighbours: Sequence[Neighbour] = (),
     ) -> Command:
-        """Returns what to do next; :attr:`outcome` tells if the goal has ended with that.
+        """Returns the next command for the wheels; :attr:`outcome` tells if the goal has ended.
 
         Args:
             pose: Where the robot is.
@@ -163,7 +163,7 @@ class MoveBase:
         return time - self._planned >= _PLAN_SECONDS or self._blocked(self._follower.rest)
 
     def _blocked(self, path: np.ndarray) -> bool:
-        """Whether something is in the way that the path does not know."""
+        """Whether an obstacle is on the path that the path was not planned around."""
         rows, columns = np.nonzero(self.costmap.marked)
         if not len(rows):
             return False

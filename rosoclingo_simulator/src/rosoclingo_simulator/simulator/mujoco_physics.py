@@ -123,19 +123,19 @@ class MujocoPhysics:
 
     @property
     def pose(self) -> Pose:
-        """Where the robot really is, in the map."""
+        """The true pose of the robot in the map."""
         x, y, _, qw, qx, qy, qz = self.data.qpos[self._place]
         theta = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
         return Pose(float(x), float(y), theta)
 
     @property
     def robots(self) -> Tuple[Pose, ...]:
-        """Where the only robot of the world is."""
+        """The pose of the only robot of the world."""
         return (self.pose,)
 
     @property
     def velocity(self) -> Tuple[float, float]:
-        """What the wheels really do, in m/s and rad/s."""
+        """The true velocity of the robot by its wheels, in m/s and rad/s."""
         left, right = (float(self.data.qvel[wheel]) * _WHEEL_RADIUS for wheel in self._wheels)
         return (left + right) / 2, (right - left) / _WHEEL_DISTANCE
 
@@ -178,7 +178,7 @@ class MujocoPhysics:
         self.touches = self._hull in data.contact.geom
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
-        """Returns what a laser measures; see :class:`.physics.Physics`."""
+        """Returns the ranges of a laser; see :class:`.physics.Physics`."""
         pose = self.pose
         start = np.array([pose.x, pose.y, physics.LASER_HEIGHT])
         ahead = angles + pose.theta
@@ -227,6 +227,6 @@ def _quaternion(theta: float) -> Tuple[float, float, float, float]:
 
 
 def _towards(asked: float, wanted: float, change: float, real: float, lead: float) -> float:
-    """Returns what is asked next: nearer to what is wanted, and not far from what is real."""
+    """Returns the next setpoint: nearer to the wanted velocity, and not far from the true one."""
     asked = between(asked, -abs(real) - lead, abs(real) + lead)
     return between(wanted, asked - change, asked + change)

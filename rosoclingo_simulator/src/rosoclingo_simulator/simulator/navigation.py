@@ -1,4 +1,4 @@
-"""What the simulator does in place of move_base: its services and topics."""
+"""The services and topics of move_base, apart from its action."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rosoclingo_simulator.simulator.simulation import Simulation
 
 
 class Navigation:
-    """Opens the names of move_base. The simulation's thread calls its methods."""
+    """Opens move_base's services and topics. The simulation's thread calls its methods."""
 
     def __init__(
         self,

@@ -127,7 +127,7 @@ class SimulatorNode:
         spin()  # until the master knows that this node is gone
 
     def _step(self, jump: float) -> None:
-        """Lets one step of time pass, and tells of it; the clock comes after what it stamps."""
+        """Simulates and publishes one step; the clock comes after the messages that it stamps."""
         for robot in self._robots:
             robot.simulation.begin += jump
             robot.prepare()
@@ -148,7 +148,7 @@ class SimulatorNode:
         self._stopped.wait(_SECONDS_TO_END)
 
     def _ask(self, function: Callable[..., _Returned], *arguments: object) -> _Returned:
-        """Has the simulation's thread call a function; a service returns its value."""
+        """Calls a function in the simulation's thread and waits, as services need it."""
         try:
             return self._calls.submit(function, *arguments).result(_SECONDS_TO_ANSWER)
         except concurrent.futures.TimeoutError as err:
@@ -167,7 +167,7 @@ class SimulatorNode:
 
 
 def _about(settings: Settings) -> str:
-    """Returns what is simulated."""
+    """Describes the simulation for the log."""
     pace = f"at {settings.speed:g} times real time" if settings.clock else "by /clock"
     navigation = "" if settings.navigation else ", without navigation"
     localisation = "" if settings.localisation else ", without localisation"

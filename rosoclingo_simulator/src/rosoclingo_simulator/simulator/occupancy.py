@@ -1,4 +1,4 @@
-"""The map of a floor, as map_server has it: a YAML file and a picture."""
+"""Reads an occupancy map in map_server's format: a YAML file and a picture."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NEIGHBOURS = np.arange(-_EXACT_CELLS - 2, _EXACT_CELLS + 3)
 
 
 class OccupancyMap:
-    """Which cells of a floor are free. Does not change; thread-safe.
+    """An occupancy grid of a floor. Immutable; thread-safe.
 
     What is not free is solid, and so is all that is outside of the map.
 

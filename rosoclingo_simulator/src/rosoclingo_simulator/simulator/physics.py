@@ -1,4 +1,4 @@
-"""What the simulator needs of its physics, whichever kind it is."""
+"""The simulator's port to its physics, of either kind."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Box:
 
 
 class Physics(Protocol):
-    """A robot in a world; one thread uses it."""
+    """The physics of a robot in a world. One thread uses it."""
 
     def reset(self, pose: Pose) -> None:
         """Puts the robot somewhere, standing still; boxes stay."""
@@ -98,15 +98,15 @@ class Physics(Protocol):
 
     @property
     def pose(self) -> Pose:
-        """Where the robot really is, in the map."""
+        """The true pose of the robot in the map."""
 
     @property
     def robots(self) -> Sequence[Pose]:
-        """Where all robots of the world are."""
+        """The poses of all robots of the world."""
 
     @property
     def velocity(self) -> Velocity:
-        """What the wheels really do, in m/s and rad/s."""
+        """The true velocity of the robot by its wheels, in m/s and rad/s."""
 
     @property
     def touches(self) -> bool:
@@ -119,7 +119,7 @@ class Physics(Protocol):
         """Takes a box away; does nothing if there is none of the name."""
 
     def ranges(self, angles: np.ndarray, longest: float) -> np.ndarray:
-        """Returns what a laser in the robot's centre measures.
+        """Returns the ranges of a laser in the robot's centre.
 
         Args:
             angles: Directions of the beams from the robot's own, in radians.

@@ -1,4 +1,4 @@
-"""Paths over the floor that keep away from walls."""
+"""Path planner over the floor, away from walls."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ESCAPE_METRES = 0.5  # how far the robot may be from where a path can begin
 
 
 class Planner:
-    """Finds the cheapest path, where driving next to a wall costs more. Thread-safe.
+    """Finds cheapest paths, where driving next to a wall costs more. Thread-safe.
 
     Attributes:
         grid: The cells that paths go through.
@@ -184,7 +184,7 @@ class Planner:
 
 
 def _search(prices: np.ndarray) -> Any:
-    """Returns what finds the cheapest paths over cells with these prices."""
+    """Returns a search for the cheapest paths over cells with these prices."""
     # It takes as long as all other modules of the node, and a robot that only stands needs it not.
     from skimage.graph import MCP_Geometric  # noqa: PLC0415
 

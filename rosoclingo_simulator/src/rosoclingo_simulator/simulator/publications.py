@@ -1,4 +1,4 @@
-"""What the simulator tells of a robot after each step, as one without navigation does."""
+"""Publishes a robot's odometry, transforms and scans after each step."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rosoclingo_simulator.simulator.simulation import Simulation
 
 
 class Publications:
-    """Publishes what has changed. The simulation's thread uses it.
+    """Publishes a robot's changes. The simulation's thread uses it.
 
     Messages that nobody listens to are not made, and those of each step are made once and filled
     again: rospy has written them when ``publish`` returns.
@@ -52,11 +52,11 @@ class Publications:
 
     @property
     def scan_is_wanted(self) -> bool:
-        """Whether somebody listens to the laser."""
+        """Whether the laser's topic has a subscriber."""
         return _listened(self._scan)
 
     def publish(self, stamp: rospy.Time) -> None:
-        """Publishes what is new after a step."""
+        """Publishes the changes of a step."""
         pose, velocity = self._simulation.physics.pose, self._simulation.physics.velocity
         if _listened(self._tf) or _listened(self._odom):
             # Where the wheels have brought the robot.

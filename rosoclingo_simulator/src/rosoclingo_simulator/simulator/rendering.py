@@ -1,4 +1,4 @@
-"""What the robot's camera sees, as MuJoCo renders it. Needs no ROS."""
+"""Renders the images of the robot's camera by MuJoCo. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST_SHAPES = 2000  # far more than a world has
 
 
 class Eye:
-    """Renders what the camera sees. Belongs to the thread that makes it.
+    """Renders camera images. Belongs to the thread that makes it.
 
     MuJoCo's own class for this renders twice for colour and depth, which takes twice as long, and
     loads OpenGL when it is imported.
@@ -62,7 +62,7 @@ class Eye:
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
 
     def look(self) -> Tuple[np.ndarray, np.ndarray]:
-        """Returns what the camera sees now.
+        """Renders the camera's current images.
 
         Returns:
             Red, green and blue of each pixel, by row and column; and its distance along the

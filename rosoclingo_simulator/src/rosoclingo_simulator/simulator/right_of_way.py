@@ -1,4 +1,4 @@
-"""How robots that know of each other pass, wait and make room. Needs no ROS."""
+"""Right of way: how robots that know of each other pass, wait and make room. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Neighbour:
 
 @dataclass
 class RightOfWay:
-    """What a robot does about those that have right of way: it waits, or goes around or aside.
+    """Gives way to robots that have right of way: waits, or drives around or aside.
 
     One thread uses it.
 
@@ -86,7 +86,7 @@ class RightOfWay:
         marked: np.ndarray,
         time: float,
     ) -> None:
-        """Looks who is in the way, and decides what to do.
+        """Looks for robots in the way, and decides what to do.
 
         Args:
             pose: Where the robot is.
@@ -126,13 +126,13 @@ class RightOfWay:
         self.waits = self.follower is None
 
     def end(self) -> None:
-        """Gives way to nobody."""
+        """Stops giving way."""
         self.follower, self.waits, self.since = None, False, None
 
     def _meets(
         self, pose: Pose, velocity: Velocity, way: Optional[np.ndarray], other: Neighbour
     ) -> bool:
-        """Whether both will be closer than they should be if both drive as they want to."""
+        """Whether two robots will come too close if both drive as they want to."""
         if way is None and other.path is None:
             return False  # both stand
         gaps = _gaps(

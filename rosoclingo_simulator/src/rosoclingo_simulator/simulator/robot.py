@@ -1,4 +1,4 @@
-"""One robot's part of the simulator's node: all names that are its own."""
+"""The topics, services and action of one robot in the simulator's node."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Robot:
         self._subscriber = subscriber(names.topic("cmd_vel"), Twist, self._on_command)
 
     def prepare(self) -> None:
-        """Is called before each step."""
+        """Prepares a step: requests a scan if one is wanted."""
         self.simulation.watched = self._publications.scan_is_wanted
 
     def publish(self, stamp: rospy.Time) -> None:
@@ -81,14 +81,14 @@ class Robot:
         self._publications.publish(stamp)
 
     def answer(self, stamp: rospy.Time) -> None:
-        """Tells clients what has become of their goals, and shows pictures, after the clock."""
+        """Sends results of goals, and publishes images, after the clock."""
         if self._goals is not None:
             self._goals.update()
         if self._camera is not None:
             self._camera.update(self.simulation.time, stamp)
 
     def close(self) -> None:
-        """Gives OpenGL back."""
+        """Releases OpenGL."""
         if self._camera is not None:
             self._camera.close()
 

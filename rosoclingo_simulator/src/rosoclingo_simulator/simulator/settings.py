@@ -29,7 +29,7 @@ _OPTION = re.compile(r"-([xyzRPY])\s+(\S+)")
 
 @dataclass(frozen=True)
 class Settings:
-    """What the parameters say; the package's README describes them.
+    """The values of the parameters, which the package's README describes.
 
     Attributes:
         map: A map_server's YAML file.

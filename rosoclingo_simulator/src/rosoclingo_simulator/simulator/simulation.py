@@ -52,7 +52,7 @@ class Simulation:
 
     @property
     def now(self) -> float:
-        """What the clock says, in seconds."""
+        """The time of the simulated clock, in seconds."""
         return self.begin + self.time
 
     def drive(self, command: Command) -> bool:
@@ -87,7 +87,7 @@ class Simulation:
             self._moved = self.time
 
     def seen(self, first: bool) -> Neighbour:
-        """Returns what other robots know of this one.
+        """Returns the robot as its neighbours see it.
 
         Args:
             first: Whether it has right of way.

@@ -1,4 +1,4 @@
-"""The walls of a map as lines, and where the beams of a laser meet them."""
+"""Ray casting: the walls of a map as lines, and where laser beams meet them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _GAP = 1e-9  # metres; walls that are nearer to each other touch, so that no bea
 
 
 class _Faces(NamedTuple):
-    """Where free cells end, on lines across an axis; arrays with one entry for each.
+    """Edges of free cells, on lines across an axis; arrays with one entry for each.
 
     Attributes:
         at: Where the line is, in metres along the axis.

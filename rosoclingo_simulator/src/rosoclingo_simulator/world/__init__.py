@@ -1,1 +1,1 @@
-"""One description of a building, and the files that are made from it."""
+"""Generates maps, models and facts from the description of a building."""

@@ -1,4 +1,4 @@
-"""Whether a robot can drive in a world as its description says."""
+"""Checks that a robot can drive in a world as its description says."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _NEARLY = 1e-6  # m; what numbers such as 0.1 + 0.2 may be off
 
 
 def check(world: World) -> None:
-    """Looks for what cannot be built or driven.
+    """Checks that a world can be built and driven in.
 
     Raises:
         WorldError: There is such a thing; the message names it and the remedy.

@@ -1,4 +1,4 @@
-"""What a description says, as values. Lengths are in metres, angles in radians."""
+"""The description of a world, as values. Lengths are in metres, angles in radians."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Room:
 
 @dataclass(frozen=True)
 class World:
-    """All of a description.
+    """A world's description.
 
     Attributes:
         path: The file of the description.

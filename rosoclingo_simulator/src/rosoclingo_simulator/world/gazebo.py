@@ -1,4 +1,4 @@
-"""The world for Gazebo, in SDF."""
+"""Generates the world for Gazebo, in SDF."""
 
 from __future__ import annotations
 

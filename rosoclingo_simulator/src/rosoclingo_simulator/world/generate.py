@@ -1,4 +1,4 @@
-"""A description to all of its files, and the command that does so."""
+"""Generates all files of a world's description: the command ``generate_world.py``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Walls from areas, exactly: everything lies on the map's grid."""
+"""Computes walls from areas, exactly: everything lies on the map's grid."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The facts for the planner."""
+"""Generates the planner's facts of a world."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What rviz shows of the building: a visualization_msgs/MarkerArray in YAML."""
+"""Generates the markers of a building for rviz: a visualization_msgs/MarkerArray in YAML."""
 
 from __future__ import annotations
 

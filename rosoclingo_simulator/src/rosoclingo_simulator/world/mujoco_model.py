@@ -1,4 +1,4 @@
-"""The building as a model for MuJoCo, in MJCF; a robot is to be added to it."""
+"""Generates the building's model for MuJoCo, in MJCF; a robot is to be added to it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The map for navigation, in map_server's format."""
+"""Generates the map for navigation, in map_server's format."""
 
 from __future__ import annotations
 

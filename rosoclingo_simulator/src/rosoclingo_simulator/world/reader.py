@@ -1,4 +1,4 @@
-"""A description's file to values; what it says about space is checked by ``checks``."""
+"""Parses a description's file; :mod:`.checks` checks what it says about space."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def _mapping(
     required: Tuple[str, ...] = (),
     optional: Optional[Tuple[str, ...]] = None,
 ) -> Dict[Any, Any]:
-    """Returns a mapping that has what is required; with ``optional`` also nothing else."""
+    """Returns a mapping after a check for missing keys and, with ``optional``, unknown ones."""
     if not isinstance(value, dict):
         raise WorldError(f"{where}: expected names with values (NAME: VALUE), not {value!r:.80}")
     for key in required:

@@ -1,4 +1,4 @@
-"""How the generated files look: numbers, colours, and the line that says where they come from."""
+"""Formats generated files: numbers, colours, and the line that names their source."""
 
 from __future__ import annotations
 

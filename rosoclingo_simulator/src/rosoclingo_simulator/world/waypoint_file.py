@@ -1,4 +1,4 @@
-"""The file that tells the interface of move_base where the waypoints are."""
+"""Generates the waypoint file of the interface of move_base."""
 
 from __future__ import annotations
 

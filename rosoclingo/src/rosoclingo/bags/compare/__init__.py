@@ -1,1 +1,1 @@
-"""Says what is different in two runs, on a terminal and as JUnit's XML. Needs no ROS."""
+"""Compares two runs, and reports differences on a terminal and as JUnit's XML. Needs no ROS."""

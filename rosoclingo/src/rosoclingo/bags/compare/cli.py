@@ -1,4 +1,4 @@
-"""What the commands share that compare a recorded run with another one. Needs no ROS."""
+"""The options and exit statuses of the commands that compare runs. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def arguments(given: Optional[Sequence[str]] = None) -> List[str]:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Adds what all these commands understand."""
+    """Adds the options that these commands share."""
     add = parser.add_argument
     add("--level", choices=[level.value for level in Level], default=Level.EXACT.value,
         help="what has to be the same: the actions (exact, the default), the goals' outcomes and "
@@ -72,7 +72,7 @@ def run(
 
 
 def read(program: str, bag: Path, name: Optional[str]) -> Recording:
-    """Reads a recording that is to be compared, and says what is wrong with it.
+    """Reads a recording to compare, and prints its faults.
 
     Args:
         program: What messages begin with.
@@ -116,7 +116,7 @@ def check(bag: Path, recording: Recording) -> None:
 
 
 def tell(comparison: Comparison) -> None:
-    """Prints what is different, if anything is."""
+    """Prints the differences, if there are any."""
     said = text_report.describe(comparison)
     if said:
         print(said)

@@ -1,4 +1,4 @@
-"""Compares what a run has put out with what its replay, or another run, has. Needs no ROS."""
+"""Compares the outputs of a run with those of its replay or another run. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MOST_TO_ALIGN = 2000  # rows; longer ones are compared one by one
 
 
 class Level(enum.Enum):
-    """How much has to be the same."""
+    """The strictness of a comparison."""
 
     EXACT = "exact"
     EQUIVALENT = "equivalent"
@@ -26,7 +26,7 @@ class Level(enum.Enum):
 
 @dataclass(frozen=True)
 class Stall:
-    """The replayed loop waited, and what had to come before the next input was not there.
+    """The replayed loop waited in vain for outputs that the recording has before the next input.
 
     Attributes:
         position: How many of the expected outputs come before the first one that is missing.
@@ -58,7 +58,7 @@ class GoalPair:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the comparison: what was expected and what was seen at one place.
+    """A line of the comparison: the expected and the seen output at one place.
 
     Attributes:
         expected: What was recorded; None for nothing.
@@ -81,7 +81,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What is the same in two runs, and what is not.
+    """The result of comparing two runs.
 
     Attributes:
         level: How much has to be the same.
@@ -107,7 +107,7 @@ class Comparison:
 
     @property
     def differences(self) -> int:
-        """How many differences count at the level."""
+        """The number of differences that count at the level."""
         goals = sum(not pair.same for pair in self.goals) + bool(self.failure)
         if self.level is Level.EXACT:
             return goals + sum(not row.same for row in self.rows)
@@ -211,7 +211,7 @@ def _rows(old: History, new: History) -> List[Row]:
 
 
 def _sorted(history: History) -> List[Output]:
-    """Puts what is done at the same time in an order: actions by name, statuses by goal."""
+    """Sorts outputs that happen at the same time: actions by name, statuses by goal."""
     ordered: List[Output] = []
     for (kind, step), group in groupby(history.timeline, lambda one: (type(one.event), one.step)):
         if (kind is ActionPublished and step is not None) or kind is StatusSet:
@@ -234,7 +234,7 @@ def _inputs_before_difference(old: History, new: History, rows: Sequence[Row]) -
 
 
 def _inputs(history: History, outputs: int) -> Tuple[List[Cell], List[Cell]]:
-    """Returns the inputs until so many outputs were there, and those that came later."""
+    """Splits the inputs into those before a number of outputs, and those after it."""
     halves: Tuple[List[Cell], List[Cell]] = [], []
     for place, entries in history.inputs.items():
         halves[place > outputs].extend(map(history.input, entries))
@@ -244,7 +244,7 @@ def _inputs(history: History, outputs: int) -> Tuple[List[Cell], List[Cell]]:
 def _align(
     old: Sequence[Cell], new: Sequence[Cell]
 ) -> Iterator[Tuple[Optional[Cell], Optional[Cell]]]:
-    """Puts what is the same side by side."""
+    """Aligns the outputs of both runs."""
     begin = 0
     while begin < min(len(old), len(new)) and old[begin] == new[begin]:
         yield old[begin], new[begin]

@@ -1,4 +1,4 @@
-"""What became of the goals of a run, and what its loop has put out, in order. Needs no ROS."""
+"""Summarises a run for comparison: its goals' outcomes, and its outputs in order. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OPEN = "open"
 
 @dataclass(frozen=True)
 class Goal:
-    """What became of a goal in one run.
+    """The statuses and outcome of a goal in one run.
 
     Attributes:
         statuses: Its statuses, with the step where that is known.
@@ -31,14 +31,14 @@ class Goal:
 
 @dataclass(frozen=True)
 class Cell:
-    """Something that a run has put out, in words; the step only where it is known."""
+    """An output in words; the step only where it is known."""
 
     step: Optional[int]
     text: str
 
 
 class History:
-    """What became of the goals of a run, and what its loop has put out.
+    """The outcomes of a run's goals, and the timeline of its outputs.
 
     Attributes:
         requests: What was asked for, by the ids of the goals, in the order in which they came.

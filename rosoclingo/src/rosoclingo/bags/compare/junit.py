@@ -13,7 +13,7 @@ from rosoclingo.bags.errors import BagWriteError
 
 
 class Suite(NamedTuple):
-    """What the results are called: ``replay of run.bag``, and its test cases ``replay.run``."""
+    """The names of a test suite: ``replay of run.bag``, and of its test cases: ``replay.run``."""
 
     name: str
     group: str
@@ -41,7 +41,7 @@ def write_results(file: Path, suite: Suite, comparison: Comparison, seconds: flo
 
 
 def write_error(file: Path, suite: Suite, reason: str) -> None:
-    """Writes that there are no results.
+    """Writes an error in the place of results.
 
     Raises:
         BagWriteError: The file cannot be written.

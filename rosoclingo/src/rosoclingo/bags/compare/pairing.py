@@ -1,4 +1,4 @@
-"""Finds what belongs together in two runs that were recorded independently. Needs no ROS."""
+"""Pairs the goals and inputs of two runs that were recorded independently. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Moved:
 
 
 def with_ids_of(expected: Run, seen: Run) -> Run:
-    """Gives the goals of a run the ids, and the spelling, that they have in another one.
+    """Renames the goals of a run to the ids and the spelling that they have in another one.
 
     Clients make the ids of the time, so that each run has its own. The first goal with a request
     belongs to the first one with this request in the other run, the second to the second.
@@ -64,7 +64,7 @@ def with_ids_of(expected: Run, seen: Run) -> Run:
 
 
 def moved(expected: Inputs, seen: Inputs) -> Tuple[Moved, ...]:
-    """Returns the inputs that only one of two runs had taken before a place, or in other steps.
+    """Returns the inputs that only one run had taken before a place, or both in other steps.
 
     Args:
         expected: The inputs of the first run.
@@ -82,7 +82,7 @@ def moved(expected: Inputs, seen: Inputs) -> Tuple[Moved, ...]:
 
 
 def _numbered(cells: Sequence[Cell]) -> Dict[Tuple[str, int], Cell]:
-    """Returns inputs by their text and how many alike there were before."""
+    """Returns inputs by their text, and a number that tells equal ones apart."""
     counts: Counter[str] = Counter()
     numbered: Dict[Tuple[str, int], Cell] = {}
     for cell in cells:

@@ -1,4 +1,4 @@
-"""Puts a comparison into words that are safe on a terminal. Needs no ROS."""
+"""Formats a comparison as text that is safe on a terminal. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def speed(seconds: float, recorded: float) -> str:
 
 
 def describe_goal(pair: GoalPair) -> List[str]:
-    """Returns what became of a goal, as two lines."""
+    """Describes the statuses of a goal, in two lines."""
     return [f"  expected  {_goal(pair.expected)}", f"  seen      {_goal(pair.seen)}"]
 
 
@@ -106,7 +106,7 @@ def _steps(rows: Sequence[Row]) -> List[str]:
 
 
 def _inputs(comparison: Comparison) -> List[str]:
-    """Returns what may be why two runs are different: what they were not told at the same time."""
+    """Returns lines about inputs that differ, as the likely cause of other differences."""
     inputs = comparison.inputs
     if inputs is None:
         return []

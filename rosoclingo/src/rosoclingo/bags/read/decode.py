@@ -1,4 +1,4 @@
-"""Turns a bag's bytes into messages, by the definitions in the bag. Needs no ROS."""
+"""Deserialises a bag's messages by the definitions in the bag. Needs no ROS."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Decompresses the chunks of a bag, no matter what they expand to. Needs no ROS."""
+"""Decompresses the chunks of a bag, up to a limit of size. Needs no ROS."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ class _Reading:
         self._readable: Set[Connection] = set()
 
     def recording(self) -> Recording:
-        """Reads what the bag has of the chosen node."""
+        """Reads the recording of the chosen node."""
         topic = f"{self._name}/journal"
         has_journal = any(connection.topic == topic for connection in self._connections)
         if has_journal:
@@ -101,7 +101,7 @@ class _Reading:
     # What can be read.
 
     def _messages(self, *topics: str) -> Iterator[Tuple[Message, Any]]:
-        """Yields the messages of topics, and what they say.
+        """Yields the messages of topics, decoded.
 
         Raises:
             BagTypeError: Nothing of a topic that a run needs can be read because of its type.
@@ -192,7 +192,7 @@ class _Reading:
         return programs
 
     def _read_program(self, node: str) -> Optional[Program]:
-        """Returns what a node has said of itself last."""
+        """Returns the last ``~about`` of a node."""
         topic = f"{node}/about"
         found = [parse_about(said.data) for _, said in self._messages(topic)]
         described = [one for one in found if one.get("program")]

@@ -26,7 +26,7 @@ _COUNTS = (b"conn_count", b"chunk_count")
 
 
 class _Op(enum.IntEnum):
-    """What a record is, by the field ``op`` of its header."""
+    """The kinds of records in a bag: the field ``op`` of a record's header."""
 
     MESSAGE = 0x02
     BAG = 0x03
@@ -76,12 +76,12 @@ class Records:
 
     @property
     def encryptor(self) -> str:
-        """What the bag is encrypted with; empty if it is not."""
+        """The name of the bag's encryption; empty if it is not encrypted."""
         return _text(self.header, b"encryptor")
 
     @property
     def fault(self) -> str:
-        """What is wrong with the index, in words; empty if nothing is."""
+        """The fault of the index, in words; empty if it has none."""
         try:
             connections, chunks = (_number(self.header, name) for name in _COUNTS)
         except _DamageError:
@@ -96,7 +96,7 @@ class Records:
 
     @property
     def remarks(self) -> List[str]:
-        """What is wrong with the bag, in words for the user."""
+        """The faults of the bag, in words for the user."""
         remarks = [f"lost: {loss}" for loss in self.losses]
         if self.fault:
             remarks.insert(
@@ -188,7 +188,7 @@ def _length(source: BinaryIO) -> int:
 
 
 def _part(source: BinaryIO, size: int) -> bytes:
-    """Returns what comes after its length."""
+    """Reads a length-prefixed field."""
     length = _length(source)
     part = source.read(min(length, size - source.tell()))
     if len(part) < length:

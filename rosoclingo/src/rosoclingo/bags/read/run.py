@@ -1,4 +1,4 @@
-"""A run, as its journal tells it: what came in, what was put out, how it ends. Needs no ROS."""
+"""A run as its journal tells it: its inputs, its outputs and its end. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rosoclingo.loop.journal import Reason
 
 @dataclass(frozen=True)
 class Output:
-    """Something that a run has put out.
+    """An output of a run: an action, a status, a published plan or the end.
 
     Attributes:
         event: An action, a status, the end, or a plan that was published as a whole, with its
@@ -29,21 +29,21 @@ class Output:
 
     @property
     def key(self) -> journal.Event:
-        """What it is, whatever the step; slots and reasons do not count."""
+        """The output without step, slot and reason, by which outputs of two runs are compared."""
         if isinstance(self.event, journal.StatusSet):
             return replace(self.event, slot="", reason="")
         return journal.LoopEnded("") if isinstance(self.event, journal.LoopEnded) else self.event
 
 
 class Outputs:
-    """Finds the outputs among a journal's events, one by one from its beginning."""
+    """Filters the outputs out of a journal's events, one by one from its beginning."""
 
     def __init__(self, has_journal: bool = True) -> None:
         self._knows_steps = has_journal
         self._plan: Sequence[str] = ()
 
     def find(self, record: journal.Record) -> Optional[Output]:
-        """Returns what an event puts out, if it does."""
+        """Returns the output that an event stands for, if any."""
         event, step = record.event, record.step if self._knows_steps else None
         if isinstance(event, journal.StatusSet):
             # Without a slot, the goal was recalled or rejected by the thread that took it.
@@ -102,12 +102,12 @@ class Run:
 
     @property
     def is_cut(self) -> bool:
-        """Whether the recording ends while the loop was at work, as far as it tells."""
+        """Whether the recording is truncated, as far as it tells: the loop was still at work."""
         return self.has_journal and self.is_open
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is nothing that another run could do differently."""
+        """Whether the run has neither inputs nor outputs that a replay could compare."""
         return not any(self.outputs) and (self.is_open or not self.requests)
 
     @classmethod

@@ -21,7 +21,7 @@ from rosoclingo.loop.journal import Event, GoalArrived, LoopEnded, Status, Statu
 
 
 class RunEnd:
-    """Follows a journal up to the end of its run. Not thread-safe.
+    """Detects the end of a run, event by event. Not thread-safe.
 
     A goal that comes after the end is refused, and the journal has no arrival of it.
 

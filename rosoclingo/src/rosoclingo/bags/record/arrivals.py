@@ -1,4 +1,4 @@
-"""What a recorder has received, and the journal's order in it. Needs no ROS."""
+"""Sorts and deduplicates the journal's events that a recorder receives. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _REMEMBERED = 10_000  # events that may come again; a history has 2,000
 
 
 class Journal:
-    """Puts the events of a journal in order and drops those that come twice.
+    """Sorts the events of a journal, and drops duplicates.
 
     A subscriber that connects while events are published gets some of them from the history and
     directly, and newer ones before older ones. The time and the number tell events apart: a node
@@ -24,7 +24,7 @@ class Journal:
         self._time = 0
 
     def sort(self, events: List[Message]) -> List[Message]:
-        """Returns the events that were not there before, in the order of their numbers.
+        """Returns the new events, in the order of their numbers.
 
         Args:
             events: What has come since the last call.

@@ -36,7 +36,7 @@ _EVENT_SUM = MD5SUMS[LOOP_TYPES["journal"]]
 
 
 class Recorder:
-    """Subscribes to a system's topics, whether or not it runs already, and writes what comes.
+    """Subscribes to a system's topics, whether or not it runs already, and writes all messages.
 
     rospy's threads only fill a queue, and subscribe to the solvers' topics as soon as their names
     are known; :meth:`write` is called by one thread.
@@ -62,7 +62,7 @@ class Recorder:
         self._subscribe(loop_topics(name))
 
     def write(self) -> None:
-        """Writes what has come, in the order in which it came; that of the journal by number.
+        """Writes received messages in order of arrival, and the journal by its numbers.
 
         Raises:
             BagError: The disk refuses.

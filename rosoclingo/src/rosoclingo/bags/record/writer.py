@@ -136,7 +136,7 @@ class BagWriter:
 
 
 def _lengthen_header(path: Path) -> None:
-    """Sets how long a bag's header is to what ROS's tools expect.
+    """Pads a bag's header to the length that ROS's tools expect.
 
     rosbags leaves out what the lengths themselves take, and ``rosbag reindex`` then writes over the
     beginning of the first chunk.

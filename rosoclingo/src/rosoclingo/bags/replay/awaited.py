@@ -1,4 +1,4 @@
-"""Which outputs have to come before the next input of a replay. Needs no ROS."""
+"""Awaits the outputs that a replay has to produce before its next input. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from rosoclingo.loop import journal
 
 
 class Awaited:
-    """The outputs that are expected before the next input, less what came.
+    """The outputs that are expected before the next input and have not come.
 
     Attributes:
         missing: How many of them have not come.
     """
 
     def __init__(self, run: Run, *, has_gate: bool) -> None:
-        """Expects nothing yet.
+        """Prepares; :meth:`expect` sets the outputs.
 
         Args:
             run: The recorded run.
@@ -33,7 +33,7 @@ class Awaited:
         self._waived: Counter[journal.Event] = Counter()  # given up, and may still come
 
     def expect(self, end: Optional[int]) -> None:
-        """Expects what comes between the input before and the next one.
+        """Expects the outputs between the input before and the next one.
 
         Args:
             end: How many outputs were there before the next input; None if there is no other.
@@ -55,7 +55,7 @@ class Awaited:
                 self.missing += 1
 
     def came(self, key: journal.Event) -> None:
-        """Takes note of an output of the replayed run, by its key."""
+        """Counts an output of the replayed run, by its key."""
         if self._waived[key] > 0:
             self._waived[key] -= 1
             return
@@ -64,7 +64,7 @@ class Awaited:
         self._counts[key] -= 1
 
     def give_up(self) -> int:
-        """Expects no more what is missing, and returns the place of its first in the outputs."""
+        """Waives the missing outputs, and returns the place of the first one."""
         missing = +self._counts
         places = range(self._begin, len(self._expected))
         first = (place for place in places if self._expected[place].key in missing)

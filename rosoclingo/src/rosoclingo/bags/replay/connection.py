@@ -1,4 +1,4 @@
-"""The topics by which a replay sends inputs to the loop's node, and hears what that does."""
+"""The topics by which a replay sends inputs to the loop's node and receives its journal."""
 
 from __future__ import annotations
 
@@ -55,18 +55,18 @@ class Connection:
 
     @property
     def is_complete(self) -> bool:
-        """Whether the node is there."""
+        """Whether the node is connected to all topics."""
         topics = [self._status, self._journal]
         is_heard = all(number >= self._lives for number in self._heard_by.values())
         return is_heard and all(topic.get_num_connections() for topic in topics)
 
     @property
     def is_open(self) -> bool:
-        """Whether the node is still connected; once it is not, all that it has sent is there."""
+        """Whether the node is still connected; afterwards, all that it has sent has arrived."""
         return bool(self._journal.get_num_connections())
 
     def begin_again(self) -> None:
-        """Takes note that the node is another process from now on."""
+        """Expects the connections of another process in the node's place."""
         self._lives += 1
 
     def send(self, event: journal.Arrival) -> None:
@@ -84,7 +84,7 @@ class Connection:
         self._open.publish()
 
     def go_on(self) -> None:
-        """Says that what was to be killed is."""
+        """Tells the loop that the node was killed for which it waits."""
         self._go_on.publish()
 
     def hear(self, timeout: float) -> Iterator[Entry]:

@@ -1,4 +1,4 @@
-"""When the loop of a replay is to take the inputs: as recorded. Needs no ROS."""
+"""Schedules the inputs of a replayed loop as they were recorded. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rosoclingo.loop.replay_inbox import Due, Kind, Phase, search_text
 
 
 def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True) -> List[Due]:
-    """Returns the inputs that the loop has taken, and when, in its order; and after them the rest.
+    """Returns the schedule of the inputs that the loop has taken, in its order; then the rest.
 
     That are the outcomes of searches, and how long actions took.
 
@@ -79,14 +79,14 @@ def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True
 
 
 def rest(dues: Sequence[Due], decision: int) -> List[Due]:
-    """Returns what is left for a node that goes on before a decision, which it counts as first."""
+    """Returns the rest of a schedule for a node that restarts before a decision."""
     return [
         due._replace(decision=due.decision - decision) for due in dues if due.decision >= decision
     ]
 
 
 def _searches(entries: Sequence[Entry], same_encodings: bool) -> List[Due]:
-    """Returns how the searches have ended that depend on time, if the journal tells that.
+    """Returns the outcomes of time-dependent searches, if the journal has them.
 
     Those that were finished are left out if the program is not the same: it may have other plans.
     """
@@ -109,7 +109,7 @@ def _searches(entries: Sequence[Entry], same_encodings: bool) -> List[Due]:
 
 
 def _times(entries: Sequence[Entry]) -> List[Due]:
-    """Returns how long actions took, if that was measured."""
+    """Returns the measured durations of actions."""
     found: List[Due] = []
     decision = 0
     for event in (entry.event for entry in entries):
@@ -144,7 +144,7 @@ def _moment(
 
 
 def _before(due: Due, decision: int) -> Due:
-    """Has something that was taken while the loop waited be taken before it decided to wait."""
+    """Reschedules an input that was taken in a wait to the moment before the decision to wait."""
     return due._replace(phase=Phase.BEFORE) if due.decision == decision else due
 
 

@@ -1,4 +1,4 @@
-"""The recorded inputs, with what the loop was doing when it took them. Needs no ROS.
+"""The recorded inputs, with the loop's activity when it took them. Needs no ROS.
 
 The latter matters where a replay goes another way than the recorded run, or where that has no
 journal; else the loop takes the inputs by :mod:`rosoclingo.bags.replay.input_schedule`.
@@ -20,7 +20,7 @@ _QUIET_SECONDS = 1.0  # of a bag without a journal: so long without any event, a
 
 
 class Point(enum.Enum):
-    """What the loop was doing when it took an input."""
+    """The activity of the loop when it took an input."""
 
     WAITING = "waiting"
     SEARCHING = "searching"
@@ -51,7 +51,7 @@ class Input:
 
     @property
     def key(self) -> Key:
-        """What identifies it in the journal."""
+        """The key that identifies the input in the journal."""
         return input_key(self.event)
 
 
@@ -103,7 +103,7 @@ def inputs(run: Run) -> List[Input]:
 
 
 def _point(event: journal.Arrival, waits: bool, has_taken: bool) -> Point:
-    """Returns what a loop with a journal was doing when it took an input."""
+    """Returns the activity of a loop with a journal when it took an input."""
     if has_taken:
         return Point.BUSY
     if waits:
@@ -112,17 +112,17 @@ def _point(event: journal.Arrival, waits: bool, has_taken: bool) -> Point:
 
 
 def _guess(gap: float, is_first: bool) -> Point:
-    """Returns what a loop without a journal was doing: after some quiet, it waits."""
+    """Guesses the activity of a loop without a journal: after some quiet, it waits."""
     return Point.WAITING if is_first or gap >= _QUIET_SECONDS else Point.BUSY
 
 
 def begins_a_wait(event: journal.Event) -> bool:
-    """Whether the loop waits from now on, because it has nothing to do."""
+    """Whether an event says that the loop begins to wait, because it is idle."""
     return isinstance(event, journal.LoopWaits) and not event.for_a_replay
 
 
 def input_key(event: journal.Arrival) -> Key:
-    """Returns what identifies an input, whenever it is taken."""
+    """Returns the key of an input, which does not depend on when it is taken."""
     if isinstance(event, journal.MessageArrived):
         return Kind.MESSAGE, event.source, event.value
     return Kind.GOAL if isinstance(event, journal.GoalArrived) else Kind.CANCEL, event.goal, ""

@@ -20,7 +20,7 @@ _POLL_SECONDS = 0.02
 
 
 class Nodes:
-    """The processes, of which some are to be killed when the loop waits for that.
+    """Starts the processes of a replay, and kills and restarts nodes as the recording says.
 
     Attributes:
         killed: How many were killed.
@@ -72,12 +72,12 @@ class Nodes:
         return self._starts[journal.LOOP].name == name
 
     def due(self, decision: int) -> Optional[str]:
-        """Returns what is to be killed before a decision, counted since the loop began."""
+        """Returns the node that is to be killed before a decision, counted since the loop began."""
         kill = next((due for due in self._dues if due.kind is Kind.KILL), None)
         return kill.id if kill is not None and kill.decision == decision else None
 
     def kill(self, decision: int, node: str) -> None:
-        """Kills what :meth:`due` has returned, and starts another one in its place.
+        """Kills the node that :meth:`due` has returned, and starts another process in its place.
 
         Raises:
             ReplayError: Another loop does not start.
@@ -97,7 +97,7 @@ class Nodes:
             self._connection.go_on()
 
     def _set_dues(self) -> None:
-        """Has the loop's node know what it is to take when."""
+        """Sets the ROS parameter with the schedule that the loop's node reads."""
         rospy.set_param(f"{self._name}/replay", replay_inbox.encode(self._dues))
 
     def _start(self, start: Start) -> None:

@@ -1,4 +1,4 @@
-"""Plays a recording to a running system, and hears what that does."""
+"""Plays a recording to a running system, and records its outputs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _CLOSE_SECONDS = 60.0  # how long a busy machine may take to deliver what a node
 
 
 class Replayed(NamedTuple):
-    """What a replay has brought.
+    """The result of a replay: the journal, the stalls and the counts.
 
     Attributes:
         entries: What matters of the journal.
@@ -116,7 +116,7 @@ def play(
 
 
 class _Player:
-    """Sends what is due until nothing is left or nothing comes any more."""
+    """Sends inputs as they are due, until all are sent or the replayed run makes no progress."""
 
     def __init__(
         self,
@@ -140,7 +140,7 @@ class _Player:
 
     @property
     def seconds(self) -> float:
-        """How long ago the first event came."""
+        """Seconds since the first event."""
         return 0.0 if self._begun is None else time.monotonic() - self._begun
 
     def run(self, progress: Callable[[int, int, float], None]) -> str:
@@ -203,7 +203,7 @@ class _Player:
             self._schedule.go_on(time.monotonic(), restarts=node == journal.LOOP)
 
     def _keep(self, entry: Entry) -> None:
-        """Keeps what is compared; of the plans, only that which is published: they are long."""
+        """Keeps the entries to compare; of the plans, only the published one: they are long."""
         event = entry.event
         if isinstance(event, journal.PlanFound):
             self._plan = entry

@@ -1,4 +1,4 @@
-"""When each recorded input is sent to the system that replays a run. Needs no ROS.
+"""Schedules the sending of recorded inputs to the replayed system. Needs no ROS.
 
 By cause, not by the clock: an input has to come after the outputs that it came after when it was
 recorded, such as an answer after its action. When the loop takes it is up to the loop's gate, as
@@ -34,7 +34,7 @@ _MOST_ON_THEIR_WAY = 1000  # inputs that are sent and not taken; publishers have
 
 
 class Schedule:
-    """Says what is to be sent, from what the replayed system's journal says. Not thread-safe.
+    """Decides which input is sent next, from the replayed system's journal. Not thread-safe.
 
     Attributes:
         planned: The inputs, in order.
@@ -143,7 +143,7 @@ class Schedule:
                 del self._on_way[key]
 
     def go_on(self, now: float, *, restarts: bool) -> None:
-        """Takes note that a node was killed, for which the loop has waited.
+        """Resumes after the kill of a node for which the loop has waited.
 
         Args:
             now: The time, in seconds of the clock of :meth:`see`.
@@ -186,7 +186,7 @@ class Schedule:
         return self._end.loop_has_ended
 
     def is_finished(self, now: float) -> bool:
-        """Whether nothing is left to be sent, and nothing can come any more."""
+        """Whether all inputs are sent, and no more events can come."""
         if self._end.loop_has_ended:
             # The journal tells of what the loop takes last, and of what becomes of it, after that.
             return self._end.is_over and not self._on_way
@@ -201,7 +201,7 @@ class Schedule:
         return True
 
     def wake(self, now: float) -> float:
-        """Returns in how many seconds something may be due even if no event comes."""
+        """Returns the seconds until an input may be due even if no event comes."""
         latest = max(self._seen_at, self._sent_at)
         times = [latest + _SETTLED_SECONDS, latest + _LOST_SECONDS, self._sent_at + _ORDER_SECONDS]
         if self.passed < len(self.planned) and self._rate is not None:
@@ -219,7 +219,7 @@ class Schedule:
         return True
 
     def _is_settled(self, now: float) -> bool:
-        """Whether the loop waits, and will do so until something is sent."""
+        """Whether the loop is idle until an input is sent."""
         limit = _LOST_SECONDS if self._on_way else _SETTLED_SECONDS
         if self._rests and now - max(self._seen_at, self._sent_at) >= limit:
             self._on_way.clear()  # lost: a loop that waits takes at once what comes
@@ -262,6 +262,6 @@ class Schedule:
         self._awaited.expect(None if is_last else self.planned[self.passed].position)
 
     def _stall(self) -> None:
-        """Gives up what is awaited."""
+        """Waives the awaited outputs, and records the stall."""
         self.in_step = False
         self.stalls.append(Stall(self._awaited.give_up(), tuple(self._acting)))

@@ -1,4 +1,4 @@
-"""Whether a bag can be replayed, and which processes make the system that does. Needs no ROS."""
+"""Checks that a bag can be replayed, and lists the processes of the replay. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def _solver_names(recording: Recording, loop: Optional[Program]) -> Dict[str, st
 
 
 def _parameters(recording: Recording) -> List[str]:
-    """Returns what sets the parameters by which the loop decides; those of the bag, if it says.
+    """Returns arguments that set the parameters by which the loop decides, as the bag has them.
 
     ``~action_timeout`` is none of them: an action's failure after it is an input of the recording.
 

@@ -1,4 +1,4 @@
-"""Writes the files that a bag has of a node, and fits its command line to them."""
+"""Unpacks the files of a node from a bag, and rewrites its command line to their paths."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def from_disk(program: Program) -> List[str]:
 
 
 def is_unchanged(program: Program) -> bool:
-    """Whether the files of the disk that :func:`from_disk` uses are those of the bag."""
+    """Whether the files that :func:`from_disk` uses have the contents that the bag has."""
     packages = rospkg.RosPack()
 
     def is_same(path: str, text: str) -> bool:
@@ -95,7 +95,7 @@ def is_unchanged(program: Program) -> bool:
 
 
 def _in_packages(path: str, packages: rospkg.RosPack) -> Iterator[str]:
-    """Yields where a file is if one of the folders above it is a package, the nearest first."""
+    """Yields the paths that a file may have in packages named as its folders, the nearest first."""
     parts = path.split("/")
     for place in range(len(parts) - 2, 0, -1):
         try:

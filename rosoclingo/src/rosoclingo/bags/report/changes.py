@@ -1,4 +1,4 @@
-"""Which plans changed what was planned before, where, and why. Needs no ROS."""
+"""Finds the plans that differ from the plan before, with the place and cause. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ def planned(atoms: Sequence[str]) -> Planned:
 
 
 def after_reset(plan: Planned, step: int) -> Planned:
-    """Returns what is left of a plan when a step has been made number 0."""
+    """Returns a plan as it counts its steps after a reset at one of them."""
     return {number - step: actions for number, actions in plan.items() if number > step}
 
 
 def change(found: Entry, before: Planned, after: Planned) -> Optional[Change]:
-    """Returns what a plan has changed, if anything; its causes are to be found yet.
+    """Returns the change that a plan makes, without causes; None if there is none.
 
     Args:
         found: That it was found.
@@ -78,6 +78,6 @@ def explained(
 
 
 def _explain(causes: Sequence[Cause], is_first: bool) -> Tuple[Cause, ...]:
-    """Returns the causes that matter: what goes as planned does so only if there is no other."""
+    """Returns the causes that matter: actions that went as planned only if there is no other."""
     special = tuple(dict.fromkeys(cause for cause in causes if cause.kind != "success"))
     return special or tuple(dict.fromkeys(causes)) or (Cause("start" if is_first else "none"),)

@@ -47,7 +47,7 @@ def render(recording: Recording, statistics: Statistics, file: Path) -> str:
 
 
 def data(recording: Recording, statistics: Statistics, file: Path) -> Dict[str, Any]:
-    """Returns what the page's script draws, as JSON can hold it.
+    """Returns the data that the page's script draws, as JSON can hold it.
 
     Args:
         recording: What was recorded.
@@ -72,7 +72,7 @@ def data(recording: Recording, statistics: Statistics, file: Path) -> Dict[str, 
 
 
 def figures(recording: Recording, statistics: Statistics) -> List[Tuple[str, str, str]]:
-    """Returns what to know at first: for each figure its name, its value, and more about it."""
+    """Returns the key figures: for each its name, its value, and a remark."""
     run = statistics
     seconds = [search.duration for search in run.searches]
     answers = Counter(action.answer for action in run.actions)
@@ -133,7 +133,7 @@ def _sha256(text: str) -> str:
 
 
 def _role(recording: Recording, node: str) -> str:
-    """Returns what a node does for the planning loop, such as ``controller``."""
+    """Returns the role of a node in the planning loop, such as ``controller``."""
     loop = recording.programs.get(recording.name)
     solvers = loop.solvers if loop is not None else {}
     return next((role for role, name in solvers.items() if name == node), "")

@@ -1,4 +1,4 @@
-"""What happened in a recorded run, as values. Needs no ROS.
+"""The statistics of a recorded run, as values. Needs no ROS.
 
 All times are in seconds of wall time since the recording began; they are negative for what happened
 before.
@@ -133,7 +133,7 @@ class StepRun:
 
 @dataclass(frozen=True)
 class Cause:
-    """Why a plan was changed.
+    """The cause of a change of the plan.
 
     Attributes:
         kind: ``start`` for the first plan; ``goal`` for a goal that came, ``queued`` for one that
@@ -149,7 +149,7 @@ class Cause:
 
 @dataclass(frozen=True)
 class Change:
-    """A plan that differs from what was left of the one before.
+    """A plan that differs from the rest of the one before.
 
     Attributes:
         seconds: When it was found.
@@ -195,7 +195,7 @@ class AnswerRun:
 
 @dataclass(frozen=True)
 class Restart:
-    """A node that had died or was ended, and in whose place another one goes on.
+    """A node that was replaced after it had died or been ended.
 
     Attributes:
         seconds: When that goes on.
@@ -216,7 +216,7 @@ class Restart:
 
 @dataclass(frozen=True)
 class Statistics:
-    """What happened in a run.
+    """The statistics of a run.
 
     Attributes:
         began: When its first event was.

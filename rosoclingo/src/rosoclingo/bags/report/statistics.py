@@ -1,4 +1,4 @@
-"""Computes what happened in a recorded run from its journal. Needs no ROS."""
+"""Computes the statistics of a recorded run from its journal. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _RECENT = 1000  # a message is dropped soon after it has come
 
 
 def compute(recording: Recording) -> Statistics:
-    """Computes what happened in a recording."""
+    """Computes the statistics of a recording."""
     entries = recording.entries
     reading = _Reading()
     for position, entry in enumerate(entries):
@@ -56,7 +56,7 @@ def compute(recording: Recording) -> Statistics:
 
 
 class _Taken(NamedTuple):
-    """A message, as long as it may be dropped."""
+    """A message that may still be dropped."""
 
     position: int
     id: str
@@ -121,7 +121,7 @@ class _Reading:
         self._last = entry.seconds
 
     def causes(self) -> List[Tuple[int, Cause]]:
-        """Returns what may have changed a plan, with its position; once all is read."""
+        """Returns the possible causes of changes, with their positions, when all is read."""
         causes = list(self._causes.items())
         for identifier, goal in self.goals.items():
             if goal.behind:
