@@ -10,8 +10,14 @@ import pytest
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Add, Assumption, Ground, Outcome, Part
+from rosoclingo.loop.demand import Demand
 from rosoclingo.loop.local_search import Incumbent, LocalSearch, below
-from rosoclingo.loop.neighbourhoods import Neighbourhood, Neighbourhoods, says_choices
+from rosoclingo.loop.neighbourhoods import (
+    Neighbourhood,
+    Neighbourhoods,
+    says_choices,
+    shown_choices,
+)
 
 # A tour of 12 points on a circle, 1 to 12, that begins at point 0.
 TOUR = """
@@ -97,9 +103,27 @@ def test_groups_that_are_new_come_first(engine: Engine) -> None:
     assert hoods.size == 8
 
 
-@pytest.mark.parametrize("symbols", [(), ("do(a,b,1)",), ("close(a,b)",), ("keep(a,b)",)])
+def test_choices_that_are_atoms() -> None:
+    symbols = ("choices(pick,2)", "close(2,1)", "pick(a,1)", "pick(b,2)", "pick(c)", "put(d,1)")
+    plan = Neighbourhood.of(symbols)
+    assert plan is not None
+    assert plan.groups == ["1", "2"]
+    assert [one.name for one in plan.assumptions({"1"})] == ["pick(b,2)"]
+    demand = Demand()
+    assert demand.asks(symbols)
+    asked = [(part.name, part.parameters) for part in demand.asked_for(symbols)]
+    assert asked == [("pick", ("a", "1")), ("pick", ("b", "2"))]
+    assert not demand.asks(symbols)
+
+
+@pytest.mark.parametrize(
+    "symbols",
+    [(), ("do(a,b,1)",), ("close(a,b)",), ("keep(a,b)",), ("choices(do,1)", "close(a,b)"),
+     ("choices(do)", "do(a,b,1)"), ("choices(do,4)", "do(a,b,1)"), ("choices(do,x)", "do(a,b,1)")],
+)  # fmt: skip
 def test_no_choices(symbols: Tuple[str, ...]) -> None:
     assert Neighbourhood.of(symbols) is None
+    assert not list(shown_choices(symbols))
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,8 @@ class Written:
 
     Attributes:
         parts: Where each program part begins, but for base.
-        asked: The parts that the encoding asks for by ``ground(P)``.
+        asked: The parts that the encoding asks for by ``ground(P)``, or by atoms that are choices.
+        choices: The names of atoms that are choices, by ``choices(F,I)``.
         used: Where each predicate is used first in a body.
         defined: Where each predicate is defined first, be it by a rule or as an external.
         derived: Where each predicate is derived first, by a rule that is no fact.
@@ -61,6 +62,7 @@ class Written:
 
     parts: Dict[Signature, str] = field(default_factory=dict)
     asked: Set[Signature] = field(default_factory=set)
+    choices: Set[str] = field(default_factory=set)
     used: Dict[Signature, str] = field(default_factory=dict)
     defined: Dict[Signature, str] = field(default_factory=dict)
     derived: Dict[Signature, str] = field(default_factory=dict)
@@ -293,7 +295,9 @@ class _Reader(ast.Transformer):
         for statement in program.statements:
             kind = statement.ast_type.name
             getattr(self, f"_on_{kind.lower()}", self._in_body)(statement)
-        return self._seen
+        seen = self._seen
+        seen.asked.update(each for each in seen.shown if each[0] in seen.choices)
+        return seen
 
     def _use(self, signature: Signature, atom: ast.AST) -> None:
         self._seen.used.setdefault(signature, place(atom))
@@ -327,6 +331,8 @@ class _Reader(ast.Transformer):
     def _on_showterm(self, statement: ast.AST) -> None:
         self._seen.shows_some = True
         self._asks(statement.term)
+        if ("choices", 2) in signatures(statement.term):
+            self._seen.choices.add(str(statement.term.arguments[0]))
         for name, arity in signatures(statement.term):
             self._seen.shown.add((name, arity))
         self._in_body_of(statement)

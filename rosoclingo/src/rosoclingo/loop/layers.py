@@ -34,7 +34,7 @@ from rosoclingo.loop.solver import Solver
 
 _LAYERS, _LAYERS_BEFORE, _GRANTED = "layers(", "layers_before(", "granted("
 _ATTAINED = "ground(attained("
-_SPARE = 2  # layers that are grounded in advance, as that costs less than one by one
+_SPARE = 2  # layers that are grounded in advance, if the first ones were too few
 _AT_ONCE_SECONDS = 0.05  # which each way to search has at first
 _ONE_BY_ONE_SECONDS = 0.2
 _LENGTHENING = 1.5
@@ -127,6 +127,7 @@ class LayeredSearch:
         self._run = run
         self._state = state
         self._cost = cost
+        self._grounding = 0.0  # seconds that it took to ground layers
         self.seeds: Callable[[int, Callable[[], bool]], Seed] = lambda _, __: Seed()
 
     def wanted(self, symbols: Sequence[str]) -> Optional[WantedLayers]:
@@ -184,10 +185,11 @@ class LayeredSearch:
             way, seconds = turns.pop(0)
             if way is not kept:
                 seed.begin()
-            end = min(time.monotonic() + seconds, begin + _MOST_SECONDS)
+            end = self._searched() + seconds
 
             def is_over(end: float = end) -> bool:
-                return stopped() or time.monotonic() > end or seed.is_ready
+                is_late = self._searched() > end or time.monotonic() > begin + _MOST_SECONDS
+                return stopped() or is_late or seed.is_ready
 
             while not (is_over() or way.is_through):
                 found = way.turn(is_over)
@@ -204,6 +206,10 @@ class LayeredSearch:
         if one_by_one.partial is None:
             return self._ended(wanted, SearchEnded(Ended.LAYERED, horizon=1), 0)
         return self._ended(wanted, one_by_one.partial, one_by_one.granted)
+
+    def _searched(self) -> float:
+        """Returns what time it is on a clock that stands still while layers are grounded."""
+        return time.monotonic() - self._grounding
 
     def _try_seed(
         self, wanted: WantedLayers, seed: Seed, stopped: Callable[[], bool]
@@ -285,7 +291,7 @@ class LayeredSearch:
         goal = f"goal({wanted.search},{layers},{wishes})"
         state = self._state
         last = grounded if grounded is not None else layers
-        if grounded is None and layers > state.grounded:
+        if grounded is None and layers > state.grounded > 0:
             last += spare
         parts = [
             wire.Part(name, (str(wanted.search), str(n)))
@@ -300,7 +306,9 @@ class LayeredSearch:
                 commands.append(wire.AssignExternal(state.goal, wire.Truth.FALSE))
             commands.append(wire.AssignExternal(goal, wire.Truth.TRUE))
         if commands:
+            begin = time.monotonic()
             self._run(*commands)
+            self._grounding += time.monotonic() - begin
         state.grounded, state.goal = max(state.grounded, last), goal
 
 
