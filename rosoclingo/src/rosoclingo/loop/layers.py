@@ -34,7 +34,7 @@ from rosoclingo.loop.solver import Solver
 
 _LAYERS, _LAYERS_BEFORE, _GRANTED = "layers(", "layers_before(", "granted("
 _ATTAINED = "ground(attained("
-_SPARE = 2  # layers that are grounded in advance, if the first ones were too few
+_SPARE = 1  # layers that are grounded in advance, as that costs less than one by one
 _AT_ONCE_SECONDS = 0.05  # which each way to search has at first
 _ONE_BY_ONE_SECONDS = 0.2
 _LENGTHENING = 1.5
@@ -291,7 +291,7 @@ class LayeredSearch:
         goal = f"goal({wanted.search},{layers},{wishes})"
         state = self._state
         last = grounded if grounded is not None else layers
-        if grounded is None and layers > state.grounded > 0:
+        if grounded is None and layers > state.grounded:
             last += spare
         parts = [
             wire.Part(name, (str(wanted.search), str(n)))

@@ -317,7 +317,9 @@ class Searching:
             outcome = self._solver.solve((), has_to_end_first, found.append)
             is_cut = limit and outcome.interrupted and not is_stopped
             if not (is_cut and (found or best)):
-                cost = self.cost(outcome, found)
+                # What only says how many layers there are costs nothing.
+                is_plan = WantedLayers.of(outcome.symbols) is None
+                cost = self.cost(outcome, found) if is_plan else ()
                 return outcome, Quality(cost, cost) if cost else None
             bound = self._bound()
             best = self._incumbent(outcome, found, best)
