@@ -49,7 +49,7 @@ class Written:
 
     Attributes:
         parts: Where each program part begins, but for base.
-        asked: The parts that the encoding asks for by ``ground(P)``, or by atoms that are choices.
+        asked: The parts that the encoding asks for by ``ground(P)``, or in other terms.
         choices: The names of atoms that are choices, by ``choices(F,I)``.
         used: Where each predicate is used first in a body.
         defined: Where each predicate is defined first, be it by a rule or as an external.
@@ -331,6 +331,8 @@ class _Reader(ast.Transformer):
     def _on_showterm(self, statement: ast.AST) -> None:
         self._seen.shows_some = True
         self._asks(statement.term)
+        if ("layers_with", 2) in signatures(statement.term):
+            self._seen.asked.add((str(statement.term.arguments[1]), 2))
         if ("choices", 2) in signatures(statement.term):
             self._seen.choices.add(str(statement.term.arguments[0]))
         for name, arity in signatures(statement.term):

@@ -3,7 +3,8 @@
 An encoding with the parts ``layer(k,n)`` and ``goal(k,n)`` says in an answer set of search K, by
 ``layers(K,N,M)``, that its plan has N layers at least, and that M wishes are to be granted. Then
 layers are grounded as needed, and with ``goal(K,N,I)``, an external, I of the wishes are granted
-after N layers, and nothing is done in later ones. An answer set asks for ``attained(K,N,ID)`` for
+after N layers, and nothing is done in later ones. By ``layers_with(K,P)``, a part ``P(k,n)`` is
+grounded with each layer. An answer set asks for ``attained(K,N,ID)`` for
 each request that is met.
 
 Two ways to search take turns, each for longer than the other one before:
@@ -32,7 +33,8 @@ from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.seeding import Seed
 from rosoclingo.loop.solver import Solver
 
-_LAYERS, _LAYERS_BEFORE, _GRANTED = "layers(", "layers_before(", "granted("
+_LAYERS, _LAYERS_BEFORE, _LAYERS_WITH = "layers(", "layers_before(", "layers_with("
+_GRANTED = "granted("
 _ATTAINED = "ground(attained("
 _SPARE = 1  # layers that are grounded in advance, as that costs less than one by one
 _AT_ONCE_SECONDS = 0.05  # which each way to search has at first
@@ -79,6 +81,7 @@ class WantedLayers:
         wishes: How many wishes are to be granted.
         before: How many what is left of the plan before has; 0 if there is none.
         kept: How many wishes that grants.
+        parts: The names of the parts that are grounded for each layer.
     """
 
     search: int
@@ -86,17 +89,21 @@ class WantedLayers:
     wishes: int
     before: int = 0
     kept: int = 0
+    parts: Tuple[str, ...] = ("layer", "goal")
 
     @classmethod
     def of(cls, symbols: Sequence[str]) -> Optional[WantedLayers]:
         """Reads an answer set; None if it needs no layers.
 
-        >>> WantedLayers.of(["layers(2,4,1)", "layers_before(2,7,1)"])
-        WantedLayers(search=2, least=4, wishes=1, before=7, kept=1)
+        >>> wanted = WantedLayers.of(["layers(2,4,1)", "layers_before(2,7,1)", "layers_with(2,x)"])
+        >>> wanted.least, wanted.before, wanted.kept, wanted.parts
+        (4, 7, 1, ('layer', 'x', 'goal'))
         """
         for search, least, wishes in _numbers(symbols, _LAYERS, 3):
             before = list(_numbers(symbols, _LAYERS_BEFORE, 3)) or [[search, 0, 0]]
-            return cls(search, least, wishes, *before[0][1:])
+            more = (name for _, name in _terms(symbols, _LAYERS_WITH, 2))
+            _, layers, kept = before[0]
+            return cls(search, least, wishes, layers, kept, ("layer", *more, "goal"))
         return None
 
 
@@ -296,7 +303,7 @@ class LayeredSearch:
         parts = [
             wire.Part(name, (str(wanted.search), str(n)))
             for n in range(state.grounded + 1, last + 1)
-            for name in ("layer", "goal")
+            for name in wanted.parts
         ]
         commands: List[wire.Command] = []
         if parts:
