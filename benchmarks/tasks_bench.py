@@ -12,7 +12,7 @@ says that a limit is missed, or that a plan is not valid. With ``--seed-planner 
 has a seed, whose process counts, too, and the limits are those for that. With ``--execute``,
 nothing is measured: plans are executed, actions fail by chance, and each one that succeeds is
 validated. With ``--lengths``, it is measured how many actions a plan has ten seconds after the goal
-has come, of which it was improved for most, beside LAMA's plan after ten seconds.
+has come, with ``~patience``, beside LAMA's plan after ten seconds.
 """
 
 from __future__ import annotations
@@ -35,7 +35,6 @@ from harness import Report, Row, Samples
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import System
-from rosoclingo.loop.atoms import Plan
 from rosoclingo.loop.planner import DEFAULT_PATIENCE
 from rosoclingo.loop.words import FAILURE, SOLVER
 from rosoclingo.pddl.domain import read_domain, read_problem
@@ -78,9 +77,9 @@ class Planned:
 class _FirstPlan(System):
     """Ends when the first action goes out."""
 
-    def __init__(self, encoding: List[str], seed_planner: str) -> None:
+    def __init__(self, encoding: List[str], seed_planner: str, patience: float) -> None:
         parts = make_parts(_MODE, Options(tuple(encoding), ()), _STEPS)
-        super().__init__(parts.loop, patience=DEFAULT_PATIENCE, seed_planner=seed_planner)
+        super().__init__(parts.loop, patience=patience, seed_planner=seed_planner)
         self.actions: Optional[List[str]] = None
         self.ended = 0.0
 
@@ -88,33 +87,18 @@ class _FirstPlan(System):
         super().publish(actuator, action)
         if actuator != SOLVER and self.actions is None:
             self.ended = _processor_time()
-            self.actions = _names(self.loop.state.plan)
+            plan = self.loop.state.plan.actions_from(0)
+            self.actions = [each.name for each in sorted(plan, key=lambda one: one.step)]
             self.close()
 
     def turn(self) -> bool:
         return False
-
-    def improve(self, end: float) -> None:
-        """Improves the plan while the first actions go on, until then on the monotonic clock."""
-        state = self.loop.state
-        planner = state.planner
-        while planner.may_improve and time.monotonic() < end:
-            outcome = planner.improve(
-                state.step, lambda: time.monotonic() > end, horizon=state.horizon
-            )
-            if outcome is not None:
-                self.actions = _names(Plan(outcome.symbols))
 
     @property
     def cost(self) -> int:
         """What the plan costs."""
         quality = self.loop.state.planner.quality
         return 0 if quality is None else quality.cost[-1]
-
-
-def _names(plan: Plan) -> List[str]:
-    """Returns the actions of a plan, in an order in which they can be done."""
-    return [each.name for each in sorted(plan.actions_from(0), key=lambda one: one.step)]
 
 
 class _World(System):
@@ -172,20 +156,18 @@ def _processor_time() -> float:
 
 
 def plan_here(encoding: List[str], seed_planner: str, seconds: float) -> None:
-    """Plans in this process, improves that, and prints the time, the plan and its cost as JSON.
+    """Plans in this process, and prints the time, the plan and its cost as JSON.
 
     Args:
         encoding: The files.
         seed_planner: The name of another planner.
-        seconds: How long after the goal the plan is still improved; 0 for not at all.
+        seconds: How long the plan is improved before the first action goes out.
     """
-    system = _FirstPlan(encoding, seed_planner)
+    system = _FirstPlan(encoding, seed_planner, seconds or DEFAULT_PATIENCE)
     system.run()
-    began, end = _processor_time(), time.monotonic() + seconds
+    began = _processor_time()
     system.request("goal")
     system.run()
-    if system.actions is not None:
-        system.improve(end)
     print(json.dumps([system.ended - began, system.actions, system.cost]))
 
 

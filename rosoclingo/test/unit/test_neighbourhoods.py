@@ -9,7 +9,16 @@ import pytest
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Add, Assumption, Ground, Outcome, Part
+from rosclingo.wire.commands import (
+    Add,
+    AssignExternal,
+    Assumption,
+    Ground,
+    Outcome,
+    Part,
+    Restart,
+    Truth,
+)
 from rosoclingo.loop.demand import Demand
 from rosoclingo.loop.local_search import Incumbent, LocalSearch, below
 from rosoclingo.loop.neighbourhoods import (
@@ -73,6 +82,20 @@ def test_a_plan_that_says_nothing_is_searched_as_a_whole(engine: Engine) -> None
     begin = Incumbent(worst(engine).cost, ())
     best = search(engine, Neighbourhoods()).descend(begin, lambda: False)
     assert (best.cost, best.is_best) == ((12,), True)
+
+
+def test_longer_plans_are_tried_when_one_is_the_best(engine: Engine) -> None:
+    rules = "#external more. { long }. :- long, not more. #minimize { 3 : not long ; 1 : long }."
+    engine.run([Restart(), Add("base", (), rules), Ground((Part("base"),))])
+    left = [True]
+
+    def lengthen() -> bool:
+        engine.run([AssignExternal("more", Truth.TRUE)])
+        return bool(left) and left.pop()
+
+    begin = Incumbent((3,), ())
+    best = search(engine, Neighbourhoods()).descend(begin, lambda: False, lengthen=lengthen)
+    assert (best.cost, best.is_best, left) == ((1,), True, [])
 
 
 def test_what_is_free_is_not_assumed(engine: Engine) -> None:

@@ -46,6 +46,8 @@ _SEED_LAYERS = 10  # which are grounded for a seed before it is looked for news 
 _SEED_SECONDS = 2.0  # which may be taken to find out whether a seed fits
 _MOST_SECONDS = 30.0  # after which there is no plan for any request
 _MOST_LAYERS = 64  # more than needed at least, that are tried
+_LONGER_PART = 4  # a plan may have a fourth more layers when it is proven the best,
+_MOST_LONGER = 2  # until it may have twice as many
 _MORE_SECONDS = 5.0  # after which there is one for some of them only, if there is no progress
 
 
@@ -155,6 +157,26 @@ class LayeredSearch:
         """Takes as many layers as what is left of the plan before has."""
         self._ask(wanted, wanted.before, wanted.kept)
         self._state.is_decided = True
+
+    def longer(self, wanted: WantedLayers, layers: int, wishes: int) -> Callable[[], bool]:
+        """Returns what allows plans with more layers, until there are twice as many.
+
+        Args:
+            wanted: What the encoding says of layers.
+            layers: How many the plan has.
+            wishes: How many wishes are to be granted.
+        """
+        most = _MOST_LONGER * layers
+
+        def lengthen() -> bool:
+            nonlocal layers
+            if layers >= most:
+                return False
+            layers += max(1, layers // _LONGER_PART)
+            self._ask(wanted, layers, wishes, spare=0)
+            return True
+
+        return lengthen
 
     def find(
         self, wanted: WantedLayers, stopped: Callable[[], bool], *, same: Optional[wire.Assumption]
@@ -351,7 +373,7 @@ class _Way:
 
     @staticmethod
     def _interleaving() -> Interleaving:
-        return Interleaving(0, _MOST_LAYERS, width=8, growth=1.4, seconds=0.05, share=0.85)
+        return Interleaving(0, _MOST_LAYERS, width=8, growth=1.4, seconds=0.01, share=0.85)
 
     def turn(self, stopped: Callable[[], bool]) -> Optional[SearchEnded]:
         """Searches once; returns a plan for all wishes, if one is found."""
