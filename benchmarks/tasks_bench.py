@@ -11,7 +11,8 @@ is an argument, or in the environment as PDDL_TASKS; without it, nothing is meas
 says that a limit is missed, or that a plan is not valid. With ``--seed-planner lama`` the planner
 has a seed, whose process counts, too, and the limits are those for that. With ``--execute``,
 nothing is measured: plans are executed, actions fail by chance, and each one that succeeds is
-validated.
+validated. With ``--lengths``, it is measured how many actions a plan has ten seconds after the goal
+has come, with ``~patience``, beside LAMA's plan after ten seconds.
 """
 
 from __future__ import annotations
@@ -49,6 +50,8 @@ RATIO_WITH_SEED = 1.2  # likewise
 SOLVED_WITH_SEED = 1.0
 SECONDS = 30.0  # in which a task is to be solved
 DRAWS = 3
+LENGTH_SECONDS = 10
+SHORT = 24 / 32  # of the tasks have plans that are at most as long as LAMA's by then
 _FAILURES = 0.05
 _ACTUATORS = ("aircraft", "driver", "elevator", "hoist", "robot", "rover", "satellite", "truck",
               "vehicle")  # fmt: skip
@@ -63,18 +66,20 @@ class Planned:
     Attributes:
         seconds: Processor time until it was there.
         actions: Its actions, in an order in which they can be done; or how many there are.
+        cost: What it costs.
     """
 
     seconds: float
     actions: List[str]
+    cost: int = 0
 
 
 class _FirstPlan(System):
     """Ends when the first action goes out."""
 
-    def __init__(self, encoding: List[str], seed_planner: str) -> None:
+    def __init__(self, encoding: List[str], seed_planner: str, patience: float) -> None:
         parts = make_parts(_MODE, Options(tuple(encoding), ()), _STEPS)
-        super().__init__(parts.loop, patience=DEFAULT_PATIENCE, seed_planner=seed_planner)
+        super().__init__(parts.loop, patience=patience, seed_planner=seed_planner)
         self.actions: Optional[List[str]] = None
         self.ended = 0.0
 
@@ -88,6 +93,12 @@ class _FirstPlan(System):
 
     def turn(self) -> bool:
         return False
+
+    @property
+    def cost(self) -> int:
+        """What the plan costs."""
+        quality = self.loop.state.planner.quality
+        return 0 if quality is None else quality.cost[-1]
 
 
 class _World(System):
@@ -144,38 +155,62 @@ def _processor_time() -> float:
     return time.process_time() + children.ru_utime + children.ru_stime
 
 
-def plan_here(encoding: List[str], seed_planner: str) -> None:
-    """Plans in this process, and prints the time and the plan as JSON."""
-    system = _FirstPlan(encoding, seed_planner)
+def plan_here(encoding: List[str], seed_planner: str, seconds: float) -> None:
+    """Plans in this process, and prints the time, the plan and its cost as JSON.
+
+    Args:
+        encoding: The files.
+        seed_planner: The name of another planner.
+        seconds: How long the plan is improved before the first action goes out.
+    """
+    system = _FirstPlan(encoding, seed_planner, seconds or DEFAULT_PATIENCE)
     system.run()
     began = _processor_time()
     system.request("goal")
     system.run()
-    print(json.dumps([system.ended - began, system.actions]))
+    print(json.dumps([system.ended - began, system.actions, system.cost]))
 
 
-def plan_with_library(encoding: List[str], limit: float, seed_planner: str) -> Optional[Planned]:
+def plan_with_library(
+    encoding: List[str], limit: float, seed_planner: str, seconds: float = 0
+) -> Optional[Planned]:
     """Plans in a process of its own; returns None if there is no plan in time."""
-    command = [sys.executable, __file__, "--seed-planner", seed_planner, "--one", *encoding]
+    command = [sys.executable, __file__, "--seed-planner", seed_planner]
+    command += ["--seconds", str(seconds), "--one", *encoding]
     try:
         ended = subprocess.run(command, check=True, capture_output=True, text=True, timeout=limit)
     except subprocess.TimeoutExpired:
         return None
-    seconds, actions = json.loads(ended.stdout.splitlines()[-1])
-    return None if actions is None else Planned(seconds, actions)
+    duration, actions, cost = json.loads(ended.stdout.splitlines()[-1])
+    return None if actions is None else Planned(duration, actions, cost)
 
 
-def plan_with_lama(domain: Path, problem: Path, folder: Path) -> Planned:
-    """Plans with LAMA; the actions are numbers."""
+def plan_with_lama(
+    domain: Path, problem: Path, folder: Path, seconds: Optional[int] = None
+) -> Planned:
+    """Plans with LAMA; the actions have no names.
+
+    Args:
+        domain: The domain.
+        problem: The problem.
+        folder: Gets its files.
+        seconds: How long it improves plans; None for its first plan.
+    """
     driver = str(fast_downward() / "fast-downward.py")
-    command = [sys.executable, driver, "--alias", "lama-first", str(domain), str(problem)]
+    options = ["--alias", "lama-first"]
+    if seconds is not None:
+        options = ["--overall-time-limit", f"{seconds}s", "--alias", "lama"]
+    command = [sys.executable, driver, *options, str(domain), str(problem)]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    ended = subprocess.run(command, check=True, capture_output=True, text=True, cwd=folder)
+    ended = subprocess.run(
+        command, check=seconds is None, capture_output=True, text=True, cwd=folder
+    )  # fmt: skip
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    length = re.search(r"Plan length: (\d+) step", ended.stdout)
-    assert length is not None, ended.stdout[-2000:]
-    return Planned(seconds, [""] * int(length[1]))
+    duration = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    lengths = re.findall(r"Plan length: (\d+) step", ended.stdout)
+    costs = re.findall(r"Plan cost: (\d+)", ended.stdout)
+    assert lengths, ended.stdout[-2000:]
+    return Planned(duration, [""] * int(lengths[-1]), int(costs[-1]))
 
 
 def validate(domain: Path, problem: Path, actions: List[str]) -> None:
@@ -253,6 +288,42 @@ def measure_tasks(
     return is_valid
 
 
+def measure_lengths(folder: Path, pattern: str, report: Report, seed_planner: str) -> bool:
+    """Adds a row for each task, and one for all; returns whether all plans are valid."""
+    count = short = cheap = 0
+    is_valid = True
+    for name, domain, problem in tasks(folder):
+        if not re.search(pattern, name):
+            continue
+        count += 1
+        with tempfile.TemporaryDirectory() as place:
+            texts = import_task(domain, problem, ImportOptions(name="task"))
+            files = [str(f) for f in write_files(texts, Path(place)) if f.suffix == ".lp"]
+            lama = plan_with_lama(domain, problem, Path(place), LENGTH_SECONDS)
+            limit = SECONDS + LENGTH_SECONDS
+            ours = plan_with_library(files, limit, seed_planner, LENGTH_SECONDS)
+        length = Samples("actions", (float(len(lama.actions)),))
+        if ours is None:
+            report.add(Row(f"{name}: no plan", length, None))
+            continue
+        try:
+            validate(domain, problem, ours.actions)
+        except PddlError as err:
+            print(f"{name}: the plan is not valid: {err}")
+            is_valid = False
+        short += len(ours.actions) <= len(lama.actions)
+        cheap += ours.cost <= lama.cost
+        own = Samples("actions", (float(len(ours.actions)),))
+        report.add(Row(f"{name}: cost {ours.cost}, LAMA {lama.cost}", own, None,
+                       "LAMA", length.median, "actions"))  # fmt: skip
+    if count:
+        longer = Samples("", (float(count - short),))
+        report.add(Row(f"{short} of {count} at most as long", longer, None, "longer",
+                       (count - short) / count, "", 1 - SHORT))  # fmt: skip
+        print(f"{cheap} of {count} plans cost at most as much as LAMA's")
+    return is_valid
+
+
 def main() -> int:
     """Measures, and returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -261,16 +332,24 @@ def main() -> int:
     parser.add_argument("--draws", type=int, default=DRAWS, metavar="N", help="of each task")
     parser.add_argument("--tasks", default="", metavar="REGEX", help="only those, by their names")
     parser.add_argument("--execute", action="store_true", help="executes plans only")
+    parser.add_argument("--lengths", action="store_true", help="of plans after ten seconds only")
+    parser.add_argument("--seconds", type=float, default=0.0, help="to improve a plan; with --one")
     parser.add_argument("--seed-planner", default=NONE, metavar="NAME", help="lama, for a seed")
     chosen = parser.parse_args()
     if chosen.one:
-        plan_here(chosen.one, chosen.seed_planner)
+        plan_here(chosen.one, chosen.seed_planner, chosen.seconds)
         return 0
     if chosen.folder is None:
         print("no tasks: name their folder, or set PDDL_TASKS")
         return 0
     if chosen.execute:
         return execute_tasks(Path(chosen.folder), chosen.tasks, chosen.draws)
+    if chosen.lengths:
+        report = Report("lengths")
+        is_valid = measure_lengths(
+            Path(chosen.folder), chosen.tasks, report, chosen.seed_planner
+        )  # fmt: skip
+        return report.finish() or (0 if is_valid else 1)
     report = Report("tasks")
     is_valid = measure_tasks(
         Path(chosen.folder), chosen.tasks, chosen.draws, report, chosen.seed_planner

@@ -9,9 +9,24 @@ import pytest
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Add, Assumption, Ground, Outcome, Part
+from rosclingo.wire.commands import (
+    Add,
+    AssignExternal,
+    Assumption,
+    Ground,
+    Outcome,
+    Part,
+    Restart,
+    Truth,
+)
+from rosoclingo.loop.demand import Demand
 from rosoclingo.loop.local_search import Incumbent, LocalSearch, below
-from rosoclingo.loop.neighbourhoods import Neighbourhood, Neighbourhoods, says_choices
+from rosoclingo.loop.neighbourhoods import (
+    Neighbourhood,
+    Neighbourhoods,
+    says_choices,
+    shown_choices,
+)
 
 # A tour of 12 points on a circle, 1 to 12, that begins at point 0.
 TOUR = """
@@ -69,6 +84,20 @@ def test_a_plan_that_says_nothing_is_searched_as_a_whole(engine: Engine) -> None
     assert (best.cost, best.is_best) == ((12,), True)
 
 
+def test_longer_plans_are_tried_when_one_is_the_best(engine: Engine) -> None:
+    rules = "#external more. { long }. :- long, not more. #minimize { 3 : not long ; 1 : long }."
+    engine.run([Restart(), Add("base", (), rules), Ground((Part("base"),))])
+    left = [True]
+
+    def lengthen() -> bool:
+        engine.run([AssignExternal("more", Truth.TRUE)])
+        return bool(left) and left.pop()
+
+    begin = Incumbent((3,), ())
+    best = search(engine, Neighbourhoods()).descend(begin, lambda: False, lengthen=lengthen)
+    assert (best.cost, best.is_best, left) == ((1,), True, [])
+
+
 def test_what_is_free_is_not_assumed(engine: Engine) -> None:
     plan = Neighbourhood.of(worst(engine).symbols)
     assert plan is not None
@@ -117,9 +146,27 @@ def test_the_best_of_some_choices_is_not_proven_the_best_of_all(engine: Engine) 
     assert (best.cost, best.is_best) == ((12,), False)
 
 
-@pytest.mark.parametrize("symbols", [(), ("do(a,b,1)",), ("close(a,b)",), ("keep(a,b)",)])
+def test_choices_that_are_atoms() -> None:
+    symbols = ("choices(pick,2)", "close(2,1)", "pick(a,1)", "pick(b,2)", "pick(c)", "put(d,1)")
+    plan = Neighbourhood.of(symbols)
+    assert plan is not None
+    assert plan.groups == ["1", "2"]
+    assert [one.name for one in plan.assumptions({"1"})] == ["pick(b,2)"]
+    demand = Demand()
+    assert demand.asks(symbols)
+    asked = [(part.name, part.parameters) for part in demand.asked_for(symbols)]
+    assert asked == [("pick", ("a", "1")), ("pick", ("b", "2"))]
+    assert not demand.asks(symbols)
+
+
+@pytest.mark.parametrize(
+    "symbols",
+    [(), ("do(a,b,1)",), ("close(a,b)",), ("keep(a,b)",), ("choices(do,1)", "close(a,b)"),
+     ("choices(do)", "do(a,b,1)"), ("choices(do,4)", "do(a,b,1)"), ("choices(do,x)", "do(a,b,1)")],
+)  # fmt: skip
 def test_no_choices(symbols: Tuple[str, ...]) -> None:
     assert Neighbourhood.of(symbols) is None
+    assert not list(shown_choices(symbols))
 
 
 @pytest.mark.parametrize(

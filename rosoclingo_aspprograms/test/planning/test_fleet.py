@@ -26,7 +26,7 @@ STEPS: Dict[str, List[str]] = {
 NEAR = 12  # requests that are in the way of another one
 # Each mode and each number of robots, of the 16 with each of both.
 SEEDS = draws([0, 3, 6, 9, 10, 15], 16, "EPISODES")
-STUCK = draws([6, 15, 18, 25], 32, "EPISODES")  # each mode; a robot is stuck
+STUCK = draws([7, 15, 18, 25], 32, "EPISODES")  # each mode; a robot is stuck
 CALM = 40  # steps, after which nothing goes wrong any more
 
 
@@ -180,7 +180,7 @@ def test_a_random_fleet_that_loses_robots(seed: int, tmp_path: Path) -> None:
     """Each mode in turn, likewise."""
     fleet = Wedged(list(STEPS)[seed // 4 % len(STEPS)], seed, tmp_path)
     _run(fleet)
-    assert fleet.stuck or seed not in (6, 15, 18, 25)
+    assert fleet.stuck or seed not in (7, 15, 18, 25)
 
 
 class Stream(Episode):

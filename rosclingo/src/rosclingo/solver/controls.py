@@ -22,14 +22,25 @@ def _lenient(c_str: object) -> str:
 clingo.core._to_str = _lenient  # type: ignore[attr-defined]
 
 
-def new_control(options: Sequence[str], messages: Messages) -> clingo.Control:
+def new_control(
+    options: Sequence[str], messages: Messages, *, has_heuristics: bool = False
+) -> clingo.Control:
     """Makes a solver.
+
+    Args:
+        options: Those of the command line.
+        messages: Collects clingo's messages.
+        has_heuristics: Whether its program has ``#heuristic`` statements, as encodings for planning
+            have. Those have many small cardinality constraints, and rewriting these takes longer
+            than it saves, so it is off unless the command line says something else.
 
     Raises:
         OptionsError: clingo refuses an option.
     """
+    says_more = any(option.startswith(("--trans-ext", "--config")) for option in options)
+    added = [] if says_more or not has_heuristics else ["--trans-ext=no"]
     try:
-        return clingo.Control(list(options), logger=messages)
+        return clingo.Control([*options, *added], logger=messages)
     except RuntimeError as err:
         detail = messages.text() or str(err)
         raise OptionsError(f"clingo refuses the options {' '.join(options)}: {detail}") from err

@@ -211,22 +211,25 @@ class Engine:
         self._theory.prepare(self._control)
         best: Optional[List[int]] = None
         symbols: Sequence[clingo.Symbol] = ()
+        texts: Optional[Tuple[str, ...]] = None  # of them, if they were needed already
         with self._control.solve(assumptions, yield_=True) as handle:
             for model in handle:
-                symbols = self._theory.symbols(model)
+                symbols, texts = self._theory.symbols(model), None
                 cost = model.cost
                 if cost and (best is None or cost < best):
                     best = cost
-                    improved(wire.Improvement(model.number, tuple(cost), _texts(symbols)))
+                    texts = _texts(symbols)
+                    improved(wire.Improvement(model.number, tuple(cost), texts))
                 if watch.look():
                     break
+            texts = _texts(symbols) if texts is None else texts
             if watch.stopped:
                 handle.cancel()
-                return wire.Outcome(wire.Result.UNKNOWN, True, _texts(symbols))
+                return wire.Outcome(wire.Result.UNKNOWN, True, texts)
             result = handle.get()
             if result.unsatisfiable and assumptions:
                 self.core = self._name(set(handle.core()), assumptions)
-        return wire.Outcome(_RESULTS[result.satisfiable], result.interrupted, _texts(symbols))
+        return wire.Outcome(_RESULTS[result.satisfiable], result.interrupted, texts)
 
     def _name(
         self, literals: Set[int], assumptions: Sequence[Tuple[clingo.Symbol, bool]]
@@ -257,7 +260,7 @@ class Engine:
         with scripts.using(namespace):
             if program is not last:
                 programs.check(program, (), options)
-            control = new_control(options.clingo, messages)
+            control = new_control(options.clingo, messages, has_heuristics=program.has_heuristics)
             theory = make_theory(options.theory)
             theory.register(control)
             externals = _ExternalValues()

@@ -57,7 +57,8 @@ class Written:
 
     Attributes:
         parts: Where each program part begins, but for base.
-        asked: The parts that the encoding asks for by ``ground(P)``.
+        asked: The parts that the encoding asks for by ``ground(P)``, or in other terms.
+        choices: The names of atoms that are choices, by ``choices(F,I)``.
         used: Where each predicate is used first in a body.
         defined: Where each predicate is defined first, be it by a rule or as an external.
         own: Where each predicate is defined first, in each file.
@@ -70,6 +71,7 @@ class Written:
 
     parts: Dict[Signature, str] = field(default_factory=dict)
     asked: Set[Signature] = field(default_factory=set)
+    choices: Set[str] = field(default_factory=set)
     used: Dict[Signature, str] = field(default_factory=dict)
     defined: Dict[Signature, str] = field(default_factory=dict)
     own: Dict[Tuple[str, Signature], str] = field(default_factory=dict)
@@ -324,7 +326,9 @@ class _Reader(ast.Transformer):
         for statement in program.statements:
             kind = statement.ast_type.name
             getattr(self, f"_on_{kind.lower()}", self._in_body)(statement)
-        return self._seen
+        seen = self._seen
+        seen.asked.update(each for each in seen.shown if each[0] in seen.choices)
+        return seen
 
     def _use(self, signature: Signature, atom: ast.AST) -> None:
         self._seen.used.setdefault(signature, place(atom))
@@ -359,6 +363,10 @@ class _Reader(ast.Transformer):
     def _on_showterm(self, statement: ast.AST) -> None:
         self._seen.shows_some = True
         self._asks(statement.term)
+        if ("layers_with", 2) in signatures(statement.term):
+            self._seen.asked.add((str(statement.term.arguments[1]), 2))
+        if ("choices", 2) in signatures(statement.term):
+            self._seen.choices.add(str(statement.term.arguments[0]))
         for name, arity in signatures(statement.term):
             self._seen.shown.add((name, arity))
         self._in_body_of(statement)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Deque, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
@@ -17,6 +18,7 @@ from rosclingo.wire.commands import AssignExternal, Command, Ground, Part, Truth
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import EVENT
+from rosoclingo.loop.neighbourhoods import shown_choices
 from rosoclingo.loop.seeding import SEED
 
 Pair = Tuple[str, str]
@@ -202,7 +204,9 @@ class Demand:
 
     def asks(self, symbols: Sequence[str]) -> bool:
         """Whether an answer set asks for a part that is not grounded yet."""
-        return any(text.startswith(_ASKS) and text not in self._grounded for text in symbols)
+        asking = (text for text in symbols if text.startswith(_ASKS))
+        shown = (text for text, _ in shown_choices(symbols))
+        return any(text not in self._grounded for text in chain(asking, shown))
 
     def asked_for(self, symbols: Sequence[str]) -> List[Part]:
         """Returns the parts that an answer set asks for and that are not grounded yet.
@@ -210,17 +214,17 @@ class Demand:
         Raises:
             PlannerError: It asks for what is no part or must not be asked for.
         """
+        asking = ((text, split_term(text)[1]) for text in symbols if text.startswith(_ASKS))
+        asked = [(text, arguments[0]) for text, arguments in asking if len(arguments) == 1]
+        asked += [(text, text) for text, _ in shown_choices(symbols)]
         parts = []
-        for text in symbols:
-            if not text.startswith(_ASKS) or text in self._grounded:
+        for text, part in asked:
+            if text in self._grounded:
                 continue
-            asked = split_term(text)[1]
-            if len(asked) != 1:
-                continue
-            name, arguments = split_term(asked[0])
+            name, arguments = split_term(part)
             if not name or name == "base" or name in _RESERVED or name.startswith("-"):
                 raise PlannerError(
-                    f"the planner's answer set asks for {shorten(asked[0])} by {shorten(text)}, "
+                    f"the planner's answer set asks for {shorten(part)} by {shorten(text)}, "
                     "which cannot be asked for"
                 )
             self._grounded.add(text)

@@ -3,7 +3,8 @@
 An encoding with the parts ``layer(k,n)`` and ``goal(k,n)`` says in an answer set of search K, by
 ``layers(K,N,M)``, that its plan has N layers at least, and that M wishes are to be granted. Then
 layers are grounded as needed, and with ``goal(K,N,I)``, an external, I of the wishes are granted
-after N layers, and nothing is done in later ones. An answer set asks for ``attained(K,N,ID)`` for
+after N layers, and nothing is done in later ones. By ``layers_with(K,P)``, a part ``P(k,n)`` is
+grounded with each layer. An answer set asks for ``attained(K,N,ID)`` for
 each request that is met.
 
 Two ways to search take turns, each for longer than the other one before:
@@ -32,9 +33,10 @@ from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.seeding import Seed
 from rosoclingo.loop.solver import Solver
 
-_LAYERS, _LAYERS_BEFORE, _GRANTED = "layers(", "layers_before(", "granted("
+_LAYERS, _LAYERS_BEFORE, _LAYERS_WITH = "layers(", "layers_before(", "layers_with("
+_GRANTED = "granted("
 _ATTAINED = "ground(attained("
-_SPARE = 2  # layers that are grounded in advance, as that costs less than one by one
+_SPARE = 1  # layers that are grounded in advance, as that costs less than one by one
 _AT_ONCE_SECONDS = 0.05  # which each way to search has at first
 _ONE_BY_ONE_SECONDS = 0.2
 _LENGTHENING = 1.5
@@ -44,6 +46,8 @@ _SEED_LAYERS = 10  # which are grounded for a seed before it is looked for news 
 _SEED_SECONDS = 2.0  # which may be taken to find out whether a seed fits
 _MOST_SECONDS = 30.0  # after which there is no plan for any request
 _MOST_LAYERS = 64  # more than needed at least, that are tried
+_LONGER_PART = 4  # a plan may have a fourth more layers when it is proven the best,
+_MOST_LONGER = 2  # until it may have twice as many
 _MORE_SECONDS = 5.0  # after which there is one for some of them only, if there is no progress
 
 
@@ -79,6 +83,7 @@ class WantedLayers:
         wishes: How many wishes are to be granted.
         before: How many what is left of the plan before has; 0 if there is none.
         kept: How many wishes that grants.
+        parts: The names of the parts that are grounded for each layer.
     """
 
     search: int
@@ -86,17 +91,21 @@ class WantedLayers:
     wishes: int
     before: int = 0
     kept: int = 0
+    parts: Tuple[str, ...] = ("layer", "goal")
 
     @classmethod
     def of(cls, symbols: Sequence[str]) -> Optional[WantedLayers]:
         """Reads an answer set; None if it needs no layers.
 
-        >>> WantedLayers.of(["layers(2,4,1)", "layers_before(2,7,1)"])
-        WantedLayers(search=2, least=4, wishes=1, before=7, kept=1)
+        >>> wanted = WantedLayers.of(["layers(2,4,1)", "layers_before(2,7,1)", "layers_with(2,x)"])
+        >>> wanted.least, wanted.before, wanted.kept, wanted.parts
+        (4, 7, 1, ('layer', 'x', 'goal'))
         """
         for search, least, wishes in _numbers(symbols, _LAYERS, 3):
             before = list(_numbers(symbols, _LAYERS_BEFORE, 3)) or [[search, 0, 0]]
-            return cls(search, least, wishes, *before[0][1:])
+            more = (name for _, name in _terms(symbols, _LAYERS_WITH, 2))
+            _, layers, kept = before[0]
+            return cls(search, least, wishes, layers, kept, ("layer", *more, "goal"))
         return None
 
 
@@ -127,6 +136,7 @@ class LayeredSearch:
         self._run = run
         self._state = state
         self._cost = cost
+        self._grounding = 0.0  # seconds that it took to ground layers
         self.seeds: Callable[[int, Callable[[], bool]], Seed] = lambda _, __: Seed()
 
     def wanted(self, symbols: Sequence[str]) -> Optional[WantedLayers]:
@@ -147,6 +157,26 @@ class LayeredSearch:
         """Takes as many layers as what is left of the plan before has."""
         self._ask(wanted, wanted.before, wanted.kept)
         self._state.is_decided = True
+
+    def longer(self, wanted: WantedLayers, layers: int, wishes: int) -> Callable[[], bool]:
+        """Returns what allows plans with more layers, until there are twice as many.
+
+        Args:
+            wanted: What the encoding says of layers.
+            layers: How many the plan has.
+            wishes: How many wishes are to be granted.
+        """
+        most = _MOST_LONGER * layers
+
+        def lengthen() -> bool:
+            nonlocal layers
+            if layers >= most:
+                return False
+            layers += max(1, layers // _LONGER_PART)
+            self._ask(wanted, layers, wishes, spare=0)
+            return True
+
+        return lengthen
 
     def find(
         self, wanted: WantedLayers, stopped: Callable[[], bool], *, same: Optional[wire.Assumption]
@@ -184,10 +214,11 @@ class LayeredSearch:
             way, seconds = turns.pop(0)
             if way is not kept:
                 seed.begin()
-            end = min(time.monotonic() + seconds, begin + _MOST_SECONDS)
+            end = self._searched() + seconds
 
             def is_over(end: float = end) -> bool:
-                return stopped() or time.monotonic() > end or seed.is_ready
+                is_late = self._searched() > end or time.monotonic() > begin + _MOST_SECONDS
+                return stopped() or is_late or seed.is_ready
 
             while not (is_over() or way.is_through):
                 found = way.turn(is_over)
@@ -204,6 +235,10 @@ class LayeredSearch:
         if one_by_one.partial is None:
             return self._ended(wanted, SearchEnded(Ended.LAYERED, horizon=1), 0)
         return self._ended(wanted, one_by_one.partial, one_by_one.granted)
+
+    def _searched(self) -> float:
+        """Returns what time it is on a clock that stands still while layers are grounded."""
+        return time.monotonic() - self._grounding
 
     def _try_seed(
         self, wanted: WantedLayers, seed: Seed, stopped: Callable[[], bool]
@@ -290,7 +325,7 @@ class LayeredSearch:
         parts = [
             wire.Part(name, (str(wanted.search), str(n)))
             for n in range(state.grounded + 1, last + 1)
-            for name in ("layer", "goal")
+            for name in wanted.parts
         ]
         commands: List[wire.Command] = []
         if parts:
@@ -300,7 +335,9 @@ class LayeredSearch:
                 commands.append(wire.AssignExternal(state.goal, wire.Truth.FALSE))
             commands.append(wire.AssignExternal(goal, wire.Truth.TRUE))
         if commands:
+            begin = time.monotonic()
             self._run(*commands)
+            self._grounding += time.monotonic() - begin
         state.grounded, state.goal = max(state.grounded, last), goal
 
 
@@ -336,7 +373,7 @@ class _Way:
 
     @staticmethod
     def _interleaving() -> Interleaving:
-        return Interleaving(0, _MOST_LAYERS, width=8, growth=1.4, seconds=0.05, share=0.85)
+        return Interleaving(0, _MOST_LAYERS, width=8, growth=1.4, seconds=0.01, share=0.85)
 
     def turn(self, stopped: Callable[[], bool]) -> Optional[SearchEnded]:
         """Searches once; returns a plan for all wishes, if one is found."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
@@ -49,7 +49,12 @@ class LocalSearch:
         self._cost = cost
 
     def descend(
-        self, best: Incumbent, is_called: Callable[[], bool], *, shows: bool = False
+        self,
+        best: Incumbent,
+        is_called: Callable[[], bool],
+        *,
+        shows: bool = False,
+        lengthen: Callable[[], bool] = lambda: False,
     ) -> Incumbent:
         """Improves a plan until told to stop, or until it is proven the best.
 
@@ -57,6 +62,7 @@ class LocalSearch:
             best: The plan. If it says nothing of its choices, everything is searched at once.
             is_called: Whether to end.
             shows: Whether to end also when it is time to show a better plan.
+            lengthen: Allows longer plans when a plan is proven the best, unless they are too long.
 
         Returns:
             The best plan that was found.
@@ -85,7 +91,10 @@ class LocalSearch:
             if not had_success and not seeds:
                 self._neighbourhoods.grow()
             seeds = []
-        return self._search(best, (), stopped)
+        best = self._search(best, (), stopped)
+        while best.is_best and not stopped() and lengthen():
+            best = self._search(replace(best, is_best=False), (), stopped)
+        return best
 
     def _try(
         self, best: Incumbent, plan: Neighbourhood, seed: str, stopped: Callable[[], bool]

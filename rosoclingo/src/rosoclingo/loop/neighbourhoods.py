@@ -1,9 +1,10 @@
 """Large neighbourhood search: which choices of a plan are kept while others are made anew.
 
 A plan says by terms ``keep(A,G,X)`` that its choice A, an atom, puts the group G, such as a task,
-beside X. A neighbourhood is a set of free groups: the choices of all others are assumed. By
-``close(X,G)`` the plan says that G might be beside X instead. Then G is worth being free if the
-group is that is beside X now.
+beside X; or, by ``choices(F,I)``, that each atom F(...) in the answer set is a choice that puts its
+I-th argument beside itself. A neighbourhood is a set of free groups: the choices of all others are
+assumed. By ``close(X,G)`` the plan says that G might be beside X instead. Then G is worth being
+free if the group is that is beside X now.
 
 >>> plan = Neighbourhood.of(["keep(next(a,b),b,a)", "keep(next(b,c),c,b)", "close(a,c)"])
 >>> plan.groups
@@ -16,12 +17,13 @@ from __future__ import annotations
 
 import random
 from collections import defaultdict
-from typing import AbstractSet, Dict, List, Optional, Sequence, Set, Tuple
+from typing import AbstractSet, Dict, Iterator, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.wire.commands import Assumption
-from rosclingo.wire.term_text import split_term
+from rosclingo.wire.term_text import number, split_term
 
-_KEEP, _CLOSE, _CRITICAL, _RESTRICTED = "keep(", "close(", "critical(", "restricted"
+_KEEP, _CLOSE, _CHOICES = "keep(", "close(", "choices("
+_CRITICAL, _RESTRICTED = "critical(", "restricted"
 _SIZE = 8  # groups that are free at first
 _GROWTH = 1.25  # of that when all neighbourhoods have been tried
 _SECONDS = 0.006  # for each free group that a search may take
@@ -30,8 +32,27 @@ _LAST = 0.7  # of the groups are found from the one before
 
 
 def says_choices(symbols: Sequence[str]) -> bool:
-    """Returns whether an answer set shows its choices, by terms ``keep(A,G,X)``."""
-    return any(text.startswith(_KEEP) for text in symbols)
+    """Returns whether an answer set shows its choices."""
+    shown = next(shown_choices(symbols), None)
+    return shown is not None or any(text.startswith(_KEEP) for text in symbols)
+
+
+def shown_choices(symbols: Sequence[str]) -> Iterator[Tuple[str, str]]:
+    """Yields the atoms that are choices by a term ``choices(F,I)``, each with its group.
+
+    >>> list(shown_choices(["choices(pick,2)", "pick(a,5)", "put(a,6)"]))
+    [('pick(a,5)', '5')]
+    """
+    groups: Dict[str, int] = {}
+    for said in (split_term(text)[1] for text in symbols if text.startswith(_CHOICES)):
+        if len(said) == 2:
+            groups[said[0]] = number(said[1]) or 0
+    for text in symbols if groups else ():
+        name = text.partition("(")[0]
+        if name in groups:
+            arguments = split_term(text)[1]
+            if 1 <= groups[name] <= len(arguments):
+                yield text, arguments[groups[name] - 1]
 
 
 def is_restricted(symbols: Sequence[str]) -> bool:
@@ -77,6 +98,7 @@ class Neighbourhood:
         names = (_KEEP, _CLOSE, _CRITICAL)
         terms = [split_term(text) for text in symbols if text.startswith(names)]
         choices = [(a[0], a[1], a[2]) for name, a in terms if name == "keep" and len(a) == 3]
+        choices += [(atom, group, group) for atom, group in shown_choices(symbols)]
         close = [(a[0], a[1]) for name, a in terms if name == "close" and len(a) == 2]
         critical = {a[0] for name, a in terms if name == "critical" and len(a) == 1}
         return cls(choices, close, critical) if choices else None

@@ -497,6 +497,7 @@ class Planner(PlannerState):
             lambda parts: self.run(self.demand.ground(parts)),
             patience=self.patience,
             first=_FIRST if self._patience == DEFAULT_PATIENCE and not self.is_awaited else None,
+            awaits_layers=self._patience > 0,
             neighbourhoods=self._neighbourhoods,
             recorded=self.recorded,
             note=self.note,

@@ -45,6 +45,7 @@ class Searching:
         *,
         patience: float,
         first: Optional[float] = None,
+        awaits_layers: bool = False,
         neighbourhoods: Neighbourhoods,
         recorded: RecordedSearches,
         note: Callable[[SearchEnded], None],
@@ -63,6 +64,8 @@ class Searching:
             patience: After how many seconds it ends if it optimises and has found a plan; 0 for
                 when it is through.
             first: Likewise for a plan that says its choices, if that is another time.
+            awaits_layers: Whether ``patience`` counts for plans in layers, too: else, their first
+                plan is taken.
             neighbourhoods: Says what of a plan is searched anew.
             recorded: Knows in a replay how it ends, if that depends on time.
             note: Called with how it has ended, likewise.
@@ -78,6 +81,8 @@ class Searching:
         self._ground = ground
         self._patience = patience
         self._first = first
+        self._awaits_layers = awaits_layers
+        self._lengthen: Callable[[], bool] = lambda: False
         self._neighbourhoods = neighbourhoods
         self._recorded = recorded
         self._note = note
@@ -133,6 +138,7 @@ class Searching:
                     return self._be_called(number), quality
                 if ended.quality is not None:
                     best = Incumbent(ended.quality.cost, ended.symbols)
+                    self._lengthen = self._layers.longer(wanted, ended.horizon, ended.granted)
                 continue
             if outcome.interrupted:
                 bound = found.bound if found else ()
@@ -317,16 +323,18 @@ class Searching:
             outcome = self._solver.solve((), has_to_end_first, found.append)
             is_cut = limit and outcome.interrupted and not is_stopped
             if not (is_cut and (found or best)):
-                cost = self.cost(outcome, found)
+                # What only says how many layers there are costs nothing.
+                is_plan = WantedLayers.of(outcome.symbols) is None
+                cost = self.cost(outcome, found) if is_plan else ()
                 is_best = not is_restricted(outcome.symbols)
                 return outcome, Quality(cost, cost if is_best else ()) if cost else None
             bound = self._bound()
             best = self._incumbent(outcome, found, best)
         assert best is not None
-        if says_choices(best.symbols) and not self._demand.has_layers:
+        if says_choices(best.symbols) and (self._awaits_layers or not self._demand.has_layers):
             if self._first is not None:
                 end = min(end, begin + self._first)
-            best = self._local_search().descend(best, has_to_end)
+            best = self._local_search().descend(best, has_to_end, lengthen=self._lengthen)
             if is_stopped:
                 return wire.Outcome(wire.Result.UNKNOWN, interrupted=True), None
             bound = () if is_restricted(best.symbols) else bound
