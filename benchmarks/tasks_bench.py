@@ -12,7 +12,8 @@ says that a limit is missed, or that a plan is not valid. With ``--seed-planner 
 has a seed, whose process counts, too, and the limits are those for that. With ``--execute``,
 nothing is measured: plans are executed, actions fail by chance, and each one that succeeds is
 validated. With ``--lengths``, it is measured how many actions a plan has ten seconds after the goal
-has come, with ``~patience``, beside LAMA's plan after ten seconds.
+has come, with ``~patience``, beside LAMA's plan after ten seconds, and what the optimal plan costs,
+if A* finds it within a minute.
 """
 
 from __future__ import annotations
@@ -52,6 +53,8 @@ SECONDS = 30.0  # in which a task is to be solved
 DRAWS = 3
 LENGTH_SECONDS = 10
 SHORT = 24 / 32  # of the tasks have plans that are at most as long as LAMA's by then
+OPTIMAL_SECONDS = 60  # for an optimal plan
+_OPTIMAL = "astar(lmcut())"
 _FAILURES = 0.05
 _ACTUATORS = ("aircraft", "driver", "elevator", "hoist", "robot", "rover", "satellite", "truck",
               "vehicle")  # fmt: skip
@@ -213,6 +216,16 @@ def plan_with_lama(
     return Planned(duration, [""] * int(lengths[-1]), int(costs[-1]))
 
 
+def plan_optimally(domain: Path, problem: Path, folder: Path) -> Optional[int]:
+    """Returns what an optimal plan costs, by A* with LM-cut; None if it takes over a minute."""
+    driver = str(fast_downward() / "fast-downward.py")
+    limits = ["--overall-time-limit", f"{OPTIMAL_SECONDS}s", "--overall-memory-limit", "3G"]
+    command = [sys.executable, driver, *limits, str(domain), str(problem), "--search", _OPTIMAL]
+    ended = subprocess.run(command, check=False, capture_output=True, text=True, cwd=folder)
+    costs = re.findall(r"Plan cost: (\d+)", ended.stdout)
+    return int(costs[-1]) if costs else None
+
+
 def validate(domain: Path, problem: Path, actions: List[str]) -> None:
     """Executes a plan by PDDL's semantics.
 
@@ -290,7 +303,7 @@ def measure_tasks(
 
 def measure_lengths(folder: Path, pattern: str, report: Report, seed_planner: str) -> bool:
     """Adds a row for each task, and one for all; returns whether all plans are valid."""
-    count = short = cheap = 0
+    count = short = cheap = known = best = 0
     is_valid = True
     for name, domain, problem in tasks(folder):
         if not re.search(pattern, name):
@@ -300,6 +313,7 @@ def measure_lengths(folder: Path, pattern: str, report: Report, seed_planner: st
             texts = import_task(domain, problem, ImportOptions(name="task"))
             files = [str(f) for f in write_files(texts, Path(place)) if f.suffix == ".lp"]
             lama = plan_with_lama(domain, problem, Path(place), LENGTH_SECONDS)
+            optimum = plan_optimally(domain, problem, Path(place))
             limit = SECONDS + LENGTH_SECONDS
             ours = plan_with_library(files, limit, seed_planner, LENGTH_SECONDS)
         length = Samples("actions", (float(len(lama.actions)),))
@@ -314,13 +328,18 @@ def measure_lengths(folder: Path, pattern: str, report: Report, seed_planner: st
         short += len(ours.actions) <= len(lama.actions)
         cheap += ours.cost <= lama.cost
         own = Samples("actions", (float(len(ours.actions)),))
-        report.add(Row(f"{name}: cost {ours.cost}, LAMA {lama.cost}", own, None,
+        least = "over a minute" if optimum is None else str(optimum)
+        known += optimum is not None
+        best += optimum == ours.cost
+        title = f"{name}: cost {ours.cost}, LAMA {lama.cost}, optimal {least}"
+        report.add(Row(title, own, None,
                        "LAMA", length.median, "actions"))  # fmt: skip
     if count:
         longer = Samples("", (float(count - short),))
         report.add(Row(f"{short} of {count} at most as long", longer, None, "longer",
                        (count - short) / count, "", 1 - SHORT))  # fmt: skip
         print(f"{cheap} of {count} plans cost at most as much as LAMA's")
+        print(f"{best} of the {known} whose optimum is known are optimal")
     return is_valid
 
 

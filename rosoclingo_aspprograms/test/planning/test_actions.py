@@ -298,6 +298,38 @@ def test_a_number_has_to_be_large_enough(tmp_path: Path) -> None:
     assert _world(str(encoding), "see").done == ["light", "charge", "look"]
 
 
+LIFT = """
+#include "{actions}".
+#program base.
+initially(lift,ground).
+initially(robot,hall).
+action(lift,call(F)) :- F = (ground;first).
+action(robot,(enter;leave)).
+sets(lift,call(F),lift,F) :- action(lift,call(F)).
+needs(robot,enter,robot,hall).
+needs(robot,enter,lift,ground).
+sets(robot,enter,robot,cabin).
+needs(robot,leave,robot,cabin).
+needs(robot,leave,lift,first).
+sets(robot,leave,robot,ward).
+request(go).
+wants(go,robot,ward).
+#program layer(k,n).
+:- n = 1, not occ(lift,call(ground),n,k), open(n,k).
+:- n = 3, not occ(lift,call(first),n,k), open(n,k).
+:- n = 1, occ(robot,A,n,k), open(n,k).
+:- n = 3, occ(robot,leave,n,k), open(n,k).
+open(n,k) :- planned(k), not finished(n-1,k), not fixed(k), not newer(k).
+"""
+
+
+def test_what_is_so_already_is_not_done_again(tmp_path: Path) -> None:
+    """The lift is called to where it is, or twice, in the layers; no plan has that."""
+    encoding = tmp_path / "lift.lp"
+    encoding.write_text(LIFT.format(actions=ACTIONS), encoding="utf-8")
+    assert _world(str(encoding), "go").done == ["enter", "call(first)", "leave"]
+
+
 POWER = """
 #include "{actions}".
 #program base.
