@@ -464,6 +464,22 @@ def test_asking(tmp_path: Path) -> None:
     assert sorted(engine.solve().symbols) == expected
 
 
+@of("docs/grounding_on_demand.md", "Shortest ways")
+def test_shortest_ways(tmp_path: Path) -> None:
+    """The way that is closed in graph 2 is open in graph 1."""
+    (program,) = [piece.text for piece in section("docs/grounding_on_demand.md", "Shortest ways")]
+    file = tmp_path / "ways.lp"
+    file.write_text(
+        f"way(1,2,5). way(1,3,2). way(3,2,2). closed(3,2,2). {program}#show distance/4."
+    )
+    engine = Engine(Options(files=(str(file),)))
+    for part in ("base",), ("closing", "1"), ("closing", "2"):
+        engine.apply(Ground((Part(part[0], part[1:]),)))
+    for graph in ("1", "2"):
+        engine.apply(Ground((Part("asking", (graph, "1", "2")),)))
+    assert sorted(engine.solve().symbols) == ["distance(1,2,4,1)", "distance(1,2,5,2)"]
+
+
 @of("docs/why.md", "At run time")
 def test_why_at_run_time(page: Page) -> None:
     # Other tests may take all the time that what answers gives way to.
@@ -1021,7 +1037,9 @@ def write_guide(folder: Path) -> str:
 def test_modelling_with_robots(page: Page) -> None:
     write_guide(page.folder)
     page.terminals.environment["A"] = ACTIONS
-    page.terminals.master.setParam("/rosoclingo/why_nice", 0)  # other tests take all the time
+    page.terminals.master.setParam(
+        "/test", "/rosoclingo/why_nice", 0
+    )  # other tests take all the time
     page.type("single.launch").wait_for("plans with")
     page.type("fulfill.py")
     page.hears("/rosoclingo/dispatch")
