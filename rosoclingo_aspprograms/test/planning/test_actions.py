@@ -28,7 +28,7 @@ STEPS: Dict[str, List[str]] = {
     DYN_RESET: ["-c", "steps=300"],
     SINGLE: [],
 }
-SEEDS = draws(list(range(8)), 100, "EPISODES", len(STEPS))
+SEEDS = draws(list(range(4)), 100, "EPISODES", len(STEPS))
 WARDS = ("ward_a", "ward_b", "ward_c", "ward_d")
 CORRIDORS = [
     ("dock", "laundry"), ("laundry", "hall1"), ("hall1", "ward_a"), ("hall1", "ward_b"),
