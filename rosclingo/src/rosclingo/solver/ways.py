@@ -33,7 +33,12 @@ from clingo.symbolic_atoms import SymbolicAtom, SymbolicAtoms
 from rosclingo.errors import shorten
 from rosclingo.solver.controls import atoms_after
 
-_ARITY = 4  # of the facts of a graph
+DISTANCE, ROUTE = "shortest_distance", "shortest_route"
+"""The functions; the first argument of a term names the facts of a graph."""
+
+ARITY = 4
+"""The number of arguments of these facts, and of the functions."""
+
 _MOST_GRAPHS = 4  # of each predicate that are kept
 _FAR = 2**31  # more than clingo's numbers
 
@@ -59,7 +64,7 @@ class ShortestWays:
     @property
     def functions(self) -> Dict[str, Callable[..., List[clingo.Symbol]]]:
         """What programs call, by name."""
-        return {"shortest_distance": self.distance, "shortest_route": self.route}
+        return {DISTANCE: self.distance, ROUTE: self.route}
 
     def forget(self) -> None:
         """Forgets all graphs, which are read anew: after a cleanup of the solver's atoms."""
@@ -136,7 +141,7 @@ class ShortestWays:
 
     def _read(self, name: str, graphs: OrderedDict[int, _Graph]) -> None:
         """Reads the facts that have come since the last time."""
-        for atom in atoms_after(self._last.get(name), self._atoms(), name, _ARITY):
+        for atom in atoms_after(self._last.get(name), self._atoms(), name, ARITY):
             self._last[name] = atom
             begin, end, length, graph = atom.symbol.arguments
             if not atom.is_fact:

@@ -9,6 +9,7 @@ from typing import Callable, Dict, FrozenSet, Iterator, List, Mapping, Set, Tupl
 
 from clingo import ast
 
+from rosclingo.solver import ways
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Program, parse_files
 from rosclingo.wire.term_text import split_term
@@ -412,7 +413,15 @@ class _Reader(ast.Transformer):
     def visit_SymbolicAtom(self, atom: ast.AST) -> ast.AST:  # noqa: N802 (clingo's name)
         for signature in signatures(atom.symbol):
             self._add(signature, atom.symbol)
+        self.visit_children(atom)
         return atom
+
+    def visit_Function(self, term: ast.AST) -> ast.AST:  # noqa: N802 (clingo's name)
+        if term.external and term.name in (ways.DISTANCE, ways.ROUTE) and term.arguments:
+            for name, _ in signatures(term.arguments[0]):
+                self._use((name, ways.ARITY), term)
+        self.visit_children(term)
+        return term
 
 
 def signatures(term: ast.AST) -> List[Signature]:
