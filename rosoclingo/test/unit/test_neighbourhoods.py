@@ -131,7 +131,10 @@ def test_only_critical_groups_are_worth_a_try() -> None:
     plan = Neighbourhood.of([*kept, "critical(3)", "critical(7)", "critical(elsewhere)"])
     assert plan is not None
     assert plan.critical == ["3", "7"]
-    seeds = Neighbourhoods().seeds(plan)
+    hoods = Neighbourhoods()
+    hoods.begin(plan)
+    assert hoods.size == 5
+    seeds = hoods.seeds(plan)
     assert set(seeds) == {"3", "7"}
     assert len(seeds) == len(plan.groups)
     plan = Neighbourhood.of(kept)

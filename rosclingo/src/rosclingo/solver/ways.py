@@ -60,6 +60,8 @@ class ShortestWays:
         self._last: Dict[str, SymbolicAtom] = {}  # for each predicate, what was read last
         self._graphs: Dict[str, OrderedDict[int, _Graph]] = {}
         self._dropped: Dict[str, Set[int]] = {}  # graphs that were read and are not kept
+        self._asked: Tuple[int, int] = 0, 0  # the predicate and the graph that were asked for last
+        self._found: Optional[_Graph] = None  # that graph
 
     @property
     def functions(self) -> Dict[str, Callable[..., List[clingo.Symbol]]]:
@@ -71,6 +73,7 @@ class ShortestWays:
         self._last.clear()
         self._graphs.clear()
         self._dropped.clear()
+        self._found = None
 
     def distance(
         self,
@@ -90,7 +93,7 @@ class ShortestWays:
         Raises:
             ValueError: The name is no constant, or a length is no whole number from 1 on.
         """
-        if begin == end:
+        if _key(begin) == _key(end):
             return [Number(0)]
         found = self._graph(predicate, graph)
         distance = found.distance(begin, end) if found else None
@@ -121,6 +124,12 @@ class ShortestWays:
         return [] if begin == end or found is None else found.route(begin, end)
 
     def _graph(self, predicate: clingo.Symbol, graph: clingo.Symbol) -> Optional[_Graph]:
+        asked = _key(predicate), _key(graph)
+        if self._found is None or asked != self._asked:
+            self._asked, self._found = asked, self._look_up(predicate, graph)
+        return self._found
+
+    def _look_up(self, predicate: clingo.Symbol, graph: clingo.Symbol) -> Optional[_Graph]:
         if predicate.type is not SymbolType.Function or predicate.arguments:
             raise ValueError(f"{shorten(str(predicate))} is no name of a predicate")
         name = predicate.name

@@ -25,6 +25,7 @@ from rosclingo.wire.term_text import number, split_term
 _KEEP, _CLOSE, _CHOICES = "keep(", "close(", "choices("
 _CRITICAL, _RESTRICTED = "critical(", "restricted"
 _SIZE = 8  # groups that are free at first
+_CRITICAL_SIZE = 5  # likewise, if only some are critical, as searches are harder then
 _GROWTH = 1.25  # of that when all neighbourhoods have been tried
 _SECONDS = 0.006  # for each free group that a search may take
 _SHOW_SECONDS = 0.5  # after which the first better plan is shown
@@ -158,7 +159,8 @@ class Neighbourhoods:
         Returns:
             The groups that no plan before had, unless there was none.
         """
-        self.size = _SIZE
+        is_hard = len(plan.critical) < len(plan.groups)
+        self.size = _CRITICAL_SIZE if is_hard else _SIZE
         new = [group for group in plan.groups if group not in self._known] if self._known else []
         self._known = set(plan.groups)
         return new

@@ -34,7 +34,7 @@ ONE_BY_ONE_SECONDS = 2.0
 
 _FOLLOW_SECONDS = 0.5  # how long it may take to find the rest of a plan again
 _PATIENCE = 1.0
-_FIRST = 0.03
+_FIRST = 0.01
 
 
 @dataclasses.dataclass(frozen=True)
