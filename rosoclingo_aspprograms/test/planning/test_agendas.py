@@ -134,3 +134,19 @@ def test_an_agenda_with_orders_is_not_restricted(tmp_path: Path) -> None:
     office.ask(1, 21)
     actions = [action.name for action in office.plan().actions_from(0)]
     assert actions.index("deliver(21)") < actions.index("pickup(1)")
+
+
+def test_what_an_encoding_demands_is_found_among_all_agendas(tmp_path: Path) -> None:
+    """Task 1 costs much after task 20, so that it may not follow at first."""
+    rules = """
+    #program plan(k).
+    :- doable(1,k), doable(20,k), not next(20,1,k), not newer(k).
+    """
+    office = Office(21, 1, tmp_path, AT_ONCE, rules=rules)
+    office.requests = [f"bring({place},{place + 1})" for place in range(1, 22)]
+    office.ask(1, 21)
+    for _ in range(2):
+        actions = [action.name for action in office.plan().actions_from(0)]
+        done = [name for name in actions if not name.startswith("go(")]
+        assert done[done.index("deliver(20)") + 1] == "pickup(1)"
+        office.improve(0.5)

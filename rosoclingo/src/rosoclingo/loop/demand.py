@@ -2,7 +2,8 @@
 
 An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`` for told events,
 ``search(k,t)`` for what is grounded before a search, and with it ``improve(k,t)`` if the search is
-for a better plan, or ``prefer(k,t)`` if it is to begin with what is left of the plan before. Then
+for a better plan, ``prefer(k,t)`` if it is to begin with what is left of the plan before, or
+``relax(k,t)`` if one with fewer choices has found no plan. Then
 it may ask for parts: by externals ``ground(P)``, and by terms ``ground(P)`` in its answer sets.
 """
 
@@ -25,9 +26,11 @@ Pair = Tuple[str, str]
 """Source and content of an event."""
 
 _EVENT, _TOLD, _SEARCH = ("event", 2), ("event", 3), ("search", 2)
-_IMPROVE, _PREFER = ("improve", 2), ("prefer", 2)
+_IMPROVE, _PREFER, _RELAX = ("improve", 2), ("prefer", 2), ("relax", 2)
 _LAYER, _GOAL = ("layer", 2), ("goal", 2)
-_RESERVED = ("event", "search", "improve", "prefer", "seed", "state", "transition", "query")
+_RESERVED = (
+    "event", "search", "improve", "prefer", "relax", "seed", "state", "transition", "query"
+)  # fmt: skip
 _ASKS = "ground("
 _HORIZON = "horizon("
 _MOST_UNKNOWN = 10_000  # pairs that the encoding does not know, and of which that is remembered
@@ -44,6 +47,7 @@ class Demand:
         messages: Messages likewise, with which those are compared that it does not know.
         improves: Whether a better plan can be looked for while the one that was found is executed.
         prefers: Whether a search can begin with what is left of the plan before.
+        relaxes: Whether a search that has found no plan can be repeated with more choices.
         has_layers: Whether plans have layers, see :mod:`rosoclingo.loop.layers`.
         shows_seeds: Whether it shows their task to another planner, see
             :mod:`rosoclingo.loop.seeding`.
@@ -55,6 +59,7 @@ class Demand:
     messages: List[Pair] = field(default_factory=list)
     improves: bool = False
     prefers: bool = False
+    relaxes: bool = False
     has_layers: bool = False
     shows_seeds: bool = False
     _searches: bool = False  # whether it has the part for that
@@ -91,6 +96,7 @@ class Demand:
         self.tells, self._searches = has_told, _SEARCH in parts
         self.improves = self._searches and _IMPROVE in parts
         self.prefers = self.improves and _PREFER in parts
+        self.relaxes = self._searches and _RELAX in parts
         self.has_layers = self._searches and _LAYER in parts and _GOAL in parts
         self.shows_seeds = self.has_layers and SEED in parts
         self._pending.clear()
@@ -195,6 +201,14 @@ class Demand:
             step: The current step.
         """
         return self._begin_search(step, "search", "improve")
+
+    def prepare_relaxed(self, step: int) -> Command:
+        """Returns the command that is to be run before a search is repeated with more choices.
+
+        Args:
+            step: The current step.
+        """
+        return self._begin_search(step, "search", "relax")
 
     def _begin_search(self, step: int, *names: str) -> Command:
         self._count += 1
