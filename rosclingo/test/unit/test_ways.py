@@ -99,17 +99,18 @@ def test_what_is_no_graph_is_refused(engine: Engine, facts: str, said: str) -> N
     ask = "#program ask. far(N) :- N = @shortest_distance(way,g,a,b)."
     reply = engine.run([Add("base", (), facts + ask), Ground((Part("base"),))])
     assert reply.failure is None
-    failure = engine.run([Ground((Part("ask"),))]).failure
-    assert failure is not None
-    assert said in failure.message
+    for _ in range(2):
+        failure = engine.run([Ground((Part("ask"),))]).failure
+        assert failure is not None
+        assert said in failure.message
 
 
-def test_a_name_is_a_constant(engine: Engine) -> None:
-    failure = engine.run(
-        [Add("base", (), "far(N) :- N = @shortest_distance(7,g,a,b)."), Ground((Part("base"),))]
-    ).failure
+@pytest.mark.parametrize("name", ["7", "-way", "way(a)", '"way"'])
+def test_a_name_is_a_constant(engine: Engine, name: str) -> None:
+    program = f"-way(a,b,1,g). way(b,a,1,g). far(N) :- N = @shortest_distance({name},g,a,b)."
+    failure = engine.run([Add("base", (), program), Ground((Part("base"),))]).failure
     assert failure is not None
-    assert "7 is no name of a predicate" in failure.message
+    assert f"{name} is no name of a predicate" in failure.message
 
 
 def test_a_place_is_where_it_is(engine: Engine) -> None:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import random
+import re
 import time
 from pathlib import Path
-from typing import List, Optional, Sequence, Tuple
+from typing import Callable, List, Optional, Sequence, Tuple
 
 import pytest
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Outcome, Result
+from rosclingo.wire.commands import Assumed, Improvement, Outcome, Result
 from rosoclingo.loop.atoms import Plan, event
+from rosoclingo.loop.neighbourhoods import Neighbourhood, says_choices
 from rosoclingo.loop.planner import Planner
 
 FOLDER = Path(__file__).parents[2] / "mailbot"
@@ -20,17 +22,43 @@ SIDE = 8
 AT_ONCE = 0.001
 
 
+class Recording(Engine):
+    """A solver that keeps the answer sets that were found."""
+
+    def __init__(self, options: Options) -> None:
+        self.found: List[Sequence[str]] = []
+        super().__init__(options)
+
+    def solve(
+        self,
+        assumptions: Sequence[Assumed] = (),
+        stopped: Optional[Callable[[], bool]] = None,
+        improved: Callable[[Improvement], None] = lambda _: None,
+    ) -> Outcome:
+        outcome = super().solve(assumptions, stopped, improved)
+        self.found.append(outcome.symbols)
+        return outcome
+
+
 class Office:
     """A planner of robots on a grid that is told requests."""
 
     def __init__(
-        self, requests: int, robots: int, folder: Path, patience: float, *, rules: str = ""
+        self,
+        requests: int,
+        robots: int,
+        folder: Path,
+        patience: float,
+        *,
+        rules: str = "",
+        encoding: Path = FOLDER / "mailbot.lp",
     ) -> None:
         more = folder / "robots.lp"
         more.write_text(f"start(robot(N),c(8*N)) :- N = 2..{robots}. {rules}")
-        files = [FOLDER / "instances" / "graph_bench.lp", more, FOLDER / "mailbot.lp"]
+        files = [FOLDER / "instances" / "graph_bench.lp", more, encoding]
         constants = ("-c", f"x={SIDE}", "-c", f"y={SIDE}", "-c", f"slots={requests + 1}")
-        self.planner = Planner(Engine(Options(tuple(map(str, files)), constants)), patience)
+        self.engine = Recording(Options(tuple(map(str, files)), constants))
+        self.planner = Planner(self.engine, patience)
         self.planner.begin()
         dice = random.Random(f"{requests} {robots}")
         pairs = [dice.sample(range(1, SIDE**2 + 1), 2) for _ in range(requests + 1)]
@@ -50,6 +78,11 @@ class Office:
     def improve(self, seconds: float, step: int = 0) -> Optional[Outcome]:
         end = time.monotonic() + seconds
         return self.planner.improve(step, lambda: time.monotonic() > end)
+
+    @property
+    def shown(self) -> Sequence[str]:
+        """The first answer set that says its choices."""
+        return next(symbols for symbols in self.engine.found if says_choices(symbols))
 
     @property
     def cost(self) -> Tuple[int, ...]:
@@ -137,7 +170,7 @@ def test_an_agenda_with_orders_is_not_restricted(tmp_path: Path) -> None:
 
 
 def test_what_an_encoding_demands_is_found_among_all_agendas(tmp_path: Path) -> None:
-    """Task 1 costs much after task 20, so that it may not follow at first."""
+    """Task 1 costs much after task 20, so it may not follow at first; also if that is cut off."""
     rules = """
     #program plan(k).
     :- doable(1,k), doable(20,k), not next(20,1,k), not newer(k).
@@ -145,8 +178,41 @@ def test_what_an_encoding_demands_is_found_among_all_agendas(tmp_path: Path) -> 
     office = Office(21, 1, tmp_path, AT_ONCE, rules=rules)
     office.requests = [f"bring({place},{place + 1})" for place in range(1, 22)]
     office.ask(1, 21)
+    calls = iter([False])
+    outcome = office.planner.search(0, 10_000, lambda: next(calls, True))
+    assert outcome.result is Result.UNKNOWN
     for _ in range(2):
         actions = [action.name for action in office.plan().actions_from(0)]
         done = [name for name in actions if not name.startswith("go(")]
         assert done[done.index("deliver(20)") + 1] == "pickup(1)"
         office.improve(0.5)
+
+
+def test_who_does_urgent_tasks_may_be_worth_a_change(tmp_path: Path) -> None:
+    """Then no group is critical: a better plan need not relieve the slowest robot."""
+    rules = "#program present(k,t). due(1,1,k) :- stop(1,1,O,A,k). #program base."
+    for name, rule, critical in (("plain", "", True), ("due", rules, False)):
+        folder = tmp_path / name
+        folder.mkdir()
+        office = Office(12, 3, folder, AT_ONCE, rules=rule)
+        office.ask(1, 12)
+        office.plan()
+        plan = Neighbourhood.of(office.shown)
+        assert plan is not None
+        assert (len(plan.critical) < len(plan.groups)) is critical
+
+
+def test_what_is_restricted_is_not_proven_best_without_improving(tmp_path: Path) -> None:
+    """Also in an encoding that is searched to the end, and that has no better plan looked for."""
+    text = (FOLDER / "mailbot.lp").read_text().replace("../lib", str(FOLDER.parent / "lib"))
+    for part in ("improve", "prefer"):
+        text = re.sub(rf"#program {part}\(k,t\)\.\n\w+\(k\)\.\n", "", text)
+    encoding = tmp_path / "mailbot.lp"
+    encoding.write_text(text)
+    office = Office(21, 1, tmp_path, 0.0, encoding=encoding)
+    office.requests = [f"bring({place},{place + 1})" for place in range(1, 22)]
+    office.ask(1, 21)
+    assert len(served(office.plan())) == 21
+    assert not office.planner.demand.improves
+    assert office.planner.quality is not None
+    assert not office.planner.quality.is_best

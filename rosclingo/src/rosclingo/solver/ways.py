@@ -130,7 +130,8 @@ class ShortestWays:
         return self._found
 
     def _look_up(self, predicate: clingo.Symbol, graph: clingo.Symbol) -> Optional[_Graph]:
-        if predicate.type is not SymbolType.Function or predicate.arguments:
+        is_name = predicate.type is SymbolType.Function and not predicate.negative
+        if not is_name or predicate.arguments:
             raise ValueError(f"{shorten(str(predicate))} is no name of a predicate")
         name = predicate.name
         graphs = self._graphs.setdefault(name, OrderedDict())
@@ -141,7 +142,11 @@ class ShortestWays:
             graphs.clear()
             dropped.clear()
         if key not in graphs:
-            self._read(name, graphs)
+            try:
+                self._read(name, graphs)
+            except ValueError:
+                self.forget()  # so that it is refused again
+                raise
         if key in graphs:
             graphs.move_to_end(key)
         while len(graphs) > _MOST_GRAPHS:

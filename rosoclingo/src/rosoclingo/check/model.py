@@ -11,6 +11,7 @@ from typing import Dict, Iterator, List, Sequence, Tuple
 
 from clingo import ast
 
+from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
 from rosclingo.wire.term_text import split_term
@@ -49,10 +50,14 @@ def look(options: Options, alphabet: Alphabet) -> Iterator[Finding]:
     planner = Planner(make_parts(SINGLE, options).planner)
     end = time.monotonic() + _SECONDS
     for requests in _rounds(alphabet):
-        planner.begin()
-        planner.tell([event(slot, request, 0) for slot, request in requests])
-        planner.run(*planner.demand.prepare(0))
-        for doubt in doubts(planner, DOUBTS):
+        try:
+            planner.begin()
+            planner.tell([event(slot, request, 0) for slot, request in requests])
+            planner.run(*planner.demand.prepare(0))
+            said = doubts(planner, DOUBTS)
+        except RosclingoError:
+            return  # an episode that does the same will say it, with its command
+        for doubt in said:
             # Which actions there are may depend on what else is asked for.
             if len(requests) == 1 or parse(doubt)[0] not in _ALONE:
                 found[doubt] = None

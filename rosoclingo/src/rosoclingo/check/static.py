@@ -48,7 +48,7 @@ _OWN = "rosoclingo_"
 _LIBRARY = "lib"  # a folder with this name has libraries
 _SHARED = frozenset(  # an encoding may add to these of a library
     {("rslot", 1), ("place", 1), ("actuator", 1), ("event", 2), ("event", 3), ("phrase", 2),
-     ("began", 2), ("finishes", 4)}
+     ("began", 2), ("finishes", 4), ("ground", 1), ("surprise", 1)}
 )  # fmt: skip
 
 

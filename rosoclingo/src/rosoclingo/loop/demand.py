@@ -70,6 +70,7 @@ class Demand:
     _grounded: Set[str] = field(default_factory=set)  # what answer sets have asked for
     _count: int = 0  # searches
     _has_news: bool = True  # since the last search
+    _is_relaxed: bool = False  # whether the last search was one with more choices
 
     def __bool__(self) -> bool:
         """Whether the encoding has opted in."""
@@ -79,6 +80,11 @@ class Demand:
     def searches(self) -> int:
         """Number of searches with news since the planner began."""
         return self._count
+
+    @property
+    def may_relax(self) -> bool:
+        """Whether the last search can be repeated with more choices."""
+        return self.relaxes and self._count > 0 and not self._is_relaxed
 
     def begin(self, parts: Sequence[Tuple[str, int]]) -> None:
         """Resets for a planner that begins again, and reads from its parts what it opts into.
@@ -105,6 +111,7 @@ class Demand:
         self._grounded.clear()
         self._count = 0
         self._has_news = True
+        self._is_relaxed = False
 
     def ground(self, parts: Sequence[Part]) -> Ground:
         """Returns the command that grounds parts, and all that they ask for."""
@@ -213,6 +220,7 @@ class Demand:
     def _begin_search(self, step: int, *names: str) -> Command:
         self._count += 1
         self._has_news = False
+        self._is_relaxed = "relax" in names
         arguments = (str(self._count), str(step))
         return self.ground([Part(name, arguments) for name in names])
 

@@ -282,7 +282,7 @@ class Planner(PlannerState):
             outcome, self.quality = self._searching().find(
                 stopped, self.quality, compares=prefers and bool(commands)
             )
-            if commands and self.demand.relaxes and outcome.result is wire.Result.UNSAT:
+            if self.demand.may_relax and outcome.result is wire.Result.UNSAT:
                 self.run(self.demand.prepare_relaxed(step))
                 outcome, self.quality = self._searching().find(stopped, self.quality)
             needed = needed_horizon(outcome.symbols) if self.demand else None

@@ -43,7 +43,7 @@ _SENTENCES: Dict[str, str] = {
     "undeclared": "{fact}: {name} is no number; number({name},N) would say how large it can be",
     "most": "{fact}: {name} is {other} at most",
     "both": "{fact}: {name} is said to be {other}, too, and can have one value only",
-    "amount": "{fact}: {value} is no whole number from 0 on",
+    "amount": "{fact}: {value} is no whole number from 0 to 999999999",
     "wantless": "{fact}: nothing says wants for it, so it is met at once",
     "nowhere": "{fact}: no way leads from {value}",
     "unplaced": "{fact}: {first} is at no place; initially(at({first}),V) would say one",

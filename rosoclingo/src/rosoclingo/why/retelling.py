@@ -14,7 +14,15 @@ from dataclasses import replace
 from typing import FrozenSet, Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import Assumption, GetPrograms, Improvement, Part, Programs, Result
+from rosclingo.wire.commands import (
+    Assumption,
+    GetPrograms,
+    Improvement,
+    Outcome,
+    Part,
+    Programs,
+    Result,
+)
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
 from rosoclingo.loop.atoms import COMMIT, PASSED, SAVE, Action, Plan, event
@@ -142,11 +150,19 @@ class RetellingCopy(RebuildingCopy):
 
     def _model(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
         """Returns any plan after a step: all of them have the same fluents in that step."""
-        self._planner.run(*self._planner.demand.prepare(step))
+        demand = self._planner.demand
+        self._planner.run(*demand.prepare(step))
         found: List[Improvement] = []
-        outcome = self._engine.solve(
-            (), lambda: bool(found) or self.deadline.is_over(), found.append
-        )
+
+        def solve() -> Outcome:
+            return self._engine.solve(
+                (), lambda: bool(found) or self.deadline.is_over(), found.append
+            )
+
+        outcome = solve()
+        if not found and outcome.result is Result.UNSAT and demand.may_relax:
+            self._planner.run(demand.prepare_relaxed(step))
+            outcome = solve()
         if not found and outcome.result is Result.UNKNOWN:
             raise InterruptedQuestionError("there was no time for an answer")
         if not found and outcome.result is Result.UNSAT:
