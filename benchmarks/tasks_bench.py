@@ -99,7 +99,7 @@ class _FirstPlan(System):
 
     @property
     def cost(self) -> int:
-        """What the plan costs."""
+        """The cost of the plan."""
         quality = self.loop.state.planner.quality
         return 0 if quality is None else quality.cost[-1]
 

@@ -18,7 +18,7 @@ from clingo.script import Script, register_script
 _LOG = logging.getLogger("rosout")
 
 Namespace = Dict[str, Any]
-"""What the programs of one solver can call: our own functions, and what its scripts define."""
+"""The functions that the programs of one solver can call: our own, and those of its scripts."""
 
 # A context belongs to one thread, and clingo calls back in the thread that called it.
 _CURRENT: ContextVar[Namespace] = ContextVar("_CURRENT")

@@ -65,7 +65,7 @@ class ShortestWays:
 
     @property
     def functions(self) -> Dict[str, Callable[..., List[clingo.Symbol]]]:
-        """What programs call, by name."""
+        """The functions that programs can call, by name."""
         return {DISTANCE: self.distance, ROUTE: self.route}
 
     def forget(self) -> None:
