@@ -66,12 +66,6 @@ class Played:
     steps: int
 
 
-def first_step(actions: Sequence[str]) -> int:
-    """Returns the first step of a plan."""
-    found = [_STEP.search(action) for action in actions if action.startswith("do(")]
-    return min(int(match[1]) for match in found if match)
-
-
 def last_step(actions: Sequence[str]) -> int:
     """Returns the last step of a plan."""
     found = [_STEP.search(action) for action in actions if action.startswith("do(")]
@@ -141,28 +135,34 @@ def measure_plans(
     report.add(Row(f"{name}: steps to OR-Tools", None, ratio, "median", ratio.median, "x", cost))
 
 
-def again(run: Run, requests: int, happens: Callable[[], object], step: int = 0) -> float:
+def again(run: Run, requests: int, happens: Callable[[], object]) -> float:
     """Returns how many milliseconds it takes until there is a plan with so many deliveries.
 
     Args:
         run: The node.
         requests: How many deliveries.
         happens: Does what the plan is made for.
-        step: The plan's first step at least.
     """
     run.latest_plan()
     start = time.perf_counter()
     happens()
-    when, _ = run.plan(lambda plan: deliveries(plan) == requests and first_step(plan) >= step)
+    when, _ = run.plan(lambda plan: deliveries(plan) == requests)
     return (when - start) * 1e3
 
 
-def fail(run: Run, actions: Sequence[ROSoClingoOut]) -> None:
-    """Answers actions, of which only the last one has failed, which ends the step."""
+def fail(run: Run, actions: Sequence[ROSoClingoOut]) -> float:
+    """Answers actions, of which only the last one has failed, which ends the step.
+
+    Returns:
+        How many milliseconds it takes until the robots are told what to do.
+    """
     *others, last = actions
+    start = time.perf_counter()
     for action in others:
         run.say(action.id, "success")
     run.say(last.id, "failure")
+    when, _ = run.action()
+    return (when - start) * 1e3
 
 
 def measure_large(system: RosSystem, report: Report, draws: int) -> None:
@@ -180,7 +180,7 @@ def measure_large(system: RosSystem, report: Report, draws: int) -> None:
         times[0].append((when - start) * 1e3)
         run.plan(lambda actions: deliveries(actions) == 50)
         time.sleep(LATER)
-        times[1].append(again(run, 50, partial(fail, run, [action, *run.actions()]), 2))
+        times[1].append(fail(run, [action, *run.actions()]))
         time.sleep(LATER)
         times[2].append(again(run, 51, partial(run.send, another)))
         time.sleep(LATER)

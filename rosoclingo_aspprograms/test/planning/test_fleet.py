@@ -15,7 +15,7 @@ from draws import draws
 from episode import DYN_RESET, MAILBOT, RECORDING, RESET, SINGLE, Episode, Request
 from test_seconds import HALL, draw_map
 
-from rosoclingo_aspprograms.validator import Edge
+from rosoclingo_aspprograms.validator import Edge, Map
 
 STEPS: Dict[str, List[str]] = {
     RECORDING: ["-c", "steps=600"],
@@ -51,7 +51,7 @@ class Fleet(Busy):
 
     def __init__(self, mode: str, seed: int, folder: Path) -> None:
         self.pick = random.Random(f"fleet {seed}")
-        self.graph = draw_map(self.pick, 1 + seed % 4)
+        self.graph = self.draw_map(1 + seed % 4)
         instance = folder / "instance.lp"
         instance.write_text(self.graph.facts())
         self.left = self.pick.randint(2, 6)  # requests to come
@@ -65,8 +65,15 @@ class Fleet(Busy):
         self.requests: List[Request] = []
         self.due: Dict[str, float] = {}
         self.most_busy = 0
-        options = ["-c", f"slots={self.pick.randint(1, 4)}", "-c", "urgent_after=100"]
-        super().__init__(mode, self.graph, [str(instance), MAILBOT], STEPS[mode], options)
+        super().__init__(mode, self.graph, [str(instance), MAILBOT], STEPS[mode], self.options())
+
+    def draw_map(self, robots: int) -> Map:
+        """Returns a random map with so many robots."""
+        return draw_map(self.pick, robots)
+
+    def options(self) -> List[str]:
+        """Returns the planner's options."""
+        return ["-c", f"slots={self.pick.randint(1, 4)}", "-c", "urgent_after=100"]
 
     def publish(self, actuator: str, action: str) -> None:
         """Has a robot act, for about as long as that should take."""

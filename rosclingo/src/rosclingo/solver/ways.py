@@ -177,14 +177,14 @@ def _key(symbol: clingo.Symbol) -> int:
 
 
 class _Graph:
-    """A graph whose places have numbers; a table of distances is made for each destination."""
+    """A graph whose places have numbers."""
 
     def __init__(self) -> None:
         self._places: List[clingo.Symbol] = []
         self._numbers: Dict[int, int] = {}
         self._from: List[List[Tuple[int, int]]] = []  # for each place, where one comes from
         self._to: List[List[Tuple[int, int]]] = []  # where one can go
-        self._tables: Dict[int, List[int]] = {}
+        self._tables: Dict[int, _Table] = {}  # by the destination
 
     def add(self, begin: clingo.Symbol, end: clingo.Symbol, length: int) -> None:
         """Adds a way."""
@@ -206,7 +206,7 @@ class _Graph:
         first, last = self._numbers.get(_key(begin)), self._numbers.get(_key(end))
         if first is None or last is None:
             return None
-        distance = self._table(last)[first]
+        distance = self._table(last).distance(first)
         return distance if distance < _FAR else None
 
     def route(self, begin: clingo.Symbol, end: clingo.Symbol) -> List[clingo.Symbol]:
@@ -219,31 +219,46 @@ class _Graph:
             name, here = min(
                 (self._places[place], place)
                 for place, length in self._to[here]
-                if table[place] + length == left
+                if table.distances[place] + length == left
             )
-            legs.append(Function("", [Number(left), name, Number(table[here])]))
-            left = table[here]
+            legs.append(Function("", [Number(left), name, Number(table.distances[here])]))
+            left = table.distances[here]
         return legs
 
-    def _table(self, end: int) -> List[int]:
-        """Returns the distances of all places to one of them."""
+    def _table(self, end: int) -> _Table:
         table = self._tables.get(end)
         if table is None:
-            table = [_FAR] * len(self._places)
-            table[end] = 0
-            waves, farther = {0: [end]}, [0]  # places by their distances, and these in order
-            while farther:
-                taken = heapq.heappop(farther)
-                for place in waves.pop(taken):
-                    if table[place] < taken:
-                        continue
-                    for before, length in self._from[place]:
-                        distance = taken + length
-                        if distance < table[before]:
-                            table[before] = distance
-                            if distance not in waves:
-                                waves[distance] = []
-                                heapq.heappush(farther, distance)
-                            waves[distance].append(before)
-            self._tables[end] = table
+            table = self._tables[end] = _Table(end, self._from)
         return table
+
+
+class _Table:
+    """Distances to one destination: Dijkstra's algorithm, no farther than was asked for so far.
+
+    Attributes:
+        distances: Of all places; upper bounds where it is farther than that.
+    """
+
+    def __init__(self, end: int, ways: List[List[Tuple[int, int]]]) -> None:
+        self._ways = ways  # for each place, where one comes from
+        self.distances = [_FAR] * len(ways)
+        self.distances[end] = 0
+        self._waves, self._farther = {0: [end]}, [0]  # places by distances, and these in order
+
+    def distance(self, place: int) -> int:
+        """Returns how far it is from a place; at least ``_FAR`` if there is no way."""
+        distances, ways, waves, farther = self.distances, self._ways, self._waves, self._farther
+        while farther and farther[0] < distances[place]:
+            taken = heapq.heappop(farther)
+            for near in waves.pop(taken):
+                if distances[near] < taken:
+                    continue
+                for before, length in ways[near]:
+                    distance = taken + length
+                    if distance < distances[before]:
+                        distances[before] = distance
+                        if distance not in waves:
+                            waves[distance] = []
+                            heapq.heappush(farther, distance)
+                        waves[distance].append(before)
+        return distances[place]

@@ -380,8 +380,8 @@ class _Reader(ast.Transformer):
         self._seen.declared.add((statement.name, statement.arity))
 
     def _asks(self, term: ast.AST) -> None:
-        """Takes note of the part P if the term is ``ground(P)``."""
-        if ("ground", 1) in signatures(term):
+        """Takes note of the part P if the term is ``ground(P)`` or ``ground_last(P)``."""
+        if {("ground", 1), ("ground_last", 1)} & set(signatures(term)):
             self._seen.asked.update(signatures(term.arguments[0]))
 
     def _in_head(self, head: ast.AST) -> None:

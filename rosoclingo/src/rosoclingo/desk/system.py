@@ -124,6 +124,10 @@ class System(Inbox, Environment):
             self.answer(actuator)
         return bool(self._items)
 
+    def stays_quiet(self, seconds: float) -> bool:
+        """Nothing comes but in the world's turn."""
+        return True
+
     # What a user calls.
 
     def request(self, text: str, information: Sequence[str] = ()) -> Request:

@@ -2,8 +2,9 @@
 
 An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`` for told events,
 ``search(k,t)`` for what is grounded before a search, and with it ``improve(k,t)`` if the search is
-for a better plan, ``prefer(k,t)`` if it is to begin with what is left of the plan before, or
-``relax(k,t)`` if one with fewer choices has found no plan. Then
+for a better plan, ``prefer(k,t)`` if it is to begin with what is left of the plan before,
+``at_once(k,t)`` if its plan is to go out at once, or ``relax(k,t)`` if one with fewer choices has
+found no plan. Then
 it may ask for parts: by externals ``ground(P)``, and by terms ``ground(P)`` in its answer sets.
 """
 
@@ -27,12 +28,15 @@ Pair = Tuple[str, str]
 
 _EVENT, _TOLD, _SEARCH = ("event", 2), ("event", 3), ("search", 2)
 _IMPROVE, _PREFER, _RELAX = ("improve", 2), ("prefer", 2), ("relax", 2)
+_AT_ONCE = ("at_once", 2)
 _LAYER, _GOAL = ("layer", 2), ("goal", 2)
 _RESERVED = (
-    "event", "search", "improve", "prefer", "relax", "seed", "state", "transition", "query"
+    "event", "search", "improve", "prefer", "at_once", "relax", "seed", "state", "transition",
+    "query",
 )  # fmt: skip
-_ASKS = "ground("
+_ASKS, _ASKS_LAST = "ground(", "ground_last("
 _HORIZON = "horizon("
+_MOST_RELAXED = 2  # times that one search is repeated with more choices
 _MOST_UNKNOWN = 10_000  # pairs that the encoding does not know, and of which that is remembered
 
 
@@ -47,6 +51,7 @@ class Demand:
         messages: Messages likewise, with which those are compared that it does not know.
         improves: Whether a better plan can be looked for while the one that was found is executed.
         prefers: Whether a search can begin with what is left of the plan before.
+        hastens: Whether a search can construct a plan at once, which is improved later.
         relaxes: Whether a search that has found no plan can be repeated with more choices.
         has_layers: Whether plans have layers, see :mod:`rosoclingo.loop.layers`.
         shows_seeds: Whether it shows their task to another planner, see
@@ -59,6 +64,7 @@ class Demand:
     messages: List[Pair] = field(default_factory=list)
     improves: bool = False
     prefers: bool = False
+    hastens: bool = False
     relaxes: bool = False
     has_layers: bool = False
     shows_seeds: bool = False
@@ -70,7 +76,7 @@ class Demand:
     _grounded: Set[str] = field(default_factory=set)  # what answer sets have asked for
     _count: int = 0  # searches
     _has_news: bool = True  # since the last search
-    _is_relaxed: bool = False  # whether the last search was one with more choices
+    _relaxed: int = 0  # searches in a row that had more choices than the one before
 
     def __bool__(self) -> bool:
         """Whether the encoding has opted in."""
@@ -84,7 +90,7 @@ class Demand:
     @property
     def may_relax(self) -> bool:
         """Whether the last search can be repeated with more choices."""
-        return self.relaxes and self._count > 0 and not self._is_relaxed
+        return self.relaxes and self._count > 0 and self._relaxed < _MOST_RELAXED
 
     def begin(self, parts: Sequence[Tuple[str, int]]) -> None:
         """Resets for a planner that begins again, and reads from its parts what it opts into.
@@ -102,6 +108,7 @@ class Demand:
         self.tells, self._searches = has_told, _SEARCH in parts
         self.improves = self._searches and _IMPROVE in parts
         self.prefers = self.improves and _PREFER in parts
+        self.hastens = self.improves and _AT_ONCE in parts
         self.relaxes = self._searches and _RELAX in parts
         self.has_layers = self._searches and _LAYER in parts and _GOAL in parts
         self.shows_seeds = self.has_layers and SEED in parts
@@ -111,7 +118,7 @@ class Demand:
         self._grounded.clear()
         self._count = 0
         self._has_news = True
-        self._is_relaxed = False
+        self._relaxed = 0
 
     def ground(self, parts: Sequence[Part]) -> Ground:
         """Returns the command that grounds parts, and all that they ask for."""
@@ -160,7 +167,9 @@ class Demand:
         pending, self._pending = self._pending, []
         steps, self._steps = self._steps, []
         queries, self._queries = self._queries, {}
-        commands: List[Command] = [self.ground_step(step) for step in steps]
+        commands: List[Command] = []
+        if steps:
+            commands.append(self.ground([part for step in steps for part in step_parts(step)]))
         commands += [AssignExternal(*query) for query in queries.items()]
         if pending:
             commands.append(self.ground(pending))
@@ -190,16 +199,18 @@ class Demand:
 
     # What it asks for.
 
-    def prepare(self, step: int, *, prefers: bool = False) -> List[Command]:
+    def prepare(self, step: int, *, prefers: bool = False, hastens: bool = False) -> List[Command]:
         """Returns the commands that are to be run before a search: one, or none.
 
         Args:
             step: The current step.
             prefers: Whether it is to begin with what is left of the plan before.
+            hastens: Whether its plan is to go out at once, and improved later.
         """
         if not (self._searches and self._has_news):
             return []
-        return [self._begin_search(step, "search", *(["prefer"] if prefers else []))]
+        names = [name for name, has in (("prefer", prefers), ("at_once", hastens)) if has]
+        return [self._begin_search(step, "search", *names)]
 
     def prepare_improving(self, step: int) -> Command:
         """Returns the command that is to be run before a search for a better plan.
@@ -220,23 +231,32 @@ class Demand:
     def _begin_search(self, step: int, *names: str) -> Command:
         self._count += 1
         self._has_news = False
-        self._is_relaxed = "relax" in names
+        self._relaxed = self._relaxed + 1 if "relax" in names else 0
         arguments = (str(self._count), str(step))
         return self.ground([Part(name, arguments) for name in names])
 
     def asks(self, symbols: Sequence[str]) -> bool:
         """Whether an answer set asks for a part that is not grounded yet."""
-        asking = (text for text in symbols if text.startswith(_ASKS))
+        asking = (text for text in symbols if text.startswith((_ASKS, _ASKS_LAST)))
         shown = (text for text, _ in shown_choices(symbols))
         return any(text not in self._grounded for text in chain(asking, shown))
 
-    def asked_for(self, symbols: Sequence[str]) -> List[Part]:
+    def can_wait(self, symbols: Sequence[str]) -> bool:
+        """Whether the next search may complete the plan that an answer set has chosen."""
+        return any(text.startswith(_ASKS_LAST) for text in symbols)
+
+    def asked_for(self, symbols: Sequence[str], *, completes: bool = True) -> List[Part]:
         """Returns the parts that an answer set asks for and that are not grounded yet.
+
+        Args:
+            symbols: The answer set.
+            completes: Whether also those that complete its plan, by ``ground_last(P)``.
 
         Raises:
             PlannerError: It asks for what is no part or must not be asked for.
         """
-        asking = ((text, split_term(text)[1]) for text in symbols if text.startswith(_ASKS))
+        asks = (_ASKS, _ASKS_LAST) if completes else (_ASKS,)
+        asking = ((text, split_term(text)[1]) for text in symbols if text.startswith(asks))
         asked = [(text, arguments[0]) for text, arguments in asking if len(arguments) == 1]
         asked += [(text, text) for text, _ in shown_choices(symbols)]
         parts = []

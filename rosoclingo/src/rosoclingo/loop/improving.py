@@ -6,6 +6,8 @@ from rosoclingo.loop.atoms import Plan
 from rosoclingo.loop.search import take_plan
 from rosoclingo.loop.state import State
 
+_QUIET_SECONDS = 0.1  # without an input, before it is looked for a better plan
+
 
 def improve(state: State) -> bool:
     """Searches for a better plan until an input comes, if there may be one.
@@ -16,9 +18,12 @@ def improve(state: State) -> bool:
         Whether it has looked.
     """
     inbox = state.mail.inbox
-    if not (inbox.is_search_due(improves=True) if inbox.knows_searches else _may_improve(state)):
+    is_replay = inbox.knows_searches
+    if not (inbox.is_search_due(improves=True) if is_replay else _may_improve(state)):
         return False
     inbox.begin_improving()
+    if not is_replay and not inbox.stays_quiet(_QUIET_SECONDS):
+        return False  # answers come in bursts, and it takes a while until a search can be stopped
     outcome = state.planner.improve(state.step, lambda: is_called(state), horizon=state.horizon)
     if outcome is not None:
         take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)

@@ -178,6 +178,11 @@ class Inbox(RecordedSearches):
     def begin_improving(self) -> None:
         """Called by the loop's thread when it has nothing to do, and looks for a better plan."""
 
+    def stays_quiet(self, seconds: float) -> bool:
+        """Waits for some seconds, and returns whether nothing has come."""
+        with self._changed:
+            return not self._changed.wait_for(self._has_something, seconds)
+
     def take(self) -> List[Item]:
         """Returns all items in order of arrival and removes them; does not wait."""
         self.show()

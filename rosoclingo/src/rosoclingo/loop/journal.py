@@ -174,6 +174,7 @@ class Ended(str, enum.Enum):
     CALLED = "interrupted"  # by an input, when the planner had been told of the search already
     BETTER = "better"  # it has looked for a better plan, and found one
     AS_BEFORE = "as before"  # likewise, and found none in its time, or that there is none
+    CHOSEN = "chosen"  # likewise; an input came, and the next search completes what it has chosen
     NOTHING = "nothing"  # likewise, and could not find out what the plan costs now
     AHEAD = "ahead"  # it has searched several horizons in turn, see LOOKING_AHEAD
     AHEAD_CALLED = "ahead, interrupted"  # likewise, by an input
@@ -181,7 +182,7 @@ class Ended(str, enum.Enum):
     LAYERED = "layers"  # it has found out how many layers there are to be, and what they grant
 
 
-IMPROVING = (Ended.BETTER, Ended.AS_BEFORE, Ended.NOTHING)
+IMPROVING = (Ended.BETTER, Ended.AS_BEFORE, Ended.CHOSEN, Ended.NOTHING)
 """How a search for a better plan ends."""
 
 LOOKING_AHEAD = (Ended.AHEAD, Ended.AHEAD_CALLED, Ended.AHEAD_REFUTED)

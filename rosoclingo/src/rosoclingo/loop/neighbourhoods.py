@@ -23,11 +23,12 @@ from rosclingo.wire.commands import Assumption
 from rosclingo.wire.term_text import number, split_term
 
 _KEEP, _CLOSE, _CHOICES = "keep(", "close(", "choices("
-_CRITICAL, _RESTRICTED = "critical(", "restricted"
+_CRITICAL, _RESTRICTED, _CONSTRUCTED = "critical(", "restricted", "constructed"
 _SIZE = 8  # groups that are free at first
-_CRITICAL_SIZE = 5  # likewise, if only some are critical, as searches are harder then
+_CRITICAL_SIZE = 4  # likewise, if only some are critical, as searches are harder then
 _GROWTH = 1.25  # of that when all neighbourhoods have been tried
 _SECONDS = 0.006  # for each free group that a search may take
+_CRITICAL_SECONDS = 0.003
 _SHOW_SECONDS = 0.5  # after which the first better plan is shown
 _LAST = 0.7  # of the groups are found from the one before
 
@@ -59,6 +60,11 @@ def shown_choices(symbols: Sequence[str]) -> Iterator[Tuple[str, str]]:
 def is_restricted(symbols: Sequence[str]) -> bool:
     """Returns whether the encoding's restrictions may exclude better plans."""
     return _RESTRICTED in symbols
+
+
+def is_constructed(symbols: Sequence[str]) -> bool:
+    """Returns whether a plan was not searched for, so that its cost is unknown."""
+    return _CONSTRUCTED in symbols
 
 
 class Neighbourhood:
@@ -144,6 +150,7 @@ class Neighbourhoods:
 
     def __init__(self) -> None:
         self.size = _SIZE
+        self._seconds = _SECONDS
         self.dice = random.Random(1)  # noqa: S311 (a draw, not a secret)
         self._known: Set[str] = set()  # groups of earlier searches
         self._show_seconds = _SHOW_SECONDS
@@ -151,7 +158,7 @@ class Neighbourhoods:
     @property
     def seconds(self) -> float:
         """How long one of them may be searched."""
-        return self.size * _SECONDS
+        return self.size * self._seconds
 
     def begin(self, plan: Neighbourhood) -> List[str]:
         """A search begins with a plan.
@@ -161,6 +168,7 @@ class Neighbourhoods:
         """
         is_hard = len(plan.critical) < len(plan.groups)
         self.size = _CRITICAL_SIZE if is_hard else _SIZE
+        self._seconds = _CRITICAL_SECONDS if is_hard else _SECONDS
         new = [group for group in plan.groups if group not in self._known] if self._known else []
         self._known = set(plan.groups)
         return new

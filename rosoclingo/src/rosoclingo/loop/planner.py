@@ -277,12 +277,13 @@ class Planner(PlannerState):
             return outcome
         if self._kept is None:
             prefers = self.patience > 0 and self.demand.prefers and self.demand.searches > 0
-            commands = self.demand.prepare(step, prefers=prefers)
+            hastens = self._is_hasty and self.demand.hastens
+            commands = self.demand.prepare(step, prefers=prefers, hastens=hastens)
             self.run(*commands)
             outcome, self.quality = self._searching().find(
                 stopped, self.quality, compares=prefers and bool(commands)
             )
-            if self.demand.may_relax and outcome.result is wire.Result.UNSAT:
+            while self.demand.may_relax and outcome.result is wire.Result.UNSAT:
                 self.run(self.demand.prepare_relaxed(step))
                 outcome, self.quality = self._searching().find(stopped, self.quality)
             needed = needed_horizon(outcome.symbols) if self.demand else None
@@ -427,6 +428,11 @@ class Planner(PlannerState):
         return True
 
     @property
+    def _is_hasty(self) -> bool:
+        """Tells whether a first plan of many tasks goes out at once, to be improved later."""
+        return self._patience == DEFAULT_PATIENCE and not self.is_awaited
+
+    @property
     def may_improve(self) -> bool:
         """Tells whether it is worth looking for a better plan than the one that stands."""
         if self.demand:
@@ -499,7 +505,7 @@ class Planner(PlannerState):
             self.demand,
             lambda parts: self.run(self.demand.ground(parts)),
             patience=self.patience,
-            first=_FIRST if self._patience == DEFAULT_PATIENCE and not self.is_awaited else None,
+            first=_FIRST if self._is_hasty else None,
             awaits_layers=self._patience > 0,
             neighbourhoods=self._neighbourhoods,
             recorded=self.recorded,

@@ -18,7 +18,8 @@ class Quality:
     """A plan's cost and the proven lower bound, as its encoding minimises it. Immutable.
 
     Attributes:
-        cost: What it costs: one number for each priority, the highest one first.
+        cost: What it costs: one number for each priority, the highest one first; empty if the plan
+            was not searched for, so that nobody has computed it.
         bound: No plan costs less, likewise; empty if that is not known.
     """
 
@@ -28,7 +29,7 @@ class Quality:
     @property
     def is_best(self) -> bool:
         """Whether it is proven that there is no better plan."""
-        return self.cost == self.bound
+        return bool(self.cost) and self.cost == self.bound
 
     def as_json(self) -> Dict[str, Any]:
         """Returns the content of ``~plan_quality``."""

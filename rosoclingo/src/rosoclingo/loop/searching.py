@@ -20,7 +20,12 @@ from rosoclingo.loop.demand import Demand
 from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
 from rosoclingo.loop.layers import LayeredSearch, LayersState, WantedLayers
 from rosoclingo.loop.local_search import Incumbent, LocalSearch
-from rosoclingo.loop.neighbourhoods import Neighbourhoods, is_restricted, says_choices
+from rosoclingo.loop.neighbourhoods import (
+    Neighbourhoods,
+    is_constructed,
+    is_restricted,
+    says_choices,
+)
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.recorded import RecordedSearches
 from rosoclingo.loop.seeding import ProcessSeed
@@ -162,7 +167,7 @@ class Searching:
 
         Args:
             stopped: Whether it has to end, once it is known what that one costs; what it has found
-                is taken then.
+                is taken then, or chosen, so that the next search completes it.
 
         Returns:
             How it has ended, and the better plan; None if none was found.
@@ -174,9 +179,12 @@ class Searching:
         self._note(ended)
         if ended.how is Ended.NOTHING:
             return ended, None
-        parts = self._demand.asked_for(ended.symbols)
+        is_chosen = ended.how is Ended.CHOSEN
+        parts = self._demand.asked_for(ended.symbols, completes=not is_chosen)
         if parts:
             self._ground(parts)
+        if is_chosen:
+            return ended, None
         outcome, _ = self.find(lambda: False, ended.quality, rounds=1)
         is_better = ended.how is Ended.BETTER and outcome.result is wire.Result.SAT
         return ended, outcome if is_better else None
@@ -230,6 +238,8 @@ class Searching:
             best = self._local_search().descend(best, stopped, shows=True)
             quality = Quality(best.cost, best.cost if best.is_best else ())
             how = Ended.BETTER if best.cost < before else Ended.AS_BEFORE
+            if stopped() and self._demand.can_wait(best.symbols):
+                how = Ended.CHOSEN
             return SearchEnded(how, best.symbols, quality)
         outcome = self._solver.solve((), stopped, found.append)
         better = self.cost(outcome, found)
@@ -316,11 +326,15 @@ class Searching:
             allowed, end = end, max(end, time.monotonic() + _SAME_SECONDS)
             outcome = self._solver.solve((self._same(),), has_to_end_first, found.append)
             end = allowed
+            if is_constructed(outcome.symbols):
+                return dataclasses.replace(outcome, interrupted=True), Quality(())
             best = self._incumbent(outcome, found)
             found.clear()
         bound: Tuple[int, ...] = ()
         if best is None or not says_choices(best.symbols):
             outcome = self._solver.solve((), has_to_end_first, found.append)
+            if is_constructed(outcome.symbols) and self._demand.improves:
+                return dataclasses.replace(outcome, interrupted=True), Quality(())
             is_cut = limit and outcome.interrupted and not is_stopped
             if not (is_cut and (found or best)):
                 # What only says how many layers there are costs nothing.
