@@ -8,10 +8,10 @@ from typing import Optional, Sequence
 import rospy
 
 from rosclingo.ros.local_master import LocalMaster, executable
+from rosoclingo.bags.errors import ReplayError
 from rosoclingo.bags.replay.connection import Connection
 from rosoclingo.bags.replay.input_schedule import rest
 from rosoclingo.bags.replay.startup import SOLVERS, Start
-from rosoclingo.bags.replay.unpack import ReplayError
 from rosoclingo.loop import journal, replay_inbox
 from rosoclingo.loop.replay_inbox import Due, Kind, Phase
 

@@ -13,6 +13,7 @@ import rospy
 from rosclingo.ros.init import end_server_when_closed
 from rosclingo.ros.local_master import LocalMaster
 from rosoclingo.bags.compare.comparison import Stall
+from rosoclingo.bags.errors import ReplayError
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.connection import Connection
@@ -20,7 +21,6 @@ from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.nodes import Nodes
 from rosoclingo.bags.replay.schedule import Schedule
 from rosoclingo.bags.replay.startup import Start
-from rosoclingo.bags.replay.unpack import ReplayError
 from rosoclingo.loop import journal
 from rosoclingo.loop.replay_inbox import Due
 
