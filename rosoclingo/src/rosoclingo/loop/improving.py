@@ -16,7 +16,8 @@ def improve(state: State) -> bool:
         Whether it has looked.
     """
     inbox = state.mail.inbox
-    if not (inbox.is_search_due(improves=True) if inbox.knows_searches else _may_improve(state)):
+    known = inbox.recorded
+    if not (known.is_search_due(improves=True) if known.knows_searches else _may_improve(state)):
         return False
     inbox.begin_improving()
     outcome = state.planner.improve(state.step, lambda: is_called(state), horizon=state.horizon)

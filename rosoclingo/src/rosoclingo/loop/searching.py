@@ -22,7 +22,7 @@ from rosoclingo.loop.layers import LayeredSearch, LayersState, WantedLayers
 from rosoclingo.loop.local_search import Incumbent, LocalSearch
 from rosoclingo.loop.neighbourhoods import Neighbourhoods, is_restricted, says_choices
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.recorded import RecordedSearches
+from rosoclingo.loop.recorded import Recorded
 from rosoclingo.loop.seeding import ProcessSeed
 from rosoclingo.loop.solver import Solver
 
@@ -47,7 +47,7 @@ class Searching:
         first: Optional[float] = None,
         awaits_layers: bool = False,
         neighbourhoods: Neighbourhoods,
-        recorded: RecordedSearches,
+        recorded: Recorded,
         note: Callable[[SearchEnded], None],
         layers: LayersState,
         run: Callable[..., object],
