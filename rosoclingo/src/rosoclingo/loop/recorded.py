@@ -14,7 +14,7 @@ class Recorded:
 
     @property
     def knows_searches(self) -> bool:
-        """Whether the outcomes of all time-dependent searches are known, so that time ends none."""
+        """Tells if all time-dependent searches have known outcomes, so that time ends none."""
         return False
 
     def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
@@ -30,7 +30,7 @@ class Recorded:
         return None
 
     def is_search_due(self, *, improves: bool) -> bool:
-        """Whether an outcome is recorded before the next decision; removes nothing.
+        """Tells if an outcome is recorded before the next decision; removes nothing.
 
         Args:
             improves: Whether the next one is to be for a better plan, or for a plan.
@@ -79,7 +79,7 @@ class RecordedOutcomes(Recorded):
 
     @property
     def knows_searches(self) -> bool:
-        """Whether these are known; not after :meth:`forget_searches`."""
+        """Tells if these are known; not after :meth:`forget_searches`."""
         return self._knows_searches
 
     def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
@@ -92,7 +92,7 @@ class RecordedOutcomes(Recorded):
             return ended
 
     def is_search_due(self, *, improves: bool) -> bool:
-        """Whether an outcome is recorded before the next decision; removes nothing."""
+        """Tells if an outcome is recorded before the next decision; removes nothing."""
         with self._lock:
             ended = self._next()
             return ended is not None and improves == (ended.how in IMPROVING)

@@ -46,7 +46,7 @@ def from_disk(launched: Launched) -> List[str]:
 
 
 def is_unchanged(launched: Launched) -> bool:
-    """Whether the files that :func:`from_disk` uses have the contents that the bag has."""
+    """Tells if the files that :func:`from_disk` uses have the contents that the bag has."""
     packages = rospkg.RosPack()
 
     def is_same(path: str, text: str) -> bool:

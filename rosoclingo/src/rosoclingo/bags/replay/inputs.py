@@ -107,7 +107,7 @@ def _point(event: journal.Arrival, waits: bool, has_taken: bool) -> Point:
 
 
 def begins_a_wait(event: journal.Event) -> bool:
-    """Whether an event says that the loop begins to wait, because it is idle."""
+    """Tells if an event says that the loop begins to wait, because it is idle."""
     return isinstance(event, journal.LoopWaits) and not event.for_a_replay
 
 
@@ -119,7 +119,7 @@ def input_key(event: journal.Arrival) -> Key:
 
 
 def is_refused(event: journal.Event) -> bool:
-    """Whether a goal was rejected before it came to the loop, because it is no ground term."""
+    """Tells if a goal was rejected before it came to the loop, because it is no ground term."""
     if not isinstance(event, journal.GoalArrived):
         return False
     try:

@@ -127,7 +127,7 @@ class ReplayProgress:
         return self.planned[self.passed]
 
     def is_settled(self, now: float) -> bool:
-        """Whether the loop is idle until an input is sent."""
+        """Tells if the loop is idle until an input is sent."""
         limit = _LOST_SECONDS if self.on_way else _SETTLED_SECONDS
         if self._rests and now - max(self._seen_at, self._sent_at) >= limit:
             self.on_way.clear()  # lost: a loop that waits takes at once what comes
@@ -135,7 +135,7 @@ class ReplayProgress:
         return self.settled
 
     def is_time(self, planned: RecordedInput, now: float) -> bool:
-        """Whether an input is not too early, nor too much for the publishers' queues."""
+        """Tells if an input is neither too early, nor too much for the publishers' queues."""
         is_full = sum(self.on_way.values()) >= _MOST_ON_THEIR_WAY
         # A gate waits for all at once.
         return now >= self._earliest(planned) and (self.is_held or not is_full)
@@ -145,7 +145,7 @@ class ReplayProgress:
         return max(self._begin, self._sent_at) + gap
 
     def has_arrived(self, now: float) -> bool:
-        """Whether the last input was sent so long ago that none on another topic overtakes it."""
+        """Tells if the last input was sent so long ago that no other one overtakes it."""
         return now - self._sent_at >= _ORDER_SECONDS
 
     def send(self, planned: RecordedInput, now: float) -> RecordedInput:
@@ -177,7 +177,7 @@ class ReplayProgress:
     # The end.
 
     def is_finished(self, now: float) -> bool:
-        """Whether all inputs are sent, and no more events can come."""
+        """Tells if all inputs are sent, and no more events can come."""
         if self.end.loop_has_ended:
             # The journal tells of what the loop takes last, and of what becomes of it, after that.
             return self.end.is_over and not self.on_way
