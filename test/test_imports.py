@@ -17,10 +17,11 @@ ROS = {"rospy", "actionlib", "rosgraph", "rosbag"}
 FLOORS = {
     "rosclingo": ["start", "free_file", "errors", "wire", "solver", "ros"],
     "rosoclingo": [
-        "errors", "downward", "seed", "loop", "drawing", "commands", "single", "store", "why",
-        "bags.text", "bags.errors", "bags.wire", "bags.topics", "bags.model",
+        "errors", "launched", "downward", "seed", "loop", "drawing", "commands", "single", "store",
+        "why", "bags.text", "ros",  # below the other bags: no live node imports a replay
+        "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
-        "ros", "profile", "desk", "scaffold", "check", "pddl",
+        "profile", "desk", "scaffold", "check", "pddl",
     ],
     "rosoclingo_interfaces": [
         "errors", "store_file", "prompt", "topics", "journal", "announcements",

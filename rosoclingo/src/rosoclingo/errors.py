@@ -25,6 +25,10 @@ class ControllerError(LoopError):
     """The controller did not say what to do."""
 
 
+class LaunchedError(RosclingoError):
+    """A node's ``~about`` does not say how it was started; the message says where and why."""
+
+
 class StoreError(RosclingoError):
     """A store cannot be opened, read or written; the message says which, why and what to do."""
 

@@ -384,22 +384,22 @@ def test_which_search_is_due() -> None:
     cut = SearchEnded(Ended.CUT, ("a",), Quality((3,), (1,)), 1)
     better = SearchEnded(Ended.BETTER, ("b",), Quality((2,), (2,)))
     gate = ReplayInbox([due(1, cut), due(1, better), due(3, cut), due(9, None)])
-    assert gate.knows_searches
+    assert gate.recorded.knows_searches
     for decision in range(5):
         gate.begin_decision(lambda: None)
         gate.begin_command(lambda: None)
-        assert not gate.is_search_due(improves=True)  # before the other one
-        assert gate.search_due(Ended.BETTER) is None
-        assert gate.search_due(Ended.CUT) is None
+        assert not gate.recorded.is_search_due(improves=True)  # before the other one
+        assert gate.recorded.search_due(Ended.BETTER) is None
+        assert gate.recorded.search_due(Ended.CUT) is None
         if decision == 1:
-            assert gate.search_due(Ended.CUT, number=1) == cut
-            assert gate.is_search_due(improves=True)
-            assert gate.search_due(Ended.AS_BEFORE, Ended.BETTER) == better
-            assert not gate.is_search_due(improves=True)
+            assert gate.recorded.search_due(Ended.CUT, number=1) == cut
+            assert gate.recorded.is_search_due(improves=True)
+            assert gate.recorded.search_due(Ended.AS_BEFORE, Ended.BETTER) == better
+            assert not gate.recorded.is_search_due(improves=True)
     gate.open()
-    assert not gate.knows_searches
-    assert not Inbox().knows_searches
-    assert Inbox().search_due(Ended.CUT) is None
+    assert not gate.recorded.knows_searches
+    assert not Inbox().recorded.knows_searches
+    assert Inbox().recorded.search_due(Ended.CUT) is None
 
 
 def test_older_journals_tell_no_searches() -> None:
@@ -456,7 +456,7 @@ def test_a_changed_encoding_is_put_to_the_test(
 
     again = replayed("old.lp", same_encodings=True)
     assert not compare(Run(recorded.entries), again).differences
-    with pytest.raises(AssertionError, match="in_step"):
+    with pytest.raises(AssertionError, match="is_exact"):
         replayed("new.lp", same_encodings=False)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import runpy
 import shlex
 import signal
@@ -24,6 +25,7 @@ from rosoclingo.check.findings import Finding
 from rosoclingo.check.run import DOES, FoundPlan, Run
 from rosoclingo.desk.command_line import parse as parse_plan
 from rosoclingo.desk.parts import EXAMPLES
+from rosoclingo.launched.about import Launched
 from rosoclingo.loop.atoms import Action
 
 LINE = f"{EXAMPLES}/line.lp"
@@ -544,7 +546,11 @@ def test_a_running_system(node: str, about: Optional[Dict[str, Any]], said: str)
     running = {name: value for name, value in RUNNING.items() if name != node}
     if about is not None:
         running[node] = about
+    nodes = {
+        name: Launched.decode(name, json.dumps({"program": "", **value}))
+        for name, value in running.items()
+    }
     words = [LINE, *SMALL, "--episodes", "0", "--goal", "visit(1)", "--live"]
-    found = list(Checking(parse(words), lambda: running).findings())
+    found = list(Checking(parse(words), lambda: nodes).findings())
     assert [finding.check for finding in found] == (["live"] if said else [])
     assert all(said in finding.text for finding in found)

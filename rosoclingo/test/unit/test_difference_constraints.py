@@ -9,16 +9,16 @@ import pytest
 from rosclingo.errors import ProgramError
 from rosclingo.solver.about import about
 from rosclingo.solver.options import parse_options
-from rosoclingo.bags.model import Program
-from rosoclingo.bags.replay.unpack import unpack
 from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import run as run_check
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.plan import run
 from rosoclingo.drawing.errors import GraphError
 from rosoclingo.drawing.graph import read_graph
+from rosoclingo.launched.about import Launched
+from rosoclingo.launched.started_with import started_with
+from rosoclingo.launched.unpack import unpack
 from rosoclingo.loop.planner import Planner
-from rosoclingo.store.started_with import started_with
 
 LINE = f"{EXAMPLES}/line.lp"
 # To go to cell X takes X seconds, and the robot has to be through in time. end(T), a variable: when
@@ -91,10 +91,12 @@ def test_without_the_option(seconds: str) -> None:
 
 def test_what_a_run_rests_on() -> None:
     said = about("rosclingo run.py", ["-f", "a.lp", "--theory=dl"], {})
-    assert started_with({"planner": said}) == {"the options of planner": "--theory dl"}
+    assert started_with({"planner": Launched.decode("/planner", said)}) == {
+        "the options of planner": "--theory dl"
+    }
 
 
 def test_a_bag_keeps_the_option(tmp_path: Path) -> None:
-    program = Program("/planner", "rosclingo run.py", ("-fa.lp", "--theory=dl"), {"/x/a.lp": ""})
-    words, _ = unpack(program, tmp_path)
+    node = Launched("/planner", "rosclingo run.py", ("-fa.lp", "--theory=dl"), {"/x/a.lp": ""})
+    words, _ = unpack(node, tmp_path)
     assert parse_options(words).theory == "dl"

@@ -83,7 +83,7 @@ def test_about_that_is_no_description(tmp_path: Path) -> None:
     maker = Maker().event(1, "end").add("about", 0.0, data="[1")
     recording = read_recording(maker.write(tmp_path / "a.bag"))
     assert recording.programs == {}
-    assert "/rosoclingo/about" in recording.remarks[0]
+    assert "/rosoclingo/about does not say how" in recording.remarks[0]
 
 
 def test_events_twice_and_out_of_order(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.bags.replay.schedule import Schedule
+from rosoclingo.bags.replay.replays import ExactReplay
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Cancel, Inbox, Message
 from rosoclingo.loop.journal import (
@@ -208,17 +208,17 @@ def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
     """Sends everything as soon as it may come, or a little later."""
     chance = random.Random(seed)
     run = Session(system, lambda actuator, action: None)
-    schedule = Schedule(Run(recorded))
+    exact = ExactReplay(Run(recorded))
     seen = 0
     run.start()
     end = time.monotonic() + TIMEOUT
-    while not schedule.is_finished(time.monotonic()):
+    while not exact.progress.is_finished(time.monotonic()):
         assert time.monotonic() < end, run.entries[-9:]
         for entry in run.entries[seen:]:
-            schedule.see(entry, time.monotonic())
+            exact.see(entry, time.monotonic())
             seen += 1
-        planned = schedule.due(time.monotonic())
-        assert schedule.in_step
+        planned = exact.due(time.monotonic())
+        assert exact.is_exact
         if planned is not None:
             event = planned.event
             if isinstance(event, GoalArrived):

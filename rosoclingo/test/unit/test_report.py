@@ -14,11 +14,12 @@ from bag_maker import Maker, run_without, source
 from journals import Journal, long_journal
 from matplotlib.figure import Figure
 
-from rosoclingo.bags.model import Program, Recording
+from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.command import main
 from rosoclingo.bags.report.page import data, render
 from rosoclingo.bags.report.picture import COLOURS, draw, label
 from rosoclingo.bags.report.statistics import compute
+from rosoclingo.launched.about import Launched
 
 HOSTILE = "</script><img src=x onerror=alert(1)><!--<script>&lt;\u2028'\"@SCRIPT@"
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -123,10 +124,10 @@ def test_what_has_no_rows_is_no_empty_card() -> None:
 
 
 def test_the_page_says_with_what_the_nodes_were_started() -> None:
-    planner = Program(
+    planner = Launched(
         "/planner", "rosclingo run.py", ("-f", "a b.lp"), {"a b.lp": "a."}, {"clingo": "5.8"}
     )
-    loop = Program("/rosoclingo", "rosoclingo run.py", solvers={"planner": "/planner"})
+    loop = Launched("/rosoclingo", "rosoclingo run.py", solvers={"planner": "/planner"})
     programs = {program.node: program for program in (planner, loop)}
     recording = Recording("/rosoclingo", (), programs, ("it was repaired",), has_journal=False)
     found = data(recording, compute(recording), Path("run.bag"))
@@ -145,7 +146,7 @@ def test_texts_of_the_bag_are_no_html() -> None:
     journal = Journal().goal(HOSTILE, HOSTILE, HOSTILE).status(HOSTILE, "accepted", HOSTILE)
     journal.action(HOSTILE, HOSTILE).message(HOSTILE, HOSTILE).dropped(HOSTILE)
     journal.plan(f"do({HOSTILE},{HOSTILE},1)").status(HOSTILE, HOSTILE, HOSTILE, HOSTILE)
-    program = Program(HOSTILE, HOSTILE, (HOSTILE,), {HOSTILE: HOSTILE}, {HOSTILE: HOSTILE})
+    program = Launched(HOSTILE, HOSTILE, (HOSTILE,), {HOSTILE: HOSTILE}, {HOSTILE: HOSTILE})
     recording = Recording(
         HOSTILE,
         journal.add("end", text=HOSTILE).recording().entries,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import shutil
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, Sequence
@@ -14,9 +13,13 @@ from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
 from rosclingo.solver.programs import parse_files
-from rosoclingo.bags.model import Entry, Program, Recording
+from rosoclingo.bags.errors import ReplayError
+from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.replay.disk import from_disk, is_unchanged
 from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
-from rosoclingo.bags.replay.unpack import ReplayError, from_disk, is_unchanged, unpack
+from rosoclingo.errors import LaunchedError
+from rosoclingo.launched.about import Launched
+from rosoclingo.launched.unpack import unpack
 from rosoclingo.loop.journal import LoopWaits
 
 FILES = {"/home/me/ws/task.lp": '#include "parts/map.lp".', "/home/me/ws/parts/map.lp": "a."}
@@ -24,13 +27,13 @@ FILES = {"/home/me/ws/task.lp": '#include "parts/map.lp".', "/home/me/ws/parts/m
 
 def program(
     arguments: Sequence[str], files: Mapping[str, str] = FILES, node: str = "/planner"
-) -> Program:
-    return Program(node, "rosclingo run.py", tuple(arguments), files)
+) -> Launched:
+    return Launched(node, "rosclingo run.py", tuple(arguments), files)
 
 
-def recording(name: str = "/rosoclingo", **programs: Program) -> Recording:
+def recording(name: str = "/rosoclingo", **programs: Launched) -> Recording:
     solvers = {role: f"/{role}" for role in ("controller", "planner")}
-    loop = Program(name, "rosoclingo run.py", solvers=solvers)
+    loop = Launched(name, "rosoclingo run.py", solvers=solvers)
     nodes = {"controller": program(["-f", "task.lp"], node="/controller"),
              "planner": program(["-f", "task.lp", "-c", "slots=1"]), **programs}  # fmt: skip
     return Recording(name, (), {name: loop, **{one.node: one for one in nodes.values()}})
@@ -102,7 +105,7 @@ def test_links_and_names_that_are_alike(
             named=engine.named,
             includes=engine.includes,
         )
-        recorded = Program.of("/planner", json.loads(said))
+        recorded = Launched.decode("/planner", said)
         assert recorded.directory == str(tmp_path / directory)
         expected = facts(options.files)
         words, folder = unpack(recorded, tmp_path / "replay")
@@ -126,9 +129,12 @@ def test_no_file_leaves_the_folder(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-def test_a_file_that_the_bag_does_not_have(tmp_path: Path) -> None:
-    with pytest.raises(ReplayError, match=r"does not have the file other\.lp of /planner"):
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    message = r"/planner/about does not have the file other\.lp of its command line"
+    with pytest.raises(LaunchedError, match=message):
         unpack(program(["-f", "other.lp"]), tmp_path)
+    with pytest.raises(ReplayError, match=f"{message}; give its command line: --planner"):
+        starts(recording(planner=program(["-f", "other.lp"])), tmp_path)
 
 
 @pytest.mark.parametrize("option", ["-f", "--const"])
@@ -198,7 +204,7 @@ def test_the_recorded_system(tmp_path: Path) -> None:
 
 def test_nodes_of_similar_names(tmp_path: Path) -> None:
     names = {"controller": "/a/b", "planner": "/a_b"}
-    loop = Program("/loop", "rosoclingo run.py", solvers=names)
+    loop = Launched("/loop", "rosoclingo run.py", solvers=names)
     nodes = {name: program(["-f", "t.lp"], {"/ws/t.lp": name}, name) for name in names.values()}
     of = Recording("/loop", (), {"/loop": loop, **nodes})
     _, controller, planner = starts(of, tmp_path)
@@ -246,7 +252,7 @@ def test_what_the_loop_decides_by(tmp_path: Path) -> None:
     assert commands(older, tmp_path)["rosoclingo"][-2:] == PARAMETERS
     assert commands(of, tmp_path, planner="-f p")["rosoclingo"][-2:] == PARAMETERS
     assert commands(of, tmp_path, single="-f a.lp")["rosoclingo"][4:] == [*PARAMETERS, "-f", "a.lp"]
-    single = Program("/rosoclingo", "rosoclingo run-1.0.py", ("-f", "task.lp"), FILES)
+    single = Launched("/rosoclingo", "rosoclingo run-1.0.py", ("-f", "task.lp"), FILES)
     of = deciding(Recording("/rosoclingo", (), {"/rosoclingo": single}), **values)
     assert commands(of, tmp_path)["rosoclingo"][4:7] == [*PARAMETERS, "-f"]
     assert commands(of, tmp_path, system="a b")["the system"] == ["roslaunch", "a", "b"]
@@ -273,9 +279,9 @@ def test_a_wrong_parameter_in_a_bag(tmp_path: Path, wrong: Dict[str, Any]) -> No
 
 
 def test_what_does_not_fit(tmp_path: Path) -> None:
-    single = Program("/rosoclingo", "rosoclingo run-1.0.py", ("-f", "task.lp"), FILES)
+    single = Launched("/rosoclingo", "rosoclingo run-1.0.py", ("-f", "task.lp"), FILES)
     one_node = Recording("/rosoclingo", (), {"/rosoclingo": single})
-    strange = Recording("/rosoclingo", (), {"/rosoclingo": Program("/rosoclingo", "rm -r")})
+    strange = Recording("/rosoclingo", (), {"/rosoclingo": Launched("/rosoclingo", "rm -r")})
     nothing: Dict[str, str] = {}
     for of, changes, text in (
         (Recording("/rosoclingo", ()), nothing, "does not say what /rosoclingo was started with"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import importlib
-import json
 import shutil
 import sqlite3
 import sys
@@ -23,6 +22,8 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError, StoreError
+from rosoclingo.launched.about import Launched
+from rosoclingo.launched.started_with import started_with
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Message
@@ -31,7 +32,6 @@ from rosoclingo.store.commands import RecordedSolver
 from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.fields import Fields, read
 from rosoclingo.store.outbox import Outbox
-from rosoclingo.store.started_with import started_with
 from rosoclingo.store.store import Changes, Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
@@ -257,16 +257,14 @@ def test_another_encoding(tmp_path: Path) -> None:
 
 
 def test_what_is_compared() -> None:
-    def about(options: List[str], path: str, digest: str) -> str:
-        arguments = ["-f", path, *options]
-        return json.dumps({"arguments": arguments, "files": {path: {"sha256": digest}}})
+    def node(options: List[str], path: str, text: str) -> Dict[str, Launched]:
+        arguments = ("-f", path, *options)
+        return {"planner": Launched("/planner", "rosclingo run.py", arguments, {path: text})}
 
-    one = started_with({"planner": about(["-c", "n=2"], "/x/a.lp", "1" * 64)})
-    assert one == started_with({"planner": about(["-c", "n=2"], "/y/a.lp", "1" * 64)})
-    assert one != started_with({"planner": about(["-c", "n=3"], "/x/a.lp", "1" * 64)})
-    assert one != started_with({"planner": about(["-c", "n=2"], "/x/a.lp", "2" * 64)})
-    with pytest.raises(StoreError, match="planner does not say what it was started with"):
-        started_with({"planner": "{}"})
+    one = started_with(node(["-c", "n=2"], "/x/a.lp", "a."))
+    assert one == started_with(node(["-c", "n=2"], "/y/a.lp", "a."))
+    assert one != started_with(node(["-c", "n=3"], "/x/a.lp", "a."))
+    assert one != started_with(node(["-c", "n=2"], "/x/a.lp", "b."))
 
 
 def test_a_full_disk(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from rosoclingo.loop import layers, seeding
 from rosoclingo.loop.atoms import Plan, event
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner import DEFAULT_PATIENCE, Planner
-from rosoclingo.loop.recorded import RecordedSearches
+from rosoclingo.loop.recorded import Recorded
 from rosoclingo.seed.downward import NONE, SeedProcess
 
 HERE = Path(__file__).parent
@@ -265,7 +265,7 @@ def test_what_is_left_of_a_plan_comes_first(
     assert len(begun) == 1
 
 
-class Recorded(RecordedSearches):
+class Noted(Recorded):
     """Knows what another planner has noted."""
 
     def __init__(self, noted: List[SearchEnded]) -> None:
@@ -290,7 +290,7 @@ def test_a_replay_asks_nobody() -> None:
     actions = find_plan(planner)
     assert Ended.LAYERED in [ended.how for ended in noted]
     again = make_planner(HERE / "blocks.lp", "tower", seed_planner=NONE)
-    again.recorded = Recorded(noted)
+    again.recorded = Noted(noted)
     assert find_plan(again) == actions
     assert noted == []
 

@@ -41,5 +41,9 @@ class BagTypeError(BagError):
     """A topic's messages are of another type or MD5 sum than the system's."""
 
 
+class ReplayError(BagError):
+    """A bag cannot be replayed; the message says why and what to do."""
+
+
 class BagWriteError(BagError):
     """A bag cannot be written: it exists, or the folder or disk refuses."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
-from typing import Any, Dict, Mapping, Tuple
+from typing import Dict, Iterable, Mapping, Tuple
 
 NODE = re.compile(r"(/[A-Za-z]\w*)+", re.ASCII)
 """A resolved name of a node."""
@@ -65,41 +64,19 @@ def loop_topics(name: str) -> Dict[str, str]:
     return {f"{name}/{topic}": kind for topic, kind in LOOP_TYPES.items()}
 
 
-def solver_topics(about: str) -> Dict[str, str]:
+def solver_topics(names: Iterable[str]) -> Dict[str, str]:
     """Returns the topics of the solver nodes that a planning loop uses, with their types.
 
     Args:
-        about: What the loop's node says of itself; see :func:`rosclingo.solver.about.about`. That
-            of a one-node system names no solvers. What is no name of a node is left out: a recorder
-            that subscribes to it waits for the master for ever.
+        names: The solvers' names. What is no name of a node is left out: a recorder that subscribes
+            to it waits for the master for ever.
     """
     return {
         f"{node}/{topic}": kind
-        for node in solvers(parse_about(about)).values()
+        for node in names
         if NODE.fullmatch(node)
         for topic, kind in SOLVER_TYPES.items()
     }
-
-
-def parse_about(text: str) -> Dict[str, Any]:
-    """Parses a node's ``~about``; empty if it is no JSON object."""
-    try:
-        described = json.loads(text)
-    except (ValueError, RecursionError):
-        return {}
-    return described if isinstance(described, dict) else {}
-
-
-def solvers(described: Mapping[str, Any]) -> Dict[str, str]:
-    """Returns the names of the nodes which are ``controller`` and ``planner``."""
-    return text_entries(described.get("solvers"))
-
-
-def text_entries(value: object) -> Dict[str, str]:
-    """Returns those entries of a JSON object whose values are texts; none of anything else."""
-    if not isinstance(value, dict):
-        return {}
-    return {key: text for key, text in value.items() if isinstance(text, str)}
 
 
 def resolved(topic: str) -> str:

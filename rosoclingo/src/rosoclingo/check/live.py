@@ -6,81 +6,80 @@ All of it is what the nodes say on their topics ``~about`` (docs/protocol.md, se
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, Dict, Iterator, List, Mapping
+from typing import Callable, Dict, Iterator, List, Mapping
 
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
 from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding
+from rosoclingo.launched.about import LOOP, SINGLE, Launched
 
-Abouts = Mapping[str, Mapping[str, Any]]
-"""What each node says of itself, by its name."""
+Nodes = Mapping[str, Launched]
+"""How each node of a system was started, by its name."""
 
-Look = Callable[[], Abouts]
+Look = Callable[[], Nodes]
 """Looks at the running system."""
 
-_LOOPS = ("rosoclingo run.py", "rosoclingo run-1.0.py")
 
-
-def compare(abouts: Abouts, options: Options, alphabet: Alphabet) -> Iterator[Finding]:
+def compare(nodes: Nodes, options: Options, alphabet: Alphabet) -> Iterator[Finding]:
     """Yields what does not fit.
 
     Args:
-        abouts: What the nodes say of themselves.
+        nodes: The running nodes.
         options: The encodings.
         alphabet: What they declare.
     """
-    loops = {name: about for name, about in abouts.items() if about.get("program") in _LOOPS}
+    loops = [node for node in nodes.values() if node.program in (LOOP, SINGLE)]
     if not loops:
         yield _finding("no planning node runs: start rosoclingo, such as by its launch file")
-    for name, about in sorted(loops.items()):
-        planner = str(about.get("solvers", {}).get("planner", name))
-        if planner not in abouts:
-            yield _finding(f"{name} plans with {planner}, and there is no such node")
+    for loop in sorted(loops, key=lambda one: one.node):
+        planner = loop.solvers.get("planner", loop.node)
+        if planner not in nodes:
+            yield _finding(f"{loop.node} plans with {planner}, and there is no such node")
         else:
-            yield from _files(planner, abouts[planner], options)
-    yield from _versions(abouts)
-    yield from _interfaces(abouts, alphabet)
+            yield from _files(nodes[planner], options)
+    yield from _versions(nodes)
+    yield from _interfaces(nodes, alphabet)
 
 
 def _finding(text: str) -> Finding:
     return Finding("live", text)
 
 
-def _files(planner: str, about: Mapping[str, Any], options: Options) -> Iterator[Finding]:
+def _files(planner: Launched, options: Options) -> Iterator[Finding]:
     """Says which files are others than those that were checked."""
-    running = {os.path.basename(path): entry for path, entry in about.get("files", {}).items()}
+    running = {os.path.basename(path): text for path, text in planner.files.items()}
     checked = parse_files(options.files).texts
     for path, text in sorted(checked.items()):
         name = os.path.basename(path)
         if name not in running:
-            yield _finding(f"{planner} runs without {name}, which was checked")
-        elif running[name].get("text") != text:
+            yield _finding(f"{planner.node} runs without {name}, which was checked")
+        elif running[name] != text:
             yield _finding(
-                f"{planner} runs with another {name} than that which was checked, {path}"
+                f"{planner.node} runs with another {name} than that which was checked, {path}"
             )
     for name in sorted(running.keys() - {os.path.basename(path) for path in checked}):
-        yield _finding(f"{planner} runs with {name}, which was not checked")
+        yield _finding(f"{planner.node} runs with {name}, which was not checked")
 
 
-def _versions(abouts: Abouts) -> Iterator[Finding]:
+def _versions(nodes: Nodes) -> Iterator[Finding]:
     """Says which nodes have other versions of clingo, of those that have one."""
     users: Dict[str, List[str]] = {}
-    for name, about in sorted(abouts.items()):
-        version = about.get("versions", {}).get("clingo")
+    for name, node in sorted(nodes.items()):
+        version = node.versions.get("clingo")
         if version is not None:
-            users.setdefault(str(version), []).append(name)
+            users.setdefault(version, []).append(name)
     if len(users) > 1:
         said = "; ".join(f"{version}: {', '.join(names)}" for version, names in users.items())
         yield _finding(f"the nodes run with different versions of clingo ({said})")
 
 
-def _interfaces(abouts: Abouts, alphabet: Alphabet) -> Iterator[Finding]:
+def _interfaces(nodes: Nodes, alphabet: Alphabet) -> Iterator[Finding]:
     """Says which actuator has no interface, and which message no source."""
-    served = [about["actuators"] for about in abouts.values() if "actuators" in about]
+    served = [node.actuators for node in nodes.values() if node.actuators is not None]
     for actuator in alphabet.answers:
         if not any(actuator in actuators or not actuators for actuators in served):
             yield _finding(f"no interface says that it does the actions of {actuator}")
-    sent = {source for about in abouts.values() for source in about.get("messages", ())}
+    sent = {source for node in nodes.values() for source in node.messages}
     for source in sorted({source for source, _ in alphabet.messages} - sent):
         yield _finding(f"no node says that it sends the messages of {source}")

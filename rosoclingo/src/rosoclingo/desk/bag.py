@@ -17,6 +17,7 @@ from rosoclingo.bags.topics import LOOP_TYPES
 from rosoclingo.bags.wire import Connection, Message, rosbags_type
 from rosoclingo.desk.parts import shared
 from rosoclingo.desk.system import System
+from rosoclingo.launched.about import LOOP, SOLVER
 from rosoclingo.loop.journal import encode
 
 _NAME = "/rosoclingo"
@@ -50,7 +51,7 @@ def write_bag(
     engines = {role: Engine(options) for role, options in solvers.items()}
     told = {
         f"{names[role]}/about": about(
-            "rosclingo run.py",
+            SOLVER,
             [*(word for path in options.files for word in ("-f", path)), *options.clingo],
             engines[role].files,
             named=engines[role].named,
@@ -58,9 +59,7 @@ def write_bag(
         )
         for role, options in solvers.items()
     }
-    told[f"{_NAME}/about"] = about(
-        "rosoclingo run.py", [], {}, solvers=names, parameters=dict(parameters or {})
-    )
+    told[f"{_NAME}/about"] = about(LOOP, [], {}, solvers=names, parameters=dict(parameters or {}))
     messages = _Messages()
     with BagWriter(file) as writer:
         for topic, text in told.items():

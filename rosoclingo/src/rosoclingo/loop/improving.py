@@ -18,8 +18,9 @@ def improve(state: State) -> bool:
         Whether it has looked.
     """
     inbox = state.mail.inbox
-    is_replay = inbox.knows_searches
-    if not (inbox.is_search_due(improves=True) if is_replay else _may_improve(state)):
+    known = inbox.recorded
+    is_replay = known.knows_searches
+    if not (known.is_search_due(improves=True) if is_replay else _may_improve(state)):
         return False
     inbox.begin_improving()
     if not is_replay and not inbox.stays_quiet(_QUIET_SECONDS):

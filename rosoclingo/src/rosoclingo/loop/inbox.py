@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Callable, List, Optional, Union
 
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.recorded import RecordedSearches
+from rosoclingo.loop.recorded import Recorded
 
 
 @dataclass(frozen=True)
@@ -59,12 +59,11 @@ Item = Union[Taken, Answer]
 _LONGEST_HURRY = 0.2  # seconds
 
 
-class Inbox(RecordedSearches):
+class Inbox:
     """A queue that any thread fills and the loop's thread empties. Thread-safe.
 
-    A replay's inbox comes from a recording, which says how searches have ended, too.
-
     Attributes:
+        recorded: What a replay dictates besides inputs.
         improves: Whether a better plan is looked for while nothing comes, as long as that takes.
         hurry: Callback that pauses background work on this machine: the loop's thread calls it
             with true when an input has come that it waited for, and with false when it waits
@@ -72,6 +71,7 @@ class Inbox(RecordedSearches):
     """
 
     def __init__(self) -> None:
+        self.recorded = Recorded()
         self.improves = True
         self.hurry: Callable[[bool], None] = lambda _: None
         self._hurries_since: Optional[float] = None
@@ -162,18 +162,6 @@ class Inbox(RecordedSearches):
         Args:
             waits: To be called if it does.
         """
-
-    def measured(self, number: int, seconds: float) -> Optional[float]:
-        """Returns how long an action took; in a replay, how long the recorded one did.
-
-        Args:
-            number: That of its token.
-            seconds: How long it took now, in seconds.
-
-        Returns:
-            None if nobody knows.
-        """
-        return seconds
 
     def begin_improving(self) -> None:
         """Called by the loop's thread when it has nothing to do, and looks for a better plan."""

@@ -18,7 +18,7 @@ from rosoclingo.loop.layers import LayersState
 from rosoclingo.loop.looking_ahead import look_ahead, look_for_cheaper
 from rosoclingo.loop.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.recorded import RecordedSearches
+from rosoclingo.loop.recorded import Recorded
 from rosoclingo.loop.requests import Requests, read_externals
 from rosoclingo.loop.searching import Searching, read_summary
 from rosoclingo.loop.shortening import shorten
@@ -101,7 +101,7 @@ class Planner(PlannerState):
         self.is_awaited = False
         self.one_by_one_seconds = one_by_one_seconds
         self._began: Optional[float] = None  # when it was first searched in this situation
-        self.recorded = RecordedSearches()
+        self.recorded = Recorded()
         self._neighbourhoods = Neighbourhoods()
         self.note: Callable[[SearchEnded], None] = lambda _: None
         self.missing: Callable[[str], None] = lambda _: None

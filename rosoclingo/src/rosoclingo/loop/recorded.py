@@ -1,21 +1,20 @@
-"""Recorded outcomes of searches, which a replay takes instead of searching."""
+"""Port for what a replay dictates besides inputs: how searches end, and how long actions take."""
 
 from __future__ import annotations
 
-from typing import Optional
+import threading
+from collections import deque
+from typing import Deque, Mapping, Optional, Sequence, Tuple
 
-from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
 
 
-class RecordedSearches:
-    """Recorded outcomes of time-dependent searches; this class has none, as a new run.
-
-    A replay's inbox has them. Thread-safe.
-    """
+class Recorded:
+    """Outcomes that the loop has to repeat; this class has none, as a new run."""
 
     @property
     def knows_searches(self) -> bool:
-        """Whether all such outcomes are recorded, so that time ends no search."""
+        """Tells if all time-dependent searches have known outcomes, so that time ends none."""
         return False
 
     def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
@@ -31,9 +30,85 @@ class RecordedSearches:
         return None
 
     def is_search_due(self, *, improves: bool) -> bool:
-        """Whether an outcome is recorded before the next decision; removes nothing.
+        """Tells if an outcome is recorded before the next decision; removes nothing.
 
         Args:
             improves: Whether the next one is to be for a better plan, or for a plan.
         """
         return False
+
+    def measured(self, number: int, seconds: float) -> Optional[float]:
+        """Returns how long an action took; in a replay, how long the recorded one did.
+
+        Args:
+            number: That of its token.
+            seconds: How long it took now, in seconds.
+
+        Returns:
+            None if nobody knows.
+        """
+        return seconds
+
+
+class RecordedOutcomes(Recorded):
+    """Outcomes of a recorded run. Thread-safe.
+
+    Attributes:
+        decision: How many decisions the replay has carried out; -1 before the first one.
+    """
+
+    def __init__(
+        self,
+        searches: Sequence[Tuple[int, SearchEnded]],
+        times: Mapping[int, float],
+        *,
+        knows_searches: bool,
+    ) -> None:
+        """Begins before the first decision.
+
+        Args:
+            searches: How searches end, each with the number of decisions before it.
+            times: How long actions took, in seconds, by the numbers of their tokens.
+            knows_searches: Whether these are all searches whose outcome depends on time.
+        """
+        self.decision = -1
+        self._searches: Deque[Tuple[int, SearchEnded]] = deque(searches)
+        self._times = times
+        self._knows_searches = knows_searches
+        self._lock = threading.Lock()  # guards the searches
+
+    @property
+    def knows_searches(self) -> bool:
+        """Tells if these are known; not after :meth:`forget_searches`."""
+        return self._knows_searches
+
+    def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
+        """Returns how the next of these searches ends, and removes it."""
+        with self._lock:
+            ended = self._next()
+            if ended is None or ended.how not in ways or ended.round != number:
+                return None
+            self._searches.popleft()
+            return ended
+
+    def is_search_due(self, *, improves: bool) -> bool:
+        """Tells if an outcome is recorded before the next decision; removes nothing."""
+        with self._lock:
+            ended = self._next()
+            return ended is not None and improves == (ended.how in IMPROVING)
+
+    def measured(self, number: int, seconds: float) -> Optional[float]:
+        """Returns how long the recorded action took."""
+        return self._times.get(number)
+
+    def forget_searches(self) -> None:
+        """Has the loop search by itself from now on, as the run is another one."""
+        with self._lock:
+            self._knows_searches = False
+            self._searches.clear()
+
+    def _next(self) -> Optional[SearchEnded]:
+        while self._searches and self._searches[0][0] < self.decision:
+            self._searches.popleft()
+        is_due = self._searches and self._searches[0][0] == self.decision
+        return self._searches[0][1] if is_due else None

@@ -14,9 +14,10 @@ from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, 
 
 from rosclingo.errors import ParameterError
 from rosoclingo.loop.inbox import Answer, Cancel, Inbox, Item, Message, Taken
-from rosoclingo.loop.journal import IMPROVING, Ended, Fields, SearchEnded
+from rosoclingo.loop.journal import Fields, SearchEnded
 from rosoclingo.loop.journal import decode as decode_event
 from rosoclingo.loop.journal import encode as encode_event
+from rosoclingo.loop.recorded import RecordedOutcomes
 
 
 class Phase(enum.IntEnum):
@@ -142,9 +143,12 @@ class ReplayInbox(Inbox):
             dues: What will come, in the order in which the loop is to take it.
         """
         super().__init__()
-        self._searches = deque(due for due in dues if due.kind is Kind.SEARCH and due.text)
-        self._knows_searches = any(due.kind is Kind.SEARCH for due in dues)
-        self._times = {int(due.id): float(due.text) for due in dues if due.kind is Kind.TIME}
+        searches = [due for due in dues if due.kind is Kind.SEARCH]
+        self.recorded: RecordedOutcomes = RecordedOutcomes(
+            [(due.decision, read_search(due.text)) for due in searches if due.text],
+            {int(due.id): float(due.text) for due in dues if due.kind is Kind.TIME},
+            knows_searches=bool(searches),
+        )
         others = (Kind.SEARCH, Kind.TIME)
         self._dues: Deque[Due] = deque(due for due in dues if due.kind not in others)
         self._expected = Counter(due.key for due in dues if due.kind in _INPUTS)
@@ -196,8 +200,7 @@ class ReplayInbox(Inbox):
             dues = (due for due in self._dues if due.kind in _INPUTS)
             rest = [self._held[due.key].popleft() for due in dues if self._has(due)]
             self._dues.clear()
-            self._knows_searches = False
-            self._searches.clear()
+            self.recorded.forget_searches()
             self._kills = 0
             self._missing.clear()
         for item in rest:
@@ -227,40 +230,9 @@ class ReplayInbox(Inbox):
         decision, _ = self._moment
         self._wait_until((max(decision, 0), Phase.END), waits)
 
-    @property
-    def knows_searches(self) -> bool:
-        """Whether the outcomes of time-dependent searches are recorded; not after :meth:`open`."""
-        return self._knows_searches
-
-    def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
-        """Returns how the next of these searches ends, and removes it."""
-        with self._changed:
-            ended = self._next_search()
-            if ended is None or ended.how not in ways or ended.round != number:
-                return None
-            self._searches.popleft()
-            return ended
-
-    def is_search_due(self, *, improves: bool) -> bool:
-        """Whether an outcome is recorded before the next decision; removes nothing."""
-        with self._changed:
-            ended = self._next_search()
-            return ended is not None and improves == (ended.how in IMPROVING)
-
-    def _next_search(self) -> Optional[SearchEnded]:
-        decision, _ = self._moment
-        while self._searches and self._searches[0].decision < decision:
-            self._searches.popleft()
-        if not self._searches or self._searches[0].decision > decision:
-            return None
-        return read_search(self._searches[0].text)
-
-    def measured(self, number: int, seconds: float) -> Optional[float]:
-        """Returns how long the recorded action took."""
-        return self._times.get(number)
-
     def _wait_until(self, moment: Tuple[int, Phase], waits: Callable[[], None]) -> None:
         self._moment = moment
+        self.recorded.decision = moment[0]
         while True:
             with self._changed:
                 self._missing = self._find_missing()

@@ -27,7 +27,7 @@ from rosoclingo.loop.neighbourhoods import (
     says_choices,
 )
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.recorded import RecordedSearches
+from rosoclingo.loop.recorded import Recorded
 from rosoclingo.loop.seeding import ProcessSeed
 from rosoclingo.loop.solver import Solver
 
@@ -52,7 +52,7 @@ class Searching:
         first: Optional[float] = None,
         awaits_layers: bool = False,
         neighbourhoods: Neighbourhoods,
-        recorded: RecordedSearches,
+        recorded: Recorded,
         note: Callable[[SearchEnded], None],
         layers: LayersState,
         run: Callable[..., object],

@@ -95,7 +95,7 @@ class State(Progress):
         self.goals = Goals()
         self.tokens = Tokens()
         self._shown: Tuple[object, ...] = ()
-        planner.recorded, planner.note = inbox, self.note
+        planner.recorded, planner.note = inbox.recorded, self.note
         planner.missing = self._warn_of_missing
         self.arrivals = Arrivals()
         self.durations = Durations()
@@ -106,7 +106,7 @@ class State(Progress):
             goals=self.goals,
             externals=self.externals,
             tokens=self.tokens,
-            inbox=inbox,
+            recorded=inbox.recorded,
             environment=environment,
             note=self.note,
         )

@@ -10,9 +10,9 @@ from rosoclingo.loop.durations import Durations
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.externals import PlannerExternals
 from rosoclingo.loop.goals import Goals
-from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.journal import ActionTook, Event
 from rosoclingo.loop.progress import Progress
+from rosoclingo.loop.recorded import Recorded
 from rosoclingo.loop.tokens import Tokens
 from rosoclingo.loop.words import INFO, SUCCESS
 
@@ -35,7 +35,7 @@ class Timing:
         goals: Goals,
         externals: PlannerExternals,
         tokens: Tokens,
-        inbox: Inbox,
+        recorded: Recorded,
         environment: Environment,
         note: Callable[[Event], None],
     ) -> None:
@@ -48,7 +48,7 @@ class Timing:
             goals: The goals.
             externals: What the planner's encoding knows.
             tokens: What each actuator was told to do last.
-            inbox: Knows in a replay how long actions took.
+            recorded: Knows in a replay how long actions took.
             environment: Where the clock of the world is.
             note: Adds an event to the journal.
         """
@@ -58,7 +58,7 @@ class Timing:
         self._goals = goals
         self._externals = externals
         self._tokens = tokens
-        self._inbox = inbox
+        self._recorded = recorded
         self._environment = environment
         self._note = note
 
@@ -74,7 +74,7 @@ class Timing:
             return
         number = self._tokens.last[actuator].number
         measured = max(0.0, self._environment.world_now() - done.began)
-        seconds = self._inbox.measured(number, measured)
+        seconds = self._recorded.measured(number, measured)
         if seconds:
             self._note(ActionTook(actuator, done.kind, number, seconds))
             self._durations.learn(done.kind, done.seconds, seconds)

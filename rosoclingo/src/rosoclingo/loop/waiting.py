@@ -81,7 +81,7 @@ class Waiting:
         mail = self._mail
         mail.end_attempt()
         mail.between_steps = not self._acting.pending_actions
-        while mail.inbox.is_search_due(improves=True) and improve():
+        while mail.inbox.recorded.is_search_due(improves=True) and improve():
             pass  # a replay has what came then already
         mail.take(may_ask=True)
         if self._is_told_to_stop():

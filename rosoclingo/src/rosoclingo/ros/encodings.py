@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import threading
 import time
 from functools import partial
@@ -13,12 +12,12 @@ from std_msgs.msg import String
 
 from rosclingo.ros.low_latency import subscriber
 from rosclingo.solver.options import Options, parse_options
-from rosoclingo.bags.model import Program
-from rosoclingo.bags.replay.unpack import unpack
-from rosoclingo.errors import QuestionError, StoreError
+from rosoclingo.errors import LaunchedError, QuestionError, StoreError
+from rosoclingo.launched.about import Launched
+from rosoclingo.launched.folder import Folder
+from rosoclingo.launched.unpack import unpack
 from rosoclingo.single.algorithm1 import last_step
 from rosoclingo.single.dialects import Dialect2
-from rosoclingo.why.folder import Folder
 from rosoclingo.why.task import Encoding
 
 _SECONDS = 10.0  # until a latched message is there, if its node still is
@@ -62,18 +61,19 @@ class Encodings:
         with self._lock:
             self._abouts[node] = about
 
-    def abouts(self) -> Dict[str, str]:
-        """Waits for the nodes' ``~about``, and returns them by the nodes' names.
+    def launched(self) -> Dict[str, Launched]:
+        """Waits until the nodes say how they were started, and returns that by their names.
 
         Raises:
             StoreError: One says nothing for long.
+            LaunchedError: One says something else.
         """
         nodes = [node for node in (self._planner, self._controller) if node]
         end = time.monotonic() + _SECONDS
         while time.monotonic() < end:
             with self._lock:
                 if all(node in self._abouts for node in nodes):
-                    return {node: self._abouts[node] for node in nodes}
+                    return {node: Launched.decode(node, self._abouts[node]) for node in nodes}
             time.sleep(_POLL_SECONDS)
         raise StoreError(
             f"{' and '.join(nodes)} did not say within {_SECONDS:g} s what they were started with, "
@@ -118,10 +118,10 @@ class Encodings:
         """Returns a node's command line with the files in the folder, and the directory."""
         assert self._folder is not None
         try:
-            program = Program.of(node, json.loads(self._abouts[node]))
-        except (ValueError, KeyError, TypeError, AttributeError) as err:
-            raise QuestionError(f"{node}/about is not what a solver says: {err!r}") from err
-        words, directory = unpack(program, self._folder.path / node.strip("/"))
+            launched = Launched.decode(node, self._abouts[node])
+            words, directory = unpack(launched, self._folder.path / node.strip("/"))
+        except LaunchedError as err:
+            raise QuestionError(f"{err}; start that node again") from err
         return parse_options(words), str(directory)
 
 

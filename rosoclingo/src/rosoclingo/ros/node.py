@@ -11,6 +11,7 @@ from rosclingo.ros import parameters
 from rosclingo.ros.client import Client
 from rosclingo.ros.init import init_node
 from rosclingo.solver.about import about
+from rosoclingo.launched.about import LOOP, Launched
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.insistent import Insistent
 from rosoclingo.ros.encodings import Encodings
@@ -54,15 +55,15 @@ def _make(commands: Callable[..., Any]) -> Node:
         planner.wait()
 
     solvers = {"controller": controller.name, "planner": planner.name}
-    describe = partial(about, "rosoclingo run.py", [], {}, solvers=solvers)
+    describe = partial(about, LOOP, [], {}, solvers=solvers)
     decides, plans = (Insistent(each, each.name, rospy.logwarn) for each in (controller, planner))
     decider = Controller(decides, is_remote=True)
     encodings = Encodings(planner.name, controller.name)
     encodings.listen()
 
-    def abouts() -> Dict[str, str]:
-        said = encodings.abouts()
-        return {name: said[solver] for name, solver in solvers.items()}
+    def launched() -> Dict[str, Launched]:
+        nodes = encodings.launched()
+        return {role: nodes[name] for role, name in solvers.items()}
 
     def wait(seconds: float) -> None:
         for client in (controller, planner):
@@ -76,5 +77,5 @@ def _make(commands: Callable[..., Any]) -> Node:
         ready=ready,
         describe=describe,
         encodings=encodings,
-        storing=None if store is None else Storing(store, inbox, abouts, wait),
+        storing=None if store is None else Storing(store, inbox, launched, wait),
     )

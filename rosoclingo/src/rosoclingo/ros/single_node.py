@@ -15,6 +15,7 @@ from rosclingo.ros.init import end_wrong, init_node, log_clingo
 from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
+from rosoclingo.launched.about import SINGLE
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.loop_node import Node
 from rosoclingo.ros.running import open_inbox, run
@@ -74,11 +75,12 @@ def main(commands: Type[Any]) -> NoReturn:
         " ".join(options.clingo) or "none",
     )
     describe = partial(
-        about, "rosoclingo run-1.0.py", arguments, engine.files,
+        about, SINGLE, arguments, engine.files,
         named=engine.named, includes=engine.includes,
     )  # fmt: skip
-    encodings = Encodings(rospy.get_name(), dialect=dialect.name)
-    encodings.tell(rospy.get_name(), describe())
+    name = rospy.get_name()
+    encodings = Encodings(name, dialect=dialect.name)
+    encodings.tell(name, describe())
 
     def make() -> Node:
         engine.use_threads(parameters.threads())
@@ -93,7 +95,7 @@ def main(commands: Type[Any]) -> NoReturn:
             encodings=encodings,
             storing=None
             if store is None
-            else Storing(store, inbox, lambda: {"rosoclingo": describe()}),
+            else Storing(store, inbox, lambda: {"rosoclingo": encodings.launched()[name]}),
         )
 
     run(make)

@@ -15,13 +15,15 @@ from rosclingo.errors import ParameterError
 from rosclingo.ros import parameters
 from rosclingo.ros.action_server import LowLatencyActionServer
 from rosclingo.ros.master_watch import forget
+from rosoclingo.errors import LaunchedError, StoreError
+from rosoclingo.launched.about import Launched
+from rosoclingo.launched.started_with import started_with
 from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.solver import Solver
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
 from rosoclingo.store.database import put_aside
-from rosoclingo.store.started_with import started_with
 from rosoclingo.store.store import KnownGoal, Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
@@ -46,7 +48,7 @@ class Storing:
         self,
         store: Store,
         inbox: Inbox,
-        abouts: Callable[[], Dict[str, str]],
+        launched: Callable[[], Dict[str, Launched]],
         wait: Optional[Callable[[float], None]] = None,
     ) -> None:
         """Puts them together.
@@ -54,7 +56,7 @@ class Storing:
         Args:
             store: The store.
             inbox: That of the store.
-            abouts: Returns what each solver says of itself, when they are there.
+            launched: Returns how each solver was started, by its role, when they are there.
             wait: Waits for solvers that are other nodes, at most for so many seconds.
 
         Raises:
@@ -65,7 +67,7 @@ class Storing:
         assert isinstance(inbox, StoredInbox)
         self.store = store
         self._inbox = inbox
-        self._abouts = abouts
+        self._launched = launched
 
     def loop(
         self,
@@ -85,10 +87,16 @@ class Storing:
             self._inbox,
             environment,
             store=self.store,
-            started_with=lambda: started_with(self._abouts()),
+            started_with=self._started_with,
             wait_for_solvers=self._wait,
             **settings,
         )
+
+    def _started_with(self) -> Dict[str, str]:
+        try:
+            return started_with(self._launched())
+        except LaunchedError as err:
+            raise StoreError(f"{err}; a store is compared with it: start that node again") from err
 
 
 def open_store() -> Optional[Store]:

@@ -6,7 +6,6 @@ nothing was wrong.
 
 from __future__ import annotations
 
-import json
 import threading
 from functools import partial
 from pathlib import Path
@@ -19,6 +18,7 @@ from std_msgs.msg import Bool, String
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo.drawing.graph import read_graph
+from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
@@ -149,7 +149,7 @@ class FleetDemo:
 
     def _on_about(self, message: String) -> None:
         """Finds out whether it is planned in seconds: then requests may say when."""
-        files = json.loads(message.data)["files"]
+        files = Launched.decode("/rosoclingo", message.data).files
         if any(Path(file).name == _LENGTHS for file in files):
             self._rooms.durations.update(pickup=1, deliver=1)
         if not self._is_known.is_set():

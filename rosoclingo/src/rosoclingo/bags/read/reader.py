@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
 from rosoclingo.bags.errors import BagTypeError, NoSystemError, SeveralSystemsError
-from rosoclingo.bags.model import Entry, Program, Recording
+from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
 from rosoclingo.bags.read.records import Records
 from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said
-from rosoclingo.bags.topics import LOOP_TYPES, owner, parse_about
+from rosoclingo.bags.topics import LOOP_TYPES, owner
 from rosoclingo.bags.wire import Connection, Message
+from rosoclingo.errors import LaunchedError
+from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import NodeResumed, decode
 
 _OWN_TYPES = {kind for kind in LOOP_TYPES.values() if kind.startswith("rosoclingo/")}
@@ -176,9 +178,9 @@ class _Reading:
         ]
         return tuple(Historian().entries(recorded))
 
-    # What it was started with.
+    # How it was started.
 
-    def _read_programs(self) -> Dict[str, Program]:
+    def _read_programs(self) -> Dict[str, Launched]:
         loop = self._read_program(self._name)
         if loop is None:
             return {}
@@ -191,14 +193,15 @@ class _Reading:
                 self._remarks.append(f"the bag does not say what {node} was started with")
         return programs
 
-    def _read_program(self, node: str) -> Optional[Program]:
+    def _read_program(self, node: str) -> Optional[Launched]:
         """Returns the last ``~about`` of a node."""
-        topic = f"{node}/about"
-        found = [parse_about(said.data) for _, said in self._messages(topic)]
-        described = [one for one in found if one.get("program")]
-        if len(described) < len(found):
-            self._remarks.append(f"what {topic} says of the node cannot be read")
-        return Program.of(node, described[-1]) if described else None
+        last = None
+        for _, said in self._messages(f"{node}/about"):
+            try:
+                last = Launched.decode(node, said.data)
+            except LaunchedError as err:
+                self._remarks.append(f"left out: {err}")
+        return last
 
 
 def _because(remarks: Any) -> str:

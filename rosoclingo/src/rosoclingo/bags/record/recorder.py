@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import struct
 import sys
 import threading
@@ -21,6 +22,8 @@ from rosoclingo.bags.record.arrivals import Journal
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS, loop_topics, solver_topics
 from rosoclingo.bags.wire import Connection, Message
+from rosoclingo.errors import LaunchedError
+from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
 
@@ -53,6 +56,7 @@ class Recorder:
         self._writer = writer
         self._ending = ending
         self._run_end = RunEnd()
+        self._name = name
         self._about = f"{name}/about"
         self._events = f"{name}/journal"
         self._journal = Journal()
@@ -109,7 +113,9 @@ class Recorder:
         connection = _connection(message._connection_header)
         self._queue.put(Message(connection, time.time_ns(), message._buff))
         if connection.topic == self._about:
-            self._subscribe(solver_topics(_text(message._buff)))
+            with contextlib.suppress(LaunchedError):  # readers of the bag say so
+                loop = Launched.decode(self._name, _text(message._buff))
+                self._subscribe(solver_topics(loop.solvers.values()))
 
 
 def _connection(header: Dict[str, str]) -> Connection:

@@ -16,16 +16,11 @@ class Awaited:
         missing: How many of them have not come.
     """
 
-    def __init__(self, run: Run, *, has_gate: bool) -> None:
-        """Prepares; :meth:`expect` sets the outputs.
-
-        Args:
-            run: The recorded run.
-            has_gate: Whether the loop has a gate, which takes the inputs as recorded.
-        """
+    def __init__(self, run: Run) -> None:
+        """Prepares; :meth:`expect` sets the outputs."""
         self.missing = 0
         self._expected = [output for output in run.outputs if output is not None]
-        self._has_gate = has_gate
+        self._knows_threads = run.has_journal
         self._begin = 0  # of those that were expected last
         self._end: Optional[int] = 0  # likewise
         self._counts: Counter[journal.Event] = Counter()
@@ -47,7 +42,7 @@ class Awaited:
             if isinstance(output.event, journal.LoopEnded):  # what it took then, had come before
                 continue
             is_another_thread = isinstance(output.event, journal.StatusSet) and output.step is None
-            if is_another_thread and self._has_gate and end is not None:
+            if is_another_thread and self._knows_threads and end is not None:
                 self._of_others.append(output)
                 continue
             self._counts[output.key] += 1

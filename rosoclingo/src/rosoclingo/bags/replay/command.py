@@ -68,7 +68,7 @@ def _replay(options: argparse.Namespace) -> Tuple[Comparison, float]:
         replayed = play(
             recording.name, run, processes, folder,
             rate=options.rate, timeout=options.timeout, kills=options.kill,
-            same_encodings=same_encodings, progress=_say_progress,
+            same_encodings=same_encodings, show=_say_progress,
         )  # fmt: skip
     PROGRESS.clear()
     return _judge(recording, run, replayed, Level(options.level)), replayed.seconds

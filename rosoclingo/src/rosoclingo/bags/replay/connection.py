@@ -23,13 +23,8 @@ class Connection:
         arrived: The ids of goals that the node has.
     """
 
-    def __init__(self, name: str, has_gate: bool) -> None:
-        """Opens the topics.
-
-        Args:
-            name: Resolved name of the node with the planning loop.
-            has_gate: Whether the loop has a gate.
-        """
+    def __init__(self, name: str) -> None:
+        """Opens the topics below a node with the planning loop, by its resolved name."""
         self._heard_by: Counter[str] = Counter()  # by topics: how often somebody has connected
         self._lives = 1  # of the node
 
@@ -42,9 +37,8 @@ class Connection:
         self._goal = opened("goal", ROSoClingoActionGoal)
         self._cancel = opened("cancel", GoalID)
         self._in = opened("in", ROSoClingoIn)
-        if has_gate:
-            self._open = opened("open_gate", Empty)
-            self._go_on = opened("go_on", Empty)
+        self._open = opened("open_gate", Empty)
+        self._go_on = opened("go_on", Empty)
         self.arrived: Set[str] = set()
         # None says that a goal has arrived.
         self._received: queue.SimpleQueue[Optional[ROSoClingoEvent]] = queue.SimpleQueue()

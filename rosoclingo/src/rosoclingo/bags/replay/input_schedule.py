@@ -75,7 +75,7 @@ def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True
             kind, identifier, text = input_key(event)
             found.append(Due(*moment, kind, identifier, text))
     found = found if phase is not Phase.END else [_at_the_end(due, decision) for due in found]
-    return found + _searches(run.recorded, same_encodings) + _times(run.recorded)
+    return found + _outcomes(run.recorded, same_encodings)
 
 
 def rest(dues: Sequence[Due], decision: int) -> List[Due]:
@@ -85,40 +85,29 @@ def rest(dues: Sequence[Due], decision: int) -> List[Due]:
     ]
 
 
-def _searches(entries: Sequence[Entry], same_encodings: bool) -> List[Due]:
-    """Returns the outcomes of time-dependent searches, if the journal has them.
+def _outcomes(entries: Sequence[Entry], same_encodings: bool) -> List[Due]:
+    """Returns the outcomes of time-dependent searches, if the journal has them, and durations.
 
-    Those that were finished are left out if the program is not the same: it may have other plans.
+    Searches that were finished are left out if the program is not the same: it may have other
+    plans.
     """
     found: List[Due] = []
-    is_told = False  # older journals do not tell
+    knows_searches = False  # older journals do not tell
     decision = 0
     for event in (entry.event for entry in entries):
         if isinstance(event, journal.CommandDone):
             decision += 1
         elif isinstance(event, journal.SearchEnded):
-            if event.how in journal.PROGRAMS_OWN and not same_encodings:
-                is_told = True
-                continue
-            found.append(Due(decision, Phase.DURING, Kind.SEARCH, "", search_text(event)))
+            knows_searches = True
+            if same_encodings or event.how not in journal.PROGRAMS_OWN:
+                found.append(Due(decision, Phase.DURING, Kind.SEARCH, "", search_text(event)))
         elif isinstance(event, journal.PlanFound):
-            is_told |= event.quality is not None
-    if found or is_told:
-        found.append(Due(decision + 1, Phase.WAIT, Kind.SEARCH, "", search_text()))
-    return found
-
-
-def _times(entries: Sequence[Entry]) -> List[Due]:
-    """Returns the measured durations of actions."""
-    found: List[Due] = []
-    decision = 0
-    for event in (entry.event for entry in entries):
-        if isinstance(event, journal.CommandDone):
-            decision += 1
+            knows_searches |= event.quality is not None
         elif isinstance(event, journal.ActionTook):
-            found.append(
-                Due(decision, Phase.WAIT, Kind.TIME, str(event.number), repr(event.seconds))
-            )
+            number, seconds = str(event.number), repr(event.seconds)
+            found.append(Due(decision, Phase.WAIT, Kind.TIME, number, seconds))
+    if knows_searches:
+        found.append(Due(decision + 1, Phase.WAIT, Kind.SEARCH, "", search_text()))
     return found
 
 

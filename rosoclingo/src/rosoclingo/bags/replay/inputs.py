@@ -1,7 +1,7 @@
 """The recorded inputs, with the loop's activity when it took them. Needs no ROS.
 
-The latter matters where a replay goes another way than the recorded run, or where that has no
-journal; else the loop takes the inputs by :mod:`rosoclingo.bags.replay.input_schedule`.
+The latter matters where a replay goes another way than the recorded run; else the loop takes the
+inputs by :mod:`rosoclingo.bags.replay.input_schedule`.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.replay_inbox import Key, Kind
 
-_QUIET_SECONDS = 1.0  # of a bag without a journal: so long without any event, and the loop waits
-
 
 class Point(enum.Enum):
     """The activity of the loop when it took an input."""
@@ -28,7 +26,7 @@ class Point(enum.Enum):
 
 
 @dataclass(frozen=True)
-class Input:
+class RecordedInput:
     """A recorded input.
 
     Attributes:
@@ -55,12 +53,12 @@ class Input:
         return input_key(self.event)
 
 
-def inputs(run: Run) -> List[Input]:
+def inputs(run: Run) -> List[RecordedInput]:
     """Returns the inputs of a run that matter, in its order.
 
     Those that do not are cancel requests that came too late.
     """
-    found: List[Input] = []
+    found: List[RecordedInput] = []
     count = restarts = 0
     command = ""
     acting: Set[str] = set()
@@ -76,12 +74,9 @@ def inputs(run: Run) -> List[Input]:
             continue
         if isinstance(event, journal.ARRIVALS):
             gap = max(0.0, entry.seconds - last)
-            if run.has_journal:
-                point = _point(event, waits, has_taken)
-            else:
-                point = _guess(gap, is_first=not found)
+            point = _point(event, waits, has_taken)
             answers = isinstance(event, journal.MessageArrived) and event.source in acting
-            found.append(Input(event, point, count, command, gap, answers, restarts))
+            found.append(RecordedInput(event, point, count, command, gap, answers, restarts))
             if isinstance(event, journal.MessageArrived):
                 acting.discard(event.source)
             last, has_taken = entry.seconds, True
@@ -103,7 +98,7 @@ def inputs(run: Run) -> List[Input]:
 
 
 def _point(event: journal.Arrival, waits: bool, has_taken: bool) -> Point:
-    """Returns the activity of a loop with a journal when it took an input."""
+    """Returns the activity of the loop when it took an input."""
     if has_taken:
         return Point.BUSY
     if waits:
@@ -111,13 +106,8 @@ def _point(event: journal.Arrival, waits: bool, has_taken: bool) -> Point:
     return Point.SEARCHING if event.seconds > 0 else Point.BUSY
 
 
-def _guess(gap: float, is_first: bool) -> Point:
-    """Guesses the activity of a loop without a journal: after some quiet, it waits."""
-    return Point.WAITING if is_first or gap >= _QUIET_SECONDS else Point.BUSY
-
-
 def begins_a_wait(event: journal.Event) -> bool:
-    """Whether an event says that the loop begins to wait, because it is idle."""
+    """Tells if an event says that the loop begins to wait, because it is idle."""
     return isinstance(event, journal.LoopWaits) and not event.for_a_replay
 
 
@@ -129,7 +119,7 @@ def input_key(event: journal.Arrival) -> Key:
 
 
 def is_refused(event: journal.Event) -> bool:
-    """Whether a goal was rejected before it came to the loop, because it is no ground term."""
+    """Tells if a goal was rejected before it came to the loop, because it is no ground term."""
     if not isinstance(event, journal.GoalArrived):
         return False
     try:

@@ -8,10 +8,10 @@ from typing import Optional, Sequence
 import rospy
 
 from rosclingo.ros.local_master import LocalMaster, executable
+from rosoclingo.bags.errors import ReplayError
 from rosoclingo.bags.replay.connection import Connection
 from rosoclingo.bags.replay.input_schedule import rest
 from rosoclingo.bags.replay.startup import SOLVERS, Start
-from rosoclingo.bags.replay.unpack import ReplayError
 from rosoclingo.loop import journal, replay_inbox
 from rosoclingo.loop.replay_inbox import Due, Kind, Phase
 
@@ -32,7 +32,7 @@ class Nodes:
         system: LocalMaster,
         processes: Sequence[Start],
         connection: Connection,
-        dues: Optional[Sequence[Due]],
+        dues: Sequence[Due],
     ) -> None:
         """Prepares what :meth:`start` starts.
 
@@ -41,17 +41,14 @@ class Nodes:
             system: Where the processes run.
             processes: The processes, that with the planning loop first.
             connection: That to the node with the planning loop.
-            dues: What the loop is to take when; None for a loop without a gate.
+            dues: What the loop is to take when.
         """
         self.killed = 0
         self._name = name
         self._system = system
         self._starts = dict(zip((journal.LOOP, *SOLVERS), processes))
         self._connection = connection
-        self._has_gate = dues is not None
-        self._dues = [
-            due for due in dues or () if due.kind is not Kind.KILL or due.id in self._starts
-        ]
+        self._dues = [due for due in dues if due.kind is not Kind.KILL or due.id in self._starts]
 
     def start(self) -> None:
         """Starts all processes, and returns when the connection is complete.
@@ -60,8 +57,7 @@ class Nodes:
             ProcessError: A process cannot be started.
             ReplayError: The node with the planning loop does not start.
         """
-        if self._has_gate:
-            self._set_dues()
+        self._set_dues()
         for node, start in self._starts.items():
             self._start(start)
             if node == journal.LOOP:  # before the others start, so that nothing is missed

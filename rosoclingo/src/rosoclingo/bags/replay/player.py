@@ -13,16 +13,16 @@ import rospy
 from rosclingo.ros.init import end_server_when_closed
 from rosclingo.ros.local_master import LocalMaster
 from rosoclingo.bags.compare.comparison import Stall
+from rosoclingo.bags.errors import ReplayError
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.connection import Connection
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.nodes import Nodes
-from rosoclingo.bags.replay.schedule import Schedule
+from rosoclingo.bags.replay.progress import ReplayProgress
+from rosoclingo.bags.replay.replays import ExactReplay, FreeReplay, Replay
 from rosoclingo.bags.replay.startup import Start
-from rosoclingo.bags.replay.unpack import ReplayError
 from rosoclingo.loop import journal
-from rosoclingo.loop.replay_inbox import Due
 
 # Searches are long, and what they have found is seen from what follows.
 _NOT_COMPARED = (
@@ -65,7 +65,7 @@ def play(
     timeout: float,
     kills: bool,
     same_encodings: bool,
-    progress: Callable[[int, int, float], None],
+    show: Callable[[int, int, float], None],
 ) -> Replayed:
     """Starts a system on a ROS master of its own, plays the recording to it, and ends it.
 
@@ -82,7 +82,7 @@ def play(
             recorded search is waited for in any case.
         kills: Whether nodes are killed where the recorded ones had died.
         same_encodings: Whether the system has the encodings that were recorded.
-        progress: Called now and then with the number of inputs that were sent, and of all, and the
+        show: Called now and then with the number of inputs that were sent, and of all, and the
             seconds that the replay has taken.
 
     Raises:
@@ -91,24 +91,23 @@ def play(
     """
     with LocalMaster(folder) as system:
         _initialise(system)
-        connection = Connection(name, run.has_journal)
-        schedule = Schedule(
-            run, has_gate=run.has_journal, arrived=connection.arrived, rate=rate, kills=kills
-        )
-        dues: Optional[List[Due]] = None
+        connection = Connection(name)
+        replay = ExactReplay(run, rate=rate, arrived=connection.arrived, kills=kills)
+        progress = replay.progress
+        dues = []  # without a journal, the gate holds nothing
         if run.has_journal:
             dues = input_schedule(run, kills=kills, same_encodings=same_encodings)
         nodes = Nodes(name, system, processes, connection, dues)
         nodes.start()
-        patience = _patience(run, schedule, rate, timeout)
-        play_on = _Player(connection, schedule, system, nodes, patience)
-        failure = play_on.run(progress)
+        patience = _patience(run, progress, rate, timeout)
+        play_on = _Player(connection, replay, system, nodes, patience)
+        failure = play_on.run(show)
         seconds = play_on.seconds
         rospy.signal_shutdown("the replay is over")
     return Replayed(
         tuple(play_on.entries),
-        tuple(schedule.stalls),
-        schedule.skipped,
+        tuple(progress.stalls),
+        progress.skipped,
         nodes.killed,
         seconds,
         failure,
@@ -121,14 +120,15 @@ class _Player:
     def __init__(
         self,
         connection: Connection,
-        schedule: Schedule,
+        replay: ExactReplay,
         system: LocalMaster,
         nodes: Nodes,
         patience: float,
     ) -> None:
         self.entries: List[Entry] = []
         self._connection = connection
-        self._schedule = schedule
+        self._progress = replay.progress
+        self._replay: Replay = replay
         self._system = system
         self._nodes = nodes
         self._decisions = 0  # of the process with the loop
@@ -136,42 +136,42 @@ class _Player:
         self._last: Optional[Entry] = None  # that was heard
         self._plan: Optional[Entry] = None  # the last one
         self._begun: Optional[float] = None  # when the first event came
-        self._gate_is_open = not schedule.in_step
 
     @property
     def seconds(self) -> float:
         """Seconds since the first event."""
         return 0.0 if self._begun is None else time.monotonic() - self._begun
 
-    def run(self, progress: Callable[[int, int, float], None]) -> str:
+    def run(self, show: Callable[[int, int, float], None]) -> str:
         """Plays, and returns why it was given up, if it was.
 
         Raises:
             ReplayError: The system does not start.
         """
         begin = heard = said = time.monotonic()
-        count = len(self._schedule.planned)
+        count = len(self._progress.planned)
         looked = 0.0
         while True:
             now = time.monotonic()
-            if self._schedule.is_finished(now):
+            if self._progress.is_finished(now):
                 return ""
             # A node that has got nothing cannot end before its journal is heard.
-            planned = None if self._last is None else self._schedule.due(now)
-            if not (self._schedule.in_step or self._gate_is_open):
-                self._gate_is_open = True
+            planned = None if self._last is None else self._replay.due(now)
+            if isinstance(self._replay, ExactReplay) and not self._replay.is_exact:
                 self._connection.open_gate()
+                self._replay = FreeReplay(self._progress)
+                continue
             if planned is not None:
                 self._connection.send(planned.event)
                 continue
-            if self._hear(min(_LOOK_SECONDS, self._schedule.wake(now))):
+            if self._hear(min(_LOOK_SECONDS, self._progress.wake(now))):
                 heard = time.monotonic()
             if now - looked < _LOOK_SECONDS:
                 continue
             looked = now
             if count and now - said >= _PROGRESS_SECONDS:
                 said = now
-                progress(self._schedule.passed, count, now - begin)
+                show(self._progress.passed, count, now - begin)
             ended = self._system.failure()
             if ended is not None:
                 return self._end_of(ended)
@@ -183,7 +183,7 @@ class _Player:
         for entry in self._connection.hear(timeout):
             if self._begun is None:
                 self._begun = time.monotonic()
-            self._schedule.see(entry, time.monotonic())
+            self._replay.see(entry, time.monotonic())
             self._last = entry
             self._keep(entry)
             self._count(entry.event)
@@ -193,14 +193,14 @@ class _Player:
         """Counts decisions, and kills nodes before the one that waits for it."""
         if isinstance(event, journal.CommandDone):
             self._decisions += 1
-        elif isinstance(event, journal.LoopWaits) and event.for_a_replay and self._schedule.in_step:
-            node = self._nodes.due(self._decisions)
-            if node is None:
+        elif isinstance(event, journal.LoopWaits) and event.for_a_replay:
+            replay, node = self._replay, self._nodes.due(self._decisions)
+            if node is None or not (isinstance(replay, ExactReplay) and replay.is_exact):
                 return
             self._nodes.kill(self._decisions, node)
             if node == journal.LOOP:
                 self._decisions = 0
-            self._schedule.go_on(time.monotonic(), restarts=node == journal.LOOP)
+            replay.go_on(time.monotonic(), restarts=node == journal.LOOP)
 
     def _keep(self, entry: Entry) -> None:
         """Keeps the entries to compare; of the plans, only the published one: they are long."""
@@ -222,9 +222,9 @@ class _Player:
         while is_open and time.monotonic() < begin + longest:
             is_open = self._connection.is_open
             self._hear(_POLL_SECONDS)
-            if self._schedule.is_finished(time.monotonic()):
+            if self._progress.is_finished(time.monotonic()):
                 return ""
-        if self._schedule.loop_has_ended:  # what did not come will not
+        if self._progress.end.loop_has_ended:  # what did not come will not
             return ""
         log = self._system.processes[name].last_lines
         if self._last is None:
@@ -255,9 +255,9 @@ def _initialise(system: LocalMaster) -> None:
     rospy.init_node("replay", argv=sys.argv[:1], disable_signals=True, disable_rosout=True)
 
 
-def _patience(run: Run, schedule: Schedule, rate: Optional[float], timeout: float) -> float:
+def _patience(run: Run, progress: ReplayProgress, rate: Optional[float], timeout: float) -> float:
     """Returns after how many seconds without an event a replay is given up."""
     events = (entry.event for entry in run.entries)
     searches = [e.seconds for e in events if isinstance(e, journal.CommandDone) and e.is_search]
-    gaps = [one.gap / rate for one in schedule.planned] if rate else []
+    gaps = [one.gap / rate for one in progress.planned] if rate else []
     return max(timeout, 2 * max(searches, default=0.0)) + max(gaps, default=0.0)

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.solver import lexical
-from rosoclingo.bags.model import Program, Recording
-from rosoclingo.bags.replay.unpack import ReplayError, from_disk, is_unchanged, unpack
+from rosoclingo.bags.errors import ReplayError
+from rosoclingo.bags.model import Recording
+from rosoclingo.bags.replay.disk import from_disk, is_unchanged
 from rosoclingo.bags.topics import NODE
+from rosoclingo.errors import LaunchedError
+from rosoclingo.launched.about import LOOP, SINGLE, SOLVER, Launched
+from rosoclingo.launched.unpack import unpack
 
-_SOLVER = "rosclingo run.py"
-_LOOP = "rosoclingo run.py"
-_SINGLE = "rosoclingo run-1.0.py"
 SOLVERS = ("controller", "planner")
 _KINDS: Mapping[str, Tuple[type, ...]] = {  # of the parameters by which a loop decides
     "abort_unreachable": (bool,),
@@ -104,26 +105,26 @@ def starts(
     if single is not None:
         if is_changed:
             raise ReplayError("--single is one node; leave out --controller and --planner")
-        return [_node(recording.name, _SINGLE, [*settings, *_split(single)])]
+        return [_node(recording.name, SINGLE, [*settings, *_split(single)])]
     loop = recording.programs.get(recording.name)
     given = {"controller": controller, "planner": planner}
     if loop is None and None in given.values():
         raise ReplayError(f"the bag does not say what {recording.name} was started with; {_REMEDY}")
-    if loop is not None and loop.program == _SINGLE:
+    if loop is not None and loop.program == SINGLE:
         if is_changed:
             raise ReplayError("the bag is of a system of one node: use --single for its arguments")
         return [_recorded(loop, folder, settings)]
-    if loop is not None and loop.program != _LOOP:
+    if loop is not None and loop.program != LOOP:
         raise ReplayError(f"the bag has an unknown program, {loop.program!r}; {_REMEDY}")
     names = _solver_names(recording, loop)
     remappings = [f"_{role}:={names[role]}" for role in SOLVERS]
-    made = [_node(recording.name, _LOOP, [*remappings, *settings])]
+    made = [_node(recording.name, LOOP, [*remappings, *settings])]
     for role in SOLVERS:
         line = given[role]
         program = recording.programs.get(names[role])
         if line is not None:
-            made.append(_node(names[role], _SOLVER, _split(line)))
-        elif program is not None and program.program == _SOLVER:
+            made.append(_node(names[role], SOLVER, _split(line)))
+        elif program is not None and program.program == SOLVER:
             made.append(_recorded(program, folder))
         else:
             raise ReplayError(
@@ -146,7 +147,7 @@ def has_same_encodings(recording: Recording, given: Sequence[Optional[str]], *, 
     return not disk or all(map(is_unchanged, recording.programs.values()))
 
 
-def _solver_names(recording: Recording, loop: Optional[Program]) -> Dict[str, str]:
+def _solver_names(recording: Recording, loop: Optional[Launched]) -> Dict[str, str]:
     namespace = recording.name.rpartition("/")[0]
     names = {role: f"{namespace}/{role}" for role in SOLVERS}
     if loop is not None:
@@ -177,22 +178,25 @@ def _parameters(recording: Recording) -> List[str]:
     return words
 
 
-def _recorded(program: Program, folder: Optional[Path], more: Sequence[str] = ()) -> Start:
+def _recorded(program: Launched, folder: Optional[Path], more: Sequence[str] = ()) -> Start:
     remapping = next((one for one in program.arguments if ":=" in one), None)
     if remapping is not None:
         raise ReplayError(
             f"the bag has the argument {remapping!r} of {program.node}, which record.py does not "
             f"write; {_REMEDY}"
         )
-    if folder is None:
-        directory = Path(program.directory) if os.path.isdir(program.directory) else None
-        return _node(program.node, program.program, [*more, *from_disk(program)], directory)
-    own = folder / program.node.strip("/").replace("/", ".")  # which no name of a node has
+    own = program.node.strip("/").replace("/", ".")  # which no name of a node has
+    directory = Path(program.directory) if os.path.isdir(program.directory) else None
     try:
-        arguments, directory = unpack(program, own)
+        if folder is None:
+            arguments = from_disk(program)
+        else:
+            arguments, directory = unpack(program, folder / own)
+    except LaunchedError as err:
+        raise ReplayError(f"{err}; {_REMEDY}") from err
     except (OSError, ValueError) as err:
         raise ReplayError(
-            f"the files of {program.node} cannot be written to {own}: {err}; use --files disk"
+            f"the files of {program.node} cannot be written to {folder}: {err}; use --files disk"
         ) from err
     return _node(program.node, program.program, [*more, *arguments], directory)
 

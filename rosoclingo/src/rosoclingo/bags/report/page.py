@@ -121,15 +121,11 @@ def _programs(recording: Recording) -> List[Dict[str, Any]]:
                     ),
                 ]
             ),
-            "files": [[path, _sha256(text)] for path, text in program.files.items()],
+            "files": [[path, sha[:_HASH_DIGITS]] for path, sha in program.digests().items()],
             "versions": ", ".join(f"{name} {text}" for name, text in program.versions.items()),
         }
         for program in recording.programs.values()
     ]
-
-
-def _sha256(text: str) -> str:
-    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:_HASH_DIGITS]
 
 
 def _role(recording: Recording, node: str) -> str:

@@ -1,16 +1,17 @@
-"""When inputs are sent: by cause, whatever the replayed run does."""
+"""When inputs are sent: exactly as recorded, or by cause, whatever the replayed run does."""
 
 from __future__ import annotations
 
-from typing import List, Optional, Sequence
+from typing import List, Optional, Sequence, Union
 
 import pytest
 from replay_maker import ASK, END, RUN, Made, drive, records, run, run_of, status
 
 from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.replay.inputs import Input, Point, inputs
-from rosoclingo.bags.replay.schedule import Schedule
+from rosoclingo.bags.replay.inputs import Point, RecordedInput, inputs
+from rosoclingo.bags.replay.progress import ReplayProgress
+from rosoclingo.bags.replay.replays import ExactReplay, FreeReplay
 from rosoclingo.loop.journal import (
     CancelArrived,
     GoalArrived,
@@ -25,16 +26,20 @@ from rosoclingo.loop.journal import (
 
 
 class Replay:
-    """A schedule with a clock, and what it has had sent."""
+    """A replay with a clock, and what it has had sent; free from the beginning or exact."""
 
     def __init__(
         self,
         recorded: Run,
         rate: Optional[float] = None,
-        has_gate: bool = False,
+        is_exact: bool = False,
         kills: bool = False,
     ) -> None:
-        self.schedule = Schedule(recorded, has_gate=has_gate, rate=rate, kills=kills)
+        self.exact = ExactReplay(recorded, rate=rate, kills=kills)
+        self.progress = self.exact.progress
+        self.replay: Union[ExactReplay, FreeReplay] = self.exact
+        if not is_exact:
+            self.replay = FreeReplay(self.progress)
         self.now = 100.0
         self.sent: List[str] = []
 
@@ -43,24 +48,32 @@ class Replay:
 
     def see_records(self, *made: Record) -> None:
         for record in made:
-            self.schedule.see(record, self.now)
+            self.replay.see(record, self.now)
 
     def send(self) -> List[str]:
         """Sends all that is due, and returns it."""
         sent: List[str] = []
-        planned = self.schedule.due(self.now)
-        while planned is not None:
-            sent.append(said(planned))
-            planned = self.schedule.due(self.now)
+        while True:
+            planned = self.replay.due(self.now)
+            if planned is not None:
+                sent.append(said(planned))
+            elif isinstance(self.replay, ExactReplay) and not self.is_exact:
+                self.replay = FreeReplay(self.progress)
+            else:
+                break
         self.sent += sent
         return sent
 
     @property
+    def is_exact(self) -> bool:
+        return self.replay.is_exact
+
+    @property
     def finished(self) -> bool:
-        return self.schedule.is_finished(self.now)
+        return self.progress.is_finished(self.now)
 
 
-def said(planned: Input) -> str:
+def said(planned: RecordedInput) -> str:
     event = planned.event
     if isinstance(event, MessageArrived):
         return f"{event.source} {event.value}"
@@ -80,7 +93,7 @@ def test_a_run_that_is_the_same() -> None:
         replay.see([event])
     assert sent == ["g visit(3)", "robot success", "robot success"]
     assert replay.finished
-    assert replay.schedule.stalls == []
+    assert replay.progress.stalls == []
 
 
 def test_an_answer_comes_after_its_action_even_if_the_loop_does_not_wait() -> None:
@@ -149,7 +162,8 @@ def test_a_goal_that_was_recalled(is_taken: bool) -> None:
     """Its status is noted before the cancel request, or both, which nevertheless are the cause."""
     before, after = ([GOAL], []) if is_taken else ([], [GOAL])
     rest = [Record(MessageArrived("info", "a")), CANCEL]
-    replay = Replay(run_of([*records(ASK[:1]), *before, RECALL, *after, *rest]))
+    made = [*records(ASK[:1]), *before, RECALL, *after, *rest]
+    replay = Replay(run_of(made, gap=0.1, has_journal=False))
     replay.see(ASK[:1])
     assert replay.send() == ["h visit(1)"]
     replay.now += 1.1  # lets it arrive, since what comes next takes another way
@@ -162,7 +176,7 @@ def test_a_goal_that_was_recalled(is_taken: bool) -> None:
 
 
 def test_a_recording_that_ends_with_a_recall_is_heard_to_its_cancel_request() -> None:
-    replay = Replay(run_of([*records(ASK[:1]), GOAL, RECALL, CANCEL]), has_gate=True)
+    replay = Replay(run_of([*records(ASK[:1]), GOAL, RECALL, CANCEL]), is_exact=True)
     replay.see(ASK[:1])
     assert replay.send() == ["h visit(1)"]
     replay.now += 1.1
@@ -177,7 +191,7 @@ def test_a_recording_that_ends_after_a_rejection_is_heard_to_that() -> None:
     """The loop takes the message before it looks at the goal, maybe other than when recorded."""
     rejected = Record(StatusSet("h", Status.REJECTED, reason="unknown"))
     message = Record(MessageArrived("info", "a"))
-    replay = Replay(run_of([*records(ASK[:1]), GOAL, rejected, message]), has_gate=True)
+    replay = Replay(run_of([*records(ASK[:1]), GOAL, rejected, message]), is_exact=True)
     replay.see(ASK[:1])
     assert replay.send() == ["h visit(1)", "info a"]
     for record in (GOAL, message, rejected):
@@ -190,14 +204,14 @@ def test_a_goal_that_is_refused_while_the_loop_begins_to_wait() -> None:
     """The thread that takes goals notes it and its status, and the loop its wait in between."""
     goal = Record(GoalArrived("h", "visit("))
     rejected = Record(StatusSet("h", Status.REJECTED, reason="it is no ground term"))
-    replay = Replay(run_of([*records(END), goal, rejected]), has_gate=True)
+    replay = Replay(run_of([*records(END), goal, rejected]), is_exact=True)
     assert replay.send() == ["h visit("]
     for record in (goal, *records(END), rejected):
         assert not replay.finished
         replay.see_records(record)
     replay.now += 1.1
     assert replay.finished
-    assert replay.schedule.stalls == []
+    assert replay.progress.stalls == []
 
 
 def test_a_replay_that_goes_another_way_is_noted_and_goes_on() -> None:
@@ -206,11 +220,11 @@ def test_a_replay_that_goes_another_way_is_noted_and_goes_on() -> None:
     replay.send()
     replay.see(ASK[1:] + status("accepted", 1) + drive(5)[:3])
     assert replay.send() == ["robot success"]  # an answer to another action is one, too
-    (stall,) = replay.schedule.stalls
+    (stall,) = replay.progress.stalls
     assert (stall.position, stall.pending) == (1, ("robot",))
     replay.see(drive(5)[3:] + status("succeeded", 1) + END)
     assert replay.send() == []
-    assert replay.schedule.skipped == 1  # there is no second action to answer
+    assert replay.progress.skipped == 1  # there is no second action to answer
     assert replay.finished
 
 
@@ -221,7 +235,7 @@ def test_a_missing_answer_is_noted_where_it_is_missing() -> None:
     replay.send()
     replay.see(ASK[1:] + status("accepted", 1) + drive(2)[:3])
     assert replay.send() == ["robot success"]
-    (stall,) = replay.schedule.stalls
+    (stall,) = replay.progress.stalls
     assert (stall.position, stall.pending) == (2, ("robot",))
 
 
@@ -232,8 +246,8 @@ def test_an_input_that_is_never_taken_is_given_up() -> None:
     assert replay.send() == []
     replay.now += 10.0
     assert replay.send() == []
-    assert replay.schedule.skipped == 2  # there is no action to answer
-    assert replay.schedule.stalls
+    assert replay.progress.skipped == 2  # there is no action to answer
+    assert replay.progress.stalls
     assert replay.finished
 
 
@@ -321,7 +335,7 @@ def test_in_real_time() -> None:
     replay = Replay(run(RUN, gap=3.0), rate=2.0)
     replay.see(ASK[:1])
     assert replay.send() == []
-    assert replay.schedule.wake(replay.now) <= 1.5
+    assert replay.progress.wake(replay.now) <= 1.5
     replay.now += 1.4
     assert replay.send() == []
     replay.now += 0.2
@@ -345,70 +359,70 @@ HELD: Made = ("waiting", "", "for the replay", 0)
 
 def test_with_a_gate_nothing_waits_for_the_loop() -> None:
     both: List[Made] = [("goal", "h", "visit(1)", 0), ("message", "info", "a", 0)]
-    replay = Replay(run([*ASK, *both, *status("accepted", 1), *drive(2), *END]), has_gate=True)
+    replay = Replay(run([*ASK, *both, *status("accepted", 1), *drive(2), *END]), is_exact=True)
     assert replay.send() == ["g visit(3)", "h visit(1)", "info a"]
-    assert replay.schedule.in_step
+    assert replay.is_exact
 
 
 def test_what_a_node_took_that_went_on_is_sent_to_that() -> None:
     resumed: List[Made] = [("resumed", "planner", "", 0), ("resumed", "rosoclingo", "", 0)]
     recorded = run([*ASK, *resumed, ("message", "info", "a", 0), *END])
-    assert Replay(recorded, has_gate=True).send() == ["g visit(3)", "info a"]
-    replay = Replay(recorded, has_gate=True, kills=True)
+    assert Replay(recorded, is_exact=True).send() == ["g visit(3)", "info a"]
+    replay = Replay(recorded, is_exact=True, kills=True)
     assert replay.send() == ["g visit(3)"]
-    replay.schedule.go_on(replay.now, restarts=False)
+    replay.exact.go_on(replay.now, restarts=False)
     assert replay.send() == []
-    replay.schedule.go_on(replay.now, restarts=True)
+    replay.exact.go_on(replay.now, restarts=True)
     assert replay.send() == ["info a"]
 
 
 def test_a_command_that_differs_ends_the_step() -> None:
-    replay = Replay(run(RUN), has_gate=True)
+    replay = Replay(run(RUN), is_exact=True)
     replay.see(ASK[1:])
-    assert replay.schedule.in_step
+    assert replay.is_exact
     replay.see([("command", "", "ground(1)", 0)])
-    assert not replay.schedule.in_step
+    assert not replay.is_exact
 
 
 def test_a_loop_that_its_gate_has_let_go_on_may_take_its_time() -> None:
     """Such as to ground for long: it does not wait in vain."""
     recorded = [("goal", "g", "visit(3)", 0), *status("accepted", 1), *drive(2), *END]
-    replay = Replay(run(recorded), has_gate=True)
+    replay = Replay(run(recorded), is_exact=True)
     replay.see([HELD])
     assert replay.send() == ["g visit(3)"]
     replay.see(recorded[:1])
     replay.now += 100.0
     assert replay.send() == []
     assert not replay.finished
-    assert replay.schedule.in_step
+    assert replay.is_exact
     replay.see(recorded[1:4])
     assert replay.send() == ["robot success"]
 
 
 def test_a_loop_that_its_gate_has_wait_in_vain() -> None:
     recorded = [*status("accepted", 1), *drive(2), *END]
-    replay = Replay(run(recorded), has_gate=True)
+    replay = Replay(run(recorded), is_exact=True)
     replay.see([HELD])
     assert replay.send() == []
-    assert replay.schedule.stalls
-    assert not replay.schedule.in_step
+    assert replay.progress.stalls
+    assert not replay.is_exact
 
 
 def test_a_gate_that_is_to_be_opened_holds_nothing() -> None:
     """The loop was held before the replay could open it, and does what is expected afterwards."""
     recorded = [("command", "", "ground(1)", 0), *status("accepted", 1), *drive(2), *END]
-    replay = Replay(run(recorded), has_gate=True)
+    replay = Replay(run(recorded), is_exact=True)
     replay.see([("command", "", "ground(9)", 0), *status("accepted", 1), HELD])
     assert replay.send() == []
-    assert not replay.schedule.in_step
+    assert not replay.is_exact
     replay.see(drive(2)[:3])
     assert replay.send() == ["robot success"]
-    assert replay.schedule.stalls == []
+    assert replay.progress.stalls == []
 
 
 def test_a_gate_gets_all_that_it_waits_for() -> None:
     many: List[Made] = [("message", "sensor", f"reading({n})", 0) for n in range(5000)]
-    replay = Replay(run([*many, *END]), has_gate=True)
+    replay = Replay(run([*many, *END]), is_exact=True)
     assert len(replay.send()) < 5000
     replay.see([HELD])
     replay.send()
@@ -424,5 +438,8 @@ def test_a_goal_whose_cancel_request_is_missing_was_not_recalled() -> None:
 def test_without_a_journal(quiet: float) -> None:
     """After some quiet, the loop is taken to have waited."""
     made: List[Made] = [("goal", "g", "visit(3)", 0), ("message", "info", "a", 0)]
-    points = [one.point for one in inputs(run(made, gap=quiet, has_journal=False))]
+    recorded = run(made, gap=quiet, has_journal=False)
+    points = [one.point for one in ReplayProgress(recorded).planned]
     assert points == [Point.WAITING, Point.WAITING if quiet > 1 else Point.BUSY]
+    replay = Replay(recorded, is_exact=True)
+    assert not replay.is_exact  # as nobody knows when the loop has taken them

@@ -1,0 +1,20 @@
+"""Guesses when the loop waited in a run whose bag has no journal. Needs no ROS."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import List, Sequence
+
+from rosoclingo.bags.replay.inputs import Point, RecordedInput
+
+_QUIET_SECONDS = 1.0  # so long without any event, and the loop waits
+
+
+def guess_waits(inputs: Sequence[RecordedInput]) -> List[RecordedInput]:
+    """Returns inputs of which the first one, and each after some quiet, has ended a wait."""
+    return [
+        replace(one, point=Point.WAITING)
+        if number == 0 or one.gap >= _QUIET_SECONDS
+        else replace(one, point=Point.BUSY)
+        for number, one in enumerate(inputs)
+    ]
