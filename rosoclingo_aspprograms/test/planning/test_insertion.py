@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import random
 from pathlib import Path
-from typing import List
+from typing import Dict, List
 
 import pytest
 from draws import draws
@@ -19,7 +19,7 @@ from rosoclingo.loop import improving
 from rosoclingo.loop.atoms import Plan
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner import DEFAULT_PATIENCE
-from rosoclingo_aspprograms.validator import Map
+from rosoclingo_aspprograms.validator import Edge, Map
 
 CONSTRUCTED = "constructed"
 MODES = (RECORDING, SINGLE, RESET)
@@ -38,6 +38,7 @@ class Crowd(Fleet):
     def __init__(self, mode: str, seed: int, folder: Path) -> None:
         self.constructed = 0
         self._is_stepwise = seed // 4 % 2 == 0
+        self._said: Dict[Edge, int] = {}
         super().__init__(mode, seed, folder)
         self.left = self.pick.randint(12, 16)
         self.loop.state.planner.patience = DEFAULT_PATIENCE
@@ -56,6 +57,12 @@ class Crowd(Fleet):
     def found_plan(self) -> None:
         """Counts the plans that were constructed."""
         self.constructed += CONSTRUCTED in self.loop.state.plan.symbols
+
+    def _say(self, word: str, edge: Edge) -> None:
+        """Says one thing of a way in a step: the validator takes an answer for the end of one."""
+        if self._said.get(edge) != self.elapsed:
+            super()._say(word, edge)
+        self._said[edge] = self.elapsed
 
     def _ask(self) -> None:
         for _ in range(min(self.left, self.pick.choice([1, 3]) if self.requests else 12)):
