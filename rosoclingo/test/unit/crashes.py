@@ -10,11 +10,11 @@ from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import EXAMPLES, Parts, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
+from rosoclingo.loop.execution import Execution
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.inbox import Answer, Message
 from rosoclingo.loop.journal import Event, Status, StatusSet
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.tokens import Told
 from rosoclingo.store.store import Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
@@ -84,7 +84,7 @@ class World:
         self._done: Dict[str, Tuple[str, int]] = {}  # the last token of each actuator
         self._open: List[Tuple[str, int]] = []  # tokens without an answer
 
-    def hear(self, run: str, told: Sequence[Told]) -> None:
+    def hear(self, run: str, told: Sequence[Execution]) -> None:
         self._open = [(run, one.number) for one in told if one.answer is None]
         for one in told:
             if one.answer is None and self._done.get(one.actuator) != (run, one.number):
@@ -143,8 +143,8 @@ class Life(StoredInbox, System):
         super().publish(actuator, action)
         self._world.latched = action
 
-    def show_told(self, run: str, told: Sequence[Told]) -> None:
-        self._world.hear(run, told)
+    def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
+        self._world.hear(run, executions)
 
     def live(self) -> None:
         """Lives until there is nothing to do."""

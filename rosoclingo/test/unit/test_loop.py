@@ -260,13 +260,13 @@ def test_pending_actions_until_the_right_one_answers(run: Callable[..., System])
     commands.solve()
     commands.commit_actions(Number(1))
     assert system.world.published == [("robot", "go(2)")]
-    assert state.acting.pending_actions
+    assert state.executions.pending_actions
     system.send("camera", "success")
     state.mail.take(may_ask=True)
-    assert state.acting.pending_actions
+    assert state.executions.pending_actions
     system.send("robot", "success")
     state.mail.take(may_ask=True)
-    assert not state.acting.pending_actions
+    assert not state.executions.pending_actions
     assert state.mail.new_messages
     # Nothing is published twice.
     commands.commit_actions(Number(1))

@@ -611,7 +611,7 @@ class Listening(Environment):
         if self._failure is not None:
             raise self._failure
 
-    def show_told(self, run: str, told: object) -> None:
+    def show_executions(self, run: str, told: object) -> None:
         self.heard.append("dispatch")
 
 
@@ -626,7 +626,7 @@ def test_who_waits_for_an_action_has_it_first(
     outbox.begin()
     outbox.note(Record(LoopWaits()))
     outbox.later("plan", lambda: environment.heard.append("plan"))
-    outbox.show_told("run", ())
+    outbox.show_executions("run", ())
     outbox.publish("robot", "go")
     outbox.note(Record(LoopWaits()))
     assert environment.heard == []

@@ -11,9 +11,9 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.loop import journal
+from rosoclingo.loop.execution import Execution
 from rosoclingo.loop.inbox import Answer, Message
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.tokens import Told
 
 LINE = f"{EXAMPLES}/line.lp"
 MODE = "dynamic.incremental.dyn_reset"
@@ -31,12 +31,12 @@ class Robot(System):
     """Answers with tokens, as ``play`` says, which is called whenever the loop waits."""
 
     def __init__(self, make: Callable[..., Loop], play: Callable[[Robot], None]) -> None:
-        self.shown: List[Tuple[str, List[Told]]] = []
+        self.shown: List[Tuple[str, List[Execution]]] = []
         self._play = play
         super().__init__(make)
 
     @property
-    def told(self) -> Told:
+    def told(self) -> Execution:
         """What the robot was told last."""
         return next(told for told in self.shown[-1][1] if told.actuator == "robot")
 
@@ -51,9 +51,9 @@ class Robot(System):
             self._play(self)
         return bool(self._items)
 
-    def show_told(self, run: str, told: Sequence[Told]) -> None:
+    def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
         assert run
-        self.shown.append((run, list(told)))
+        self.shown.append((run, list(executions)))
 
     @property
     def dropped(self) -> List[str]:
@@ -72,7 +72,7 @@ def test_a_run_shows_itself_before_it_has_an_action() -> None:
     """Who has answered an action of another run learns that nobody waits for that."""
     one = robot(lambda _: None)
     one.run()
-    assert one.shown == [(one.loop.state.tokens.run, [])]
+    assert one.shown == [(one.loop.state.executions.run, [])]
     two = robot(lambda _: None)
     two.loop.restore(one.loop.snapshot(), lambda _: one.new_goal("none", (), "none"))
     assert two.shown == one.shown

@@ -119,7 +119,7 @@ def feedback(plan: Plan) -> List[str]:
     arrivals = Arrivals()
     for slot in plan.serving:
         arrivals.place(slot, 0.0)
-    times = sorted(arrivals.expected(plan, 1, set(), 0.0).items())
+    times = sorted(arrivals.expected(plan, 1, [], set(), 0.0).items())
     told = ((slot, line) for slot, time in times for line in arrivals.lines(plan, slot, time, 0.0))
     return [f"{slot} {line}" for slot, line in told]
 

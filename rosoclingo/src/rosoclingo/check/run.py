@@ -216,7 +216,7 @@ class Watched(Simulation):
                 elapsed=self.elapsed,
                 step=step,
                 actions=actions,
-                published=frozenset([*self._done, *filter(state.is_published, actions)]),
+                published=frozenset([*self._done, *filter(state.executions.is_published, actions)]),
                 has_barrier=not any(state.externals.declares(a.actuator, BUSY) for a in actions),
                 is_layered=state.planner.demand.has_layers,
                 statuses=tuple(statuses),

@@ -29,7 +29,7 @@ def begin(state: State, slots: Sequence[str]) -> None:
     state.goals.set_slots(slots, keep=is_again)
     state.externals.begin(state.goals.slots)
     state.mail.begin(keep=is_again)
-    state.acting.begin(keep=is_again)
+    state.executions.initialize(keep=is_again)
     if state.mail.dynamic and not state.goals.slots:
         state.mail.rejection = (
             "the planner's encoding has no slots for goals, rslot(ID); is a library missing, such "
@@ -104,7 +104,7 @@ def reset(state: State, step: int) -> None:
     if not state.externals.reset(_fluents(state, step)) and not state.has_warned("reset"):
         _warn_of_forgetting(state, step)
     state.planner.note_reset(step)
-    state.acting.reset()
+    state.executions.reset()
     state.free_slots()
     state.goals.some_ended = False
     state.forget_steps()

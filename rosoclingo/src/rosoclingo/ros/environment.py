@@ -17,9 +17,9 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.arrivals import Arrival
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.execution import Execution
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.tokens import Told
 from rosoclingo.msg import (
     ROSoClingoDispatch,
     ROSoClingoEvent,
@@ -98,14 +98,14 @@ class RosEnvironment(Environment):
         self._out.publish(actuator, action)
         rospy.loginfo("%s: %s", actuator, action)
 
-    def show_told(self, run: str, told: Sequence[Told]) -> None:
+    def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
         """Publishes to ``~dispatch``."""
-        self.told = frozenset(one.actuator for one in told)
+        self.told = frozenset(one.actuator for one in executions)
         self._dispatch.publish(
             run,
             [
                 ROSoClingoToken(one.number, one.step, one.actuator, one.action, _state(one))
-                for one in told
+                for one in executions
             ],
         )
 
@@ -165,8 +165,8 @@ class RosEnvironment(Environment):
         rospy.logwarn("%s", text)
 
 
-def _state(told: Told) -> int:
+def _state(one: Execution) -> int:
     """Returns the state of an action for ``dispatch``: to do, to abort or done."""
-    if told.answer is not None:
+    if not one.is_open:
         return int(ROSoClingoToken.ANSWERED)
-    return int(ROSoClingoToken.ABORTED if told.aborted else ROSoClingoToken.PENDING)
+    return int(ROSoClingoToken.ABORTED if one.aborted else ROSoClingoToken.PENDING)

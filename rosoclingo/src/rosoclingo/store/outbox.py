@@ -13,10 +13,10 @@ from rosoclingo.errors import StoreError
 from rosoclingo.loop.arrivals import Arrival
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.execution import Execution
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.journal import NumberedRecord, Reason, Record, StatusSet
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.tokens import Told
 from rosoclingo.store.store import Changes, Store
 
 _Release = Tuple[str, Callable[[], None]]
@@ -102,9 +102,9 @@ class Outbox(Environment):
         held.releases = [("publication", lambda: self._environment.publish(actuator, action))]
         self._take(held)
 
-    def show_told(self, run: str, told: Sequence[Told]) -> None:
+    def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
         """Publishes the last action of each actuator."""
-        self.later("dispatch", lambda: self._environment.show_told(run, told))
+        self.later("dispatch", lambda: self._environment.show_executions(run, executions))
 
     def show_plan(
         self,

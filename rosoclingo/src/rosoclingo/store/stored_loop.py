@@ -303,7 +303,7 @@ class StoredLoop(Loop):
                 ),
             )
             if self._store.pause > _SHORT_PAUSE_SECONDS:
-                self.state.arrivals.interrupt()
+                self.state.executions.interrupt()
         for goal in goals.values():
             end = known.get(goal.id)
             if end is not None and end.word and goal.stage is not Stage.ENDED:

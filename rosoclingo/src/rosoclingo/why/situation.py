@@ -78,7 +78,7 @@ class Situation:
             last=max([last or 0, state.step, state.horizon, *externals.grounded]),
             goals=tuple((goal.slot or "", goal.request) for goal in goals.open),
             queued=tuple(goal.request for goal in unplaced if goal.stage is not Stage.ENDED),
-            silent=tuple(state.acting.silent()),
+            silent=tuple(state.executions.silent()),
             others=tuple(atom for atom in externals.kept if atom != query(state.horizon)),
             tells=state.planner.demand.tells,
             used=tuple(goals.used),
