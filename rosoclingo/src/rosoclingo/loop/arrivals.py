@@ -8,22 +8,20 @@ it do next comes right after that. Times are in seconds of :meth:`.Environment.w
 ...     "lasts(do(robot,go(a),1),way,20)", "lasts(do(robot,give,2),give,5)",
 ...     "expected(1,do(robot,give,2))", "due(1,30)",
 ... ))
->>> arrivals = Arrivals()
->>> arrivals.place("1", 100.0)
->>> arrivals.expected(plan, 1, [], set(), 100.0)
+>>> expected(plan, 1, [], set(), 100.0)
 {'1': 125.0}
 >>> go = Execution(1, 1, "robot", "go(a)", world_began=101.0, kind="way", seconds=20)
->>> [arrivals.expected(plan, 1, [go], {go.published}, now) for now in (110.0, 140.0)]
+>>> [expected(plan, 1, [go], {go.published}, now) for now in (110.0, 140.0)]
 [{'1': 126.0}, {'1': 145.0}]
->>> arrivals.lines(plan, "1", 145.0, 140.0)
+>>> lines(145.0, 140.0, 100.0, plan.limits["1"])
 ['expected in 5 s', 'late by 15 s']
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, field
-from typing import Container, Dict, List, Sequence
+from dataclasses import dataclass
+from typing import Container, Dict, List, Optional, Sequence
 
 from rosoclingo.loop.atoms import Action, Plan
 from rosoclingo.loop.execution import Execution
@@ -48,78 +46,51 @@ class Arrival:
         return f"{EXPECTED}({self.slot},{round(self.time)})"
 
 
-@dataclass
-class ArrivalsState:
-    """Saved state of :class:`Arrivals`.
+def expected(
+    plan: Plan,
+    step: int,
+    executions: Sequence[Execution],
+    published: Container[Action],
+    now: float,
+) -> Dict[str, float]:
+    """Returns when goals will be served, as far as the plan says that, by their slots.
 
-    Attributes:
-        told: When goals will be served, as their clients were told last, by their slots; in seconds
-            of world time.
+    Args:
+        plan: The plan that stands.
+        step: The current step.
+        executions: The last one of each actuator.
+        published: Which actions were published since the last reset.
+        now: What time it is, in seconds of world time.
     """
+    doing = {one.actuator: one for one in executions if one.is_open}
+    through: Dict[str, float] = defaultdict(lambda: now)
+    for actuator, one in doing.items():
+        through[actuator] = max(one.end, now)
+    ends: Dict[Action, float] = {}
+    for action, (_, seconds) in sorted(plan.lasting.items(), key=lambda item: item[0].step):
+        if action.step >= step and action not in published:
+            through[action.actuator] += seconds
+            ends[action] = through[action.actuator]
+    found = {}
+    for slot, action in plan.serving.items():
+        goes_on = doing.get(action.actuator)
+        if action in ends:
+            found[slot] = ends[action]
+        elif goes_on is not None and goes_on.action == action.name and goes_on.kind:
+            found[slot] = max(goes_on.end, now)
+    return found
 
-    told: Dict[str, float] = field(default_factory=dict)
-    _came: Dict[str, float] = field(default_factory=dict)  # when the goals in slots came
 
+def lines(time: float, now: float, came: float, limit: Optional[int]) -> List[str]:
+    """Returns the lines of feedback for a goal that will be served at a time.
 
-class Arrivals(ArrivalsState):
-    """Estimates when the goals in slots will be served. Only the loop's thread uses it."""
-
-    def place(self, slot: str, came: float) -> None:
-        """Begins to estimate a goal's arrival time, as it gets a slot.
-
-        Args:
-            slot: The slot.
-            came: When the goal has come, in seconds of world time.
-        """
-        self._came[slot] = came
-        self.told.pop(slot, None)
-
-    def expected(
-        self,
-        plan: Plan,
-        step: int,
-        executions: Sequence[Execution],
-        published: Container[Action],
-        now: float,
-    ) -> Dict[str, float]:
-        """Returns when goals will be served, as far as the plan says that, by their slots.
-
-        Args:
-            plan: The plan that stands.
-            step: The current step.
-            executions: The last one of each actuator.
-            published: Which actions were published since the last reset.
-            now: What time it is, in seconds of world time.
-        """
-        doing = {one.actuator: one for one in executions if one.is_open}
-        through: Dict[str, float] = defaultdict(lambda: now)
-        for actuator, one in doing.items():
-            through[actuator] = max(one.end, now)
-        ends: Dict[Action, float] = {}
-        for action, (_, seconds) in sorted(plan.lasting.items(), key=lambda item: item[0].step):
-            if action.step >= step and action not in published:
-                through[action.actuator] += seconds
-                ends[action] = through[action.actuator]
-        found = {}
-        for slot, action in plan.serving.items():
-            goes_on = doing.get(action.actuator)
-            if action in ends:
-                found[slot] = ends[action]
-            elif goes_on is not None and goes_on.action == action.name and goes_on.kind:
-                found[slot] = max(goes_on.end, now)
-        return found
-
-    def lines(self, plan: Plan, slot: str, time: float, now: float) -> List[str]:
-        """Returns the lines of feedback for a goal that will be served at a time.
-
-        Args:
-            plan: The plan, which may say when the goal is due.
-            slot: The goal's slot.
-            time: When it will be served, in seconds of world time.
-            now: What time it is, likewise.
-        """
-        lines = [f"{EXPECTED} in {max(0, round(time - now))} s"]
-        limit, came = plan.limits.get(slot), self._came.get(slot)
-        if limit is not None and came is not None:
-            lines.append(f"late by {max(0, round(time - came - limit))} s")
-        return lines
+    Args:
+        time: When it will be served, in seconds of world time.
+        now: What time it is, likewise.
+        came: When it has come, likewise.
+        limit: So many seconds later it is due, by the plan; None if it is not.
+    """
+    said = [f"{EXPECTED} in {max(0, round(time - now))} s"]
+    if limit is not None:
+        said.append(f"late by {max(0, round(time - came - limit))} s")
+    return said

@@ -59,6 +59,7 @@ class GoalState:
         came: When the loop has taken it, in seconds of world time.
         is_first: Whether it gets a slot before others that came earlier; None if nobody has asked.
         overtaken: By how many of these it was overtaken in the queue.
+        expected: When it will be served, as its client was told last, in seconds of world time.
     """
 
     request: str
@@ -72,6 +73,7 @@ class GoalState:
     came: float = 0.0
     is_first: Optional[bool] = None
     overtaken: int = 0
+    expected: Optional[float] = None
     _told: Dict[str, str] = field(default_factory=dict)  # the last line of each kind
 
 

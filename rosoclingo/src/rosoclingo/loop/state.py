@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Callable, Dict, List, Optional, Tuple
 
 from rosoclingo.loop import journal
-from rosoclingo.loop.arrivals import Arrival, Arrivals, ArrivalsState
+from rosoclingo.loop.arrivals import Arrival
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.durations import Durations, DurationsState
 from rosoclingo.loop.environment import Environment
@@ -37,7 +37,6 @@ class StateSnapshot:
     goals: GoalsSnapshot
     executions: ExecutionsState
     mail: MailSnapshot
-    arrivals: ArrivalsState
     durations: DurationsState
     reminded: bool
 
@@ -53,9 +52,8 @@ class State(Progress):
         goals: The goals.
         executions: What each actuator does, has answered, and was told before.
         mail: What has come from outside.
-        arrivals: When goals will be served.
         durations: How long actions have taken.
-        timing: What follows from these two.
+        timing: What follows from that.
         waiting: How it is waited for what comes.
         begin_mode: Has the mode begin again, so that it initialises the planner next.
         environment: Where actions and log messages go.
@@ -98,10 +96,8 @@ class State(Progress):
         self._shown: Tuple[object, ...] = ()
         planner.recorded, planner.note = inbox.recorded, self.note
         planner.missing = self._warn_of_missing
-        self.arrivals = Arrivals()
         self.durations = Durations()
         self.timing = Timing(
-            self.arrivals,
             self.durations,
             progress=self,
             goals=self.goals,
@@ -141,7 +137,6 @@ class State(Progress):
             self.goals.snapshot(self.mail.goals_spoken_of),
             self.executions.snapshot(),
             self.mail.snapshot(),
-            self.arrivals,
             self.durations,
             self.waiting.reminded,
         )
@@ -163,7 +158,6 @@ class State(Progress):
         take_over(self.executions, saved.executions)
         self.executions.restore()
         self.mail.restore(saved.mail, goals)
-        take_over(self.arrivals, saved.arrivals)
         take_over(self.durations, saved.durations)
         self.waiting.reminded = saved.reminded
         self.show_executions(again=True)
@@ -241,8 +235,6 @@ class State(Progress):
                         reason = self.mail.explain(slot, goal.request, step)
                     self.goals.end(goal, "rejected", reason)
                     self.goals.remove(goal)
-                else:
-                    self.arrivals.place(slot, goal.came)
         self.timing.tell_planner(step)
         self.goals.tell_positions()
         self._tell_busy(step)
@@ -308,9 +300,11 @@ class State(Progress):
     def show_plan(self) -> None:
         """Publishes the plan from the current step on, if it is new."""
         quality = self.planner.quality if self.shows_plan else None
-        slots = [goal.slot or "" for goal in self.goals.open] if self.shows_plan else []
-        told = self.arrivals.told
-        arrivals = tuple(Arrival(slot, told[slot]) for slot in slots if slot in told)
+        arrivals = tuple(
+            Arrival(goal.slot or "", goal.expected)
+            for goal in (self.goals.open if self.shows_plan else ())
+            if goal.expected is not None
+        )
         shown = (self.plan, self.shows_plan, self.step, self.horizon, arrivals, quality)
         if shown == self._shown:
             return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Callable
 
-from rosoclingo.loop.arrivals import EXPECTED, Arrivals
+from rosoclingo.loop.arrivals import EXPECTED, expected, lines
 from rosoclingo.loop.atoms import Plan, event
 from rosoclingo.loop.durations import Durations
 from rosoclingo.loop.environment import Environment
@@ -29,7 +29,6 @@ class Timing:
 
     def __init__(
         self,
-        arrivals: Arrivals,
         durations: Durations,
         *,
         progress: Progress,
@@ -43,7 +42,6 @@ class Timing:
         """Connects arrival times and durations with the run.
 
         Args:
-            arrivals: When goals will be served.
             durations: How long actions have taken.
             progress: The plan, and the step.
             goals: The goals.
@@ -53,7 +51,6 @@ class Timing:
             environment: Where the clock of the world is.
             note: Adds an event to the journal.
         """
-        self._arrivals = arrivals
         self._durations = durations
         self._progress = progress
         self._goals = goals
@@ -95,19 +92,17 @@ class Timing:
         Args:
             moved: By how many seconds a time has to have moved.
         """
-        now, told, progress = self._environment.world_now(), self._arrivals.told, self._progress
+        now, executions, progress = self._environment.world_now(), self._executions, self._progress
         plan = progress.plan if progress.shows_plan else Plan()
-        doing, published = self._executions.dispatched, self._executions.published
-        times = self._arrivals.expected(plan, progress.step, doing, published, now)
-        for slot in set(told).difference(times):
-            del told[slot]
+        times = expected(plan, progress.step, executions.dispatched, executions.published, now)
         for goal in self._goals.open:
-            slot = goal.slot or ""
-            time = times.get(slot)
-            if time is None or (slot in told and abs(time - told[slot]) < moved):
+            time, told = times.get(goal.slot or ""), goal.expected
+            if time is not None and told is not None and abs(time - told) < moved:
                 continue
-            told[slot] = time
-            for line in self._arrivals.lines(plan, slot, time, now):
+            goal.expected = time
+            if time is None:
+                continue
+            for line in lines(time, now, goal.came, plan.limits.get(goal.slot or "")):
                 goal.tell(line, again=line.startswith(EXPECTED))
 
     def correct(self) -> bool:
@@ -116,7 +111,7 @@ class Timing:
         Returns:
             Whether a client was told a time before.
         """
-        if not self._arrivals.told:
+        if all(goal.expected is None for goal in self._goals.open):
             return False
         self.tell_clients(_MOVED_SECONDS)
         return True
