@@ -19,6 +19,7 @@ from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.journal import StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.solver import Solver
 
@@ -40,20 +41,16 @@ class RecordedGoal(Request):
 
     def __init__(self, request: str, identifier: str = "") -> None:
         super().__init__(request, (f"information of {request}",), identifier)
-        self._ended = threading.Event()
+        self._has_ended = threading.Event()
         self._accepted = threading.Event()
 
-    def accepted(self) -> None:
-        super().accepted()
-        self._accepted.set()
-
-    def ended(self, word: str, reason: str) -> None:
-        super().ended(word, reason)
-        self._ended.set()
+    def changed(self, change: StatusSet) -> None:
+        super().changed(change)
+        (self._has_ended if change.status.is_terminal else self._accepted).set()
 
     def wait(self) -> str:
         """Waits for the end and returns the terminal status."""
-        assert self._ended.wait(TIMEOUT), f"{self.request} did not end: {self.words}"
+        assert self._has_ended.wait(TIMEOUT), f"{self.request} did not end: {self.words}"
         return self.words[-1]
 
     def wait_until_accepted(self) -> None:

@@ -34,14 +34,11 @@ class Client(GoalClient):
         self.known = False  # to the node, which has acknowledged it
         self.note: Callable[[Event], None] = lambda _: None
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
-        self.note(StatusSet(goal.id, Status(word), goal.slot or "", reason))
+    def noted(self, change: StatusSet) -> None:
+        self.note(change)
 
-    def accepted(self) -> None:
-        self.words.append("accepted")
-
-    def ended(self, word: str, reason: str) -> None:
-        self.words.append(word)
+    def changed(self, change: StatusSet) -> None:
+        self.words.append(change.status.value)
 
     def end(self) -> List[str]:
         return [word for word in self.words if word in ENDS]
@@ -155,12 +152,12 @@ class Life(StoredInbox, System):
         self.known = loop.resume(lambda known: self._world.clients[known.id])
         for key in self.known:  # as the first list of statuses says
             client = self._world.clients[key]
-            if self.store.goals[key].active and not client.words:
-                client.accepted()
+            if self.store.goals[key].accepted and not client.words:
+                client.changed(StatusSet(key, Status.ACCEPTED))
         for known in loop.unsure():
             client = self._world.clients[known.id]
             if not client.end():
-                client.ended(known.word, known.reason)
+                client.changed(StatusSet(known.id, known.status, "", known.reason))
         loop.prepare()
         try:
             for _ in range(MANY):

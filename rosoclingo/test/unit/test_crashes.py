@@ -342,7 +342,7 @@ def test_a_goal_that_comes_after_the_end(folder: Path) -> None:
     with closing(Store(file)) as store:
         assert store.ended == "there is no plan"
         (known,) = store.ended_goals
-        assert (known.id, known.word, known.reason) == ("late", "rejected", "there is no plan")
+        assert (known.id, known.status, known.reason) == ("late", "rejected", "there is no plan")
 
 
 def test_a_solver_that_ends_before_it_has_said_what_it_is(folder: Path) -> None:

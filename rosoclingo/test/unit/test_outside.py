@@ -21,7 +21,7 @@ from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.inbox import Message
-from rosoclingo.loop.journal import PlanFound, Record
+from rosoclingo.loop.journal import PlanFound, Record, Status
 from rosoclingo.loop.planner import Planner
 
 Make = Callable[..., System]
@@ -152,7 +152,7 @@ def test_a_late_cancel_leaves_the_next_goal_alone(system: Make, tmp_path: Path) 
     made.cancel(first)
     second, third = made.goal("visit(2)"), made.goal("visit(3)")
     state.mail.take(may_ask=True)
-    first.set_status("succeeded")  # before the cancel request has been assigned
+    first.set_status(Status.SUCCEEDED)  # before the cancel request has been assigned
     state.move_to(1)
     commands.ground(Number(1))
     commands.assign_messages(Number(1))

@@ -21,7 +21,6 @@ from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.replays import ExactReplay
-from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Cancel, Inbox, Message
 from rosoclingo.loop.journal import (
     LOOP,
@@ -61,8 +60,8 @@ class NotedGoal(RecordedGoal):
         super().__init__(request, identifier)
         self._run = run
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
-        self._run.note(StatusSet(self.id, Status(word), self.slot or "", reason))
+    def noted(self, change: StatusSet) -> None:
+        self._run.note(change)
 
 
 class Session:

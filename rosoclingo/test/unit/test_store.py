@@ -27,7 +27,15 @@ from rosoclingo.launched.started_with import started_with
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.inbox import Message
-from rosoclingo.loop.journal import LOOP, LoopWaits, NodeResumed, NumberedRecord, Record
+from rosoclingo.loop.journal import (
+    LOOP,
+    LoopWaits,
+    NodeResumed,
+    NumberedRecord,
+    Record,
+    Status,
+    StatusSet,
+)
 from rosoclingo.store.commands import RecordedSolver
 from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.fields import Fields, read
@@ -140,6 +148,17 @@ def test_the_file_of_another_program(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match=r"a.txt is damaged: file is not a database; start with"):
         Store(file)
     assert file.read_text().startswith("a letter")
+
+
+def test_a_store_of_another_version(tmp_path: Path) -> None:
+    """It is refused with a sentence, and left as it is."""
+    _, file = run_to(tmp_path, REQUESTS)
+    with contextlib.closing(sqlite3.connect(str(file))) as connection:
+        connection.execute("PRAGMA user_version = 3")
+    before = file.read_bytes()
+    with pytest.raises(StoreError, match=r"a.store has the format 3, and this version of .* knows"):
+        Store(file)
+    assert file.read_bytes() == before
 
 
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
@@ -276,7 +295,7 @@ def test_a_full_disk(tmp_path: Path) -> None:
         runs.run(world, file=file, most_pages=8)
     assert outcome(world) != outcome(calm)
     store = Store(file)
-    is_open = {goal.id for goal in store.goals.values() if not goal.word}
+    is_open = {goal.id for goal in store.goals.values() if not goal.status.is_terminal}
     store.close()
     assert is_open == {key for key, one in world.clients.items() if one.known and not one.end()}
     runs.run(world, file=file)
@@ -390,7 +409,7 @@ def test_of_which_ends_clients_may_not_know(
         for name, now[0] in (("early", 5.0), ("late", 10.0)):
             store.add(Goal("visit(2)", (), name))
             times = [NumberedRecord(LoopWaits(), 0, 0, int(now[0]), now[0])]
-            store.write(Changes(records=times, words={name: ("succeeded", "")}))
+            store.write(Changes(records=times, statuses=[StatusSet(name, Status.SUCCEEDED)]))
         for number, (begin, last) in enumerate(resumed, 10):
             for node, when in ((LOOP, begin), ("planner", last)):
                 event = NumberedRecord(NodeResumed(node), 0, 0, 2 * number + (node != LOOP), when)

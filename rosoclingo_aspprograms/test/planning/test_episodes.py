@@ -108,7 +108,7 @@ class RandomEpisode(Episode):
             self._say("blocked", self.random.choice(sorted(self.graph.edges, key=sorted)))
         if self._known() and running and self.random.random() < 0.1:
             self._say("unblocked", self.random.choice(sorted(self._known(), key=sorted)))
-        open_ones = [goal for goal in self.requests if goal.stage.value != "ended"]
+        open_ones = [goal for goal in self.requests if not goal.ended]
         if open_ones and running and self.random.random() < self.trouble:
             self.cancel(self.random.choice(open_ones))
 
@@ -155,7 +155,7 @@ class RandomEpisode(Episode):
         return self.validator.believed()
 
     def _unfinished(self) -> bool:
-        return any(goal.stage.value != "ended" for goal in self.requests)
+        return any(not goal.ended for goal in self.requests)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

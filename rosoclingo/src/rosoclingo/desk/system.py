@@ -34,7 +34,6 @@ class Request(Goal, GoalClient):
     Attributes:
         words: The statuses, in order.
         lines: The feedback, in order.
-        reason: Why it has ended.
     """
 
     def __init__(
@@ -55,21 +54,15 @@ class Request(Goal, GoalClient):
         super().__init__(request, information, identifier, self)
         self.words: List[str] = []
         self.lines: List[str] = []
-        self.reason = ""
         self._note = note
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
+    def noted(self, change: journal.StatusSet) -> None:
         """Adds the status to the journal."""
-        self._note(journal.StatusSet(goal.id, journal.Status(word), goal.slot or "", reason))
+        self._note(change)
 
-    def accepted(self) -> None:
-        """Remembers that it is accepted."""
-        self.words.append("accepted")
-
-    def ended(self, word: str, reason: str) -> None:
-        """Remembers how it has ended."""
-        self.words.append(word)
-        self.reason = reason
+    def changed(self, change: journal.StatusSet) -> None:
+        """Remembers the status."""
+        self.words.append(change.status.value)
 
     def feedback(self, line: str) -> None:
         """Remembers the line."""

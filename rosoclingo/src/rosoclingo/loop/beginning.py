@@ -8,6 +8,7 @@ from rosclingo.wire.term_text import last_number
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.ids import why_no_slot
+from rosoclingo.loop.journal import Status
 from rosoclingo.loop.state import State
 
 
@@ -35,7 +36,7 @@ def begin(state: State, slots: Sequence[str]) -> None:
             "the planner's encoding has no slots for goals, rslot(ID); is a library missing, such "
             "as actions.lp?"
         )
-        state.goals.end_waiting("rejected", state.mail.rejection)
+        state.goals.end_waiting(Status.REJECTED, state.mail.rejection)
     state.begin_steps()
     state.durations.told.clear()
     state.free_slots()

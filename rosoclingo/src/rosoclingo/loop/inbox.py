@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Callable, List, Optional, Union
 
 from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.journal import Status
 from rosoclingo.loop.recorded import Recorded
 
 
@@ -89,7 +90,7 @@ class Inbox:
                 self._changed.notify_all()
                 return
         if isinstance(item, Goal):
-            item.set_status("rejected", self._end)
+            item.set_status(Status.REJECTED, self._end)
 
     def cancel(self, goal: Goal) -> None:
         """Adds a cancel request; the goal is recalled at once if it has no slot."""

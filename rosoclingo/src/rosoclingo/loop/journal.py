@@ -21,14 +21,27 @@ from rosclingo.wire.term_text import last_number
 from rosoclingo.loop.quality import Quality
 
 
-class Status(enum.Enum):
-    """A goal's status; its value is the word on the wire."""
+class Status(str, enum.Enum):
+    """A goal's status; its value is the word in plans and on the wire."""
 
+    PENDING = "pending"  # which is in no plan, and not on the wire
     ACCEPTED = "accepted"
     REJECTED = "rejected"
     SUCCEEDED = "succeeded"
     CANCELED = "canceled"
     ABORTED = "aborted"
+
+    __str__ = str.__str__
+
+    @property
+    def is_terminal(self) -> bool:
+        """Whether a goal with this status has ended."""
+        return self in TERMINAL_STATUSES
+
+
+TERMINAL_STATUSES = frozenset(Status) - {Status.PENDING, Status.ACCEPTED}
+STATUSES = TERMINAL_STATUSES | {Status.ACCEPTED}
+"""The statuses that a plan may say of a goal."""
 
 
 class Reason(str, enum.Enum):
@@ -245,7 +258,7 @@ class ActionTook(Event):
 
 @dataclass(frozen=True)
 class StatusSet(Event):
-    """A goal's status has changed.
+    """A goal's status has changed: as the journal, the goal's client and the store have it.
 
     Attributes:
         goal: That of actionlib.

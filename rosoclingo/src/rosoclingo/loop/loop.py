@@ -284,4 +284,4 @@ class Loop:
         self.state.note(LoopEnded(reason, from_outside))
         mail.refuse(reason)
         mail.take()
-        self.state.goals.end_all("aborted", reason)
+        self.state.goals.abort_all(reason)

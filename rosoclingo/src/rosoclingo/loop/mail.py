@@ -15,7 +15,7 @@ from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.execution import Execution
 from rosoclingo.loop.executions import Executions
 from rosoclingo.loop.externals import PlannerExternals
-from rosoclingo.loop.goals import Goal, Goals, Stage
+from rosoclingo.loop.goals import Goal, Goals
 from rosoclingo.loop.ids import RESERVED, why_no_message
 from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message, Taken
 from rosoclingo.loop.progress import Progress
@@ -210,7 +210,7 @@ class Mail(MailState):
         line = f"{len(waiting)} message{' waits' if is_one else 's wait'} for the search"
         goals = [item for item in waiting if isinstance(item, Goal)]
         for goal in (*self._goals.open, *goals):
-            if goal.stage is not Stage.ENDED:
+            if not goal.ended:
                 goal.tell(line, kind="waiting messages")
 
     # What comes in.
@@ -339,11 +339,11 @@ class Mail(MailState):
 
     def _take_goal(self, goal: Goal, may_ask: bool) -> bool:
         if self.rejection:
-            self._goals.end(goal, "rejected", self.rejection)
+            self._goals.end(goal, journal.Status.REJECTED, self.rejection)
             return False
         if goal.request == "cancel":
             reason = "cancel is no request; a goal is cancelled by a cancel request of its action"
-            self._goals.end(goal, "rejected", reason)
+            self._goals.end(goal, journal.Status.REJECTED, reason)
             return False
         slots = self._goals.slots
         pairs = [(slot, goal.request) for slot in slots]
@@ -351,7 +351,8 @@ class Mail(MailState):
             return True
         if slots and not self._externals.knows(pairs):
             step = len(self._externals.grounded) - 1
-            self._goals.end(goal, "rejected", self.explain(slots[0], goal.request, step))
+            why = self.explain(slots[0], goal.request, step)
+            self._goals.end(goal, journal.Status.REJECTED, why)
             return False
         goal.came = self._environment.world_now()
         self._goals.add(goal)

@@ -203,7 +203,7 @@ class State(Progress):
         """Ends the work: goals that are open or still to come are told why."""
         self.ended = True
         self.mail.refuse(self.mail.rejection or reason)
-        self.goals.end_all("aborted", reason)
+        self.goals.abort_all(reason)
 
     # What the commands do.
 
@@ -233,7 +233,7 @@ class State(Progress):
                     reason = f"the mode tells it in step {step}, which is not grounded"
                     if is_grounded:
                         reason = self.mail.explain(slot, goal.request, step)
-                    self.goals.end(goal, "rejected", reason)
+                    self.goals.end(goal, journal.Status.REJECTED, reason)
                     self.goals.remove(goal)
         self.timing.tell_planner(step)
         self.goals.tell_positions()

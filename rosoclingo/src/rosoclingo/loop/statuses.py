@@ -9,7 +9,7 @@ and are set as the plan has them then.
 from __future__ import annotations
 
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.goals import STATUSES, TERMINAL_STATUSES
+from rosoclingo.loop.journal import STATUSES, TERMINAL_STATUSES, Status
 from rosoclingo.loop.state import State
 from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
@@ -89,9 +89,9 @@ def set_status(state: State, slot: str, word: str, step: int) -> None:
             f"{', '.join(sorted(STATUSES))} are allowed"
         )
         return
-    reason = f"the planner's status in step {step}"
-    doubts = "" if word != "aborted" else _doubts(state)
-    state.goals.end(goal, word, f"{reason}: {doubts}" if doubts else reason)
+    status, reason = Status(word), f"the planner's status in step {step}"
+    doubts = _doubts(state) if status is Status.ABORTED else ""
+    state.goals.end(goal, status, f"{reason}: {doubts}" if doubts else reason)
 
 
 def _doubts(state: State) -> str:

@@ -10,7 +10,7 @@ from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.executions import Executions
 from rosoclingo.loop.goals import Goals
 from rosoclingo.loop.inbox import Message
-from rosoclingo.loop.journal import Event, LoopWaits, Reason
+from rosoclingo.loop.journal import Event, LoopWaits, Reason, Status
 from rosoclingo.loop.mail import Mail
 from rosoclingo.loop.words import TIMEOUT
 
@@ -177,7 +177,7 @@ class Waiting:
             return True
         if has_slot and goals.all_ended():
             goals.end_waiting(
-                "aborted",
+                Status.ABORTED,
                 f"the mode waits in step {step}, and all slots belong to goals that ended in "
                 "it; the maximal horizon may be reached (-c steps=N)",
             )

@@ -26,11 +26,10 @@ from rosoclingo.msg import (
     ROSoClingoFeedback,
     ROSoClingoOut,
     ROSoClingoPlan,
-    ROSoClingoResult,
     ROSoClingoToken,
 )
+from rosoclingo.ros.goal_statuses import address_of, set_status
 from rosoclingo.ros.questions import Questions
-from rosoclingo.ros.storing import address_of
 
 _JOURNAL_LENGTH = 2_000  # events that late subscribers get
 
@@ -44,17 +43,13 @@ class ActionClient(GoalClient):
         self._handle = handle
         self._note = note
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
+    def noted(self, change: journal.StatusSet) -> None:
         """Adds the status to the journal."""
-        self._note(journal.StatusSet(goal.id, journal.Status(word), goal.slot or "", reason))
+        self._note(change)
 
-    def accepted(self) -> None:
-        """Accepts the goal."""
-        self._handle.set_accepted()
-
-    def ended(self, word: str, reason: str) -> None:
-        """Sends the result."""
-        getattr(self._handle, f"set_{word}")(ROSoClingoResult(word), reason)
+    def changed(self, change: journal.StatusSet) -> None:
+        """Accepts the goal, or sends the result."""
+        set_status(self._handle, change)
 
     def feedback(self, line: str) -> None:
         """Sends the line."""
