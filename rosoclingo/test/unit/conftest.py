@@ -18,8 +18,8 @@ from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Inbox, Message
-from rosoclingo.loop.journal import StatusSet
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived, StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.solver import Solver
 
@@ -75,7 +75,7 @@ class World(Environment):
             self._changed.notify_all()
         answer = None if actuator == "solver" else self.answer(actuator, action)
         if answer is not None:
-            self.inbox.put(Message(actuator, answer))
+            self.inbox.put(MessageArrived(actuator, answer))
 
     def show_plan(
         self,
@@ -143,7 +143,7 @@ class System:
             self.failure = err
 
     def send(self, identifier: str, value: str) -> None:
-        self.inbox.put(Message(identifier, value))
+        self.inbox.put(MessageArrived(identifier, value))
 
     def goal(self, request: str) -> RecordedGoal:
         goal = RecordedGoal(request)

@@ -12,8 +12,7 @@ from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.execution import Execution
 from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.inbox import Answer, Message
-from rosoclingo.loop.journal import Event, Status, StatusSet
+from rosoclingo.loop.journal import AnswerArrived, Event, MessageArrived, Status, StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.store.store import Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
@@ -59,7 +58,7 @@ class World:
         self,
         requests: Sequence[str],
         cancel: Mapping[str, str] = {},
-        messages: Sequence[Message] = (),
+        messages: Sequence[MessageArrived] = (),
         failures: Collection[int] = (),
     ) -> None:
         """Nothing has happened yet.
@@ -109,9 +108,11 @@ class World:
                 del self._to_cancel[key]
                 return
         for run, number in self._open[:1]:
-            life.put(Answer(run, number, "failure" if number in self._failures else "success"))
+            life.put(
+                AnswerArrived(run, number, "failure" if number in self._failures else "success")
+            )
 
-    def _send(self, life: Life, message: Message) -> None:
+    def _send(self, life: Life, message: MessageArrived) -> None:
         try:
             life.put(message)
         finally:

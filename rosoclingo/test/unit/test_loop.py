@@ -15,7 +15,7 @@ from rosclingo.wire.commands import Result, Truth
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ControllerError, ShutdownError
 from rosoclingo.loop.beginning import reset
-from rosoclingo.loop.inbox import Message
+from rosoclingo.loop.journal import MessageArrived
 
 Make = Callable[..., System]
 LINE = str(PACKAGE / "example/line.lp")
@@ -465,9 +465,9 @@ def test_a_second_answer_in_a_step_is_dropped(system: Make) -> None:
     # Both come before the loop looks; the inbox keeps their order.
     made.inbox._changed.acquire()
     made.inbox._items += [
-        Message("robot", "success"),
-        Message("robot", "failure"),
-        Message("robot", "success"),
+        MessageArrived("robot", "success"),
+        MessageArrived("robot", "failure"),
+        MessageArrived("robot", "success"),
     ]
     made.inbox._changed.notify_all()
     made.inbox._changed.release()

@@ -26,10 +26,10 @@ from rosoclingo.launched.about import Launched
 from rosoclingo.launched.started_with import started_with
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Message
 from rosoclingo.loop.journal import (
     LOOP,
     LoopWaits,
+    MessageArrived,
     NodeResumed,
     NumberedRecord,
     Record,
@@ -191,7 +191,7 @@ def test_a_store_that_another_node_has_is_not_put_aside(
     with pytest.raises(StoreError, match="another node that still runs uses it"):
         put_aside(tmp_path / "a.store", lambda: done.append("done"))
     assert not done
-    store.add(Message("info", "open(1)"))
+    store.add(MessageArrived("info", "open(1)"))
     store.close()
     assert put_aside(tmp_path / "a.store", lambda: done.append("done"))
     assert done
@@ -205,7 +205,7 @@ def test_the_process_dies_while_a_store_is_put_aside(
     """Before or after each change of the folder: the next one puts aside what is left."""
     _, made = run_to(tmp_path, REQUESTS)
     file, old = tmp_path / "b.store", Store(made)
-    old.add(Message("info", "open(1)"))
+    old.add(MessageArrived("info", "open(1)"))
     copy(made, file)  # with a log, as of a process that has died
     old.close()
     if is_damaged:
@@ -241,14 +241,16 @@ def test_the_process_dies_while_a_store_is_put_aside(
     if not is_damaged:
         with contextlib.closing(Store(tmp_path / "b.store.old1")) as kept:
             assert list(kept.goals) == ["1", "2"]
-            assert [item for _, item in kept.inputs(lambda _: None)] == [Message("info", "open(1)")]
+            assert [item for _, item in kept.inputs(lambda _: None)] == [
+                MessageArrived("info", "open(1)")
+            ]
 
 
 def test_a_log_without_its_file(tmp_path: Path) -> None:
     """It would be taken for the log of a new file, and the old run would go on."""
     _, made = run_to(tmp_path, REQUESTS)
     old, file = Store(made), tmp_path / "b.store"
-    old.add(Message("info", "open(1)"))
+    old.add(MessageArrived("info", "open(1)"))
     copy(made, file)
     old.close()
     file.unlink()

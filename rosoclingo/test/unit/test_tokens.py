@@ -12,7 +12,7 @@ from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.loop import journal
 from rosoclingo.loop.execution import Execution
-from rosoclingo.loop.inbox import Answer, Message
+from rosoclingo.loop.journal import AnswerArrived, MessageArrived
 from rosoclingo.loop.loop import Loop
 
 LINE = f"{EXAMPLES}/line.lp"
@@ -42,7 +42,7 @@ class Robot(System):
 
     def reply(self, value: str, number: int = 0, run: str = "", sender: str = "/node") -> None:
         """Answers the last action, or that with a number."""
-        self.put(Answer(run or self.shown[-1][0], number or self.told.number, value, sender))
+        self.put(AnswerArrived(run or self.shown[-1][0], number or self.told.number, value, sender))
 
     def turn(self) -> bool:
         """Lets the robot answer what it was told and has not answered."""
@@ -153,7 +153,7 @@ def test_a_late_answer_that_is_dropped_ends_no_wait() -> None:
 @pytest.mark.parametrize("order", ["in first", "token first", "in later"])
 def test_who_answers_on_both_is_counted_once(order: str) -> None:
     def play(made: Robot) -> None:
-        number, message = made.told.number, Message("robot", "success", "/node")
+        number, message = made.told.number, MessageArrived("robot", "success", sender="/node")
         if order == "in later" and number > 2:
             made.put(message)  # to the action before: the robot is still at this one
         if number == 4:
@@ -183,7 +183,7 @@ def test_a_node_that_answers_now_so_and_now_so() -> None:
         if number in (1, 2, 4):
             made.reply("success")
         if number in (2, 3, 5):
-            made.put(Message("robot", "success", "/node"))
+            made.put(MessageArrived("robot", "success", sender="/node"))
 
     made = robot(play)
     assert visit(made, 6) == ["accepted", "succeeded"]
@@ -198,7 +198,7 @@ def test_answers_on_the_old_topic() -> None:
         if made.told.number % 2:
             made.reply("success")
         else:
-            made.put(Message("robot", "success", "/old"))
+            made.put(MessageArrived("robot", "success", sender="/old"))
 
     made = robot(play)
     assert visit(made, 5) == ["accepted", "succeeded"]

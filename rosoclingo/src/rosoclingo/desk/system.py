@@ -23,7 +23,8 @@ from rosoclingo.errors import ShutdownError
 from rosoclingo.loop import journal
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 
@@ -136,7 +137,7 @@ class System(Inbox, Environment):
 
     def tell(self, source: str, value: str) -> None:
         """Sends a message."""
-        self.put(Message(source, value))
+        self.put(MessageArrived(source, value))
 
     def answer(self, actuator: str, value: str = SUCCESS) -> str:
         """Answers the action of an actuator that acts, and returns the action."""

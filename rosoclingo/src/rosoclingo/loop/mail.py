@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
@@ -17,9 +17,9 @@ from rosoclingo.loop.executions import Executions
 from rosoclingo.loop.externals import PlannerExternals
 from rosoclingo.loop.goals import Goal, Goals
 from rosoclingo.loop.ids import RESERVED, why_no_message
-from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message, Taken
+from rosoclingo.loop.inbox import Cancel, Inbox, Item, Taken, arrival_of, item_of
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.progress import Progress
-from rosoclingo.loop.replay_inbox import Key, Kind, key_of
 from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.tokens import resolve
 from rosoclingo.loop.words import BUSY, FAILURE, INFO, QUEUE, TIMEOUT, UNKNOWN
@@ -63,7 +63,7 @@ class MailSnapshot:
 
     state: MailState
     cancels: Tuple[str, ...]
-    held: Tuple[Key, ...]
+    held: Tuple[str, ...]
 
 
 class Mail(MailState):
@@ -132,7 +132,7 @@ class Mail(MailState):
         return MailSnapshot(
             self,
             tuple(goal.id for goal in self.cancels),
-            tuple(map(key_of, self._held)),
+            tuple(journal.to_text(arrival_of(item)) for item in self._held),
         )
 
     def restore(self, saved: MailSnapshot, goals: Dict[str, Goal]) -> None:
@@ -144,7 +144,7 @@ class Mail(MailState):
         """
         take_over(self, saved.state)
         self.cancels = [goals[key] for key in saved.cancels]
-        self._held = [_item(key, goals) for key in saved.held]
+        self._held = [_item(text, goals) for text in saved.held]
 
     @property
     def goals_spoken_of(self) -> List[Goal]:
@@ -290,7 +290,9 @@ class Mail(MailState):
         if self._command_began is not None:
             seconds = max(time.perf_counter() - self._command_began, _SHORTEST)
         for item in new:
-            self._note(_arrival(item, seconds))
+            arrival = arrival_of(item)
+            assert isinstance(arrival, journal.ARRIVALS)
+            self._note(replace(arrival, seconds=seconds))
         for number, item in enumerate(items):
             try:
                 is_news = self._take(item, may_ask, dropped)
@@ -322,7 +324,7 @@ class Mail(MailState):
         if self._held:  # the order of the others is kept
             self._held.append(item)
             return True
-        if isinstance(item, Message):
+        if isinstance(item, MessageArrived):
             return self.dynamic and self._take_message(item, may_ask, dropped)
         return self._take_goal(item, may_ask)
 
@@ -361,12 +363,12 @@ class Mail(MailState):
         self.new_goals |= news
         return news
 
-    def _take_message(self, message: Message, may_ask: bool, dropped: List[str]) -> bool:
+    def _take_message(self, message: MessageArrived, may_ask: bool, dropped: List[str]) -> bool:
         if not self._externals.grounded:  # the slots' ids are not known
             self._held.append(message)
             return True
         try:
-            source, value = canonical(message.id), canonical(message.value)
+            source, value = canonical(message.source), canonical(message.value)
         except TermError as err:
             dropped.append(str(err))
             return False
@@ -439,7 +441,7 @@ class Mail(MailState):
     def _hold(self, item: Taken, pairs: List[Pair], may_ask: bool) -> bool:
         """Keeps an item for later if it is not known yet whether the planner declares its pairs."""
         externals = self._externals
-        may_be_own = isinstance(item, Message) and pairs[0][1] == BUSY
+        may_be_own = isinstance(item, MessageArrived) and pairs[0][1] == BUSY
         if (externals.knows(pairs) and not may_be_own) or externals.is_sure(pairs):
             return False
         if may_ask:
@@ -511,17 +513,7 @@ class Mail(MailState):
             self._logged = 0
 
 
-def _arrival(item: Taken, seconds: float) -> journal.Event:
-    """Returns the journal's event for an input."""
-    if isinstance(item, Message):
-        return journal.MessageArrived(item.id, item.value, seconds)
-    if isinstance(item, Cancel):
-        return journal.CancelArrived(item.goal.id, seconds)
-    return journal.GoalArrived(item.id, item.request, item.information, seconds)
-
-
-def _item(key: Key, goals: Dict[str, Goal]) -> Taken:
-    kind, identifier, value = key
-    if kind is Kind.MESSAGE:
-        return Message(identifier, value)
-    return Cancel(goals[identifier]) if kind is Kind.CANCEL else goals[identifier]
+def _item(text: str, goals: Dict[str, Goal]) -> Taken:
+    item = item_of(journal.from_text(text), goals.__getitem__)
+    assert isinstance(item, (MessageArrived, Goal, Cancel))
+    return item

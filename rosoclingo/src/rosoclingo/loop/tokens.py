@@ -7,24 +7,26 @@ published again, so that an interface can do it once. See docs/protocol.md, sect
 >>> from rosoclingo.loop.environment import Environment
 >>> executions = Executions(Environment())
 >>> executions.begin(Action("robot", "go(3)", 1))
->>> answer = Answer(executions.run, 1, "success")
+>>> answer = AnswerArrived(executions.run, 1, "success")
 >>> resolve(executions, [answer])
-([Message(id='robot', value='success', sender='')], [])
+([MessageArrived(source='robot', value='success', seconds=0.0, sender='')], [])
 >>> _ = executions.end("robot", "success")
 >>> resolve(executions, [answer])
 ([], [])
->>> resolve(executions, [Answer(executions.run, 1, "failure")])[1]
+>>> resolve(executions, [AnswerArrived(executions.run, 1, "failure")])[1]
 ['answer failure to action 1: robot has answered success already']
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import List, Sequence, Tuple
 
 from rosclingo.errors import TermError, shorten
 from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.executions import Executions
-from rosoclingo.loop.inbox import Answer, Item, Message, Taken
+from rosoclingo.loop.inbox import Item, Taken
+from rosoclingo.loop.journal import AnswerArrived, MessageArrived
 
 TOKENS_HEADER = "answers_with_tokens"
 """A field of a connection's header on ``~in``: the node sends its answers with tokens, too."""
@@ -44,15 +46,17 @@ def resolve(executions: Executions, items: Sequence[Item]) -> Tuple[List[Taken],
     taken: List[Taken] = []
     dropped: List[str] = []
     for item in items:
-        if isinstance(item, Answer):
+        if isinstance(item, AnswerArrived):
             _resolve_answer(executions, item, taken, dropped)
-        elif not isinstance(item, Message) or _is_news(executions, item, dropped):
+        elif not isinstance(item, MessageArrived):
             taken.append(item)
+        elif _is_news(executions, item, dropped):
+            taken.append(replace(item, sender=""))
     return taken, dropped
 
 
 def _resolve_answer(
-    executions: Executions, answer: Answer, taken: List[Taken], dropped: List[str]
+    executions: Executions, answer: AnswerArrived, taken: List[Taken], dropped: List[str]
 ) -> None:
     run, number = executions.run, answer.number
     one = next((one for one in executions.last.values() if one.number == number), None)
@@ -71,14 +75,14 @@ def _resolve_answer(
         dropped.append(f"{name}{one.actuator} has answered {shorten(str(one.answer))} already")
         return
     if one.is_open and said[1] not in heard:
-        taken.append(Message(one.actuator, answer.value, answer.sender))
+        taken.append(MessageArrived(one.actuator, answer.value))
     executions.hear(one, tokened=said)
 
 
-def _is_news(executions: Executions, message: Message, dropped: List[str]) -> bool:
+def _is_news(executions: Executions, message: MessageArrived, dropped: List[str]) -> bool:
     """Whether a message is new, and no duplicate of an answer with a token."""
     said = (message.sender, _canonical(message.value))
-    one = executions.last.get(_canonical(message.id))
+    one = executions.last.get(_canonical(message.source))
     if one is None:
         return True
     if message.sender and one.owed == message.sender:

@@ -9,8 +9,7 @@ from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.executions import Executions
 from rosoclingo.loop.goals import Goals
-from rosoclingo.loop.inbox import Message
-from rosoclingo.loop.journal import Event, LoopWaits, Reason, Status
+from rosoclingo.loop.journal import Event, LoopWaits, MessageArrived, Reason, Status
 from rosoclingo.loop.mail import Mail
 from rosoclingo.loop.words import TIMEOUT
 
@@ -159,7 +158,7 @@ class Waiting:
                     f"{actuator} has not answered for {self._action_timeout:g} s "
                     "(~action_timeout): nobody waits for it any more"
                 )
-                self._mail.inbox.put(Message(actuator, TIMEOUT))
+                self._mail.inbox.put(MessageArrived(actuator, TIMEOUT))
 
     def _step_is_awaited(self, step: int) -> bool:
         """Whether the next step can begin: with a free slot for a goal, or an answer.

@@ -14,7 +14,7 @@ from rosclingo.wire.commands import Command
 from rosoclingo.errors import DamagedStoreError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Answer, Cancel, Item, Message
+from rosoclingo.loop.inbox import Cancel, Item, arrival_of, item_of
 from rosoclingo.loop.journal import Fields as JournalFields
 from rosoclingo.loop.journal import NumberedRecord, Status, StatusSet
 from rosoclingo.loop.loop import LoopSnapshot
@@ -238,7 +238,7 @@ class Store:
             Pairs of number and item; an item of a goal that is of no interest is None.
         """
         return [
-            (int(number), _item(json.loads(value), goals))
+            (int(number), item_of(journal.from_text(value), goals))
             for number, value in self._database.read(_INPUT).items()
         ]
 
@@ -287,7 +287,7 @@ class Store:
         durable = isinstance(item, (Goal, Cancel))
         with self._database.transaction(durable=durable) as rows:
             number = rows.next_number
-            rows.put(_INPUT, str(number), json.dumps(_input(item)))
+            rows.put(_INPUT, str(number), journal.to_text(arrival_of(item)))
             if isinstance(item, Goal):
                 new = KnownGoal(item.id, item.request, item.information, item.address)
                 self._put(rows, new)
@@ -375,25 +375,6 @@ class Store:
                 rows.delete(_GOAL, identifier)
 
 
-def _input(item: Item) -> Tuple[object, ...]:
-    if isinstance(item, Goal):
-        return "goal", item.id
-    if isinstance(item, Cancel):
-        return "cancel", item.goal.id
-    kind = "answer" if isinstance(item, Answer) else "message"
-    return (kind, *dataclasses.astuple(item))
-
-
-def _item(values: List[Any], goals: Callable[[str], Optional[Goal]]) -> Optional[Item]:
-    kind, *rest = values
-    if kind == "message":
-        return Message(*rest)
-    if kind == "answer":
-        return Answer(*rest)
-    goal = goals(rest[0])
-    return Cancel(goal) if goal is not None and kind == "cancel" else goal
-
-
 def _goal(identifier: str, text: str) -> KnownGoal:
     goal = KnownGoal(identifier, *json.loads(text))
     information, status = tuple(goal.information), Status(goal.status)
@@ -421,6 +402,6 @@ def _unsure_since(records: Sequence[NumberedRecord]) -> float:
 
 
 def _record(number: int, text: str) -> NumberedRecord:
-    seconds, step, horizon, kind, identifier, words, details, duration = json.loads(text)
-    fields = JournalFields(kind, identifier, words, tuple(details), duration)
-    return NumberedRecord(journal.decode(fields), step, horizon, number, seconds)
+    seconds, step, horizon, *fields = json.loads(text)
+    event = journal.decode(JournalFields(*fields))
+    return NumberedRecord(event, step, horizon, number, seconds)

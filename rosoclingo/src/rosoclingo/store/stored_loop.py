@@ -15,12 +15,11 @@ from rosoclingo.errors import StoreError
 from rosoclingo.loop.controller import Decider, Info
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.inbox import Cancel, Inbox, Item
+from rosoclingo.loop.inbox import Cancel, Inbox, Item, arrival_of
 from rosoclingo.loop.journal import (
     LOOP,
     CommandDone,
     Event,
-    GoalArrived,
     NodeResumed,
     Reason,
     Status,
@@ -290,16 +289,17 @@ class StoredLoop(Loop):
         """
         known = self._store.goals
         goals: Dict[str, Goal] = {}
+
+        def sender(identifier: str) -> GoalClient:
+            """Returns who has sent a goal, if it has not ended."""
+            one = known.get(identifier)
+            if one is None or one.status.is_terminal:
+                return GoalClient()
+            return self._inbox.way(client(one))
+
         if self._store.snapshot is not None:
             self._saved = self._store.snapshot
-            goals = self.state.restore(
-                self._saved.state,
-                lambda key: (
-                    self._inbox.way(client(known[key]))
-                    if key in known and not known[key].status.is_terminal
-                    else GoalClient()
-                ),
-            )
+            goals = self.state.restore(self._saved.state, sender)
             if self._store.pause > _SHORT_PAUSE_SECONDS:
                 self.state.executions.interrupt()
         for goal in goals.values():
@@ -313,18 +313,14 @@ class StoredLoop(Loop):
             new = known.get(identifier)
             if identifier in goals or new is None:
                 return goals.get(identifier)
-            if not new.status.is_terminal:
-                goal = Goal(new.request, new.information, new.id, client(new))
-                goal.reroute(self._inbox.way)
-            elif new.reason == Reason.RECALLED:
-                goal = Goal(new.request, new.information, new.id)
-                self._end(goal, new)
-            else:
+            goal = Goal(new.request, new.information, new.id, sender(identifier))
+            if new.status.is_terminal and new.reason != Reason.RECALLED:
                 if new.status is Status.REJECTED:
-                    arrived = GoalArrived(new.id, new.request, new.information)
-                    self._tell_end(new, arrived)
+                    self._tell_end(new, arrival_of(goal))
                 return None
             goals[identifier] = goal
+            if new.status.is_terminal:
+                self._end(goal, new)
             return goal
 
         for number, item in self._store.inputs(find):
