@@ -16,7 +16,7 @@ from episode import MAILBOT, OFFICE
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
-from rosoclingo.loop.arrivals import expected, lines
+from rosoclingo.loop.arrivals import arrival_lines, expected_arrivals
 from rosoclingo.loop.atoms import Plan
 from rosoclingo.loop.planner import Planner
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
@@ -116,11 +116,11 @@ def plan_for(graph: Map, events: Sequence[str], folder: Path, *options: str) -> 
 
 def feedback(plan: Plan) -> List[str]:
     """Returns what clients are told of a plan for what has come just now."""
-    times = sorted(expected(plan, 1, [], set(), 0.0).items())
+    times = sorted(expected_arrivals(plan, 1, [], set(), 0.0).items())
     return [
         f"{slot} {line}"
         for slot, time in times
-        for line in lines(time, 0.0, 0.0, plan.limits.get(slot))
+        for line in arrival_lines(time, 0.0, 0.0, plan.limits.get(slot))
     ]
 
 

@@ -8,12 +8,12 @@ it do next comes right after that. Times are in seconds of :meth:`.Environment.w
 ...     "lasts(do(robot,go(a),1),way,20)", "lasts(do(robot,give,2),give,5)",
 ...     "expected(1,do(robot,give,2))", "due(1,30)",
 ... ))
->>> expected(plan, 1, [], set(), 100.0)
+>>> expected_arrivals(plan, 1, [], set(), 100.0)
 {'1': 125.0}
 >>> go = Execution(1, 1, "robot", "go(a)", world_began=101.0, kind="way", seconds=20)
->>> [expected(plan, 1, [go], {go.published}, now) for now in (110.0, 140.0)]
+>>> [expected_arrivals(plan, 1, [go], {go.published}, now) for now in (110.0, 140.0)]
 [{'1': 126.0}, {'1': 145.0}]
->>> lines(145.0, 140.0, 100.0, plan.limits["1"])
+>>> arrival_lines(145.0, 140.0, 100.0, plan.limits["1"])
 ['expected in 5 s', 'late by 15 s']
 """
 
@@ -46,7 +46,7 @@ class Arrival:
         return f"{EXPECTED}({self.slot},{round(self.time)})"
 
 
-def expected(
+def expected_arrivals(
     plan: Plan,
     step: int,
     executions: Sequence[Execution],
@@ -81,7 +81,7 @@ def expected(
     return found
 
 
-def lines(time: float, now: float, came: float, limit: Optional[int]) -> List[str]:
+def arrival_lines(time: float, now: float, came: float, limit: Optional[int]) -> List[str]:
     """Returns the lines of feedback for a goal that will be served at a time.
 
     Args:

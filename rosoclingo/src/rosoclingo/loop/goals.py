@@ -8,7 +8,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Callable, Deque, Dict, Iterable, List, Optional, Sequence, Tuple
 
-from rosoclingo.loop.journal import Reason, Status, StatusSet
+from rosoclingo.loop.journal import TERMINAL_STATUSES, Reason, Status, StatusSet
 from rosoclingo.loop.snapshot import take_over
 
 
@@ -92,7 +92,7 @@ class Goal(GoalState):
     @property
     def ended(self) -> bool:
         """Whether the goal has ended."""
-        return self.status.is_terminal
+        return self.status in TERMINAL_STATUSES
 
     @property
     def recalled(self) -> bool:

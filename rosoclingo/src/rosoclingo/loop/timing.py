@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Callable
 
-from rosoclingo.loop.arrivals import EXPECTED, expected, lines
+from rosoclingo.loop.arrivals import EXPECTED, arrival_lines, expected_arrivals
 from rosoclingo.loop.atoms import Plan, event
 from rosoclingo.loop.durations import Durations
 from rosoclingo.loop.environment import Environment
@@ -94,7 +94,9 @@ class Timing:
         """
         now, executions, progress = self._environment.world_now(), self._executions, self._progress
         plan = progress.plan if progress.shows_plan else Plan()
-        times = expected(plan, progress.step, executions.dispatched, executions.published, now)
+        times = expected_arrivals(
+            plan, progress.step, executions.dispatched, executions.published, now
+        )
         for goal in self._goals.open:
             time, told = times.get(goal.slot or ""), goal.expected
             if time is not None and told is not None and abs(time - told) < moved:
@@ -102,7 +104,7 @@ class Timing:
             goal.expected = time
             if time is None:
                 continue
-            for line in lines(time, now, goal.came, plan.limits.get(goal.slot or "")):
+            for line in arrival_lines(time, now, goal.came, plan.limits.get(goal.slot or "")):
                 goal.tell(line, again=line.startswith(EXPECTED))
 
     def correct(self) -> bool:

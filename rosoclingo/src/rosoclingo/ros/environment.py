@@ -28,7 +28,7 @@ from rosoclingo.msg import (
     ROSoClingoPlan,
     ROSoClingoToken,
 )
-from rosoclingo.ros.goal_statuses import address_of, set_status
+from rosoclingo.ros.goal_statuses import address_of, apply_status
 from rosoclingo.ros.questions import Questions
 
 _JOURNAL_LENGTH = 2_000  # events that late subscribers get
@@ -49,7 +49,7 @@ class ActionClient(GoalClient):
 
     def changed(self, change: journal.StatusSet) -> None:
         """Accepts the goal, or sends the result."""
-        set_status(self._handle, change)
+        apply_status(self._handle, change)
 
     def feedback(self, line: str) -> None:
         """Sends the line."""

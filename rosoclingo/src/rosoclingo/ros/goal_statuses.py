@@ -24,7 +24,7 @@ _TERMINAL = {
 _NOBODY = '["", 0, 0]'
 
 
-def set_status(handle: actionlib.ServerGoalHandle, change: StatusSet) -> None:
+def apply_status(handle: actionlib.ServerGoalHandle, change: StatusSet) -> None:
     """Has a goal of an action server accepted or ended, by the ways that actionlib knows."""
     status = change.status
     if status in _BY_ACTIVE and handle.get_goal_status().status in _PENDING:
