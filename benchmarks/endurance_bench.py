@@ -28,7 +28,8 @@ from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.single.algorithm1 import Algorithm1
 
@@ -136,7 +137,7 @@ class LongRun(Inbox, Environment):
         if self._acts:
             self._acts = False
             self._count()
-            self.put(Message(self._task.robot, "success"))
+            self.put(MessageArrived(self._task.robot, "success"))
         else:
             self._goals += 1
             self.put(Goal(self._task.request(self._goals)))

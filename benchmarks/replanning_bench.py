@@ -33,7 +33,8 @@ from rosoclingo.loop.atoms import Plan, event
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.planner import Planner
 from rosoclingo.loop.solver import Forwarding
@@ -251,7 +252,7 @@ class Scenario(Inbox, Environment):
         controller = Controller(Engine(options)) if mode else Algorithm1(0)
         self._loop = Loop(controller, self._planner, ROSCommands, self, self)
         for value in before:
-            self.put(Message("info", value))
+            self.put(MessageArrived("info", value))
         self.put(Goal(request))
 
     def run(self) -> None:
@@ -277,7 +278,7 @@ class Scenario(Inbox, Environment):
             return True
         action, self._pending = self._pending, ""
         answer = self._happens(self, action, self._actions)
-        self.put(Message("mailbot", answer))
+        self.put(MessageArrived("mailbot", answer))
         self._planner.seconds = 0.0
         self._answered = time.perf_counter()
         return True
@@ -288,7 +289,7 @@ def scenarios(mode: str) -> List[Scenario]:
 
     def second(scenario: Scenario, action: str, number: int) -> str:
         if action == "go(c6)" and number > 1:
-            scenario.put(Message("info", "unblocked(c3,c4)"))
+            scenario.put(MessageArrived("info", "unblocked(c3,c4)"))
         return "success"
 
     def third(scenario: Scenario, action: str, number: int) -> str:

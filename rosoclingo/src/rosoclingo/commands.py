@@ -120,14 +120,14 @@ class ROSCommands:
         """Publishes the actions of a step that are not published yet."""
         state, number = self.state, _step(step)
         passed = state.move_to(number)
-        unknown = [a for a in state.plan.actions(number) if not state.is_published(a)]
+        executions = state.executions
+        unknown = [a for a in state.plan.actions(number) if not executions.is_published(a)]
         new, repeated = publishing.split(state, unknown)
         # The robot first: what the planner is told now, it needs only for its next search.
         publishing.publish(state, new)
-        for action in repeated:
-            state.note_published(action)
+        executions.published.update(repeated)
         for actuator in state.plan.aborts(number):
-            if state.acting.can_be_aborted(actuator):
+            if executions.can_be_aborted(actuator):
                 publishing.publish_abort(state, actuator)
         commits = [event("commit", f"do({a.actuator},{a.name})", a.step) for a in unknown]
         for atom, _ in state.externals.make_true_soon(passed + commits):
@@ -179,7 +179,7 @@ class ROSCommands:
         """Waits for a message, a goal or a cancel request."""
         self.planner.run()  # tells what is still to be told, while nobody waits
         self.state.externals.release_now()
-        self.state.show_told()
+        self.state.show_executions()
         self.state.waiting.wait(self.state.step, lambda: improve(self.state))
 
     def exit(self) -> None:

@@ -18,7 +18,8 @@ from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.controller import Decider
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived, StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.solver import Solver
 
@@ -40,20 +41,16 @@ class RecordedGoal(Request):
 
     def __init__(self, request: str, identifier: str = "") -> None:
         super().__init__(request, (f"information of {request}",), identifier)
-        self._ended = threading.Event()
+        self._has_ended = threading.Event()
         self._accepted = threading.Event()
 
-    def accepted(self) -> None:
-        super().accepted()
-        self._accepted.set()
-
-    def ended(self, word: str, reason: str) -> None:
-        super().ended(word, reason)
-        self._ended.set()
+    def changed(self, change: StatusSet) -> None:
+        super().changed(change)
+        (self._has_ended if change.status.is_terminal else self._accepted).set()
 
     def wait(self) -> str:
         """Waits for the end and returns the terminal status."""
-        assert self._ended.wait(TIMEOUT), f"{self.request} did not end: {self.words}"
+        assert self._has_ended.wait(TIMEOUT), f"{self.request} did not end: {self.words}"
         return self.words[-1]
 
     def wait_until_accepted(self) -> None:
@@ -78,7 +75,7 @@ class World(Environment):
             self._changed.notify_all()
         answer = None if actuator == "solver" else self.answer(actuator, action)
         if answer is not None:
-            self.inbox.put(Message(actuator, answer))
+            self.inbox.put(MessageArrived(actuator, answer))
 
     def show_plan(
         self,
@@ -146,7 +143,7 @@ class System:
             self.failure = err
 
     def send(self, identifier: str, value: str) -> None:
-        self.inbox.put(Message(identifier, value))
+        self.inbox.put(MessageArrived(identifier, value))
 
     def goal(self, request: str) -> RecordedGoal:
         goal = RecordedGoal(request)

@@ -10,11 +10,10 @@ from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import EXAMPLES, Parts, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
+from rosoclingo.loop.execution import Execution
 from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.inbox import Answer, Message
-from rosoclingo.loop.journal import Event, Status, StatusSet
+from rosoclingo.loop.journal import AnswerArrived, Event, MessageArrived, Status, StatusSet
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.tokens import Told
 from rosoclingo.store.store import Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
@@ -34,14 +33,11 @@ class Client(GoalClient):
         self.known = False  # to the node, which has acknowledged it
         self.note: Callable[[Event], None] = lambda _: None
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
-        self.note(StatusSet(goal.id, Status(word), goal.slot or "", reason))
+    def noted(self, change: StatusSet) -> None:
+        self.note(change)
 
-    def accepted(self) -> None:
-        self.words.append("accepted")
-
-    def ended(self, word: str, reason: str) -> None:
-        self.words.append(word)
+    def changed(self, change: StatusSet) -> None:
+        self.words.append(change.status.value)
 
     def end(self) -> List[str]:
         return [word for word in self.words if word in ENDS]
@@ -62,7 +58,7 @@ class World:
         self,
         requests: Sequence[str],
         cancel: Mapping[str, str] = {},
-        messages: Sequence[Message] = (),
+        messages: Sequence[MessageArrived] = (),
         failures: Collection[int] = (),
     ) -> None:
         """Nothing has happened yet.
@@ -84,7 +80,7 @@ class World:
         self._done: Dict[str, Tuple[str, int]] = {}  # the last token of each actuator
         self._open: List[Tuple[str, int]] = []  # tokens without an answer
 
-    def hear(self, run: str, told: Sequence[Told]) -> None:
+    def hear(self, run: str, told: Sequence[Execution]) -> None:
         self._open = [(run, one.number) for one in told if one.answer is None]
         for one in told:
             if one.answer is None and self._done.get(one.actuator) != (run, one.number):
@@ -112,9 +108,11 @@ class World:
                 del self._to_cancel[key]
                 return
         for run, number in self._open[:1]:
-            life.put(Answer(run, number, "failure" if number in self._failures else "success"))
+            life.put(
+                AnswerArrived(run, number, "failure" if number in self._failures else "success")
+            )
 
-    def _send(self, life: Life, message: Message) -> None:
+    def _send(self, life: Life, message: MessageArrived) -> None:
         try:
             life.put(message)
         finally:
@@ -143,8 +141,8 @@ class Life(StoredInbox, System):
         super().publish(actuator, action)
         self._world.latched = action
 
-    def show_told(self, run: str, told: Sequence[Told]) -> None:
-        self._world.hear(run, told)
+    def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
+        self._world.hear(run, executions)
 
     def live(self) -> None:
         """Lives until there is nothing to do."""
@@ -155,12 +153,12 @@ class Life(StoredInbox, System):
         self.known = loop.resume(lambda known: self._world.clients[known.id])
         for key in self.known:  # as the first list of statuses says
             client = self._world.clients[key]
-            if self.store.goals[key].active and not client.words:
-                client.accepted()
+            if self.store.goals[key].accepted and not client.words:
+                client.changed(StatusSet(key, Status.ACCEPTED))
         for known in loop.unsure():
             client = self._world.clients[known.id]
             if not client.end():
-                client.ended(known.word, known.reason)
+                client.changed(StatusSet(known.id, known.status, "", known.reason))
         loop.prepare()
         try:
             for _ in range(MANY):

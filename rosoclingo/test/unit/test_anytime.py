@@ -25,7 +25,7 @@ from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.loop import layers
 from rosoclingo.loop.improving import improve
-from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.journal import (
     IMPROVING,
     ActionTook,
@@ -37,9 +37,10 @@ from rosoclingo.loop.journal import (
     PlanFound,
     Record,
     SearchEnded,
+    to_text,
 )
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.replay_inbox import Due, Kind, Phase, ReplayInbox, decode, encode, search_text
+from rosoclingo.loop.replay_inbox import Due, Kind, Phase, ReplayInbox, decode, encode
 from rosoclingo.loop.solver import Forwarding
 
 AT_ONCE = 1e-6  # seconds
@@ -261,7 +262,7 @@ def test_a_search_in_layers_that_is_interrupted_is_kept_in_a_replay(
     run.wait_for(lambda events: any(isinstance(one, SearchEnded) for one in events))
     run.goal("g1", "call")
     run.goals["g1"].wait()
-    run.inbox.put(Message("info", "power(2)"))
+    run.inbox.put(MessageArrived("info", "power(2)"))
     run.goals["g0"].wait()
     run.wait_for(lambda events: isinstance(events[-1], LoopWaits))
     recorded = list(run.entries)
@@ -346,7 +347,9 @@ def record(
         is_way = action.startswith("go")
         value = "failure" if not is_way and chance.random() < 0.1 else "success"
         seconds = chance.random() * 0.08
-        timers.append(threading.Timer(seconds, lambda: run.inbox.put(Message(actuator, value))))
+        timers.append(
+            threading.Timer(seconds, lambda: run.inbox.put(MessageArrived(actuator, value)))
+        )
         timers[-1].start()
         return None
 
@@ -361,7 +364,7 @@ def record(
         goal.wait()
     for timer in timers:
         timer.join()
-    run.inbox.put(Message("info", news))
+    run.inbox.put(MessageArrived("info", news))
     run.wait_for(_rests)
     return list(run.entries)
 
@@ -377,7 +380,7 @@ def _rests(events: Sequence[Event]) -> bool:
 
 
 def due(decision: int, ended: Optional[SearchEnded]) -> Due:
-    return Due(decision, Phase.DURING, Kind.SEARCH, "", search_text(ended))
+    return Due(decision, Phase.DURING, Kind.SEARCH, "", "" if ended is None else to_text(ended))
 
 
 def test_which_search_is_due() -> None:

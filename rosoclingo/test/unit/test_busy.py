@@ -221,12 +221,12 @@ def _run_box(*inputs: Tuple[str, ...]) -> Robots:
 def test_the_token_stays() -> None:
     robots = Robots(RECORDING, FILES, ("goal:make(box)",))
     told = []
-    robots.show_told = lambda run, all_told: told.extend(all_told)  # type: ignore[method-assign]
+    robots.show_executions = lambda run, all_told: told.extend(all_told)  # type: ignore[method-assign]
     robots.run()
     numbers = {one.number for one in told if one.actuator == "oven"}
     assert len(numbers) == 1
     assert {one.step for one in told if one.actuator == "oven"} == {1}
-    assert robots.loop.state.tokens.number == len(robots.published) == 11
+    assert robots.loop.state.executions.number == len(robots.published) == 11
 
 
 def test_time_is_counted_from_the_publication() -> None:
@@ -259,7 +259,7 @@ def test_what_nobody_needs_is_aborted_once(mode: str) -> None:
     robots.run()
     oven = [(time, action) for time, robot, action in robots.times if robot == "oven"]
     assert oven == [(0.0, "work(1,bake)"), (3.0, ABORT)]
-    assert robots.loop.state.tokens.last["oven"].aborted
+    assert robots.loop.state.executions.last["oven"].aborted
     assert robots.goals[0].words == ["accepted", "canceled"]
     assert robots.clock == 10.0  # the oven answers as it does without
 

@@ -19,8 +19,7 @@ from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
-from rosoclingo.bags.replay.inputs import input_key
-from rosoclingo.loop.journal import ARRIVALS, LOOP, NodeResumed
+from rosoclingo.loop.journal import ARRIVALS, LOOP, NodeResumed, key_of
 from rosoclingo.loop.replay_inbox import Kind, Phase, ReplayInbox
 from rosoclingo.store.store import Store
 
@@ -39,7 +38,7 @@ def journal_of(file: Path) -> List[Entry]:
 def inputs(entries: List[Entry]) -> Counter[Any]:
     """Counts what has come; a cancel request once, as the world makes it again after a crash."""
     events = (entry.event for entry in entries)
-    found = Counter(input_key(event) for event in events if isinstance(event, ARRIVALS))
+    found = Counter(key_of(event) for event in events if isinstance(event, ARRIVALS))
     return Counter({key: 1 if key[0] is Kind.CANCEL else n for key, n in found.items()})
 
 

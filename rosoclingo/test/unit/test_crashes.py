@@ -29,7 +29,6 @@ from rosoclingo.desk.parts import EXAMPLES, SINGLE, find_mode, make_parts
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.controller import Controller
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Message
 from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.solver import Forwarding, Solver
@@ -115,7 +114,10 @@ def test_random_kills(seed: int, folder: Path) -> None:
     runs.run(calm)
     while runs.kills < KILLS:
         kills = [chance.randrange(1, 40) for _ in range(KILLS - runs.kills)]
-        disturbed, file = World(REQUESTS, CANCELS, [Message("info", "close(6)")]), runs.file()
+        disturbed, file = (
+            World(REQUESTS, CANCELS, [MessageArrived("info", "close(6)")]),
+            runs.file(),
+        )
         runs.run(disturbed, kills, file)
         assert outcome(disturbed) == outcome(calm)
         with closing(Store(file)) as store:
@@ -333,7 +335,7 @@ def test_a_goal_that_comes_after_the_end(folder: Path) -> None:
         life = Life(World([]), store, runs.make(store))
         life.loop.prepare()
         life.loop.end("there is no plan")
-        life.put(Message("robot", "success"))
+        life.put(MessageArrived("robot", "success"))
         goal = Goal("visit(2)", (), "late", client)
         thread = threading.Thread(target=lambda: life.put(goal))  # as one of rospy's
         thread.start()
@@ -342,7 +344,7 @@ def test_a_goal_that_comes_after_the_end(folder: Path) -> None:
     with closing(Store(file)) as store:
         assert store.ended == "there is no plan"
         (known,) = store.ended_goals
-        assert (known.id, known.word, known.reason) == ("late", "rejected", "there is no plan")
+        assert (known.id, known.status, known.reason) == ("late", "rejected", "there is no plan")
 
 
 def test_a_solver_that_ends_before_it_has_said_what_it_is(folder: Path) -> None:

@@ -10,6 +10,7 @@ from rosclingo.wire.commands import Result
 from rosoclingo.loop.journal import (
     ActionPublished,
     ActionTook,
+    AnswerArrived,
     CancelArrived,
     CommandDone,
     Ended,
@@ -39,6 +40,10 @@ EVENTS = [
      Fields("goal", "g", "visit(1)", ("a", "b"), 0.5)),
     (CancelArrived("g", 0.5), Fields("cancel", "g", "", (), 0.5)),
     (MessageArrived("r", "success", 0.5), Fields("message", "r", "success", (), 0.5)),
+    (MessageArrived("r", "success", sender="/n"),
+     Fields("message", "r", "success", ("/n",), 0.0)),
+    (AnswerArrived("run", 3, "success", "/n"),
+     Fields("answer", "run", "success", ("3", "/n"), 0.0)),
     (MessageDropped("id r, value x: unknown"),
      Fields("dropped", "", "id r, value x: unknown", (), 0.0)),
     (CommandDone("solve", Result.SAT, 0.5), Fields("command", "sat", "solve", (), 0.5)),

@@ -13,7 +13,8 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk import system as desk
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.replay_inbox import Due, Kind, Phase, ReplayInbox
 from rosoclingo.why.situation import Situation
 
@@ -118,11 +119,11 @@ def test_who_waits_is_in_a_hurry_when_something_comes(monkeypatch: pytest.Monkey
     inbox = Inbox()
     said: List[bool] = []
     inbox.hurry = said.append
-    inbox.put(Message("robot", "success"))
+    inbox.put(MessageArrived("robot", "success"))
     assert inbox.take()  # nobody has waited
     assert not inbox.wait(0.0)
     assert said == []
-    inbox.put(Message("robot", "success"))
+    inbox.put(MessageArrived("robot", "success"))
     assert inbox.wait(0.0)
     assert inbox.wait(0.0)  # it is not taken yet
     assert said == [True]
@@ -130,7 +131,7 @@ def test_who_waits_is_in_a_hurry_when_something_comes(monkeypatch: pytest.Monkey
     assert said == [True]
     assert not inbox.wait(0.0)
     assert said == [True, False]
-    inbox.put(Message("robot", "success"))
+    inbox.put(MessageArrived("robot", "success"))
     assert inbox.wait(0.0)
     monkeypatch.setattr("rosoclingo.loop.inbox._LONGEST_HURRY", -1.0)
     inbox.show()  # as a search does now and then, and who waits for reasons
@@ -142,7 +143,7 @@ def test_who_waits_is_in_a_hurry_when_something_comes(monkeypatch: pytest.Monkey
     inbox.look(lambda: None)
     assert inbox.wait(0.0)  # a question is no reason to hurry
     assert len(said) == 4
-    inbox.put(Message("robot", "success"))
+    inbox.put(MessageArrived("robot", "success"))
     assert inbox.wait(0.0)
     inbox.end("no plan")
     assert said[4:] == [True, False]

@@ -14,6 +14,7 @@ from crashes import Life, Runs, World, outcome
 
 from rosoclingo.errors import DamagedStoreError, StoreError
 from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.journal import Status, StatusSet
 from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.high_water import HighWaterMark, decode, encode
 from rosoclingo.store.loss import Loss, describe, summarize
@@ -232,7 +233,7 @@ def test_which_goals_are_lost(tmp_path: Path) -> None:
     store.add(Goal("visit(1)", (), "one"))
     store._database._connection.execute("PRAGMA wal_checkpoint(PASSIVE)")
     store.add(Goal("visit(2)", (), "two"))
-    store.write(Changes(words={"one": ("succeeded", "")}))
+    store.write(Changes(statuses=[StatusSet("one", Status.SUCCEEDED)]))
     files = contents(file)
     store.close()
     write(file, {**files, "-wal": None})

@@ -20,8 +20,7 @@ from rosclingo.wire.commands import Reply, Truth
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import canonical
-from rosoclingo.loop.inbox import Message
-from rosoclingo.loop.journal import PlanFound, Record
+from rosoclingo.loop.journal import MessageArrived, PlanFound, Record, Status
 from rosoclingo.loop.planner import Planner
 
 Make = Callable[..., System]
@@ -152,7 +151,7 @@ def test_a_late_cancel_leaves_the_next_goal_alone(system: Make, tmp_path: Path) 
     made.cancel(first)
     second, third = made.goal("visit(2)"), made.goal("visit(3)")
     state.mail.take(may_ask=True)
-    first.set_status("succeeded")  # before the cancel request has been assigned
+    first.set_status(Status.SUCCEEDED)  # before the cancel request has been assigned
     state.move_to(1)
     commands.ground(Number(1))
     commands.assign_messages(Number(1))
@@ -464,7 +463,7 @@ def test_a_second_answer_is_none_although_the_first_is_not_declared(system: Make
     made.start()
     made.world.wait_for(lambda world: len(world.published) == 1)
     made.inbox._changed.acquire()  # both come before the loop looks
-    made.inbox._items += [Message("robot", "maybe"), Message("robot", "failure")]
+    made.inbox._items += [MessageArrived("robot", "maybe"), MessageArrived("robot", "failure")]
     made.inbox._changed.notify_all()
     made.inbox._changed.release()
     made.world.wait_for(lambda world: len(world.published) == 2)

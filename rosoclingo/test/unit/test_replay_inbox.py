@@ -21,8 +21,7 @@ from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.replays import ExactReplay
-from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Cancel, Inbox, Message
+from rosoclingo.loop.inbox import Cancel, Inbox
 from rosoclingo.loop.journal import (
     LOOP,
     ActionPublished,
@@ -61,8 +60,8 @@ class NotedGoal(RecordedGoal):
         super().__init__(request, identifier)
         self._run = run
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
-        self._run.note(StatusSet(self.id, Status(word), self.slot or "", reason))
+    def noted(self, change: StatusSet) -> None:
+        self._run.note(change)
 
 
 class Session:
@@ -169,7 +168,7 @@ def record(
         value = "failure" if chance.random() < 0.1 else "success"
         if chance.random() < 0.5:
             return value
-        later(lambda: system.inbox.put(Message(actuator, value)), 0.005)
+        later(lambda: system.inbox.put(MessageArrived(actuator, value)), 0.005)
         return None
 
     run = Session(system, answer)
@@ -183,7 +182,9 @@ def record(
             later(lambda name=name: run.cancel(name), 0.05)  # type: ignore[misc]  # as it is now
         for identifier in ("robot", "info"):
             if chance.random() < 0.2:
-                run.inbox.put(Message(identifier, chance.choice(["success", "bad(", "close(9)"])))
+                run.inbox.put(
+                    MessageArrived(identifier, chance.choice(["success", "bad(", "close(9)"]))
+                )
         if chance.random() < 0.5:
             time.sleep(chance.random() * 0.05)
     for _ in range(4 * GOALS if ends else 0):  # more than it can do
@@ -199,7 +200,7 @@ def record(
     for timer in timers:
         timer.join()
     if not ends:
-        run.inbox.put(Message("info", LAST))
+        run.inbox.put(MessageArrived("info", LAST))
         run.wait_for(rests)
     return list(run.entries)
 
@@ -226,7 +227,7 @@ def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
             elif isinstance(event, CancelArrived):
                 run.cancel(event.goal)
             else:
-                run.inbox.put(Message(event.source, event.value))
+                run.inbox.put(MessageArrived(event.source, event.value))
         if planned is None or chance.random() < 0.5:
             time.sleep(0.003 * chance.random())
     return list(run.entries)
@@ -287,7 +288,7 @@ def test_a_replay_of_a_run_that_has_ended_is_the_same(
     assert not comparison.differences, text_report.describe(comparison)
 
 
-A, B = Message("robot", "a"), Message("robot", "b")
+A, B = MessageArrived("robot", "a"), MessageArrived("robot", "b")
 
 
 class Waits:
@@ -302,8 +303,8 @@ class Waits:
         self.seen.set()
 
 
-def due(decision: int, phase: Phase, item: Message) -> Due:
-    return Due(decision, phase, Kind.MESSAGE, item.id, item.value)
+def due(decision: int, phase: Phase, item: MessageArrived) -> Due:
+    return Due(decision, phase, Kind.MESSAGE, item.source, item.value)
 
 
 def test_it_waits_for_what_came_before_a_decision() -> None:
@@ -491,11 +492,11 @@ def test_what_was_taken_when_the_loop_had_ended() -> None:
     thread = threading.Thread(target=lambda: gate.begin_end(waits))
     thread.start()
     assert waits.seen.wait(TIMEOUT)
-    gate.put(Message("robot", "success"))
+    gate.put(MessageArrived("robot", "success"))
     thread.join(TIMEOUT)
     assert not thread.is_alive()
     gate.end("no plan")
-    assert gate.take() == [Message("robot", "success")]
+    assert gate.take() == [MessageArrived("robot", "success")]
 
 
 def test_a_goal_that_was_recalled_just_before_the_end() -> None:
@@ -573,7 +574,10 @@ def test_what_the_loop_did_not_take() -> None:
 
 
 def test_the_parameter() -> None:
-    dues = [due(3, Phase.WAIT, Message("a\x00b", "\n\u2028")), Due(4, Phase.BEFORE, Kind.GOAL, "g")]
+    dues = [
+        due(3, Phase.WAIT, MessageArrived("a\x00b", "\n\u2028")),
+        Due(4, Phase.BEFORE, Kind.GOAL, "g"),
+    ]
     assert decode(encode(dues)) == dues
     assert decode(encode([])) == []
     for wrong in (

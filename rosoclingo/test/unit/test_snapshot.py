@@ -16,7 +16,7 @@ from rosclingo.wire.commands import Part, Result
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
 from rosoclingo.loop import journal, waiting
-from rosoclingo.loop.goals import Goal, Stage
+from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.snapshot import decode, encode
 
@@ -43,14 +43,11 @@ class Client(Request):
         self.goal: Goal = self
         self.heard: List[Tuple[str, ...]] = []
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
-        self.heard.append(("status", goal.slot or "", word, reason))
+    def noted(self, change: journal.StatusSet) -> None:
+        self.heard.append(("noted", change.slot, change.status, change.reason))
 
-    def accepted(self) -> None:
-        self.heard.append(("accepted",))
-
-    def ended(self, word: str, reason: str) -> None:
-        self.heard.append(("ended", word, reason))
+    def changed(self, change: journal.StatusSet) -> None:
+        self.heard.append(("changed", change.slot, change.status, change.reason))
 
     def feedback(self, line: str) -> None:
         self.heard.append(("feedback", line))
@@ -121,7 +118,7 @@ class Run(System):
         self.request(f"visit({self._chance.choice([1, 2, 3, 4, 99])})", ("one", "two"))
 
     def _cancel(self) -> None:
-        goals = [c.goal for c in self.clients.values() if c.goal.stage is not Stage.ENDED]
+        goals = [c.goal for c in self.clients.values() if not c.goal.ended]
         if goals:
             self.cancel(self._chance.choice(goals))
 
@@ -133,8 +130,9 @@ class Run(System):
 def without_times(saved: str) -> object:
     """Returns what a snapshot says but for how long actuators have acted."""
     data = json.loads(saved)
-    for _, acting in data["state"]["mail"]["acting"]:
-        assert acting.pop("began") <= acting.pop("reminded") <= 0
+    clock = data["state"]["executions"].pop("clock")
+    for _, one in data["state"]["executions"]["last"]:
+        assert one.pop("began") <= one.pop("reminded") <= clock
     return data
 
 

@@ -26,8 +26,16 @@ from rosoclingo.launched.about import Launched
 from rosoclingo.launched.started_with import started_with
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Message
-from rosoclingo.loop.journal import LOOP, LoopWaits, NodeResumed, NumberedRecord, Record
+from rosoclingo.loop.journal import (
+    LOOP,
+    LoopWaits,
+    MessageArrived,
+    NodeResumed,
+    NumberedRecord,
+    Record,
+    Status,
+    StatusSet,
+)
 from rosoclingo.store.commands import RecordedSolver
 from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.fields import Fields, read
@@ -142,6 +150,17 @@ def test_the_file_of_another_program(tmp_path: Path) -> None:
     assert file.read_text().startswith("a letter")
 
 
+def test_a_store_of_another_version(tmp_path: Path) -> None:
+    """It is refused with a sentence, and left as it is."""
+    _, file = run_to(tmp_path, REQUESTS)
+    with contextlib.closing(sqlite3.connect(str(file))) as connection:
+        connection.execute("PRAGMA user_version = 3")
+    before = file.read_bytes()
+    with pytest.raises(StoreError, match=r"a.store has the format 3, and this version of .* knows"):
+        Store(file)
+    assert file.read_bytes() == before
+
+
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match=r"unable to open.*is its folder there, and may this user"):
         Store(tmp_path / "none" / "a.store")
@@ -172,7 +191,7 @@ def test_a_store_that_another_node_has_is_not_put_aside(
     with pytest.raises(StoreError, match="another node that still runs uses it"):
         put_aside(tmp_path / "a.store", lambda: done.append("done"))
     assert not done
-    store.add(Message("info", "open(1)"))
+    store.add(MessageArrived("info", "open(1)"))
     store.close()
     assert put_aside(tmp_path / "a.store", lambda: done.append("done"))
     assert done
@@ -186,7 +205,7 @@ def test_the_process_dies_while_a_store_is_put_aside(
     """Before or after each change of the folder: the next one puts aside what is left."""
     _, made = run_to(tmp_path, REQUESTS)
     file, old = tmp_path / "b.store", Store(made)
-    old.add(Message("info", "open(1)"))
+    old.add(MessageArrived("info", "open(1)"))
     copy(made, file)  # with a log, as of a process that has died
     old.close()
     if is_damaged:
@@ -222,14 +241,16 @@ def test_the_process_dies_while_a_store_is_put_aside(
     if not is_damaged:
         with contextlib.closing(Store(tmp_path / "b.store.old1")) as kept:
             assert list(kept.goals) == ["1", "2"]
-            assert [item for _, item in kept.inputs(lambda _: None)] == [Message("info", "open(1)")]
+            assert [item for _, item in kept.inputs(lambda _: None)] == [
+                MessageArrived("info", "open(1)")
+            ]
 
 
 def test_a_log_without_its_file(tmp_path: Path) -> None:
     """It would be taken for the log of a new file, and the old run would go on."""
     _, made = run_to(tmp_path, REQUESTS)
     old, file = Store(made), tmp_path / "b.store"
-    old.add(Message("info", "open(1)"))
+    old.add(MessageArrived("info", "open(1)"))
     copy(made, file)
     old.close()
     file.unlink()
@@ -276,7 +297,7 @@ def test_a_full_disk(tmp_path: Path) -> None:
         runs.run(world, file=file, most_pages=8)
     assert outcome(world) != outcome(calm)
     store = Store(file)
-    is_open = {goal.id for goal in store.goals.values() if not goal.word}
+    is_open = {goal.id for goal in store.goals.values() if not goal.status.is_terminal}
     store.close()
     assert is_open == {key for key, one in world.clients.items() if one.known and not one.end()}
     runs.run(world, file=file)
@@ -390,7 +411,7 @@ def test_of_which_ends_clients_may_not_know(
         for name, now[0] in (("early", 5.0), ("late", 10.0)):
             store.add(Goal("visit(2)", (), name))
             times = [NumberedRecord(LoopWaits(), 0, 0, int(now[0]), now[0])]
-            store.write(Changes(records=times, words={name: ("succeeded", "")}))
+            store.write(Changes(records=times, statuses=[StatusSet(name, Status.SUCCEEDED)]))
         for number, (begin, last) in enumerate(resumed, 10):
             for node, when in ((LOOP, begin), ("planner", last)):
                 event = NumberedRecord(NodeResumed(node), 0, 0, 2 * number + (node != LOOP), when)
@@ -611,7 +632,7 @@ class Listening(Environment):
         if self._failure is not None:
             raise self._failure
 
-    def show_told(self, run: str, told: object) -> None:
+    def show_executions(self, run: str, told: object) -> None:
         self.heard.append("dispatch")
 
 
@@ -626,7 +647,7 @@ def test_who_waits_for_an_action_has_it_first(
     outbox.begin()
     outbox.note(Record(LoopWaits()))
     outbox.later("plan", lambda: environment.heard.append("plan"))
-    outbox.show_told("run", ())
+    outbox.show_executions("run", ())
     outbox.publish("robot", "go")
     outbox.note(Record(LoopWaits()))
     assert environment.heard == []

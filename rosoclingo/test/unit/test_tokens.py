@@ -11,9 +11,9 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.loop import journal
-from rosoclingo.loop.inbox import Answer, Message
+from rosoclingo.loop.execution import Execution
+from rosoclingo.loop.journal import AnswerArrived, MessageArrived
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.tokens import Told
 
 LINE = f"{EXAMPLES}/line.lp"
 MODE = "dynamic.incremental.dyn_reset"
@@ -31,18 +31,18 @@ class Robot(System):
     """Answers with tokens, as ``play`` says, which is called whenever the loop waits."""
 
     def __init__(self, make: Callable[..., Loop], play: Callable[[Robot], None]) -> None:
-        self.shown: List[Tuple[str, List[Told]]] = []
+        self.shown: List[Tuple[str, List[Execution]]] = []
         self._play = play
         super().__init__(make)
 
     @property
-    def told(self) -> Told:
+    def told(self) -> Execution:
         """What the robot was told last."""
         return next(told for told in self.shown[-1][1] if told.actuator == "robot")
 
     def reply(self, value: str, number: int = 0, run: str = "", sender: str = "/node") -> None:
         """Answers the last action, or that with a number."""
-        self.put(Answer(run or self.shown[-1][0], number or self.told.number, value, sender))
+        self.put(AnswerArrived(run or self.shown[-1][0], number or self.told.number, value, sender))
 
     def turn(self) -> bool:
         """Lets the robot answer what it was told and has not answered."""
@@ -51,9 +51,9 @@ class Robot(System):
             self._play(self)
         return bool(self._items)
 
-    def show_told(self, run: str, told: Sequence[Told]) -> None:
+    def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
         assert run
-        self.shown.append((run, list(told)))
+        self.shown.append((run, list(executions)))
 
     @property
     def dropped(self) -> List[str]:
@@ -72,7 +72,7 @@ def test_a_run_shows_itself_before_it_has_an_action() -> None:
     """Who has answered an action of another run learns that nobody waits for that."""
     one = robot(lambda _: None)
     one.run()
-    assert one.shown == [(one.loop.state.tokens.run, [])]
+    assert one.shown == [(one.loop.state.executions.run, [])]
     two = robot(lambda _: None)
     two.loop.restore(one.loop.snapshot(), lambda _: one.new_goal("none", (), "none"))
     assert two.shown == one.shown
@@ -153,7 +153,7 @@ def test_a_late_answer_that_is_dropped_ends_no_wait() -> None:
 @pytest.mark.parametrize("order", ["in first", "token first", "in later"])
 def test_who_answers_on_both_is_counted_once(order: str) -> None:
     def play(made: Robot) -> None:
-        number, message = made.told.number, Message("robot", "success", "/node")
+        number, message = made.told.number, MessageArrived("robot", "success", sender="/node")
         if order == "in later" and number > 2:
             made.put(message)  # to the action before: the robot is still at this one
         if number == 4:
@@ -183,7 +183,7 @@ def test_a_node_that_answers_now_so_and_now_so() -> None:
         if number in (1, 2, 4):
             made.reply("success")
         if number in (2, 3, 5):
-            made.put(Message("robot", "success", "/node"))
+            made.put(MessageArrived("robot", "success", sender="/node"))
 
     made = robot(play)
     assert visit(made, 6) == ["accepted", "succeeded"]
@@ -198,7 +198,7 @@ def test_answers_on_the_old_topic() -> None:
         if made.told.number % 2:
             made.reply("success")
         else:
-            made.put(Message("robot", "success", "/old"))
+            made.put(MessageArrived("robot", "success", sender="/old"))
 
     made = robot(play)
     assert visit(made, 5) == ["accepted", "succeeded"]

@@ -10,7 +10,7 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.journal import PlanFound, Record
+from rosoclingo.loop.journal import PlanFound, Record, StatusSet
 from rosoclingo.loop.words import SOLVER
 from rosoclingo_aspprograms.validator import Map, Validator
 
@@ -36,13 +36,9 @@ class CheckedRequest(Request):
         self._validator = validator
         validator.request(self, self.request)
 
-    def accepted(self) -> None:
-        super().accepted()
-        self._validator.status(self, "accepted", self.slot)
-
-    def ended(self, word: str, reason: str) -> None:
-        super().ended(word, reason)
-        self._validator.status(self, word, self.slot)
+    def changed(self, change: StatusSet) -> None:
+        super().changed(change)
+        self._validator.status(self, change.status.value, self.slot)
 
 
 class Episode(System):

@@ -189,7 +189,7 @@ class RandomHospital(Hospital):
         """Lets something happen, or nothing if all is over."""
         if self.left and self.random.random() < 0.2:
             self.ask_something()
-        open_ones = [g for g in self.requests if g.stage.value != "ended"]
+        open_ones = [g for g in self.requests if not g.ended]
         if open_ones and self.random.random() < self.trouble:
             goal = self.random.choice(open_ones)
             self.canceled.add(goal)
@@ -199,7 +199,7 @@ class RandomHospital(Hospital):
             self.end(robot, self._outcome(self.acting[robot]))
         if not self._items and self.left:
             self.ask_something()
-        if not self._items and [g for g in self.requests if g.stage.value != "ended"]:
+        if not self._items and [g for g in self.requests if not g.ended]:
             for way in sorted(self.blocked, key=sorted):
                 self.tell("info", "unblocked({},{})".format(*sorted(way)))
             self.blocked.clear()

@@ -64,7 +64,7 @@ class RandomEpisode(Episode):
     def found_plan(self) -> None:
         """Compares the length of the plan that was just found with that of the shortest."""
         state = self.loop.state
-        actions = [a for a in state.plan.actions_from(0) if not state.is_published(a)]
+        actions = [a for a in state.plan.actions_from(0) if not state.executions.is_published(a)]
         here = self.validator.positions["mailbot"]
         load = self.validator.loads.get("mailbot")
         picked, dropped = self._expected()
@@ -108,7 +108,7 @@ class RandomEpisode(Episode):
             self._say("blocked", self.random.choice(sorted(self.graph.edges, key=sorted)))
         if self._known() and running and self.random.random() < 0.1:
             self._say("unblocked", self.random.choice(sorted(self._known(), key=sorted)))
-        open_ones = [goal for goal in self.requests if goal.stage.value != "ended"]
+        open_ones = [goal for goal in self.requests if not goal.ended]
         if open_ones and running and self.random.random() < self.trouble:
             self.cancel(self.random.choice(open_ones))
 
@@ -155,7 +155,7 @@ class RandomEpisode(Episode):
         return self.validator.believed()
 
     def _unfinished(self) -> bool:
-        return any(goal.stage.value != "ended" for goal in self.requests)
+        return any(not goal.ended for goal in self.requests)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -96,7 +96,7 @@ class Fleet(Busy):
                 self.stuck += answer == "failure" and robot in self.validator.lost
         elif self.left:
             self._ask()
-        elif any(goal.stage.value != "ended" for goal in self.requests):
+        elif any(not goal.ended for goal in self.requests):
             for edge in sorted(self._known(), key=sorted):
                 self._say("unblocked", edge)
             for robot in sorted(self.validator.lost):
@@ -125,7 +125,7 @@ class Fleet(Busy):
             self._say("blocked", self.pick.choice(sorted(self.graph.edges, key=sorted)))
         if self._known() and self.pick.random() < 0.1:
             self._say("unblocked", self.pick.choice(sorted(self._known(), key=sorted)))
-        open_ones = [goal for goal in self.requests if goal.stage.value != "ended"]
+        open_ones = [goal for goal in self.requests if not goal.ended]
         if open_ones and self.pick.random() < self.trouble:
             self.cancel(self.pick.choice(open_ones))
 

@@ -190,7 +190,7 @@ class RandomDelivery(Delivery):
 
     def happen(self) -> None:
         self.left -= 1
-        open_ones = [goal for goal in self.goals if goal.stage.value != "ended"]
+        open_ones = [goal for goal in self.goals if not goal.ended]
         happens = self.random.choice(["request", "request", "cancel", "message"])
         box, room = self.random.choice(BOXES), self.random.choice(ROOMS)
         if happens == "cancel" and open_ones:

@@ -16,7 +16,7 @@ from episode import MAILBOT, OFFICE
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
-from rosoclingo.loop.arrivals import Arrivals
+from rosoclingo.loop.arrivals import arrival_lines, expected_arrivals
 from rosoclingo.loop.atoms import Plan
 from rosoclingo.loop.planner import Planner
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
@@ -116,12 +116,12 @@ def plan_for(graph: Map, events: Sequence[str], folder: Path, *options: str) -> 
 
 def feedback(plan: Plan) -> List[str]:
     """Returns what clients are told of a plan for what has come just now."""
-    arrivals = Arrivals()
-    for slot in plan.serving:
-        arrivals.place(slot, 0.0)
-    times = sorted(arrivals.expected(plan, 1, set(), 0.0).items())
-    told = ((slot, line) for slot, time in times for line in arrivals.lines(plan, slot, time, 0.0))
-    return [f"{slot} {line}" for slot, line in told]
+    times = sorted(expected_arrivals(plan, 1, [], set(), 0.0).items())
+    return [
+        f"{slot} {line}"
+        for slot, time in times
+        for line in arrival_lines(time, 0.0, 0.0, plan.limits.get(slot))
+    ]
 
 
 class Draw:

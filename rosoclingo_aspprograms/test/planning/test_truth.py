@@ -24,6 +24,7 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.desk.parts import EXAMPLES, make_parts, shared
 from rosoclingo.desk.system import Request, System
 from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.journal import Status, StatusSet
 
 ROOMS = str(Path(__file__).with_name("rooms.lp"))
 IN_2_0_STYLE = str(shared() / "test" / "modes" / "dynamic_2_0.lp")
@@ -168,9 +169,9 @@ class JudgedRequest(Request):
         super().__init__(*arguments, episode.note_event)  # type: ignore[arg-type] # as Request's
         self._episode = episode
 
-    def ended(self, word: str, reason: str) -> None:
-        super().ended(word, reason)
-        if word == "succeeded":
+    def changed(self, change: StatusSet) -> None:
+        super().changed(change)
+        if change.status is Status.SUCCEEDED:
             self._episode.judge(self)
 
 

@@ -19,7 +19,8 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.desk.system import Request
-from rosoclingo.loop.goals import Goal, Stage
+from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.journal import StatusSet
 from rosoclingo.loop.words import ABORT, FAILURE, SUCCESS
 
 WORKSHOP = PACKAGE / "workshop" / "workshop.lp"
@@ -157,9 +158,9 @@ class Judged(Request):
         super().__init__(*arguments)
         self._judge = judge
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
-        super().noted(goal, word, reason)
-        self._judge.status(goal.slot or "", goal.request, word)
+    def noted(self, change: StatusSet) -> None:
+        super().noted(change)
+        self._judge.status(change.slot, self.request, change.status.value)
 
 
 def product_of(request: str) -> str:
@@ -209,7 +210,7 @@ class Workshop(Simulation):
                 self.cancels[self.clock + self.chance.uniform(0, 8)] = goal.id
         for moment in [one for one in self.cancels if one <= self.clock]:
             goal = self.current[self.cancels.pop(moment)]
-            if goal.slot is not None and goal.stage is not Stage.ENDED:
+            if goal.slot is not None and not goal.ended:
                 self.judge.stopped.add(goal.slot)
             self.cancel(goal)
 

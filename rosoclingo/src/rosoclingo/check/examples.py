@@ -30,8 +30,7 @@ from rosoclingo.check.run import DOES, Run
 from rosoclingo.desk.command_line import make_parser, parse
 from rosoclingo.desk.why import explain
 from rosoclingo.loop.atoms import canonical
-from rosoclingo.loop.goals import STATUSES
-from rosoclingo.loop.journal import MessageDropped, Status
+from rosoclingo.loop.journal import STATUSES, MessageDropped, Status
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.question import Answer
 
@@ -188,7 +187,7 @@ def _differences(example: Example, run: Run) -> Iterator[str]:
 
 def _other_causes(example: Example, run: Run) -> Iterator[str]:
     """Says which of the expected reasons why there is no plan are none."""
-    lost = [goal for goal in run.goals if goal.words[-1:] not in (["succeeded"], ["canceled"])]
+    lost = [g for g in run.goals if g.status not in (Status.SUCCEEDED, Status.CANCELED)]
     answers: List[Answer] = []
     unanswered: List[str] = []
     if lost and run.situation is not None:

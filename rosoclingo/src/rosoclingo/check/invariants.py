@@ -10,11 +10,11 @@ import re
 from typing import Callable, Dict, Iterator, List, Optional, Sequence
 
 from rosoclingo.check.findings import Finding
-from rosoclingo.check.run import ENDS, FoundPlan, Run
+from rosoclingo.check.run import FoundPlan, Run
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.diagnosis import NO_PLAN
-from rosoclingo.loop.goals import STATUSES, Stage
+from rosoclingo.loop.journal import STATUSES, TERMINAL_STATUSES, Status
 from rosoclingo.loop.words import SOLVER
 
 _NO_ANSWER_SET = "the program has no answer set"
@@ -96,7 +96,7 @@ def accepted(run: Run) -> Iterator[str]:
             if came is not None and came not in [step for _, step in words]:
                 yield f"{_name(run, goal)} gets no status in the step in which it comes"
             for word, step in words:
-                if word == "accepted" and goal in plan.active and step > plan.step:
+                if word == Status.ACCEPTED and goal in plan.active and step > plan.step:
                     yield f"{_name(run, goal)} is accepted again: status({slot},accepted,{step})"
 
 
@@ -105,16 +105,16 @@ def one_end(run: Run) -> Iterator[str]:
     for plan in run.plans:
         for slot, goal in plan.slots.items():
             ends = [(word, step) for own, word, step in plan.statuses if own == slot]
-            ends = [(word, step) for word, step in ends if word in ENDS]
+            ends = [(word, step) for word, step in ends if word in TERMINAL_STATUSES]
             if goal in plan.over:
                 ends = [(word, step) for word, step in ends if step > plan.step]
             said = ", ".join(f"status({slot},{word},{step})" for word, step in ends)
             if len(ends) > (0 if goal in plan.over else 1):
                 yield f"{_name(run, goal)} ends more than once: {said}"
             for word, _ in ends:
-                if word == "canceled" and goal not in plan.cancelled:
+                if word == Status.CANCELED and goal not in plan.cancelled:
                     yield f"{_name(run, goal)} is canceled, and nobody has asked for that: {said}"
-                if word == "rejected":
+                if word == Status.REJECTED:
                     yield f"{_name(run, goal)} is rejected, although its event is declared: {said}"
 
 
@@ -130,8 +130,8 @@ def ends(run: Run) -> Iterator[str]:
         return
     for goal in run.goals if run.failure is None else ():
         word = goal.words[-1] if goal.words else "waiting"
-        allowed = {"succeeded", "canceled"} if goal.id in run.asked else {"succeeded"}
-        if goal.stage is not Stage.ENDED:
+        allowed = {Status.SUCCEEDED, *([Status.CANCELED] if goal.id in run.asked else [])}
+        if not goal.ended:
             yield f"{_name(run, goal.id)} does not end: nothing is left to do, and it is {word}"
         elif word not in allowed:
             yield f"{_name(run, goal.id)} is {word}, which nothing that has come explains"
@@ -180,14 +180,14 @@ def _other_ends(run: Run, last: FoundPlan, plan: FoundPlan) -> Iterator[str]:
 def _foretells(run: Run) -> bool:
     """Whether the encoding says before how goals end."""
     statuses = ((plan.step, word, step) for plan in run.plans for _, word, step in plan.statuses)
-    return any(word in ENDS and step > now for now, word, step in statuses)
+    return any(word in TERMINAL_STATUSES and step > now for now, word, step in statuses)
 
 
 def planned_ends(plan: FoundPlan) -> Dict[str, str]:
     """Returns how the open goals end by a plan, by their numbers."""
     open_goals = {s: goal for s, goal in plan.slots.items() if goal not in plan.over}
     words = ((open_goals[s], word) for s, word, _ in plan.statuses if s in open_goals)
-    return {goal: word for goal, word in words if word in ENDS}
+    return {goal: word for goal, word in words if word in TERMINAL_STATUSES}
 
 
 Check = Callable[[Run], Iterator[str]]

@@ -23,14 +23,10 @@ from rosoclingo.desk.simulation import Simulation
 from rosoclingo.desk.system import Request
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action, event
-from rosoclingo.loop.goals import Stage
-from rosoclingo.loop.journal import Event
+from rosoclingo.loop.journal import Event, Status
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.words import BUSY, SUCCESS
 from rosoclingo.why.situation import Situation
-
-ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
-"""The statuses with which a goal ends."""
 
 _SHARE = 0.1  # of the time for all runs, which one may take
 
@@ -199,7 +195,7 @@ class Watched(Simulation):
         state = self.loop.state
         step, plan = state.step, state.plan
         last = max(step, state.horizon)
-        ended = frozenset(goal.id for goal in self.goals if goal.stage is Stage.ENDED)
+        ended = frozenset(goal.id for goal in self.goals if goal.ended)
         slots = {goal.slot: goal.id for goal in self.goals if goal.slot is not None}
         told = {
             number: at
@@ -216,14 +212,14 @@ class Watched(Simulation):
                 elapsed=self.elapsed,
                 step=step,
                 actions=actions,
-                published=frozenset([*self._done, *filter(state.is_published, actions)]),
+                published=frozenset([*self._done, *filter(state.executions.is_published, actions)]),
                 has_barrier=not any(state.externals.declares(a.actuator, BUSY) for a in actions),
                 is_layered=state.planner.demand.has_layers,
                 statuses=tuple(statuses),
                 fluents=frozenset(plan.fluents(step)),
                 slots=slots,
                 told=told,
-                active=frozenset(g.id for g in self.goals if g.stage is Stage.ACTIVE),
+                active=frozenset(g.id for g in self.goals if g.status is Status.ACCEPTED),
                 over=ended,
                 cancelled=frozenset(self.asked),
                 heard=tuple(self.heard),

@@ -10,7 +10,6 @@ from rosoclingo.desk.simulation import Simulation
 from rosoclingo.desk.system import Request
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import Action
-from rosoclingo.loop.goals import Stage
 
 DROPPED = "dropped a message: "
 
@@ -58,7 +57,7 @@ def current_plan(simulation: Simulation) -> Optional[Plan]:
     planned: Dict[str, int] = {}
     for step in range(state.horizon, state.step - 1, -1):
         for slot, word in state.plan.statuses(step):
-            if word == "succeeded":
+            if word == journal.Status.SUCCEEDED:
                 planned[slot] = step
     succeeds = {
         entry.event.goal: entry.step
@@ -67,7 +66,7 @@ def current_plan(simulation: Simulation) -> Optional[Plan]:
         and entry.event.status is journal.Status.SUCCEEDED
     }
     for goal in simulation.goals:
-        if goal.stage is not Stage.ENDED and goal.slot in planned:
+        if not goal.ended and goal.slot in planned:
             succeeds[goal.id] = planned[goal.slot]
     return Plan(
         tuple(a for a in state.plan.actions_from(0) if a.step <= state.horizon),
@@ -85,7 +84,7 @@ def unreached(simulation: Simulation, plan: Optional[Plan]) -> List[Request]:
     That is known if it says of some goal that it succeeds, or if it has no actions; an encoding may
     also say so only when all is done.
     """
-    open_goals = [goal for goal in simulation.goals if goal.stage is not Stage.ENDED]
+    open_goals = [goal for goal in simulation.goals if not goal.ended]
     if plan is None:
         return open_goals
     if not plan.succeeds and plan.actions:
@@ -134,7 +133,7 @@ def reasons(
     if simulation.is_too_long:
         without = f" without {requests}" if lost else ""
         said.append(f"ended{without} after {simulation.elapsed} steps, as --most-steps says")
-    ended = [goal for goal in simulation.goals if goal.words[-1:] == ["aborted"]]
+    ended = [goal for goal in simulation.goals if goal.status is journal.Status.ABORTED]
     said += [f"{g.request} was aborted: {g.reason}" for g in ended if g.reason != str(failure)]
     if failure is None and lost and not simulation.is_too_long:
         said.append(

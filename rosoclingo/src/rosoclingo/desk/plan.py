@@ -28,7 +28,6 @@ from rosoclingo.drawing.errors import picture_errors
 from rosoclingo.errors import ControllerError
 from rosoclingo.loop import journal
 from rosoclingo.loop.diagnosis import ELSEWHERE, NO_PLAN
-from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.ids import GOAL
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.snapshot import encode
@@ -98,7 +97,7 @@ def _judge(chosen: argparse.Namespace, desk: Desk, failure: Optional[RosclingoEr
         ]
     lost = unreached(desk, desk.plan)
     if chosen.simulate:
-        lost = [goal for goal in desk.goals if goal.stage is not Stage.ENDED]
+        lost = [goal for goal in desk.goals if not goal.ended]
     why = reasons(desk, lost, failure)
     answers: List[Answer] = []
     if why and desk.situation is not None and not wrong and chosen.why_seconds > 0:
@@ -213,7 +212,7 @@ class Desk(Simulation):
     @property
     def _refuses_all(self) -> bool:
         """Whether all goals were rejected, so that there is no plan to show."""
-        return bool(self.goals) and all(goal.words == ["rejected"] for goal in self.goals)
+        return {goal.status for goal in self.goals} == {journal.Status.REJECTED}
 
     def _print_plan(self, plan: Plan) -> None:
         searches = "1 search" if plan.searches == 1 else f"{plan.searches} searches"
@@ -225,7 +224,7 @@ class Desk(Simulation):
         for goal in self.goals:
             if goal.id in plan.succeeds:
                 _print(f"{_name(goal)}, succeeds in step {plan.succeeds[goal.id]}")
-            elif goal.stage is not Stage.ENDED and goal.id not in plan.slots:
+            elif not goal.ended and goal.id not in plan.slots:
                 _print(f"{_name(goal)}, waits for a slot; the encoding has {len(plan.slots)}")
 
     def _values(self, wrong: Sequence[str], why: Sequence[str]) -> Dict[str, Any]:

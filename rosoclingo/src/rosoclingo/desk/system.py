@@ -23,7 +23,8 @@ from rosoclingo.errors import ShutdownError
 from rosoclingo.loop import journal
 from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.inbox import Inbox, Message
+from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 
@@ -34,7 +35,6 @@ class Request(Goal, GoalClient):
     Attributes:
         words: The statuses, in order.
         lines: The feedback, in order.
-        reason: Why it has ended.
     """
 
     def __init__(
@@ -55,21 +55,15 @@ class Request(Goal, GoalClient):
         super().__init__(request, information, identifier, self)
         self.words: List[str] = []
         self.lines: List[str] = []
-        self.reason = ""
         self._note = note
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
+    def noted(self, change: journal.StatusSet) -> None:
         """Adds the status to the journal."""
-        self._note(journal.StatusSet(goal.id, journal.Status(word), goal.slot or "", reason))
+        self._note(change)
 
-    def accepted(self) -> None:
-        """Remembers that it is accepted."""
-        self.words.append("accepted")
-
-    def ended(self, word: str, reason: str) -> None:
-        """Remembers how it has ended."""
-        self.words.append(word)
-        self.reason = reason
+    def changed(self, change: journal.StatusSet) -> None:
+        """Remembers the status."""
+        self.words.append(change.status.value)
 
     def feedback(self, line: str) -> None:
         """Remembers the line."""
@@ -143,7 +137,7 @@ class System(Inbox, Environment):
 
     def tell(self, source: str, value: str) -> None:
         """Sends a message."""
-        self.put(Message(source, value))
+        self.put(MessageArrived(source, value))
 
     def answer(self, actuator: str, value: str = SUCCESS) -> str:
         """Answers the action of an actuator that acts, and returns the action."""

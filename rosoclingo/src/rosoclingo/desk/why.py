@@ -9,7 +9,6 @@ from typing import List, Sequence, Tuple
 from rosclingo.errors import RosclingoError
 from rosoclingo.desk.parts import SINGLE
 from rosoclingo.desk.system import Request
-from rosoclingo.loop.goals import Stage
 from rosoclingo.single.algorithm1 import last_step
 from rosoclingo.single.dialects import Dialect2, detect
 from rosoclingo.why.answers import WhyNoPlan
@@ -32,7 +31,7 @@ def explain(
         The answers, and why there are no others.
     """
     asked = {slot for slot, _ in situation.goals}
-    waiting = [g.slot for g in lost if g.slot in asked and g.stage is not Stage.ENDED]
+    waiting = [g.slot for g in lost if g.slot in asked and not g.ended]
     questions = [Question(Kind.GOAL, (slot,)) for slot in waiting if slot is not None]
     dialect = detect(chosen.options) if chosen.mode == SINGLE else Dialect2
     # Without --simulate, nobody has had the time to answer.

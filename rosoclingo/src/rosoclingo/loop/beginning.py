@@ -8,6 +8,7 @@ from rosclingo.wire.term_text import last_number
 from rosoclingo.errors import PlannerError
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.ids import why_no_slot
+from rosoclingo.loop.journal import Status
 from rosoclingo.loop.state import State
 
 
@@ -29,13 +30,13 @@ def begin(state: State, slots: Sequence[str]) -> None:
     state.goals.set_slots(slots, keep=is_again)
     state.externals.begin(state.goals.slots)
     state.mail.begin(keep=is_again)
-    state.acting.begin(keep=is_again)
+    state.executions.initialize(keep=is_again)
     if state.mail.dynamic and not state.goals.slots:
         state.mail.rejection = (
             "the planner's encoding has no slots for goals, rslot(ID); is a library missing, such "
             "as actions.lp?"
         )
-        state.goals.end_waiting("rejected", state.mail.rejection)
+        state.goals.end_waiting(Status.REJECTED, state.mail.rejection)
     state.begin_steps()
     state.durations.told.clear()
     state.free_slots()
@@ -104,7 +105,7 @@ def reset(state: State, step: int) -> None:
     if not state.externals.reset(_fluents(state, step)) and not state.has_warned("reset"):
         _warn_of_forgetting(state, step)
     state.planner.note_reset(step)
-    state.acting.reset()
+    state.executions.reset()
     state.free_slots()
     state.goals.some_ended = False
     state.forget_steps()

@@ -20,6 +20,7 @@ from rosoclingo.loop.added import EMPTY_PARTS
 from rosoclingo.loop.atoms import event, query
 from rosoclingo.loop.demand import step_parts
 from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.journal import Status
 from rosoclingo.loop.state import State
 
 _SECONDS = 10.0  # how long it is looked for which goal cannot be reached, if all end anyway
@@ -146,7 +147,7 @@ def mend_contradiction(state: State) -> bool:
             state.environment.warn(f"{reason}: {shorten(own.request)} cannot be cancelled now")
         else:
             state.environment.warn(f"{reason}: {shorten(own.request)} is given up")
-            state.goals.end(own, "aborted", reason)
+            state.goals.end(own, Status.ABORTED, reason)
     return True
 
 

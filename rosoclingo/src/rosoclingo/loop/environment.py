@@ -7,10 +7,10 @@ from typing import Optional, Sequence
 
 from rosoclingo.loop.arrivals import Arrival
 from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.execution import Execution
 from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.journal import Record
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.tokens import Told
 
 
 class Environment:
@@ -30,14 +30,14 @@ class Environment:
     def publish(self, actuator: str, action: str) -> None:
         """Sends an action, or with the id ``solver`` a whole plan."""
 
-    def show_told(self, run: str, told: Sequence[Told]) -> None:
+    def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
         """Publishes the last action of each actuator, with its token.
 
         An action is shown before it is published.
 
         Args:
             run: The id of the run.
-            told: The last action of each actuator, in the order of their numbers.
+            executions: The last one of each actuator, in the order of their numbers.
         """
 
     def show_plan(

@@ -2,39 +2,27 @@
 
 from __future__ import annotations
 
-import enum
 import itertools
 import threading
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Callable, Deque, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple
+from typing import Callable, Deque, Dict, Iterable, List, Optional, Sequence, Tuple
 
-from rosoclingo.loop.journal import Reason
+from rosoclingo.loop.journal import TERMINAL_STATUSES, Reason, Status, StatusSet
 from rosoclingo.loop.snapshot import take_over
-
-
-class Stage(enum.Enum):
-    """A goal's progress in the terms of actionlib."""
-
-    PENDING = "pending"
-    ACTIVE = "active"
-    ENDED = "ended"
 
 
 class GoalClient:
     """Callbacks to the client that has sent a goal; subclasses override the methods."""
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
-        """The status has changed; does not wait, nor use the goal's methods."""
+    def noted(self, change: StatusSet) -> None:
+        """Called first with a change of the status; does not wait, nor use the goal's methods."""
 
-    def accepted(self) -> None:
-        """The planner has accepted the request."""
-
-    def ended(self, word: str, reason: str) -> None:
-        """The goal is rejected, succeeded, canceled or aborted."""
+    def changed(self, change: StatusSet) -> None:
+        """Called with the change: the goal is accepted, or has ended."""
 
     def feedback(self, line: str) -> None:
-        """Something about the goal has changed."""
+        """Called with a line for the goal's client."""
 
     @property
     def address(self) -> str:
@@ -51,27 +39,29 @@ class GoalState:
         request: The request, a ground term as clingo prints it.
         information: What came with the request.
         slot: The planner's id for the goal, once it has one.
-        stage: How far the goal is.
-        recalled: Whether it was canceled before it had a slot.
+        status: How far the goal is.
+        reason: Why it has ended.
         given_up: Why rosoclingo has canceled it by itself; empty if it has not. Such a goal ends
             aborted as soon as the planner has canceled it.
         cancel_told: Whether the planner knows that it is to be canceled.
         came: When the loop has taken it, in seconds of world time.
         is_first: Whether it gets a slot before others that came earlier; None if nobody has asked.
         overtaken: By how many of these it was overtaken in the queue.
+        expected: When it will be served, as its client was told last, in seconds of world time.
     """
 
     request: str
     information: Tuple[str, ...] = ()
     id: str = ""
     slot: Optional[str] = None
-    stage: Stage = Stage.PENDING
-    recalled: bool = False
+    status: Status = Status.PENDING
+    reason: str = ""
     given_up: str = ""
     cancel_told: bool = False
     came: float = 0.0
     is_first: Optional[bool] = None
     overtaken: int = 0
+    expected: Optional[float] = None
     _told: Dict[str, str] = field(default_factory=dict)  # the last line of each kind
 
 
@@ -91,13 +81,23 @@ class Goal(GoalState):
     ) -> None:
         super().__init__(request, tuple(information), identifier)
         self._client = client or GoalClient()
-        # Guards slot and stage; held for moments only, and only the client's noted() runs under it
+        # Guards slot and status; held for moments only, and only the client's noted() runs under it
         self._lock = threading.Lock()
 
     @property
     def address(self) -> str:
         """The address by which another process finds the client after a crash."""
         return self._client.address
+
+    @property
+    def ended(self) -> bool:
+        """Whether the goal has ended."""
+        return self.status in TERMINAL_STATUSES
+
+    @property
+    def recalled(self) -> bool:
+        """Whether it was canceled before it had a slot."""
+        return self.reason == Reason.RECALLED
 
     def reroute(self, way: Callable[[GoalClient], GoalClient]) -> None:
         """Wraps the client's callbacks; called before the first of them.
@@ -107,54 +107,55 @@ class Goal(GoalState):
         """
         self._client = way(self._client)
 
-    def set_status(self, word: str, reason: str = "") -> bool:
-        """Sets the status to accepted, rejected, succeeded, canceled or aborted.
+    def set_status(self, status: Status, reason: str = "") -> bool:
+        """Sets the status.
 
-        actionlib knows no way from active to rejected, and none from pending to succeeded or
-        aborted: the table says which legal ones stand for them. An ended goal stays as it is.
+        A goal that succeeds was accepted before, and one that was accepted is aborted in the place
+        of rejected. An ended goal stays as it is.
 
         Args:
-            word: The status.
+            status: The status.
             reason: Text for the client.
 
         Returns:
             Whether this ended the goal.
-
-        Raises:
-            KeyError: There is no such status.
         """
-        if word == "canceled" and self.given_up:
-            word, reason = "aborted", self.given_up
+        if status is Status.CANCELED and self.given_up:
+            status, reason = Status.ABORTED, self.given_up
         with self._lock:
-            steps = _TRANSITIONS[word].get(self.stage, ())
-            if steps:
-                self.stage = Stage.ACTIVE if steps[-1] == "accepted" else Stage.ENDED
-        for step in steps:
-            if step == "accepted" and word == "aborted":
-                self._client.accepted()  # no more than the legal way there
-                continue
-            self._client.noted(self, step, reason)
-            if step == "accepted":
-                self._client.accepted()
-                self.tell("accepted")
-            else:
-                self._client.ended(step, reason)
-        return bool(steps) and self.stage is Stage.ENDED
+            before = self.status
+            if before.is_terminal or before is status:
+                return False
+            if before is Status.ACCEPTED and status is Status.REJECTED:
+                status = Status.ABORTED
+            self.status = status
+            self.reason = reason if status.is_terminal else ""
+        if before is Status.PENDING and status is Status.SUCCEEDED:
+            self._change(Status.ACCEPTED, reason)
+        self._change(status, reason)
+        return status.is_terminal
+
+    def _change(self, status: Status, reason: str) -> None:
+        change = StatusSet(self.id, status, self.slot or "", reason)
+        self._client.noted(change)
+        self._client.changed(change)
+        if status is Status.ACCEPTED:
+            self.tell(status.value)
 
     def recall(self) -> None:
         """Cancels the goal if it has no slot yet. Thread-safe."""
+        change = StatusSet(self.id, Status.CANCELED, "", Reason.RECALLED)
         with self._lock:
-            if self.slot is not None or self.stage is not Stage.PENDING:
+            if self.slot is not None or self.status is not Status.PENDING:
                 return
-            self.stage = Stage.ENDED
-            self.recalled = True
-            self._client.noted(self, "canceled", Reason.RECALLED)  # before the loop can see it
-        self._client.ended("canceled", Reason.RECALLED)
+            self.status, self.reason = change.status, change.reason
+            self._client.noted(change)  # before the loop can see it
+        self._client.changed(change)
 
     def place(self, slot: str) -> bool:
         """Gives the goal a slot, unless it has been recalled, and returns whether it was not."""
         with self._lock:
-            if self.stage is Stage.ENDED:
+            if self.ended:
                 return False
             self.slot = slot
             return True
@@ -178,17 +179,6 @@ class Goal(GoalState):
             self._told[kind] = line
             self._client.feedback(line)
         return is_new
-
-
-_TRANSITIONS: Mapping[str, Mapping[Stage, Tuple[str, ...]]] = {
-    "accepted": {Stage.PENDING: ("accepted",)},
-    "rejected": {Stage.PENDING: ("rejected",), Stage.ACTIVE: ("aborted",)},
-    "succeeded": {Stage.PENDING: ("accepted", "succeeded"), Stage.ACTIVE: ("succeeded",)},
-    "canceled": {Stage.PENDING: ("canceled",), Stage.ACTIVE: ("canceled",)},
-    "aborted": {Stage.PENDING: ("accepted", "aborted"), Stage.ACTIVE: ("aborted",)},
-}
-STATUSES = frozenset(_TRANSITIONS)
-TERMINAL_STATUSES = STATUSES - {"accepted"}
 
 
 @dataclass(frozen=True)
@@ -269,7 +259,7 @@ class Goals:
         if keep and slots == self.slots:
             return
         for goal in self._placed:
-            self.end(goal, "aborted", "the mode has initialised the planner anew")
+            self.end(goal, Status.ABORTED, "the mode has initialised the planner anew")
         self._slots = dict.fromkeys(slots)
 
     @property
@@ -280,7 +270,7 @@ class Goals:
     @property
     def open(self) -> List[Goal]:
         """The goals that have a slot and have not ended, in the order of the slots."""
-        return [goal for goal in self._placed if goal.stage is not Stage.ENDED]
+        return [goal for goal in self._placed if not goal.ended]
 
     @property
     def _placed(self) -> List[Goal]:
@@ -290,7 +280,7 @@ class Goals:
     @property
     def queued(self) -> List[Goal]:
         """The goals without a slot that have not ended, in the order in which they get one."""
-        return [goal for goal in self._waiting if goal.stage is not Stage.ENDED]
+        return [goal for goal in self._waiting if not goal.ended]
 
     def occupant(self, slot: str) -> Optional[Goal]:
         """Returns the goal in a slot."""
@@ -338,23 +328,20 @@ class Goals:
         self.some_ended |= goal.recalled
         return self.is_open(goal)
 
-    def end(self, goal: Goal, word: str, reason: str = "") -> None:
+    def end(self, goal: Goal, status: Status, reason: str = "") -> None:
         """Sets a goal's status, which may end it."""
-        self.some_ended |= goal.set_status(word, reason)
+        self.some_ended |= goal.set_status(status, reason)
 
     @property
     def waiting(self) -> bool:
         """Whether a goal has no slot."""
-        while self._waiting and self._waiting[0].stage is Stage.ENDED:  # recalled
+        while self._waiting and self._waiting[0].ended:  # recalled
             self._waiting.popleft()
         return bool(self._waiting)
 
     def has_free_slot(self, next_step: bool = False) -> bool:
         """Whether there is a free slot, now or as soon as the next step begins."""
-        return any(
-            goal is None or (next_step and goal.stage is Stage.ENDED)
-            for goal in self._slots.values()
-        )
+        return any(goal is None or (next_step and goal.ended) for goal in self._slots.values())
 
     @property
     def wait_for_next_step(self) -> bool:
@@ -381,13 +368,13 @@ class Goals:
     @property
     def used(self) -> List[str]:
         """The slots of ended goals, which become free with the next step."""
-        ended = (goal for goal in self._placed if goal.stage is Stage.ENDED)
+        ended = (goal for goal in self._placed if goal.ended)
         return [goal.slot for goal in ended if goal.slot is not None]
 
     def free_slots(self) -> None:
         """Frees the slots of ended goals."""
         for goal in self._placed:
-            if goal.stage is Stage.ENDED:
+            if goal.ended:
                 self.remove(goal)
 
     def tell_positions(self) -> None:
@@ -407,15 +394,15 @@ class Goals:
 
     def all_ended(self) -> bool:
         """Whether every slot has a goal that has ended."""
-        return all(goal is not None and goal.stage is Stage.ENDED for goal in self._slots.values())
+        return all(goal is not None and goal.ended for goal in self._slots.values())
 
-    def end_waiting(self, word: str, reason: str) -> None:
+    def end_waiting(self, status: Status, reason: str) -> None:
         """Ends the goals without a slot."""
         while self._waiting:
-            self.end(self._waiting.popleft(), word, reason)
+            self.end(self._waiting.popleft(), status, reason)
 
-    def end_all(self, word: str, reason: str) -> None:
-        """Ends every goal."""
+    def abort_all(self, reason: str) -> None:
+        """Aborts every goal."""
         for goal in self._placed:
-            self.end(goal, word, reason)
-        self.end_waiting(word, reason)
+            self.end(goal, Status.ABORTED, reason)
+        self.end_waiting(Status.ABORTED, reason)

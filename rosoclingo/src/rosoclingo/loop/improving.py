@@ -28,7 +28,9 @@ def improve(state: State) -> bool:
     outcome = state.planner.improve(state.step, lambda: is_called(state), horizon=state.horizon)
     if outcome is not None:
         take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)
-        if any(not state.is_published(action) for action in state.plan.actions(state.step)):
+        if any(
+            not state.executions.is_published(action) for action in state.plan.actions(state.step)
+        ):
             state.waiting.stop()  # they begin at once
     state.show_plan()
     return True
@@ -38,7 +40,7 @@ def _may_improve(state: State) -> bool:
     """Whether a plan is being executed that may not be the best."""
     if not (state.mail.inbox.improves and state.planner.may_improve):
         return False
-    return state.shows_plan and bool(state.ahead()) and state.acting.pending_actions
+    return state.shows_plan and bool(state.ahead()) and state.executions.pending_actions
 
 
 def is_called(state: State) -> bool:

@@ -8,39 +8,16 @@ from dataclasses import dataclass
 from typing import Callable, List, Optional, Union
 
 from rosoclingo.loop.goals import Goal
+from rosoclingo.loop.journal import (
+    AnswerArrived,
+    Arrival,
+    CancelArrived,
+    Event,
+    GoalArrived,
+    MessageArrived,
+    Status,
+)
 from rosoclingo.loop.recorded import Recorded
-
-
-@dataclass(frozen=True)
-class Message:
-    """A message to the planner, as it came.
-
-    Attributes:
-        id: Where it comes from.
-        value: What it says.
-        sender: The node that has sent it; empty if that is not known.
-    """
-
-    id: str
-    value: str
-    sender: str = ""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """An answer with the token of its action, as it came; see :mod:`rosoclingo.loop.tokens`.
-
-    Attributes:
-        run: The id of the run.
-        number: The action's number in it.
-        value: What was answered.
-        sender: The node that has sent it; empty if that is not known.
-    """
-
-    run: str
-    number: int
-    value: str
-    sender: str = ""
 
 
 @dataclass(frozen=True)
@@ -50,11 +27,36 @@ class Cancel:
     goal: Goal
 
 
-Taken = Union[Message, Goal, Cancel]
+Taken = Union[MessageArrived, Goal, Cancel]
 """What the loop takes."""
 
-Item = Union[Taken, Answer]
+Item = Union[Taken, AnswerArrived]
 """What comes; an answer is taken as a message."""
+
+
+def arrival_of(item: Item) -> Union[Arrival, AnswerArrived]:
+    """Returns the value of an input, without what the process knows of its goal."""
+    if isinstance(item, Goal):
+        return GoalArrived(item.id, item.request, item.information)
+    return CancelArrived(item.goal.id) if isinstance(item, Cancel) else item
+
+
+def item_of(event: Event, goals: Callable[[str], Optional[Goal]]) -> Optional[Item]:
+    """Returns the input of which :func:`arrival_of` has returned the value.
+
+    Args:
+        event: The value.
+        goals: Returns a goal by its id, None if it is of no interest any more.
+
+    Returns:
+        None if it is of such a goal.
+    """
+    if isinstance(event, (GoalArrived, CancelArrived)):
+        goal = goals(event.goal)
+        return Cancel(goal) if goal is not None and isinstance(event, CancelArrived) else goal
+    assert isinstance(event, (MessageArrived, AnswerArrived))
+    return event
+
 
 _LONGEST_HURRY = 0.2  # seconds
 
@@ -89,7 +91,7 @@ class Inbox:
                 self._changed.notify_all()
                 return
         if isinstance(item, Goal):
-            item.set_status("rejected", self._end)
+            item.set_status(Status.REJECTED, self._end)
 
     def cancel(self, goal: Goal) -> None:
         """Adds a cancel request; the goal is recalled at once if it has no slot."""

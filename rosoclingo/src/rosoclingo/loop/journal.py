@@ -12,6 +12,7 @@ ActionPublished(actuator='robot', action='go(3)')
 from __future__ import annotations
 
 import enum
+import json
 from dataclasses import dataclass
 from typing import Any, Callable, Mapping, NamedTuple, Optional, Tuple, Union
 
@@ -21,14 +22,27 @@ from rosclingo.wire.term_text import last_number
 from rosoclingo.loop.quality import Quality
 
 
-class Status(enum.Enum):
-    """A goal's status; its value is the word on the wire."""
+class Status(str, enum.Enum):
+    """A goal's status; its value is the word in plans and on the wire."""
 
+    PENDING = "pending"  # which is in no plan, and not on the wire
     ACCEPTED = "accepted"
     REJECTED = "rejected"
     SUCCEEDED = "succeeded"
     CANCELED = "canceled"
     ABORTED = "aborted"
+
+    __str__ = str.__str__
+
+    @property
+    def is_terminal(self) -> bool:
+        """Whether a goal with this status has ended."""
+        return self in TERMINAL_STATUSES
+
+
+TERMINAL_STATUSES = frozenset(Status) - {Status.PENDING, Status.ACCEPTED}
+STATUSES = TERMINAL_STATUSES | {Status.ACCEPTED}
+"""The statuses that a plan may say of a goal."""
 
 
 class Reason(str, enum.Enum):
@@ -77,16 +91,42 @@ class CancelArrived(Event):
 
 @dataclass(frozen=True)
 class MessageArrived(Event):
-    """The loop has taken a message, as it came; ``seconds`` as in :class:`GoalArrived`."""
+    """The loop has taken a message, as it came; ``seconds`` as in :class:`GoalArrived`.
+
+    Attributes:
+        source: Where it comes from.
+        value: What it says.
+        sender: The node that has sent it; empty if that is not known, as in the journal.
+    """
 
     source: str
     value: str
     seconds: float = 0.0
+    sender: str = ""
 
 
 Arrival = Union[GoalArrived, CancelArrived, MessageArrived]
 ARRIVALS = (GoalArrived, CancelArrived, MessageArrived)
-"""What comes from outside."""
+"""What comes from outside, as the loop takes it."""
+
+
+@dataclass(frozen=True)
+class AnswerArrived(Event):
+    """An answer has come with the token of its action, see :mod:`rosoclingo.loop.tokens`.
+
+    The loop takes it as a message, as which it is in the journal.
+
+    Attributes:
+        run: The id of the run.
+        number: The action's number in it.
+        value: What was answered.
+        sender: The node that has sent it; empty if that is not known.
+    """
+
+    run: str
+    number: int
+    value: str
+    sender: str = ""
 
 
 @dataclass(frozen=True)
@@ -245,7 +285,7 @@ class ActionTook(Event):
 
 @dataclass(frozen=True)
 class StatusSet(Event):
-    """A goal's status has changed.
+    """A goal's status has changed: as the journal, the goal's client and the store have it.
 
     Attributes:
         goal: That of actionlib.
@@ -374,7 +414,10 @@ _FROM_OUTSIDE = "from outside"
 _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
     GoalArrived: lambda e: Fields("goal", e.goal, e.request, e.information, e.seconds),
     CancelArrived: lambda e: Fields("cancel", e.goal, seconds=e.seconds),
-    MessageArrived: lambda e: Fields("message", e.source, e.value, seconds=e.seconds),
+    MessageArrived: lambda e: Fields(
+        "message", e.source, e.value, (e.sender,) if e.sender else (), e.seconds
+    ),
+    AnswerArrived: lambda e: Fields("answer", e.run, e.value, (str(e.number), e.sender)),
     MessageDropped: lambda e: Fields("dropped", text=e.reason),
     CommandDone: lambda e: Fields(
         "command", e.result.value if e.result else "", e.command, seconds=e.seconds
@@ -401,7 +444,10 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
 _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
     "goal": lambda f: GoalArrived(f.id, f.text, f.details, f.seconds),
     "cancel": lambda f: CancelArrived(f.id, f.seconds),
-    "message": lambda f: MessageArrived(f.id, f.text, f.seconds),
+    "message": lambda f: MessageArrived(f.id, f.text, f.seconds, "".join(f.details[:1])),
+    "answer": lambda f: AnswerArrived(
+        f.id, int("".join(f.details[:1])), f.text, "".join(f.details[1:2])
+    ),
     "dropped": lambda f: MessageDropped(f.text),
     "command": lambda f: CommandDone(f.text, Result(f.id) if f.id else None, f.seconds),
     "plan": lambda f: PlanFound(f.details, f.text != _BEST_SO_FAR, _quality(f.id)),
@@ -437,6 +483,26 @@ def decode(message: Any) -> Event:
         return _DECODERS[fields.kind](fields)
     except (KeyError, ValueError):
         return Unknown(fields)
+
+
+def key_of(event: Event) -> Tuple[str, str, str]:
+    """Returns what identifies an input, whenever it is taken: kind, id, and a message's value."""
+    fields = encode(event)
+    return fields.kind, fields.id, fields.text if isinstance(event, MessageArrived) else ""
+
+
+def to_text(event: Event) -> str:
+    """Encodes an event as text, for :func:`from_text`."""
+    return json.dumps(encode(event))
+
+
+def from_text(text: str) -> Event:
+    """Decodes the text of an event.
+
+    Raises:
+        TypeError, ValueError: It is something else.
+    """
+    return decode(Fields(*json.loads(text)))
 
 
 def _text(quality: Optional[Quality]) -> str:

@@ -163,8 +163,7 @@ class Loop:
     def prepare(self) -> None:
         """Prepares the controller, and shows that nobody was told anything in this run."""
         self._controller.prepare()
-        tokens = self.state.tokens
-        self._environment.show_told(tokens.run, tokens.told)
+        self.state.show_executions(again=True)
         if not self.dynamic:
             self.state.mail.refuse("the controller's mode is static: it takes no goals")
 
@@ -186,7 +185,7 @@ class Loop:
         needed = state.needed_horizon
         info = Info(
             state.result,
-            state.acting.pending_actions,
+            state.executions.pending_actions,
             mail.tell(),
             state.goals.some_ended,
             needed,
@@ -285,4 +284,4 @@ class Loop:
         self.state.note(LoopEnded(reason, from_outside))
         mail.refuse(reason)
         mail.take()
-        self.state.goals.end_all("aborted", reason)
+        self.state.goals.abort_all(reason)

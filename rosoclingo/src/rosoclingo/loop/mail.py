@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
 from rosoclingo.loop import journal
-from rosoclingo.loop.acting import Acting, Actor
 from rosoclingo.loop.atoms import canonical, event
 from rosoclingo.loop.backoff import Backoff, Pace
 from rosoclingo.loop.demand import Pair
 from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.execution import Execution
+from rosoclingo.loop.executions import Executions
 from rosoclingo.loop.externals import PlannerExternals
-from rosoclingo.loop.goals import Goal, Goals, Stage
+from rosoclingo.loop.goals import Goal, Goals
 from rosoclingo.loop.ids import RESERVED, why_no_message
-from rosoclingo.loop.inbox import Cancel, Inbox, Item, Message, Taken
+from rosoclingo.loop.inbox import Cancel, Inbox, Item, Taken, arrival_of, item_of
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.progress import Progress
-from rosoclingo.loop.replay_inbox import Key, Kind, key_of
 from rosoclingo.loop.snapshot import take_over
-from rosoclingo.loop.tokens import Tokens
+from rosoclingo.loop.tokens import resolve
 from rosoclingo.loop.words import BUSY, FAILURE, INFO, QUEUE, TIMEOUT, UNKNOWN
 
 _FEEDBACK_SECONDS = 1.0  # how often goals are told how much waits
@@ -53,18 +54,16 @@ class MailState:
 
 @dataclass(frozen=True)
 class MailSnapshot:
-    """Saved state of :class:`Mail` with its actuators; goals are given by their ids.
+    """Saved state of :class:`Mail`; goals are given by their ids.
 
     Attributes:
         cancels: Goals that are to be cancelled.
         held: What is held back, in order of arrival.
-        acting: The current step's actuators, by their ids.
     """
 
     state: MailState
     cancels: Tuple[str, ...]
-    held: Tuple[Key, ...]
-    acting: Dict[str, Actor]
+    held: Tuple[str, ...]
 
 
 class Mail(MailState):
@@ -90,13 +89,12 @@ class Mail(MailState):
         inbox: Inbox,
         goals: Goals,
         externals: PlannerExternals,
-        tokens: Tokens,
-        acting: Acting,
+        executions: Executions,
         *,
         progress: Progress,
         environment: Environment,
         note: Callable[[journal.Event], None],
-        answered: Callable[[str, str], None],
+        answered: Callable[[Execution, str], None],
     ) -> None:
         """Makes an empty buffer.
 
@@ -104,12 +102,11 @@ class Mail(MailState):
             inbox: Where everything comes in.
             goals: The goals.
             externals: What the planner's encoding knows.
-            tokens: What each actuator was told to do last.
-            acting: Who acts, and so may answer.
+            executions: What each actuator was told to do last; who acts may answer.
             progress: Knows the current step.
             environment: Where warnings go.
             note: Adds an event to the journal.
-            answered: Called with who has answered its action, and what.
+            answered: Called with what was executed until its answer, and the answer.
         """
         super().__init__()
         self.inbox = inbox
@@ -117,8 +114,7 @@ class Mail(MailState):
         self._goals = goals
         self.cancels: List[Goal] = []
         self._externals = externals
-        self._tokens = tokens
-        self._acting = acting
+        self._executions = executions
         self._environment = environment
         self._note = note
         self._answered = answered
@@ -132,12 +128,11 @@ class Mail(MailState):
         self._logged = self._not_logged = 0
 
     def snapshot(self) -> MailSnapshot:
-        """Returns the state to save: untold inputs, and the acting actuators."""
+        """Returns the state to save: untold inputs."""
         return MailSnapshot(
             self,
             tuple(goal.id for goal in self.cancels),
-            tuple(map(key_of, self._held)),
-            self._acting.snapshot(),
+            tuple(journal.to_text(arrival_of(item)) for item in self._held),
         )
 
     def restore(self, saved: MailSnapshot, goals: Dict[str, Goal]) -> None:
@@ -149,8 +144,7 @@ class Mail(MailState):
         """
         take_over(self, saved.state)
         self.cancels = [goals[key] for key in saved.cancels]
-        self._held = [_item(key, goals) for key in saved.held]
-        self._acting.restore(saved.acting)
+        self._held = [_item(text, goals) for text in saved.held]
 
     @property
     def goals_spoken_of(self) -> List[Goal]:
@@ -164,7 +158,7 @@ class Mail(MailState):
     def new_messages(self) -> bool:
         """Whether there is something for ``assign_messages`` to do; may ask the planner."""
         has_come = bool(self.messages or self.cancels or self.new_goals or self._held)
-        return has_come or self._acting.leaves_some_busy
+        return has_come or self._executions.leaves_some_busy
 
     def tell(self) -> bool:
         """Returns :attr:`new_messages` for the controller, which knows of all news from then on."""
@@ -216,7 +210,7 @@ class Mail(MailState):
         line = f"{len(waiting)} message{' waits' if is_one else 's wait'} for the search"
         goals = [item for item in waiting if isinstance(item, Goal)]
         for goal in (*self._goals.open, *goals):
-            if goal.stage is not Stage.ENDED:
+            if not goal.ended:
                 goal.tell(line, kind="waiting messages")
 
     # What comes in.
@@ -275,7 +269,7 @@ class Mail(MailState):
         if self._is_paced and not self._paces():
             self._is_paced = False
             self._news += 1
-        new, dropped = self._tokens.resolve(self._come())
+        new, dropped = resolve(self._executions, self._come())
         if new or dropped or self._held:
             self._take_all(new, dropped, may_ask)
         if may_ask:
@@ -296,7 +290,9 @@ class Mail(MailState):
         if self._command_began is not None:
             seconds = max(time.perf_counter() - self._command_began, _SHORTEST)
         for item in new:
-            self._note(_arrival(item, seconds))
+            arrival = arrival_of(item)
+            assert isinstance(arrival, journal.ARRIVALS)
+            self._note(replace(arrival, seconds=seconds))
         for number, item in enumerate(items):
             try:
                 is_news = self._take(item, may_ask, dropped)
@@ -328,7 +324,7 @@ class Mail(MailState):
         if self._held:  # the order of the others is kept
             self._held.append(item)
             return True
-        if isinstance(item, Message):
+        if isinstance(item, MessageArrived):
             return self.dynamic and self._take_message(item, may_ask, dropped)
         return self._take_goal(item, may_ask)
 
@@ -345,11 +341,11 @@ class Mail(MailState):
 
     def _take_goal(self, goal: Goal, may_ask: bool) -> bool:
         if self.rejection:
-            self._goals.end(goal, "rejected", self.rejection)
+            self._goals.end(goal, journal.Status.REJECTED, self.rejection)
             return False
         if goal.request == "cancel":
             reason = "cancel is no request; a goal is cancelled by a cancel request of its action"
-            self._goals.end(goal, "rejected", reason)
+            self._goals.end(goal, journal.Status.REJECTED, reason)
             return False
         slots = self._goals.slots
         pairs = [(slot, goal.request) for slot in slots]
@@ -357,7 +353,8 @@ class Mail(MailState):
             return True
         if slots and not self._externals.knows(pairs):
             step = len(self._externals.grounded) - 1
-            self._goals.end(goal, "rejected", self.explain(slots[0], goal.request, step))
+            why = self.explain(slots[0], goal.request, step)
+            self._goals.end(goal, journal.Status.REJECTED, why)
             return False
         goal.came = self._environment.world_now()
         self._goals.add(goal)
@@ -366,17 +363,17 @@ class Mail(MailState):
         self.new_goals |= news
         return news
 
-    def _take_message(self, message: Message, may_ask: bool, dropped: List[str]) -> bool:
+    def _take_message(self, message: MessageArrived, may_ask: bool, dropped: List[str]) -> bool:
         if not self._externals.grounded:  # the slots' ids are not known
             self._held.append(message)
             return True
         try:
-            source, value = canonical(message.id), canonical(message.value)
+            source, value = canonical(message.source), canonical(message.value)
         except TermError as err:
             dropped.append(str(err))
             return False
-        actor, said = self._acting.actor(source), value
-        is_answer = actor is not None and actor.answer is None
+        actor, said = self._executions.acting(source), value
+        is_answer = actor is not None and actor.is_open
         if actor and value in (UNKNOWN, TIMEOUT):
             if self._hold(message, [(source, value)], may_ask):
                 return True
@@ -390,24 +387,19 @@ class Mail(MailState):
         elif value == BUSY and self._externals.is_declared(source, BUSY):
             reason = "who is busy, rosoclingo says itself"
         elif not self._externals.knows([(source, value)]):
-            if actor and actor.answer is None:
-                self._acting.answer(source, value)
-                self._answered(source, said)
-                self._tokens.take(source, said)
+            if actor and is_answer:
+                self._end_action(source, said, value)
                 self._warn_of_undeclared_answer(source, said)
                 return not actor.is_busy
             reason = "the planner's encoding declares no such event"
             if len(dropped) < _LOGGED_DROPS:
                 reason += self._suggest(source, value)
-        elif actor and actor.answer is not None and actor.answer != value:
-            reason = f"it has answered {shorten(actor.answer)} already"
+        elif actor and not is_answer and actor.outcome != value:
+            reason = f"it has answered {shorten(str(actor.outcome))} already"
         else:
-            if actor:
-                self._acting.answer(source, value)
-                self._answered(source, said)
+            self._end_action(source, said, value)
             if value != said == UNKNOWN:
                 self._warn_of_unknown(source)
-            self._tokens.take(source, said)
             if actor and actor.is_busy:
                 return False
             if not is_answer and self._is_known(source, value):
@@ -417,6 +409,11 @@ class Mail(MailState):
             return not self._is_paced
         dropped.append(f"{journal.naming(source, value)}{reason}")
         return False
+
+    def _end_action(self, source: str, answer: str, outcome: str) -> None:
+        ended = self._executions.end(source, answer, outcome)
+        if ended is not None:
+            self._answered(ended, answer)
 
     def _suggest(self, source: str, value: str) -> str:
         others = [*(word for word in RESERVED if word != INFO), *self._goals.slots]
@@ -444,7 +441,7 @@ class Mail(MailState):
     def _hold(self, item: Taken, pairs: List[Pair], may_ask: bool) -> bool:
         """Keeps an item for later if it is not known yet whether the planner declares its pairs."""
         externals = self._externals
-        may_be_own = isinstance(item, Message) and pairs[0][1] == BUSY
+        may_be_own = isinstance(item, MessageArrived) and pairs[0][1] == BUSY
         if (externals.knows(pairs) and not may_be_own) or externals.is_sure(pairs):
             return False
         if may_ask:
@@ -516,17 +513,7 @@ class Mail(MailState):
             self._logged = 0
 
 
-def _arrival(item: Taken, seconds: float) -> journal.Event:
-    """Returns the journal's event for an input."""
-    if isinstance(item, Message):
-        return journal.MessageArrived(item.id, item.value, seconds)
-    if isinstance(item, Cancel):
-        return journal.CancelArrived(item.goal.id, seconds)
-    return journal.GoalArrived(item.id, item.request, item.information, seconds)
-
-
-def _item(key: Key, goals: Dict[str, Goal]) -> Taken:
-    kind, identifier, value = key
-    if kind is Kind.MESSAGE:
-        return Message(identifier, value)
-    return Cancel(goals[identifier]) if kind is Kind.CANCEL else goals[identifier]
+def _item(text: str, goals: Dict[str, Goal]) -> Taken:
+    item = item_of(journal.from_text(text), goals.__getitem__)
+    assert isinstance(item, (MessageArrived, Goal, Cancel))
+    return item

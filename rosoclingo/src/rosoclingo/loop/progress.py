@@ -1,9 +1,9 @@
-"""Progress of a run: its plan, current step and published actions."""
+"""Progress of a run: its plan, current step and horizon."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import AbstractSet, List, Optional, Set
+from typing import List, Optional, Set
 
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.atoms import SAVE, Action, Plan
@@ -41,7 +41,6 @@ class Progress:
     tries: int = 0
     held: List[int] = field(default_factory=list)
     _again: Optional[List[str]] = None  # what the planner is to begin with next
-    _published: Set[Action] = field(default_factory=set)  # since the last reset
     _warned: Set[str] = field(default_factory=set)  # the kinds of what is said once
 
     def begin_with(self, events: List[str]) -> None:
@@ -63,12 +62,10 @@ class Progress:
         self.plan, self.shows_plan = Plan(), False
         self.planned, self.failures = -1, 0
         self.visible.clear()
-        self._published.clear()
         self.held.clear()
 
     def forget_steps(self) -> None:
         """Applies a reset: the current step becomes step 0, and the plan's steps are outdated."""
-        self._published.clear()
         self.held.clear()
         self.step = 0
         self.shows_plan = False
@@ -87,19 +84,6 @@ class Progress:
     def actions_left(self, step: int) -> int:
         """Returns how many steps the plan goes on after a step, until its last action."""
         return self.plan.last_actions(step, self.horizon) - step if self.shows_plan else 0
-
-    @property
-    def published(self) -> AbstractSet[Action]:
-        """The actions that were published since the last reset."""
-        return self._published
-
-    def is_published(self, action: Action) -> bool:
-        """Whether an action was published since the last reset."""
-        return action in self._published
-
-    def note_published(self, action: Action) -> None:
-        """Remembers an action as published."""
-        self._published.add(action)
 
     def has_warned(self, kind: str) -> bool:
         """Whether a warning of a kind was logged, so that it is not logged again."""

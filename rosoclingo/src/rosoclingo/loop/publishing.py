@@ -18,13 +18,16 @@ def split(state: State, actions: Sequence[Action]) -> Tuple[List[Action], List[A
     Raises:
         PlannerError: A busy actuator has another one.
     """
-    repeated = [action for action in actions if state.acting.goes_on(action.actuator)]
-    for action in repeated:
-        doing = state.tokens.last[action.actuator].action
-        if action.name != doing:
+    repeated = []
+    for action in actions:
+        one = state.executions.acting(action.actuator)
+        if one is None or not one.goes_on:
+            continue
+        repeated.append(action)
+        if action.name != one.action:
             raise PlannerError(
                 f"the plan has {shorten(str(action))}, and {shorten(action.actuator)} is still "
-                f"busy with {shorten(doing)}: an encoding that declares "
+                f"busy with {shorten(one.action)}: an encoding that declares "
                 f"#external {shorten(event(action.actuator, BUSY, state.step))} has to repeat "
                 "that, after a reset too; see docs/protocol.md, Steps without a barrier"
             )
@@ -34,22 +37,16 @@ def split(state: State, actions: Sequence[Action]) -> Tuple[List[Action], List[A
 def publish(state: State, actions: Sequence[Action]) -> None:
     """Gives actions their tokens and sends them; from then on their actuators owe answers."""
     for action in actions:
-        state.tokens.begin(action)
+        state.executions.begin(action, *state.plan.lasting.get(action, ("", 0)))
     if actions:
-        state.show_told()
+        state.show_executions()
     for action in actions:
-        state.note_published(action)
-        state.acting.begin_action(action.actuator)
-        state.arrivals.begin(action, state.plan, state.environment.world_now())
         state.environment.publish(action.actuator, action.name)
         state.note(ActionPublished(action.actuator, action.name))
 
 
 def publish_abort(state: State, actuator: str) -> None:
     """Tells an actuator to abort its action, once in a step; nobody answers that."""
-    abort = Action(actuator, ABORT, state.step)
-    if not state.is_published(abort) and not state.tokens.is_aborted(actuator):
-        state.note_published(abort)
-        state.tokens.abort(actuator)
-        state.show_told()
-        state.environment.publish(actuator, abort.name)
+    if state.executions.abort(actuator, state.step):
+        state.show_executions()
+        state.environment.publish(actuator, ABORT)

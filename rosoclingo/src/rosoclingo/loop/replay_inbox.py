@@ -13,10 +13,8 @@ from collections import Counter, deque
 from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosclingo.errors import ParameterError
-from rosoclingo.loop.inbox import Answer, Cancel, Inbox, Item, Message, Taken
-from rosoclingo.loop.journal import Fields, SearchEnded
-from rosoclingo.loop.journal import decode as decode_event
-from rosoclingo.loop.journal import encode as encode_event
+from rosoclingo.loop.inbox import Cancel, Inbox, Item, Taken, arrival_of
+from rosoclingo.loop.journal import AnswerArrived, SearchEnded, from_text, key_of
 from rosoclingo.loop.recorded import RecordedOutcomes
 
 
@@ -41,8 +39,8 @@ class Kind(str, enum.Enum):
     TIME = "time"  # no input: how long an action took
 
 
-Key = Tuple[Kind, str, str]
-"""What identifies an input, whenever it comes: kind, id, and the value of a message."""
+Key = Tuple[str, str, str]
+"""What identifies an input, see :func:`.key_of`."""
 
 
 class Due(NamedTuple):
@@ -54,8 +52,8 @@ class Due(NamedTuple):
         kind: What it was.
         id: That of the goal or message; what is to be killed, as :class:`.NodeResumed` has it; of a
             search, nothing; of an action's time, the number of its token.
-        text: The message's value; how a search ends, see :func:`search_text`; how long an action
-            took, in seconds; else empty.
+        text: The message's value; how a search ends, see :func:`.from_text`, or nothing, which says
+            that all of them are known; how long an action took, in seconds; else empty.
     """
 
     decision: int
@@ -75,26 +73,13 @@ class Due(NamedTuple):
         return Kind.CANCEL if self.kind is Kind.RECALL else self.kind, self.id, self.text
 
 
-def search_text(ended: Optional[SearchEnded] = None) -> str:
-    """Encodes the outcome of a search, as the text of a :class:`Due`.
-
-    Args:
-        ended: How it ends; None says that all searches which depend on time are known.
-    """
-    if ended is None:
-        return ""
-    fields = encode_event(ended)
-    return json.dumps([fields.id, fields.text, fields.details])
-
-
-def read_search(text: str) -> SearchEnded:
-    """Decodes the text of :func:`search_text`.
+def _read_search(text: str) -> SearchEnded:
+    """Decodes how a search ends.
 
     Raises:
-        ValueError: It is something else.
+        TypeError, ValueError: The text is something else.
     """
-    quality, how, details = json.loads(text)
-    event = decode_event(Fields("search", str(quality), str(how), tuple(map(str, details))))
+    event = from_text(text)
     if not isinstance(event, SearchEnded):
         raise ValueError(f"{text} is no search")
     return event
@@ -120,7 +105,7 @@ def decode(text: object) -> List[Due]:
         ]
         for due in dues:
             if due.kind is Kind.SEARCH and due.text:
-                read_search(due.text)
+                _read_search(due.text)
             if due.kind is Kind.TIME:
                 int(due.id), float(due.text)
         return dues
@@ -145,7 +130,7 @@ class ReplayInbox(Inbox):
         super().__init__()
         searches = [due for due in dues if due.kind is Kind.SEARCH]
         self.recorded: RecordedOutcomes = RecordedOutcomes(
-            [(due.decision, read_search(due.text)) for due in searches if due.text],
+            [(due.decision, _read_search(due.text)) for due in searches if due.text],
             {int(due.id): float(due.text) for due in dues if due.kind is Kind.TIME},
             knows_searches=bool(searches),
         )
@@ -160,9 +145,9 @@ class ReplayInbox(Inbox):
 
     def put(self, item: Item) -> None:
         """Adds an item; returns at once. A replay's answers are those of the recording."""
-        if isinstance(item, Answer):
+        if isinstance(item, AnswerArrived):
             return
-        key = key_of(item)
+        key = key_of(arrival_of(item))
         with self._changed:
             if not self._is_open and self._expected[key] > 0:
                 self._expected[key] -= 1
@@ -177,7 +162,7 @@ class ReplayInbox(Inbox):
     def recalls_at_once(self, item: Cancel) -> bool:
         """Whether a cancel request recalls a goal now; else that is due later."""
         with self._changed:
-            return self._is_open or self._expected[key_of(item)] <= 0
+            return self._is_open or self._expected[key_of(arrival_of(item))] <= 0
 
     @property
     def may_hold(self) -> bool:
@@ -305,12 +290,3 @@ class ReplayInbox(Inbox):
 
 
 _INPUTS = (Kind.GOAL, Kind.CANCEL, Kind.MESSAGE)
-
-
-def key_of(item: Taken) -> Key:
-    """Returns the key of an item, which does not depend on when it comes."""
-    if isinstance(item, Message):
-        return Kind.MESSAGE, item.id, item.value
-    if isinstance(item, Cancel):
-        return Kind.CANCEL, item.goal.id, ""
-    return Kind.GOAL, item.id, ""

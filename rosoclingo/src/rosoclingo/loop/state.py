@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Callable, Dict, List, Optional, Tuple
 
 from rosoclingo.loop import journal
-from rosoclingo.loop.acting import Acting
-from rosoclingo.loop.arrivals import Arrival, Arrivals, ArrivalsState
+from rosoclingo.loop.arrivals import Arrival
 from rosoclingo.loop.atoms import event
 from rosoclingo.loop.durations import Durations, DurationsState
 from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.executions import Executions, ExecutionsState
 from rosoclingo.loop.externals import ExternalsState, PlannerExternals
 from rosoclingo.loop.goals import Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.inbox import Inbox
@@ -19,8 +19,8 @@ from rosoclingo.loop.planner import Planner, PlannerState
 from rosoclingo.loop.progress import Progress
 from rosoclingo.loop.snapshot import take_over
 from rosoclingo.loop.timing import Timing
-from rosoclingo.loop.tokens import Tokens, TokensState
 from rosoclingo.loop.waiting import Waiting
+from rosoclingo.loop.words import BUSY
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,8 @@ class StateSnapshot:
     planner: PlannerState
     externals: ExternalsState
     goals: GoalsSnapshot
-    tokens: TokensState
+    executions: ExecutionsState
     mail: MailSnapshot
-    arrivals: ArrivalsState
     durations: DurationsState
     reminded: bool
 
@@ -51,12 +50,10 @@ class State(Progress):
         planner: The planner.
         externals: What is known of the planner's externals.
         goals: The goals.
-        tokens: What each actuator was told to do last.
-        acting: Who acts in the step.
+        executions: What each actuator does, has answered, and was told before.
         mail: What has come from outside.
-        arrivals: When goals will be served.
         durations: How long actions have taken.
-        timing: What follows from these two.
+        timing: What follows from that.
         waiting: How it is waited for what comes.
         begin_mode: Has the mode begin again, so that it initialises the planner next.
         environment: Where actions and log messages go.
@@ -93,30 +90,28 @@ class State(Progress):
         self.environment = environment
         self.externals = PlannerExternals(planner)
         self.goals = Goals()
-        self.tokens = Tokens()
+        self.executions = Executions(
+            environment, lambda actuator: self.externals.declares(actuator, BUSY)
+        )
         self._shown: Tuple[object, ...] = ()
         planner.recorded, planner.note = inbox.recorded, self.note
         planner.missing = self._warn_of_missing
-        self.arrivals = Arrivals()
         self.durations = Durations()
         self.timing = Timing(
-            self.arrivals,
             self.durations,
             progress=self,
             goals=self.goals,
             externals=self.externals,
-            tokens=self.tokens,
+            executions=self.executions,
             recorded=inbox.recorded,
             environment=environment,
             note=self.note,
         )
-        self.acting = Acting(self.externals, environment)
         self.mail = Mail(
             inbox,
             self.goals,
             self.externals,
-            self.tokens,
-            self.acting,
+            self.executions,
             progress=self,
             environment=environment,
             note=self.note,
@@ -124,7 +119,7 @@ class State(Progress):
         )
         self.waiting = Waiting(
             self.mail,
-            self.acting,
+            self.executions,
             self.goals,
             environment,
             self.note,
@@ -140,9 +135,8 @@ class State(Progress):
             self.planner,
             self.externals,
             self.goals.snapshot(self.mail.goals_spoken_of),
-            self.tokens,
+            self.executions.snapshot(),
             self.mail.snapshot(),
-            self.arrivals,
             self.durations,
             self.waiting.reminded,
         )
@@ -161,12 +155,12 @@ class State(Progress):
         take_over(self.planner, saved.planner)
         goals = self.goals.restore(saved.goals, client)
         self.externals.restore(saved.externals, self.goals.slots)
-        take_over(self.tokens, saved.tokens)
+        take_over(self.executions, saved.executions)
+        self.executions.restore()
         self.mail.restore(saved.mail, goals)
-        take_over(self.arrivals, saved.arrivals)
         take_over(self.durations, saved.durations)
         self.waiting.reminded = saved.reminded
-        self.environment.show_told(self.tokens.run, self.tokens.told)
+        self.show_executions(again=True)
         return goals
 
     @property
@@ -209,7 +203,7 @@ class State(Progress):
         """Ends the work: goals that are open or still to come are told why."""
         self.ended = True
         self.mail.refuse(self.mail.rejection or reason)
-        self.goals.end_all("aborted", reason)
+        self.goals.abort_all(reason)
 
     # What the commands do.
 
@@ -239,10 +233,8 @@ class State(Progress):
                     reason = f"the mode tells it in step {step}, which is not grounded"
                     if is_grounded:
                         reason = self.mail.explain(slot, goal.request, step)
-                    self.goals.end(goal, "rejected", reason)
+                    self.goals.end(goal, journal.Status.REJECTED, reason)
                     self.goals.remove(goal)
-                else:
-                    self.arrivals.place(slot, goal.came)
         self.timing.tell_planner(step)
         self.goals.tell_positions()
         self._tell_busy(step)
@@ -253,13 +245,13 @@ class State(Progress):
         self._tell_busy(step)
 
     def _tell_busy(self, step: int) -> None:
-        if self.acting.is_over:
-            self.externals.make_true(self.acting.end_step(step))
+        if self.executions.is_over:
+            self.externals.make_true(self.executions.end_step(step))
 
     def _assign_pending_messages(self, step: int) -> None:
         messages = self.mail.take_messages(step)
         new = {atom: pair for atom, pair in messages.items() if not self.externals.is_true(atom)}
-        answers = [atom for atom, (source, _) in new.items() if self.acting.actor(source)]
+        answers = [atom for atom, (source, _) in new.items() if self.executions.acting(source)]
         others = [atom for atom in new if atom not in answers]
         self.after_message |= bool(others)
         missing = self.externals.make_true(answers) + self.externals.make_true(
@@ -277,8 +269,9 @@ class State(Progress):
         """
         if step == self.step:
             return []
-        busy = self.acting.end_step(self.step)
-        self.mail.messages += self.acting.begin_step()
+        busy = self.executions.end_step(self.step)
+        answers = self.executions.begin_step()
+        self.mail.messages += [pair for pair in answers if self.externals.knows([pair])]
         self.free_slots()
         gone = range(self.step, step)
         self.step = step
@@ -292,11 +285,12 @@ class State(Progress):
         if self.goals.waiting and self.goals.has_free_slot():
             self.mail.note_goals()
 
-    def show_told(self) -> None:
-        """Publishes the last action of each actuator, if it or its answer is new."""
-        if self.tokens.changed:
-            self.tokens.changed = False
-            self.environment.show_told(self.tokens.run, self.tokens.told)
+    def show_executions(self, *, again: bool = False) -> None:
+        """Publishes the last action of each actuator, if it or its answer is new, or again."""
+        executions = self.executions
+        if executions.changed or again:
+            executions.changed = False
+            self.environment.show_executions(executions.run, executions.dispatched)
 
     def _correct_arrivals(self) -> None:
         """Tells clients of new delays, and publishes the plan with them."""
@@ -306,9 +300,11 @@ class State(Progress):
     def show_plan(self) -> None:
         """Publishes the plan from the current step on, if it is new."""
         quality = self.planner.quality if self.shows_plan else None
-        slots = [goal.slot or "" for goal in self.goals.open] if self.shows_plan else []
-        told = self.arrivals.told
-        arrivals = tuple(Arrival(slot, told[slot]) for slot in slots if slot in told)
+        arrivals = tuple(
+            Arrival(goal.slot or "", goal.expected)
+            for goal in (self.goals.open if self.shows_plan else ())
+            if goal.expected is not None
+        )
         shown = (self.plan, self.shows_plan, self.step, self.horizon, arrivals, quality)
         if shown == self._shown:
             return

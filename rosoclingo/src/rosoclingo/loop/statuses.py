@@ -9,8 +9,7 @@ and are set as the plan has them then.
 from __future__ import annotations
 
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.atoms import Action
-from rosoclingo.loop.goals import STATUSES, TERMINAL_STATUSES
+from rosoclingo.loop.journal import STATUSES, TERMINAL_STATUSES, Status
 from rosoclingo.loop.state import State
 from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
@@ -45,14 +44,14 @@ def is_unsettled(state: State) -> bool:
 
     The last means that the planner knows an answer, or an input, and has not planned since then.
     """
-    if state.acting.is_awaited:
+    if state.executions.is_awaited:
         return True
-    if not all(map(state.is_published, state.plan.actions(state.step))):
+    if not all(map(state.executions.is_published, state.plan.actions(state.step))):
         return True
-    if any(state.acting.actor(source) for source, _ in state.mail.messages):
+    if any(state.executions.acting(source) for source, _ in state.mail.messages):
         return True
     return any(
-        from_outside or state.acting.actor(split_term(atom)[1][0])
+        from_outside or state.executions.acting(split_term(atom)[1][0])
         for atom, from_outside in state.externals.told.items()
     )
 
@@ -60,11 +59,11 @@ def is_unsettled(state: State) -> bool:
 def _is_left_open(state: State, step: int) -> bool:
     """Tells if an action up to a step is not answered, because the mode has not waited for that."""
     return any(
-        told.answer is None
-        and told.step <= step
-        and state.is_published(Action(told.actuator, told.action, told.step))
-        and state.acting.actor(told.actuator) is None
-        for told in state.tokens.told
+        one.is_open
+        and not one.acts
+        and one.step <= step
+        and state.executions.is_published(one.published)
+        for one in state.executions.dispatched
     )
 
 
@@ -90,15 +89,15 @@ def set_status(state: State, slot: str, word: str, step: int) -> None:
             f"{', '.join(sorted(STATUSES))} are allowed"
         )
         return
-    reason = f"the planner's status in step {step}"
-    doubts = "" if word != "aborted" else _doubts(state)
-    state.goals.end(goal, word, f"{reason}: {doubts}" if doubts else reason)
+    status, reason = Status(word), f"the planner's status in step {step}"
+    doubts = _doubts(state) if status is Status.ABORTED else ""
+    state.goals.end(goal, status, f"{reason}: {doubts}" if doubts else reason)
 
 
 def _doubts(state: State) -> str:
     """Returns which actions of the current step may have been done or not."""
     return " and ".join(
-        f"whether {told.actuator} has done {told.action} is unknown"
-        for told in state.tokens.told
-        if told.answer in (UNKNOWN, TIMEOUT) and told.step == state.step
+        f"whether {one.actuator} has done {one.action} is unknown"
+        for one in state.executions.dispatched
+        if one.answer in (UNKNOWN, TIMEOUT) and one.step == state.step
     )

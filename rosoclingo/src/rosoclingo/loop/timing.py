@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from typing import Callable
 
-from rosoclingo.loop.arrivals import EXPECTED, Arrivals
+from rosoclingo.loop.arrivals import EXPECTED, arrival_lines, expected_arrivals
 from rosoclingo.loop.atoms import Plan, event
 from rosoclingo.loop.durations import Durations
 from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.execution import Execution
+from rosoclingo.loop.executions import Executions
 from rosoclingo.loop.externals import PlannerExternals
 from rosoclingo.loop.goals import Goals
 from rosoclingo.loop.journal import ActionTook, Event
 from rosoclingo.loop.progress import Progress
 from rosoclingo.loop.recorded import Recorded
-from rosoclingo.loop.tokens import Tokens
 from rosoclingo.loop.words import INFO, SUCCESS
 
 _MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
@@ -28,13 +29,12 @@ class Timing:
 
     def __init__(
         self,
-        arrivals: Arrivals,
         durations: Durations,
         *,
         progress: Progress,
         goals: Goals,
         externals: PlannerExternals,
-        tokens: Tokens,
+        executions: Executions,
         recorded: Recorded,
         environment: Environment,
         note: Callable[[Event], None],
@@ -42,41 +42,36 @@ class Timing:
         """Connects arrival times and durations with the run.
 
         Args:
-            arrivals: When goals will be served.
             durations: How long actions have taken.
             progress: The plan, and the step.
             goals: The goals.
             externals: What the planner's encoding knows.
-            tokens: What each actuator was told to do last.
+            executions: What each actuator does.
             recorded: Knows in a replay how long actions took.
             environment: Where the clock of the world is.
             note: Adds an event to the journal.
         """
-        self._arrivals = arrivals
         self._durations = durations
         self._progress = progress
         self._goals = goals
         self._externals = externals
-        self._tokens = tokens
+        self._executions = executions
         self._recorded = recorded
         self._environment = environment
         self._note = note
 
-    def end_action(self, actuator: str, value: str) -> None:
-        """Handles an action's answer: ends its tracking, and learns its duration from a success.
+    def end_action(self, done: Execution, value: str) -> None:
+        """Learns an action's duration from its success.
 
         Learns only if the encoding has named the kind of the action, and not if the clock stands
         still.
         """
-        done = self._arrivals.end(actuator)
-        is_aborted = self._tokens.is_aborted(actuator)
-        if done is None or not done.kind or value != SUCCESS or is_aborted or not done.is_timed:
+        if not (done.kind and done.is_timed and value == SUCCESS) or done.aborted:
             return
-        number = self._tokens.last[actuator].number
-        measured = max(0.0, self._environment.world_now() - done.began)
-        seconds = self._recorded.measured(number, measured)
+        measured = max(0.0, self._environment.world_now() - done.world_began)
+        seconds = self._recorded.measured(done.number, measured)
         if seconds:
-            self._note(ActionTook(actuator, done.kind, number, seconds))
+            self._note(ActionTook(done.actuator, done.kind, done.number, seconds))
             self._durations.learn(done.kind, done.seconds, seconds)
 
     def tell_planner(self, step: int) -> None:
@@ -97,18 +92,19 @@ class Timing:
         Args:
             moved: By how many seconds a time has to have moved.
         """
-        now, told, progress = self._environment.world_now(), self._arrivals.told, self._progress
+        now, executions, progress = self._environment.world_now(), self._executions, self._progress
         plan = progress.plan if progress.shows_plan else Plan()
-        times = self._arrivals.expected(plan, progress.step, progress.published, now)
-        for slot in set(told).difference(times):
-            del told[slot]
+        times = expected_arrivals(
+            plan, progress.step, executions.dispatched, executions.published, now
+        )
         for goal in self._goals.open:
-            slot = goal.slot or ""
-            time = times.get(slot)
-            if time is None or (slot in told and abs(time - told[slot]) < moved):
+            time, told = times.get(goal.slot or ""), goal.expected
+            if time is not None and told is not None and abs(time - told) < moved:
                 continue
-            told[slot] = time
-            for line in self._arrivals.lines(plan, slot, time, now):
+            goal.expected = time
+            if time is None:
+                continue
+            for line in arrival_lines(time, now, goal.came, plan.limits.get(goal.slot or "")):
                 goal.tell(line, again=line.startswith(EXPECTED))
 
     def correct(self) -> bool:
@@ -117,7 +113,7 @@ class Timing:
         Returns:
             Whether a client was told a time before.
         """
-        if not self._arrivals.told:
+        if all(goal.expected is None for goal in self._goals.open):
             return False
         self.tell_clients(_MOVED_SECONDS)
         return True

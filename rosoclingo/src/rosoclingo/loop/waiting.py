@@ -6,11 +6,10 @@ import time
 from typing import Callable, Optional
 
 from rosoclingo.errors import ShutdownError
-from rosoclingo.loop.acting import Acting
 from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.executions import Executions
 from rosoclingo.loop.goals import Goals
-from rosoclingo.loop.inbox import Message
-from rosoclingo.loop.journal import Event, LoopWaits, Reason
+from rosoclingo.loop.journal import Event, LoopWaits, MessageArrived, Reason, Status
 from rosoclingo.loop.mail import Mail
 from rosoclingo.loop.words import TIMEOUT
 
@@ -31,7 +30,7 @@ class Waiting:
     def __init__(
         self,
         mail: Mail,
-        acting: Acting,
+        executions: Executions,
         goals: Goals,
         environment: Environment,
         note: Callable[[Event], None],
@@ -44,7 +43,7 @@ class Waiting:
 
         Args:
             mail: What has come.
-            acting: Who acts in the step.
+            executions: Who acts in the step.
             goals: The goals.
             environment: Where warnings go.
             note: Adds an event to the journal.
@@ -55,7 +54,7 @@ class Waiting:
         """
         self.reminded = False
         self._mail = mail
-        self._acting = acting
+        self._executions = executions
         self._goals = goals
         self._environment = environment
         self._note = note
@@ -80,13 +79,13 @@ class Waiting:
         """
         mail = self._mail
         mail.end_attempt()
-        mail.between_steps = not self._acting.pending_actions
+        mail.between_steps = not self._executions.pending_actions
         while mail.inbox.recorded.is_search_due(improves=True) and improve():
             pass  # a replay has what came then already
         mail.take(may_ask=True)
         if self._is_told_to_stop():
             return
-        if not (self._acting.pending_actions or mail.has_news):
+        if not (self._executions.pending_actions or mail.has_news):
             line = f"waiting in step {step}: the plan has no action for now"
             told = self._goals.tell(line)
             if told:
@@ -115,10 +114,10 @@ class Waiting:
         """
         mail = self._mail
         mail.end_attempt()
-        if self._acting.pending_actions:
+        if self._executions.pending_actions:
             self._note(LoopWaits())  # before an answer to what the command itself has published
         mail.take(may_ask=True)
-        while self._acting.pending_actions:
+        while self._executions.pending_actions:
             if mail.inbox.closed:
                 raise ShutdownError(Reason.SHUTDOWN)
             mail.inbox.wait(max(0.0, self._look_at - self._environment.now()))
@@ -148,18 +147,18 @@ class Waiting:
             return
         self._look_at = self._environment.now() + LOOK_SECONDS
         self._correct()
-        for actuator, seconds in self._acting.late(_REMINDER_SECONDS):
+        for actuator, seconds in self._executions.late(_REMINDER_SECONDS):
             self._environment.warn(
                 f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "
                 "run, and does its terminal say why it waits?"
             )
         if self._action_timeout > 0:
-            for actuator in self._acting.overdue(self._action_timeout):
+            for actuator in self._executions.overdue(self._action_timeout):
                 self._environment.warn(
                     f"{actuator} has not answered for {self._action_timeout:g} s "
                     "(~action_timeout): nobody waits for it any more"
                 )
-                self._mail.inbox.put(Message(actuator, TIMEOUT))
+                self._mail.inbox.put(MessageArrived(actuator, TIMEOUT))
 
     def _step_is_awaited(self, step: int) -> bool:
         """Whether the next step can begin: with a free slot for a goal, or an answer.
@@ -169,7 +168,7 @@ class Waiting:
         """
         goals = self._goals
         has_slot = goals.waiting and goals.has_free_slot(next_step=True)
-        if self._acting.pending_actions or not (has_slot or self._acting.keeps_answers):
+        if self._executions.pending_actions or not (has_slot or self._executions.keeps_answers):
             return False
         if not self.reminded:
             self.reminded = True
@@ -177,7 +176,7 @@ class Waiting:
             return True
         if has_slot and goals.all_ended():
             goals.end_waiting(
-                "aborted",
+                Status.ABORTED,
                 f"the mode waits in step {step}, and all slots belong to goals that ended in "
                 "it; the maximal horizon may be reached (-c steps=N)",
             )

@@ -17,20 +17,19 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.arrivals import Arrival
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.execution import Execution
 from rosoclingo.loop.goals import Goal, GoalClient
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.tokens import Told
 from rosoclingo.msg import (
     ROSoClingoDispatch,
     ROSoClingoEvent,
     ROSoClingoFeedback,
     ROSoClingoOut,
     ROSoClingoPlan,
-    ROSoClingoResult,
     ROSoClingoToken,
 )
+from rosoclingo.ros.goal_statuses import address_of, apply_status
 from rosoclingo.ros.questions import Questions
-from rosoclingo.ros.storing import address_of
 
 _JOURNAL_LENGTH = 2_000  # events that late subscribers get
 
@@ -44,17 +43,13 @@ class ActionClient(GoalClient):
         self._handle = handle
         self._note = note
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
+    def noted(self, change: journal.StatusSet) -> None:
         """Adds the status to the journal."""
-        self._note(journal.StatusSet(goal.id, journal.Status(word), goal.slot or "", reason))
+        self._note(change)
 
-    def accepted(self) -> None:
-        """Accepts the goal."""
-        self._handle.set_accepted()
-
-    def ended(self, word: str, reason: str) -> None:
-        """Sends the result."""
-        getattr(self._handle, f"set_{word}")(ROSoClingoResult(word), reason)
+    def changed(self, change: journal.StatusSet) -> None:
+        """Accepts the goal, or sends the result."""
+        apply_status(self._handle, change)
 
     def feedback(self, line: str) -> None:
         """Sends the line."""
@@ -98,14 +93,14 @@ class RosEnvironment(Environment):
         self._out.publish(actuator, action)
         rospy.loginfo("%s: %s", actuator, action)
 
-    def show_told(self, run: str, told: Sequence[Told]) -> None:
+    def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
         """Publishes to ``~dispatch``."""
-        self.told = frozenset(one.actuator for one in told)
+        self.told = frozenset(one.actuator for one in executions)
         self._dispatch.publish(
             run,
             [
                 ROSoClingoToken(one.number, one.step, one.actuator, one.action, _state(one))
-                for one in told
+                for one in executions
             ],
         )
 
@@ -165,8 +160,8 @@ class RosEnvironment(Environment):
         rospy.logwarn("%s", text)
 
 
-def _state(told: Told) -> int:
+def _state(one: Execution) -> int:
     """Returns the state of an action for ``dispatch``: to do, to abort or done."""
-    if told.answer is not None:
+    if not one.is_open:
         return int(ROSoClingoToken.ANSWERED)
-    return int(ROSoClingoToken.ABORTED if told.aborted else ROSoClingoToken.PENDING)
+    return int(ROSoClingoToken.ABORTED if one.aborted else ROSoClingoToken.PENDING)

@@ -21,8 +21,9 @@ from rosoclingo.errors import SeedPlannerError, ShutdownError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import canonical
 from rosoclingo.loop.controller import Decider
-from rosoclingo.loop.goals import Goal, GoalClient, Stage
-from rosoclingo.loop.inbox import Answer, Inbox, Item, Message
+from rosoclingo.loop.goals import Goal, GoalClient
+from rosoclingo.loop.inbox import Inbox, Item, arrival_of
+from rosoclingo.loop.journal import AnswerArrived, MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
 from rosoclingo.loop.replay_inbox import ReplayInbox
@@ -31,8 +32,9 @@ from rosoclingo.loop.tokens import TOKENS_HEADER
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoAnswer, ROSoClingoIn, ROSoClingoResult
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.environment import ActionClient, RosEnvironment
+from rosoclingo.ros.goal_statuses import status_of
 from rosoclingo.ros.questions import Questions
-from rosoclingo.ros.storing import Storing, restore_goal, status_of
+from rosoclingo.ros.storing import Storing, restore_goal
 from rosoclingo.seed.downward import NONE, find_seed_planner
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
 from rosoclingo.store.store import KnownGoal
@@ -147,11 +149,11 @@ class Node:
 
         self._goals = self._loop.resume(client)
         for goal in self._loop.ended():
-            self._server.remember_result(status_of(goal), ROSoClingoResult(goal.word))
+            self._server.remember_result(status_of(goal), ROSoClingoResult(goal.status.value))
         ended = [(goal, restore_goal(self._server, goal)) for goal in self._loop.unsure()]
         self._server.start()
         for goal, handle in ended:
-            self._server.publish_result_again(handle, ROSoClingoResult(goal.word))
+            self._server.publish_result_again(handle, ROSoClingoResult(goal.status.value))
 
     def start(self) -> None:
         """Starts the loop."""
@@ -183,7 +185,7 @@ class Node:
             self._storing.store.close()  # goals stay open, and go on
         elif self._thread.is_alive():  # a solver in this process that grounds cannot be interrupted
             for goal in self._goals.values():
-                goal.set_status("aborted", journal.Reason.SHUTDOWN)
+                goal.set_status(journal.Status.ABORTED, journal.Reason.SHUTDOWN)
         if self._goals or self.failure is not None:
             time.sleep(_SECONDS_TO_SEND)
 
@@ -211,11 +213,11 @@ class Node:
         header = message._connection_header
         if TOKENS_HEADER in header and message.id in self._environment.told:
             return  # for those who listen; it comes with its token, too
-        self._put(Message(message.id, message.value, header.get("callerid", "")))
+        self._put(MessageArrived(message.id, message.value, header.get("callerid", "")))
 
     def _on_answer(self, message: ROSoClingoAnswer) -> None:
         sender = message._connection_header.get("callerid", "")
-        self._put(Answer(message.run, message.number, message.value, sender))
+        self._put(AnswerArrived(message.run, message.number, message.value, sender))
 
     def _put(self, item: Item) -> None:
         with contextlib.suppress(StoreError):  # the loop ends with that
@@ -224,18 +226,15 @@ class Node:
     def _on_goal(self, handle: actionlib.ServerGoalHandle) -> None:
         # Runs under actionlib's lock: nothing here may wait.
         identifier, sent, note = handle.get_goal_id().id, handle.get_goal(), self._loop.state.note
+        goal = Goal(sent.request, sent.information, identifier, ActionClient(handle, note))
         try:
-            request = canonical(sent.request)
+            goal.request = canonical(sent.request)
         except TermError as err:
             rospy.logwarn("goal rejected: %s", err)
-            note(journal.GoalArrived(identifier, sent.request, tuple(sent.information)))
-            note(journal.StatusSet(identifier, journal.Status.REJECTED, reason=str(err)))
-            handle.set_rejected(ROSoClingoResult("rejected"), str(err))
+            note(arrival_of(goal))
+            goal.set_status(journal.Status.REJECTED, str(err))
             return
-        goal = Goal(request, sent.information, identifier, ActionClient(handle, note))
-        self._goals = {
-            key: other for key, other in self._goals.items() if other.stage is not Stage.ENDED
-        }
+        self._goals = {key: other for key, other in self._goals.items() if not other.ended}
         self._goals[identifier] = goal
         try:
             self._inbox.put(goal)

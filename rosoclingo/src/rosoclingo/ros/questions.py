@@ -17,7 +17,7 @@ import rospy
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import on_shutdown
 from rosoclingo.errors import QuestionError
-from rosoclingo.loop.goals import Goal, Stage
+from rosoclingo.loop.goals import Goal
 from rosoclingo.loop.journal import Event, Explained
 from rosoclingo.loop.state import State
 from rosoclingo.ros.encodings import Encodings
@@ -174,5 +174,5 @@ class Questions:
 
 def _tell(goals: Sequence[Goal], line: str) -> None:
     for goal in goals:
-        if goal.stage is not Stage.ENDED:
+        if not goal.ended:
             goal.tell(line)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from functools import partial
 from pathlib import Path
 from typing import Any, Callable, Dict, Optional
 
 import actionlib
 import rospy
-from actionlib_msgs.msg import GoalID, GoalStatus
 
 from rosclingo.errors import ParameterError
 from rosclingo.ros import parameters
@@ -23,18 +21,13 @@ from rosoclingo.loop.environment import Environment
 from rosoclingo.loop.inbox import Inbox
 from rosoclingo.loop.solver import Solver
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
+from rosoclingo.ros.goal_statuses import sender_of, status_of
 from rosoclingo.store.database import put_aside
 from rosoclingo.store.store import KnownGoal, Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
 _FRESH, _LOSSY = "fresh", "lossy"
 _SOLVER_SECONDS = 30.0  # for a solver that was lost
-_NOBODY = '["", 0, 0]'
-_TERMINAL = {
-    "rejected": GoalStatus.REJECTED,
-    "succeeded": GoalStatus.SUCCEEDED,
-    "aborted": GoalStatus.ABORTED,
-}
 
 
 class Storing:
@@ -134,13 +127,6 @@ def open_store() -> Optional[Store]:
     return store
 
 
-def address_of(handle: actionlib.ServerGoalHandle) -> str:
-    """Returns the address by which the client of a goal is found again, as JSON."""
-    header = getattr(handle.goal, "_connection_header", None) or {}
-    stamp = handle.get_goal_id().stamp
-    return json.dumps([header.get("callerid", ""), stamp.secs, stamp.nsecs])
-
-
 def restore_goal(server: LowLatencyActionServer, known: KnownGoal) -> actionlib.ServerGoalHandle:
     """Restores a goal in an action server, which has come to an earlier process.
 
@@ -152,19 +138,5 @@ def restore_goal(server: LowLatencyActionServer, known: KnownGoal) -> actionlib.
     goal = ROSoClingoActionGoal(
         goal_id=status.goal_id, goal=ROSoClingoGoal(known.request, list(known.information))
     )
-    goal._connection_header = {"callerid": json.loads(known.address or _NOBODY)[0]}
+    goal._connection_header = {"callerid": sender_of(known)}
     return server.restore(goal, status.status, status.text)
-
-
-def status_of(known: KnownGoal) -> GoalStatus:
-    """Returns the status of a goal for those who have sent it."""
-    if known.word == "canceled":
-        status = GoalStatus.PREEMPTED if known.active else GoalStatus.RECALLED
-    elif known.word:
-        status = _TERMINAL[known.word]
-    elif known.canceling:
-        status = GoalStatus.PREEMPTING if known.active else GoalStatus.RECALLING
-    else:
-        status = GoalStatus.ACTIVE if known.active else GoalStatus.PENDING
-    _, seconds, nanoseconds = json.loads(known.address or _NOBODY)
-    return GoalStatus(GoalID(rospy.Time(seconds, nanoseconds), known.id), status, known.reason)

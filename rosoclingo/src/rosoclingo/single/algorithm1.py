@@ -20,7 +20,7 @@ from rosclingo.solver.options import constants
 from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.controller import Info
-from rosoclingo.loop.goals import Stage as GoalStage
+from rosoclingo.loop.journal import Status
 from rosoclingo.loop.publishing import publish_abort
 from rosoclingo.loop.snapshot import decode, encode
 from rosoclingo.loop.state import State
@@ -255,12 +255,12 @@ def commands_for(
             super().status_update(step)
             for slot in self.state.goals.slots:
                 goal = self.state.goals.occupant(slot)
-                if goal is None or goal.stage is GoalStage.ENDED:
+                if goal is None or goal.ended:
                     continue
-                set_status(self.state, slot, "accepted", step.number)
+                set_status(self.state, slot, Status.ACCEPTED, step.number)
                 if step.number == self.state.horizon:
-                    word = "canceled" if goal.cancel_told else "succeeded"
-                    set_status(self.state, slot, word, step.number)
+                    status = Status.CANCELED if goal.cancel_told else Status.SUCCEEDED
+                    set_status(self.state, slot, status, step.number)
 
     ends_with_plan = issubclass(dialect, PaperDialect) and not has_status
     return PaperCommands if ends_with_plan else Commands

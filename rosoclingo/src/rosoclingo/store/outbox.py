@@ -7,16 +7,16 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass, field, replace
-from typing import Callable, Deque, Dict, List, Optional, Sequence, Tuple
+from typing import Callable, Deque, List, Optional, Sequence, Tuple
 
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.arrivals import Arrival
 from rosoclingo.loop.atoms import Action
 from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.execution import Execution
 from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.journal import NumberedRecord, Reason, Record, StatusSet
+from rosoclingo.loop.journal import NumberedRecord, Reason, Record, Status, StatusSet
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.tokens import Told
 from rosoclingo.store.store import Changes, Store
 
 _Release = Tuple[str, Callable[[], None]]
@@ -31,15 +31,13 @@ class _Held:
     Attributes:
         records: For the journal, with their times; numbers follow when they are written.
         actions: Actuators and actions, in order.
-        words: How goals end, by their ids, with the reason.
-        accepted: The ids of goals that are accepted.
+        statuses: How goals are accepted, or end.
         releases: What lets all but the journal's records out, in order, each with what it is.
     """
 
     records: List[NumberedRecord] = field(default_factory=list)
     actions: List[Tuple[str, str]] = field(default_factory=list)
-    words: Dict[str, Tuple[str, str]] = field(default_factory=dict)
-    accepted: List[str] = field(default_factory=list)
+    statuses: List[StatusSet] = field(default_factory=list)
     releases: List[_Release] = field(default_factory=list)
 
     def __bool__(self) -> bool:
@@ -49,8 +47,7 @@ class _Held:
         """Appends later effects."""
         self.records += said.records
         self.actions += said.actions
-        self.words.update(said.words)
-        self.accepted += said.accepted
+        self.statuses += said.statuses
         self.releases += said.releases
 
 
@@ -102,9 +99,9 @@ class Outbox(Environment):
         held.releases = [("publication", lambda: self._environment.publish(actuator, action))]
         self._take(held)
 
-    def show_told(self, run: str, told: Sequence[Told]) -> None:
+    def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
         """Publishes the last action of each actuator."""
-        self.later("dispatch", lambda: self._environment.show_told(run, told))
+        self.later("dispatch", lambda: self._environment.show_executions(run, executions))
 
     def show_plan(
         self,
@@ -151,15 +148,10 @@ class Outbox(Environment):
         """Releases an effect after the commit of everything before it."""
         self._take(_Held(releases=[(what, release)]))
 
-    def accept_goal(self, identifier: str, release: Callable[[], None]) -> None:
-        """Releases the acceptance of a goal after its commit."""
-        self._take(_Held(accepted=[identifier], releases=[("status", release)]))
-
-    def end_goal(
-        self, identifier: str, word: str, reason: str, release: Callable[[], None]
-    ) -> None:
-        """Releases the result of a goal after its commit."""
-        self._take(_Held(words={identifier: (word, reason)}, releases=[("result", release)]))
+    def change_goal(self, change: StatusSet, release: Callable[[], None]) -> None:
+        """Releases the acceptance or the result of a goal after its commit."""
+        what = "result" if change.status.is_terminal else "status"
+        self._take(_Held(statuses=[change], releases=[(what, release)]))
 
     # What lets it out.
 
@@ -185,7 +177,7 @@ class Outbox(Environment):
     @property
     def is_urgent(self) -> bool:
         """Whether an effect is held for which somebody waits: an action, a status or a result."""
-        return bool(self._held.actions or self._held.words or self._held.accepted)
+        return bool(self._held.actions or self._held.statuses)
 
     @property
     def is_empty(self) -> bool:
@@ -206,10 +198,11 @@ class Outbox(Environment):
             return
         if self._store.failure is not None:
             raise self._store.failure
-        if self._held.words and all(word == "rejected" for word, _ in self._held.words.values()):
+        ends = [one for one in self._held.statuses if one.status.is_terminal]
+        if ends and all(one.status is Status.REJECTED for one in ends):
             with self._lock:
-                words, self._held.words = self._held.words, {}
-                self._store.write(Changes(words=words))
+                self._held.statuses = [one for one in self._held.statuses if one not in ends]
+                self._store.write(Changes(statuses=ends))
         if self._held.releases and not self.is_urgent:
             releases, self._held.releases = self._held.releases, []
             self._release(releases)
@@ -235,8 +228,7 @@ class Outbox(Environment):
 
     def _write(self, held: _Held, changes: Changes, ended: Optional[str] = None) -> List[str]:
         """Commits, and returns the keys of the actions to publish."""
-        changes.actions, changes.words = held.actions, held.words
-        changes.accepted = held.accepted
+        changes.actions, changes.statuses = held.actions, held.statuses
         first = self._number + 1
         changes.records = [replace(one, number=n) for n, one in enumerate(held.records, first)]
         self._number += len(held.records)
@@ -271,32 +263,26 @@ def _is_recall(record: Record) -> bool:
 class StoredClient(GoalClient):
     """Calls a goal's client back only after the commit."""
 
-    def __init__(self, client: GoalClient, outbox: Outbox, identifier: str) -> None:
+    def __init__(self, client: GoalClient, outbox: Outbox) -> None:
         """Wraps a client.
 
         Args:
             client: Who has sent the goal.
             outbox: Where it is held.
-            identifier: The goal's id.
         """
         self._client = client
         self._outbox = outbox
-        self._id = identifier
 
-    def noted(self, goal: Goal, word: str, reason: str) -> None:
-        """The status has changed."""
-        self._client.noted(goal, word, reason)
+    def noted(self, change: StatusSet) -> None:
+        """Has the change noted, which the outbox holds by itself."""
+        self._client.noted(change)
 
-    def accepted(self) -> None:
-        """The planner has accepted the request."""
-        self._outbox.accept_goal(self._id, self._client.accepted)
-
-    def ended(self, word: str, reason: str) -> None:
-        """The goal is rejected, succeeded, canceled or aborted."""
-        self._outbox.end_goal(self._id, word, reason, lambda: self._client.ended(word, reason))
+    def changed(self, change: StatusSet) -> None:
+        """Tells the client the change after its commit."""
+        self._outbox.change_goal(change, lambda: self._client.changed(change))
 
     def feedback(self, line: str) -> None:
-        """Something about the goal has changed."""
+        """Tells the client a line after the commit of everything before it."""
         self._outbox.later("feedback", lambda: self._client.feedback(line))
 
     @property

@@ -14,9 +14,9 @@ from rosclingo.wire.commands import Command
 from rosoclingo.errors import DamagedStoreError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Answer, Cancel, Item, Message
+from rosoclingo.loop.inbox import Cancel, Item, arrival_of, item_of
 from rosoclingo.loop.journal import Fields as JournalFields
-from rosoclingo.loop.journal import NumberedRecord
+from rosoclingo.loop.journal import NumberedRecord, Status, StatusSet
 from rosoclingo.loop.loop import LoopSnapshot
 from rosoclingo.store import commands as planner_commands
 from rosoclingo.store.database import Database, Rows, log_put_aside
@@ -41,9 +41,9 @@ class KnownGoal:
         request: The request, a ground term as clingo prints it.
         information: What came with it.
         address: By what the client is found again.
-        active: Whether it was accepted.
+        accepted: Whether it was accepted, whatever has become of it.
         canceling: Whether a cancel request has come for it.
-        word: How it has ended: ``succeeded`` or another; empty if it has not.
+        status: How far it is.
         reason: Why it has ended.
         time: When, in seconds of wall time.
     """
@@ -52,11 +52,17 @@ class KnownGoal:
     request: str
     information: Tuple[str, ...] = ()
     address: str = ""
-    active: bool = False
+    accepted: bool = False
     canceling: bool = False
-    word: str = ""
+    status: Status = Status.PENDING
     reason: str = ""
     time: float = 0.0
+
+    def changed(self, change: StatusSet, time: float) -> KnownGoal:
+        """Returns the same with a new status, since a time."""
+        if change.status is Status.ACCEPTED:
+            return dataclasses.replace(self, status=change.status, accepted=True)
+        return dataclasses.replace(self, status=change.status, reason=change.reason, time=time)
 
 
 @dataclasses.dataclass
@@ -66,8 +72,7 @@ class Changes:
     Attributes:
         records: What is new in the journal.
         actions: Actuators and actions that are about to be published.
-        accepted: The ids of goals that are about to be accepted.
-        words: For each goal that is about to end, by its id, how and why.
+        statuses: How goals are about to be accepted, or to end.
         taken: The numbers of the inputs that the snapshot knows of.
         snapshot: What the loop knows; None for what was written before.
         commands: What the planner has run.
@@ -76,8 +81,7 @@ class Changes:
 
     records: Sequence[NumberedRecord] = ()
     actions: Sequence[Tuple[str, str]] = ()
-    accepted: Sequence[str] = ()
-    words: Mapping[str, Tuple[str, str]] = dataclasses.field(default_factory=dict)
+    statuses: Sequence[StatusSet] = ()
     taken: Sequence[int] = ()
     snapshot: Optional[LoopSnapshot] = None
     commands: Sequence[Command] = ()
@@ -199,7 +203,8 @@ class Store:
     @property
     def ended_goals(self) -> List[KnownGoal]:
         """The ended goals of :attr:`goals`, in the order of their ends."""
-        return sorted((one for one in self.goals.values() if one.word), key=lambda one: one.time)
+        ended = (one for one in self.goals.values() if one.status.is_terminal)
+        return sorted(ended, key=lambda one: one.time)
 
     def _read_snapshot(self) -> Optional[LoopSnapshot]:
         rows = self._database.read(_STATE)
@@ -233,7 +238,7 @@ class Store:
             Pairs of number and item; an item of a goal that is of no interest is None.
         """
         return [
-            (int(number), _item(json.loads(value), goals))
+            (int(number), item_of(journal.from_text(value), goals))
             for number, value in self._database.read(_INPUT).items()
         ]
 
@@ -282,7 +287,7 @@ class Store:
         durable = isinstance(item, (Goal, Cancel))
         with self._database.transaction(durable=durable) as rows:
             number = rows.next_number
-            rows.put(_INPUT, str(number), json.dumps(_input(item)))
+            rows.put(_INPUT, str(number), journal.to_text(arrival_of(item)))
             if isinstance(item, Goal):
                 new = KnownGoal(item.id, item.request, item.information, item.address)
                 self._put(rows, new)
@@ -301,7 +306,7 @@ class Store:
         Returns:
             The keys of the actions, for :meth:`note_sent`.
         """
-        durable = bool(changes.actions or changes.accepted or changes.words or ended is not None)
+        durable = bool(changes.actions or changes.statuses or ended is not None)
         keys = []
         with self._database.transaction(durable=durable) as rows:
             for number in changes.taken:
@@ -316,16 +321,11 @@ class Store:
             for action in changes.actions:
                 keys.append(str(rows.next_number))
                 rows.put(_OUT, keys[-1], json.dumps(action))
-            for identifier in changes.accepted:
-                if identifier in self._goals:
-                    goal = self._goals[identifier]
-                    self._put(rows, dataclasses.replace(goal, active=True))
-            for identifier, (word, reason) in changes.words.items():
-                if identifier in self._goals:
-                    goal = self._goals[identifier]
-                    gone = dataclasses.replace(goal, word=word, reason=reason, time=self._now())
-                    self._put(rows, gone)
-                    self._gone.append(identifier)
+            for change in changes.statuses:
+                if change.goal in self._goals:
+                    self._put(rows, self._goals[change.goal].changed(change, self._now()))
+                    if change.status.is_terminal:
+                        self._gone.append(change.goal)
             self._write_records(rows, changes.records)
             if changes.snapshot is not None:
                 self._forget_goals(rows)
@@ -346,7 +346,7 @@ class Store:
 
     def _put(self, rows: Rows, goal: KnownGoal) -> None:
         self._goals[goal.id] = goal
-        if goal.word:
+        if goal.status.is_terminal:
             self._open_goals.pop(goal.id, None)
         else:
             self._open_goals[goal.id] = goal.request
@@ -370,38 +370,20 @@ class Store:
             identifier = self._gone.popleft()
             goal = self._goals.get(identifier)
             # One that came again after it was forgotten, and ended again, is there twice.
-            if goal is not None and goal.word and identifier not in self._gone:
+            if goal is not None and goal.status.is_terminal and identifier not in self._gone:
                 del self._goals[identifier]
                 rows.delete(_GOAL, identifier)
 
 
-def _input(item: Item) -> Tuple[object, ...]:
-    if isinstance(item, Goal):
-        return "goal", item.id
-    if isinstance(item, Cancel):
-        return "cancel", item.goal.id
-    kind = "answer" if isinstance(item, Answer) else "message"
-    return (kind, *dataclasses.astuple(item))
-
-
-def _item(values: List[Any], goals: Callable[[str], Optional[Goal]]) -> Optional[Item]:
-    kind, *rest = values
-    if kind == "message":
-        return Message(*rest)
-    if kind == "answer":
-        return Answer(*rest)
-    goal = goals(rest[0])
-    return Cancel(goal) if goal is not None and kind == "cancel" else goal
-
-
 def _goal(identifier: str, text: str) -> KnownGoal:
-    request, information, *others = json.loads(text)
-    return KnownGoal(identifier, request, tuple(information), *others)
+    goal = KnownGoal(identifier, *json.loads(text))
+    information, status = tuple(goal.information), Status(goal.status)
+    return dataclasses.replace(goal, information=information, status=status)
 
 
 def _open_ones(goals: Mapping[str, KnownGoal]) -> Dict[str, str]:
     """Returns the requests of the goals that have not ended, by their ids."""
-    return {key: goal.request for key, goal in goals.items() if not goal.word}
+    return {key: goal.request for key, goal in goals.items() if not goal.status.is_terminal}
 
 
 def _unsure_since(records: Sequence[NumberedRecord]) -> float:
@@ -420,6 +402,6 @@ def _unsure_since(records: Sequence[NumberedRecord]) -> float:
 
 
 def _record(number: int, text: str) -> NumberedRecord:
-    seconds, step, horizon, kind, identifier, words, details, duration = json.loads(text)
-    fields = JournalFields(kind, identifier, words, tuple(details), duration)
-    return NumberedRecord(journal.decode(fields), step, horizon, number, seconds)
+    seconds, step, horizon, *fields = json.loads(text)
+    event = journal.decode(JournalFields(*fields))
+    return NumberedRecord(event, step, horizon, number, seconds)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from functools import partial
 from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple
 
 import clingo
@@ -13,13 +14,12 @@ from rosclingo.wire.commands import Result
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.controller import Decider, Info
 from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.goals import Goal, GoalClient, Stage
-from rosoclingo.loop.inbox import Cancel, Inbox, Item
+from rosoclingo.loop.goals import Goal, GoalClient
+from rosoclingo.loop.inbox import Cancel, Inbox, Item, arrival_of
 from rosoclingo.loop.journal import (
     LOOP,
     CommandDone,
     Event,
-    GoalArrived,
     NodeResumed,
     Reason,
     Status,
@@ -47,7 +47,7 @@ class StoredInbox(Inbox):
     Attributes:
         looked: Called by the loop's thread when it polls.
         waits: Called by the loop's thread before it waits.
-        way: Returns the wrapper of a goal's client.
+        way: Wraps a goal's client.
     """
 
     def __init__(self, store: Store, *arguments: Any, **parameters: Any) -> None:
@@ -65,7 +65,7 @@ class StoredInbox(Inbox):
         self._stopped: Optional[str] = None  # why nothing is taken any more of a run that goes on
         self.looked: Callable[[], None] = lambda: None
         self.waits: Callable[[], None] = lambda: None
-        self.way: Callable[[Goal], Callable[[GoalClient], GoalClient]] = lambda _: lambda c: c
+        self.way: Callable[[GoalClient], GoalClient] = lambda client: client
         super().__init__(*arguments, **parameters)
 
     def put(self, item: Item) -> None:
@@ -82,7 +82,7 @@ class StoredInbox(Inbox):
             if self._stopped is not None:
                 raise StoreError(self._stopped)
             if isinstance(item, Goal):
-                item.reroute(self.way(item))
+                item.reroute(self.way)
             elif self._end is not None:
                 return
             self.put_known(item, self._store.add(item))
@@ -253,7 +253,7 @@ class StoredLoop(Loop):
         # What the controller knew before the decision that is carried out, and the result of a
         # search that it was told; None as soon as its command may have changed something else.
         self._before: Optional[Tuple[str, Optional[Result]]] = None
-        inbox.way = self._way
+        inbox.way = partial(StoredClient, outbox=self._outbox)
         super().__init__(
             controller, self._planner, commands, inbox, self._outbox, **parameters
         )  # fmt: skip
@@ -278,9 +278,6 @@ class StoredLoop(Loop):
         """Whether it is still unconfirmed that the stored run can be resumed."""
         return self._is_unsure or (not self._has_begun and self._store.failure is not None)
 
-    def _way(self, goal: Goal) -> Callable[[GoalClient], GoalClient]:
-        return lambda client: StoredClient(client, self._outbox, goal.id)
-
     def resume(self, client: Callable[[KnownGoal], GoalClient]) -> Dict[str, Goal]:
         """Restores goals, queue, slots, mail and untaken inputs from the store.
 
@@ -292,21 +289,22 @@ class StoredLoop(Loop):
         """
         known = self._store.goals
         goals: Dict[str, Goal] = {}
+
+        def sender(identifier: str) -> GoalClient:
+            """Returns who has sent a goal, if it has not ended."""
+            one = known.get(identifier)
+            if one is None or one.status.is_terminal:
+                return GoalClient()
+            return self._inbox.way(client(one))
+
         if self._store.snapshot is not None:
             self._saved = self._store.snapshot
-            goals = self.state.restore(
-                self._saved.state,
-                lambda key: (
-                    StoredClient(client(known[key]), self._outbox, key)
-                    if key in known and not known[key].word
-                    else GoalClient()
-                ),
-            )
+            goals = self.state.restore(self._saved.state, sender)
             if self._store.pause > _SHORT_PAUSE_SECONDS:
-                self.state.arrivals.interrupt()
+                self.state.executions.interrupt()
         for goal in goals.values():
             end = known.get(goal.id)
-            if end is not None and end.word and goal.stage is not Stage.ENDED:
+            if end is not None and end.status.is_terminal and not goal.ended:
                 self._end(goal, end)
                 self.state.goals.some_ended = True
 
@@ -315,18 +313,14 @@ class StoredLoop(Loop):
             new = known.get(identifier)
             if identifier in goals or new is None:
                 return goals.get(identifier)
-            if not new.word:
-                goal = Goal(new.request, new.information, new.id, client(new))
-                goal.reroute(self._way(goal))
-            elif new.reason == Reason.RECALLED:
-                goal = Goal(new.request, new.information, new.id)
-                self._end(goal, new)
-            else:
-                if new.word == "rejected":
-                    arrived = GoalArrived(new.id, new.request, new.information)
-                    self._tell_end(new, arrived)
+            goal = Goal(new.request, new.information, new.id, sender(identifier))
+            if new.status.is_terminal and new.reason != Reason.RECALLED:
+                if new.status is Status.REJECTED:
+                    self._tell_end(new, arrival_of(goal))
                 return None
             goals[identifier] = goal
+            if new.status.is_terminal:
+                self._end(goal, new)
             return goal
 
         for number, item in self._store.inputs(find):
@@ -334,21 +328,21 @@ class StoredLoop(Loop):
                 self._inbox.forget(number)
             else:
                 self._inbox.put_known(item, number)
-        return {key: goal for key, goal in goals.items() if goal.stage is not Stage.ENDED}
+        return {key: goal for key, goal in goals.items() if not goal.ended}
 
     def _end(self, goal: Goal, known: KnownGoal) -> None:
         """Ends a goal whose end the snapshot does not have.
 
         Another thread had recalled it, or it was rejected in a search.
         """
-        goal.stage, goal.recalled = Stage.ENDED, known.reason == Reason.RECALLED
+        goal.status, goal.reason = known.status, known.reason
         self._tell_end(known)
 
     def _tell_end(self, goal: KnownGoal, *before: Event) -> None:
         """Records the end of a goal in the journal, after earlier events, unless it has it."""
         told = (*(record.event for record in self._store.records), *self._untold)
         if not any(isinstance(one, StatusSet) and one.goal == goal.id for one in told):
-            end = StatusSet(goal.id, Status(goal.word), "", Reason.of(goal.reason))
+            end = StatusSet(goal.id, goal.status, "", Reason.of(goal.reason))
             self._untold += [*before, end]
 
     def unsure(self) -> List[KnownGoal]:

@@ -20,8 +20,9 @@ from rosclingo.wire.commands import (
 )
 from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.atoms import SAVE, query
+from rosoclingo.loop.journal import TERMINAL_STATUSES
 from rosoclingo.loop.planner import Planner
-from rosoclingo.why.copy import ENDS, Answer, Copy, Deadline, Verdict
+from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable
 from rosoclingo.why.situation import Situation
 
@@ -36,7 +37,7 @@ _RULES = f"""
 _WANTS_RULES = f"""
 #defined status/3.
 #external {_WANTS}(s,b).
-rosoclingo_ends(s,b,H) :- status(s,({";".join(sorted(ENDS))}),T), T = b..H, H = a..z.
+rosoclingo_ends(s,b,H) :- status(s,({";".join(sorted(TERMINAL_STATUSES))}),T), T = b..H, H = a..z.
 :- {_WANTS}(s,b), query(H), H = a..z, not rosoclingo_ends(s,b,H).
 """
 

@@ -13,9 +13,7 @@ from rosclingo.wire.commands import Assumption
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.atoms import Plan, event
-
-ENDS = frozenset({"succeeded", "canceled", "aborted", "rejected"})
-"""The statuses with which a goal ends."""
+from rosoclingo.loop.journal import TERMINAL_STATUSES
 
 
 class Answer(enum.Enum):
@@ -199,7 +197,7 @@ class Copy(abc.ABC):
             (slot, word, step)
             for step in range(last + 1)
             for slot, word in plan.statuses(step)
-            if word in ENDS and step >= begins.get(slot, 0)
+            if word in TERMINAL_STATUSES and step >= begins.get(slot, 0)
         ]
         now = (
             event("commit", f"do({a.actuator},{a.name})", a.step) for a in plan.actions(self.step)

@@ -18,7 +18,6 @@ from rosclingo.wire.term_text import last_number, number, split_term
 from rosoclingo.loop.added import SLOT_PART
 from rosoclingo.loop.atoms import SAVE, event, query
 from rosoclingo.loop.beginning import known_to_hold
-from rosoclingo.loop.goals import Stage
 from rosoclingo.loop.state import State
 
 # Steps that a copy plans for if there is no limit, and if there is one that is far away.
@@ -77,8 +76,8 @@ class Situation:
             horizon=state.horizon,
             last=max([last or 0, state.step, state.horizon, *externals.grounded]),
             goals=tuple((goal.slot or "", goal.request) for goal in goals.open),
-            queued=tuple(goal.request for goal in unplaced if goal.stage is not Stage.ENDED),
-            silent=tuple(state.acting.silent()),
+            queued=tuple(goal.request for goal in unplaced if not goal.ended),
+            silent=tuple(state.executions.silent()),
             others=tuple(atom for atom in externals.kept if atom != query(state.horizon)),
             tells=state.planner.demand.tells,
             used=tuple(goals.used),

@@ -7,9 +7,9 @@ from typing import Dict, List, Optional, Sequence, Set, Tuple
 from rosclingo.wire.commands import Result
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.replay.inputs import begins_a_wait, input_key, is_refused
+from rosoclingo.bags.replay.inputs import begins_a_wait, is_refused
 from rosoclingo.loop import journal
-from rosoclingo.loop.replay_inbox import Due, Kind, Phase, search_text
+from rosoclingo.loop.replay_inbox import Due, Kind, Phase
 
 
 def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True) -> List[Due]:
@@ -72,8 +72,8 @@ def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True
             moment = max(moment, _moment(event, decision, phase, result))
             if isinstance(event, journal.GoalArrived):
                 undecided[event.goal] = len(found)
-            kind, identifier, text = input_key(event)
-            found.append(Due(*moment, kind, identifier, text))
+            kind, identifier, text = journal.key_of(event)
+            found.append(Due(*moment, Kind(kind), identifier, text))
     found = found if phase is not Phase.END else [_at_the_end(due, decision) for due in found]
     return found + _outcomes(run.recorded, same_encodings)
 
@@ -100,14 +100,14 @@ def _outcomes(entries: Sequence[Entry], same_encodings: bool) -> List[Due]:
         elif isinstance(event, journal.SearchEnded):
             knows_searches = True
             if same_encodings or event.how not in journal.PROGRAMS_OWN:
-                found.append(Due(decision, Phase.DURING, Kind.SEARCH, "", search_text(event)))
+                found.append(Due(decision, Phase.DURING, Kind.SEARCH, "", journal.to_text(event)))
         elif isinstance(event, journal.PlanFound):
             knows_searches |= event.quality is not None
         elif isinstance(event, journal.ActionTook):
             number, seconds = str(event.number), repr(event.seconds)
             found.append(Due(decision, Phase.WAIT, Kind.TIME, number, seconds))
     if knows_searches:
-        found.append(Due(decision + 1, Phase.WAIT, Kind.SEARCH, "", search_text()))
+        found.append(Due(decision + 1, Phase.WAIT, Kind.SEARCH, ""))
     return found
 
 

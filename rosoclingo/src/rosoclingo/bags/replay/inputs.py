@@ -14,7 +14,7 @@ from rosclingo.errors import TermError
 from rosoclingo.bags.read.run import Run
 from rosoclingo.loop import journal
 from rosoclingo.loop.atoms import canonical
-from rosoclingo.loop.replay_inbox import Key, Kind
+from rosoclingo.loop.replay_inbox import Key
 
 
 class Point(enum.Enum):
@@ -50,7 +50,7 @@ class RecordedInput:
     @property
     def key(self) -> Key:
         """The key that identifies the input in the journal."""
-        return input_key(self.event)
+        return journal.key_of(self.event)
 
 
 def inputs(run: Run) -> List[RecordedInput]:
@@ -109,13 +109,6 @@ def _point(event: journal.Arrival, waits: bool, has_taken: bool) -> Point:
 def begins_a_wait(event: journal.Event) -> bool:
     """Tells if an event says that the loop begins to wait, because it is idle."""
     return isinstance(event, journal.LoopWaits) and not event.for_a_replay
-
-
-def input_key(event: journal.Arrival) -> Key:
-    """Returns the key of an input, which does not depend on when it is taken."""
-    if isinstance(event, journal.MessageArrived):
-        return Kind.MESSAGE, event.source, event.value
-    return Kind.GOAL if isinstance(event, journal.GoalArrived) else Kind.CANCEL, event.goal, ""
 
 
 def is_refused(event: journal.Event) -> bool:

@@ -12,7 +12,6 @@ from rosoclingo.bags.replay.awaited import Awaited
 from rosoclingo.bags.replay.inputs import (
     RecordedInput,
     begins_a_wait,
-    input_key,
     inputs,
     is_refused,
 )
@@ -63,7 +62,7 @@ class ReplayProgress:
         self.settled = False
         self.command = ""
         self.end = RunEnd()
-        self.sent_kind: Optional[Kind] = None
+        self.sent_kind: Optional[str] = None
         self._is_open = run.is_open
         self._rate = rate
         self._outputs = Outputs()
@@ -87,7 +86,7 @@ class ReplayProgress:
         if is_refused(event):
             pass  # the loop does not see it, and may begin to wait before its status is noted
         elif isinstance(event, journal.ARRIVALS):
-            self._take(input_key(event))
+            self._take(journal.key_of(event))
             if self.is_held:  # the loop has got what it waited for
                 self.go_on(now)
         elif isinstance(event, journal.LoopWaits):
@@ -151,10 +150,10 @@ class ReplayProgress:
     def send(self, planned: RecordedInput, now: float) -> RecordedInput:
         """Records that the next input is sent now, and returns it."""
         kind, identifier, _ = planned.key
-        if not (kind is Kind.CANCEL and identifier in self.end.ended_goals):  # else it is lost
+        if not (kind == Kind.CANCEL and identifier in self.end.ended_goals):  # else it is lost
             self.on_way[planned.key] += 1
             self.settled = False
-        if kind is Kind.MESSAGE:
+        if kind == Kind.MESSAGE:
             self.acting.pop(identifier, None)
         self._sent_at, self.sent_kind = now, kind
         self._step()

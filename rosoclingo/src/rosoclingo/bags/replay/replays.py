@@ -112,7 +112,7 @@ class ExactReplay(Replay):
             return None
         kind, identifier, _ = planned.key
         is_on_way = progress.on_way[Kind.GOAL, identifier, ""] and identifier not in self._arrived
-        if kind is Kind.CANCEL and is_on_way and not progress.has_arrived(now):
+        if kind == Kind.CANCEL and is_on_way and not progress.has_arrived(now):
             return None  # it would overtake its goal
         return progress.send(planned, now)
 
@@ -140,7 +140,7 @@ class FreeReplay(Replay):
                 progress.skip()
                 planned = progress.next
                 continue
-            overtakes = progress.on_way and planned.key[0] is not progress.sent_kind
+            overtakes = progress.on_way and planned.key[0] != progress.sent_kind
             if not progress.is_time(planned, now) or (overtakes and not progress.has_arrived(now)):
                 return None
             return progress.send(planned, now)

@@ -1,0 +1,75 @@
+"""An execution: the last action of an actuator, with its token, answer and part in the step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Optional, Tuple
+
+from rosoclingo.loop.atoms import Action
+
+Said = Tuple[str, str]
+"""The node that has said something, and the value."""
+
+
+@dataclass(frozen=True)
+class Execution:
+    """The last action that an actuator was told to do.
+
+    Attributes:
+        number: That of its token: counts the actions of a run, from 1.
+        step: The step in which it was published, since the reset before that.
+        actuator: Who is to act.
+        action: What to do.
+        began: When it was published, in seconds of the environment's clock.
+        world_began: The same in seconds of world time.
+        reminded: When its silence was logged last, as ``began``.
+        kind: What the encoding calls such actions; empty if it does not say how long they take.
+        seconds: How long it takes by the plan.
+        is_timed: Whether its answer will come when it is through.
+        is_overdue: Whether it has timed out.
+        aborted: Whether it is to stop.
+        answer: The answer that was taken; None as long as none was.
+        outcome: The same as the planner is told it.
+        tokened: The node and the value of an answer that has come with the token.
+        plain: Those of one that has come without.
+        owed: The node whose next answer without a token is to the action before.
+        acts: Whether its actuator acts in the current step, or has answered in it.
+        goes_on: Whether it acts, and was busy in the step before.
+        is_busy: Whether it is busy in the current step, so that its answer belongs to the next one.
+    """
+
+    number: int
+    step: int
+    actuator: str
+    action: str
+    began: float = 0.0
+    world_began: float = 0.0
+    reminded: float = 0.0
+    kind: str = ""
+    seconds: int = 0
+    is_timed: bool = True
+    is_overdue: bool = False
+    aborted: bool = False
+    answer: Optional[str] = None
+    outcome: Optional[str] = None
+    tokened: Optional[Said] = None
+    plain: Optional[Said] = None
+    owed: str = ""
+    acts: bool = True
+    goes_on: bool = False
+    is_busy: bool = False
+
+    @property
+    def is_open(self) -> bool:
+        """Whether its answer is still to come."""
+        return self.answer is None
+
+    @property
+    def end(self) -> float:
+        """Its expected end, in seconds of world time."""
+        return self.world_began + self.seconds
+
+    @property
+    def published(self) -> Action:
+        """The action of the plan with which it began."""
+        return Action(self.actuator, self.action, self.step)

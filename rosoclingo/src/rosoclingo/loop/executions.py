@@ -1,0 +1,310 @@
+"""The register of executions: what each actuator does, has answered, and was told before.
+
+A published action is entered once, with its token, and its answer once:
+
+>>> executions = Executions(Environment())
+>>> executions.begin(Action("robot", "go(3)", 1))
+>>> executions.pending_actions, executions.end("robot", "success").action
+(True, 'go(3)')
+>>> executions.pending_actions, executions.last["robot"].answer
+(False, 'success')
+"""
+
+from __future__ import annotations
+
+import uuid
+from dataclasses import dataclass, field, replace
+from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
+
+from rosoclingo.loop.atoms import Action, event
+from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.environment import Environment
+from rosoclingo.loop.execution import Execution
+from rosoclingo.loop.words import ABORT, BUSY
+
+
+@dataclass
+class ExecutionsState:
+    """Saved state of :class:`Executions`.
+
+    Attributes:
+        run: The id of the run, which it keeps when it goes on after a restart.
+        number: That of the last action.
+        last: The last execution of each actuator, by the actuator.
+        published: The actions that were published since the last reset.
+        twofold: The nodes that have answered an action both with its token and without, by the
+            actuator.
+        clock: What time it was when this was saved, in seconds of the environment's clock.
+    """
+
+    run: str = field(default_factory=lambda: uuid.uuid4().hex)
+    number: int = 0
+    last: Dict[str, Execution] = field(default_factory=dict)
+    published: Set[Action] = field(default_factory=set)
+    twofold: Dict[str, Set[str]] = field(default_factory=dict)
+    clock: float = 0.0
+
+
+class Executions(ExecutionsState):
+    """The register of executions: who acts in the current step, and what was published.
+
+    Used by the loop's thread, and by the callback that polls whether its search is to stop.
+
+    Attributes:
+        changed: Whether an execution has begun, was aborted or answered, and that was not shown.
+    """
+
+    def __init__(
+        self, environment: Environment, can_be_busy: Callable[[str], bool] = lambda _: False
+    ) -> None:
+        """Starts without executions.
+
+        Args:
+            environment: Where the clocks are.
+            can_be_busy: Whether an actuator's action may go on in the next step; may ask the
+                planner.
+        """
+        super().__init__()
+        self.changed = False
+        self._environment = environment
+        self._can_be_busy = can_be_busy
+
+    def snapshot(self) -> ExecutionsState:
+        """Returns the state to save."""
+        self.clock = self._environment.now()
+        return self
+
+    def restore(self) -> None:
+        """Goes on with a state that was taken over, which had another clock."""
+        passed = self._environment.now() - self.clock
+        for one in self.last.values():
+            self._set(one, began=one.began + passed, reminded=one.reminded + passed)
+
+    def _set(self, one: Execution, **changes: object) -> None:
+        self.last[one.actuator] = replace(one, **changes)  # type: ignore[arg-type]
+
+    # One execution, from its publication to its answer.
+
+    @property
+    def dispatched(self) -> List[Execution]:
+        """The last execution of each actuator, ordered by number."""
+        return sorted(self.last.values(), key=lambda one: one.number)
+
+    def acting(self, actuator: str) -> Optional[Execution]:
+        """Returns the execution of an actuator that acts in the step, or has answered in it."""
+        one = self.last.get(actuator)
+        return one if one is not None and one.acts else None
+
+    def is_published(self, action: Action) -> bool:
+        """Whether an action was published since the last reset."""
+        return action in self.published
+
+    def begin(self, action: Action, kind: str = "", seconds: int = 0) -> None:
+        """Enters an action that is about to be published, with its token.
+
+        Args:
+            action: The action.
+            kind: What the encoding calls such actions, if it says how long they take.
+            seconds: How long that is.
+        """
+        self.published.add(action)
+        self.number += 1
+        now, world_now = self._environment.now(), self._environment.world_now()
+        self.last[action.actuator] = Execution(
+            self.number,
+            action.step,
+            action.actuator,
+            action.name,
+            began=now,
+            world_began=world_now,
+            reminded=now,
+            kind=kind,
+            seconds=seconds,
+            owed=self._owed(action.actuator),
+        )
+        self.changed = True
+
+    def _owed(self, actuator: str) -> str:
+        """Returns the node that still owes the plain answer to an actuator's last action."""
+        one, twofold = self.last.get(actuator), self.twofold.get(actuator, set())
+        if one is None or one.tokened == one.plain:
+            return ""
+        if one.tokened is None:
+            assert one.plain is not None
+            twofold.discard(one.plain[0])
+            return ""
+        return one.tokened[0] if one.tokened[0] in twofold else ""
+
+    def hear(self, one: Execution, **answers: object) -> None:
+        """Records an answer that has come, and whether its node answers with and without token."""
+        self._set(one, **answers)
+        one = self.last[one.actuator]
+        if one.tokened is not None and one.tokened == one.plain:
+            self.twofold.setdefault(one.actuator, set()).add(one.tokened[0])
+
+    def end(self, actuator: str, answer: str, outcome: str = "") -> Optional[Execution]:
+        """Enters the answer to an actuator's action, if it owes one.
+
+        Args:
+            actuator: Who has answered, if it is an actuator at all.
+            answer: What it has said.
+            outcome: The same as the planner is told it.
+
+        Returns:
+            The execution without its answer; None if it had one, or is no part of the step.
+        """
+        one = self.last.get(actuator)
+        if one is None or not one.is_open:
+            return None
+        self._set(one, answer=answer, outcome=outcome or answer)
+        self.changed = True
+        return one if one.acts else None
+
+    def can_be_aborted(self, actuator: str) -> bool:
+        """Whether an actuator that can be busy has not answered; may ask the planner."""
+        one = self.acting(actuator)
+        return one is not None and one.is_open and self._can_be_busy(actuator)
+
+    def abort(self, actuator: str, step: int) -> bool:
+        """Enters that an actuator is to stop, which it is told once in a step.
+
+        Returns:
+            Whether it is still to be told.
+        """
+        abort = Action(actuator, ABORT, step)
+        owed = [one for one in self.last.values() if one.actuator == actuator and one.is_open]
+        if abort in self.published or any(one.aborted for one in owed):
+            return False
+        self.published.add(abort)
+        for one in owed:
+            self._set(one, aborted=True)
+            self.changed = True
+        return True
+
+    def interrupt(self) -> None:
+        """Excludes open executions from learning: their answers may come late after a restart."""
+        for one in self.last.values():
+            if one.is_open:
+                self._set(one, is_timed=False)
+
+    # Whether the step is over.
+
+    @property
+    def pending_actions(self) -> bool:
+        """Whether the step has to wait for an actuator's answer; may ask the planner."""
+        return self.is_awaited and not self.is_over
+
+    @property
+    def leaves_some_busy(self) -> bool:
+        """Whether the step may end although an actuator has not answered; may ask the planner."""
+        return self.is_awaited and self.is_over
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the step may end: an actuator is through with it, and all others can be busy."""
+        is_through = any(not _is_awaited(one) for one in self._of_step)
+        return is_through and all(self._can_be_busy(one.actuator) for one in self._awaited)
+
+    @property
+    def is_awaited(self) -> bool:
+        """Whether an actuator that is not known to be busy has still to answer."""
+        return any(self._awaited)
+
+    @property
+    def _of_step(self) -> Iterator[Execution]:
+        return (one for one in self.last.values() if one.acts)
+
+    @property
+    def _awaited(self) -> Iterator[Execution]:
+        return filter(_is_awaited, self._of_step)
+
+    @property
+    def keeps_answers(self) -> bool:
+        """Whether a busy actuator has answered, which the planner is told in the next step."""
+        return any(one.is_busy and not one.is_open for one in self._of_step)
+
+    # From step to step.
+
+    def initialize(self, *, keep: bool) -> None:
+        """Resets the step when the planner is initialised.
+
+        Args:
+            keep: Whether those who were busy before the current step are so again.
+        """
+        self._go_on(
+            lambda one: keep and one.goes_on and (one.is_busy or one.is_open), is_busy=True
+        )  # fmt: skip
+        self.published.clear()
+
+    def end_step(self, step: int) -> List[str]:
+        """Marks the actuators as busy that have not answered and can be busy.
+
+        Returns:
+            The events that say so.
+        """
+        busy = [one for one in self.dispatched if one.acts and _is_awaited(one)]
+        busy = [one for one in busy if self._can_be_busy(one.actuator)]
+        for one in busy:
+            self._set(one, is_busy=True)
+        return [event(one.actuator, BUSY, step) for one in busy]
+
+    def begin_step(self) -> List[Pair]:
+        """Begins a step, in which only the busy actuators of the step before go on.
+
+        Returns:
+            Who has answered already, and what.
+        """
+        self._go_on(lambda one: one.is_busy, is_busy=False)
+        return [
+            (one.actuator, one.outcome)
+            for one in self.dispatched
+            if one.acts and one.outcome is not None
+        ]
+
+    def reset(self) -> None:
+        """Applies a reset: nobody acts in step 0, and the busy actuators go on in step 1."""
+        self._go_on(lambda one: one.is_busy, is_busy=True)
+        self.published.clear()
+
+    def _go_on(self, goes_on: Callable[[Execution], bool], *, is_busy: bool) -> None:
+        for one in [*self._of_step]:
+            acts = goes_on(one)
+            self._set(one, acts=acts, goes_on=acts, is_busy=acts and is_busy)
+
+    # Who does not answer.
+
+    def silent(self) -> List[Tuple[str, float]]:
+        """Returns the actuators without an answer, and for how many seconds they were told to act.
+
+        One whose time is over is none of them.
+        """
+        now = self._environment.now()
+        return [(one.actuator, now - one.began) for one in self._silent()]
+
+    def overdue(self, seconds: float) -> List[str]:
+        """Returns the actuators that have timed out after so many seconds, once for each action."""
+        now = self._environment.now()
+        late = [one for one in self._silent() if now - one.began >= seconds]
+        for one in late:
+            self._set(one, is_overdue=True)
+        return [one.actuator for one in late]
+
+    def late(self, seconds: float) -> List[Tuple[str, float]]:
+        """Returns the actuators without an answer, and for how many seconds they were told to act.
+
+        Args:
+            seconds: Longest silence; each actuator is returned again after so much more of it.
+        """
+        now = self._environment.now()
+        late = [one for one in self._silent() if now - one.reminded >= seconds]
+        for one in late:
+            self._set(one, reminded=now)
+        return [(one.actuator, now - one.began) for one in late]
+
+    def _silent(self) -> List[Execution]:
+        return [one for one in self.dispatched if one.acts and one.is_open and not one.is_overdue]
+
+
+def _is_awaited(one: Execution) -> bool:
+    """Whether an execution of the step is not answered, and not known to go on in the next one."""
+    return one.is_open and not one.is_busy
