@@ -169,11 +169,14 @@ def test_who_does_not_answer_is_seen_in_the_search() -> None:
     assert any("~action_timeout" in text for text in run.warnings)
 
 
-def test_the_search_is_kept_in_a_replay(system: Callable[..., System]) -> None:
+def test_the_search_is_kept_in_a_replay(
+    system: Callable[..., System], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """With answers that come while it is looked for a better plan, and goals.
 
     The solver of the replay finds other plans of the same cost.
     """
+    monkeypatch.setattr("rosoclingo.loop.improving._QUIET_SECONDS", 0.0)
     for seed in range(2):
         mode = f"dynamic.incremental.{MODES[seed]}"
 

@@ -133,7 +133,7 @@ def test_only_critical_groups_are_worth_a_try() -> None:
     assert plan.critical == ["3", "7"]
     hoods = Neighbourhoods()
     hoods.begin(plan)
-    assert hoods.size == 5
+    assert hoods.size == 4
     seeds = hoods.seeds(plan)
     assert set(seeds) == {"3", "7"}
     assert len(seeds) == len(plan.groups)
