@@ -322,8 +322,10 @@ def test_what_several_threads_find_is_kept_in_a_replay(
     again = replay(make(inbox, "--rand-freq=1", "--seed=7"), recorded, 1)
     comparison = compare(Run(recorded), Run(again))
     assert not comparison.differences, text_report.describe(comparison)
-    assert events(again, SearchEnded) == searches
-    assert events(again, PlanFound) == events(recorded, PlanFound)
+    # The recorded run may have been closed while it was searching; then the replay goes on.
+    plans = events(recorded, PlanFound)
+    assert events(again, SearchEnded)[: len(searches)] == searches
+    assert events(again, PlanFound)[: len(plans)] == plans
 
 
 def test_a_search_with_one_thread_is_not_noted(
