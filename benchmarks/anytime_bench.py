@@ -22,8 +22,8 @@ from mailbot import Grid, Request, bring
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
-from rosoclingo.loop.atoms import event
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import event
 
 SIZE, REQUESTS, DRAWS = 10, 10, 10
 AT_ONCE = 0.001  # s

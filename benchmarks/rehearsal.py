@@ -7,7 +7,7 @@ from typing import Optional
 import clingo
 
 from rosclingo.wire.commands import Result
-from rosoclingo.loop.controller import Info
+from rosoclingo.loop.mode.controller import Info
 
 
 class Rehearsal:

@@ -29,15 +29,15 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumed, Command, Improvement, Outcome, Reply
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ShutdownError
-from rosoclingo.loop.atoms import Plan, event
-from rosoclingo.loop.controller import Controller
-from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.journal import MessageArrived
+from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.planner import Planner
-from rosoclingo.loop.solver import Forwarding
+from rosoclingo.loop.mode.controller import Controller
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import Plan, event
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.journal import MessageArrived
+from rosoclingo.loop.values.solver import Forwarding
 from rosoclingo.single.algorithm1 import Algorithm1
 
 GRID = Grid(10, 4)  # a slot for the new request, too

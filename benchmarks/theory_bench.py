@@ -27,8 +27,8 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Add, Ground, Outcome, Part, Result
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.atoms import event
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import event
 
 ROOT = Path(__file__).resolve().parents[1] / "rosoclingo_aspprograms"
 ENCODINGS = Path(__file__).with_name("encodings")

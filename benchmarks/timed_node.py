@@ -27,8 +27,8 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
 from rosclingo.wire.commands import Answer, Assumed, Command, Ground, Improvement, Outcome
 from rosoclingo.commands import ROSCommands
-from rosoclingo.loop.controller import Controller
-from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.mode.controller import Controller
 from rosoclingo.ros.loop_node import Node
 
 _busy: List[Tuple[float, float]] = []

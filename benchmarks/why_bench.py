@@ -29,7 +29,7 @@ from actionlib import CommState
 from harness import HarnessError, Report, RosSystem, Row, Samples, measure, milliseconds
 from mailbot import MODE, Run
 from rosclingo.solver.options import Options
-from rosoclingo.loop.atoms import Plan
+from rosoclingo.loop.values.atoms import Plan
 from rosoclingo.why.copy import Deadline
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.retelling import RetellingCopy

@@ -13,15 +13,15 @@ from rosclingo.solver.options import Options, parse_options
 from rosoclingo.commands import ROSCommands
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.desk.system import Request
-from rosoclingo.loop.arrivals import Arrival
-from rosoclingo.loop.atoms import Action
-from rosoclingo.loop.controller import Decider
-from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.journal import MessageArrived, StatusSet
+from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.mode.controller import Decider
+from rosoclingo.loop.values.arrivals import Arrival
+from rosoclingo.loop.values.atoms import Action
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.journal import MessageArrived, StatusSet
+from rosoclingo.loop.values.solver import Solver
 
 PACKAGE = Path(__file__).resolve().parents[2]
 TIMEOUT = 300.0  # seconds; no more than a bound for what never comes

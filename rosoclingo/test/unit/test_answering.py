@@ -19,7 +19,7 @@ from conftest import PACKAGE, TIMEOUT
 
 from rosclingo.solver.options import Options
 from rosoclingo.errors import QuestionError
-from rosoclingo.loop.snapshot import decode
+from rosoclingo.loop.values.snapshot import decode
 from rosoclingo.single.dialects import Dialect1, PaperDialect
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.process import CLOSED, AnsweringProcess

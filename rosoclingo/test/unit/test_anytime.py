@@ -23,10 +23,11 @@ from rosoclingo.bags.replay.input_schedule import input_schedule, rest
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import Simulation
-from rosoclingo.loop import layers
 from rosoclingo.loop.improving import improve
-from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.journal import (
+from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.inputs.replay_inbox import Due, Kind, Phase, ReplayInbox, decode, encode
+from rosoclingo.loop.planner import layers
+from rosoclingo.loop.values.journal import (
     IMPROVING,
     ActionTook,
     CommandDone,
@@ -39,9 +40,8 @@ from rosoclingo.loop.journal import (
     SearchEnded,
     to_text,
 )
-from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.replay_inbox import Due, Kind, Phase, ReplayInbox, decode, encode
-from rosoclingo.loop.solver import Forwarding
+from rosoclingo.loop.values.quality import Quality
+from rosoclingo.loop.values.solver import Forwarding
 
 AT_ONCE = 1e-6  # seconds
 MAILBOT = PACKAGE.parent / "rosoclingo_aspprograms" / "mailbot"

@@ -26,7 +26,7 @@ from rosoclingo.check.run import DOES, FoundPlan, Run
 from rosoclingo.desk.command_line import parse as parse_plan
 from rosoclingo.desk.parts import EXAMPLES
 from rosoclingo.launched.about import Launched
-from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.values.atoms import Action
 
 LINE = f"{EXAMPLES}/line.lp"
 SMALL = ("-c", "cells=4")

@@ -11,7 +11,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosoclingo.errors import ControllerError
-from rosoclingo.loop.controller import Controller, Info
+from rosoclingo.loop.mode.controller import Controller, Info
 
 MODE = str(PACKAGE / "modes" / "dynamic.incremental.recording.lp")
 UNSAT, SAT = Info(Result.UNSAT), Info(Result.SAT)

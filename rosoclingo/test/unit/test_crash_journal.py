@@ -19,8 +19,8 @@ from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
-from rosoclingo.loop.journal import ARRIVALS, LOOP, NodeResumed, key_of
-from rosoclingo.loop.replay_inbox import Kind, Phase, ReplayInbox
+from rosoclingo.loop.inputs.replay_inbox import Kind, Phase, ReplayInbox
+from rosoclingo.loop.values.journal import ARRIVALS, LOOP, NodeResumed, key_of
 from rosoclingo.store.store import Store
 
 REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)", "visit(3)"]

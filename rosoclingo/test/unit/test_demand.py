@@ -21,12 +21,12 @@ from rosclingo.wire.commands import (
     Reply,
     Result,
 )
-from rosoclingo.loop import demand
-from rosoclingo.loop.atoms import event
-from rosoclingo.loop.journal import CommandDone, Event, PlanFound
-from rosoclingo.loop.planner import Planner
-from rosoclingo.loop.solver import Forwarding
-from rosoclingo.loop.vocabulary import ToldVocabulary
+from rosoclingo.loop.planner import demand
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.planner.vocabulary import ToldVocabulary
+from rosoclingo.loop.values.atoms import event
+from rosoclingo.loop.values.journal import CommandDone, Event, PlanFound
+from rosoclingo.loop.values.solver import Forwarding
 
 TOLD = str(PACKAGE / "example/line_demand.lp")
 MODES = ("recording", "reset", "dyn_reset")
@@ -291,7 +291,7 @@ def test_an_encoding_that_does_not_fit(
 def test_answer_sets_that_ask_without_end(
     system: Callable[..., System], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rosoclingo.loop.searching._MOST_ROUNDS", 20)
+    monkeypatch.setattr("rosoclingo.loop.planner.searching._MOST_ROUNDS", 20)
     file = tmp_path / "own.lp"
     file.write_text(
         "#program query(t). #external query(t). #program search(k,t). #show ground(more(0))."

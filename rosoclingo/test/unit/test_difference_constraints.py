@@ -18,7 +18,7 @@ from rosoclingo.drawing.graph import read_graph
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.started_with import started_with
 from rosoclingo.launched.unpack import unpack
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
 
 LINE = f"{EXAMPLES}/line.lp"
 # To go to cell X takes X seconds, and the robot has to be through in time. end(T), a variable: when

@@ -8,7 +8,7 @@ import pytest
 from clingo import Symbol
 
 from rosclingo.solver.terms import parse_term
-from rosoclingo.loop.dispatch import DispatchError, bind, find
+from rosoclingo.loop.mode.dispatch import DispatchError, bind, find
 
 
 class Base:

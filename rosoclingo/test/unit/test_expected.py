@@ -9,8 +9,8 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.simulation import Simulation
-from rosoclingo.loop.arrivals import Arrival
-from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.values.arrivals import Arrival
+from rosoclingo.loop.values.atoms import Action
 
 TIMES = """
 #program state(t).

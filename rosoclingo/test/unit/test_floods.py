@@ -13,8 +13,8 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumed, Improvement, Outcome, Result
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
-from rosoclingo.loop.journal import MessageDropped
-from rosoclingo.loop.solver import Forwarding
+from rosoclingo.loop.values.journal import MessageDropped
+from rosoclingo.loop.values.solver import Forwarding
 
 LOOK = 0.01  # seconds between two looks at what has come
 NOTES = 200  # values of the messages that are known, and different

@@ -19,7 +19,7 @@ from rosoclingo.desk import plan
 from rosoclingo.desk.command_line import parse as parse_plan
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES
-from rosoclingo.loop.ids import RESERVED, split_event, type_event, why_no_message
+from rosoclingo.loop.values.ids import RESERVED, split_event, type_event, why_no_message
 
 LINE = Path(f"{EXAMPLES}/line.lp").read_text()
 SMALL = ("-c", "cells=2", "-c", "steps=9")

@@ -10,8 +10,8 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Add, Assumed, Ground, Improvement, Outcome, Part, Result
 from rosoclingo.errors import LoopError
-from rosoclingo.loop.insistent import Insistent
-from rosoclingo.loop.solver import Forwarding
+from rosoclingo.loop.mode.insistent import Insistent
+from rosoclingo.loop.values.solver import Forwarding
 
 
 class Disturbed(Forwarding):

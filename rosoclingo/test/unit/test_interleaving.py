@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import islice
 
-from rosoclingo.loop.interleaving import Interleaving
+from rosoclingo.loop.planner.interleaving import Interleaving
 
 
 def test_each_horizon_gets_a_share_of_the_one_before() -> None:

@@ -18,11 +18,11 @@ from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.simulation import Simulation
-from rosoclingo.loop.durations import Durations
-from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.journal import ActionTook
+from rosoclingo.loop.execution.durations import Durations
+from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode, encode
 from rosoclingo.loop.publishing import publish_abort
-from rosoclingo.loop.replay_inbox import ReplayInbox, decode, encode
+from rosoclingo.loop.values.journal import ActionTook
 from rosoclingo.store.store import Store
 
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))

@@ -12,10 +12,10 @@ from conftest import TIMEOUT, System
 from rosclingo.solver.options import Options
 from rosoclingo.desk import system as desk
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.journal import MessageArrived
-from rosoclingo.loop.replay_inbox import Due, Kind, Phase, ReplayInbox
+from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.inputs.replay_inbox import Due, Kind, Phase, ReplayInbox
+from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.journal import MessageArrived
 from rosoclingo.why.situation import Situation
 
 RECORDING = "dynamic.incremental.recording"
@@ -133,7 +133,7 @@ def test_who_waits_is_in_a_hurry_when_something_comes(monkeypatch: pytest.Monkey
     assert said == [True, False]
     inbox.put(MessageArrived("robot", "success"))
     assert inbox.wait(0.0)
-    monkeypatch.setattr("rosoclingo.loop.inbox._LONGEST_HURRY", -1.0)
+    monkeypatch.setattr("rosoclingo.loop.inputs.inbox._LONGEST_HURRY", -1.0)
     inbox.show()  # as a search does now and then, and who waits for reasons
     inbox.show()
     assert said == [True, False, True, False]

@@ -18,15 +18,22 @@ from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.desk.simulation import Simulation
-from rosoclingo.loop.atoms import query
-from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.journal import CommandDone, Ended, Event, LoopWaits, PlanFound, SearchEnded
-from rosoclingo.loop.journal import decode as decode_event
-from rosoclingo.loop.journal import encode as encode_event
-from rosoclingo.loop.planner import PlannerState
-from rosoclingo.loop.replay_inbox import ReplayInbox, decode, encode
-from rosoclingo.loop.snapshot import plain, remade
-from rosoclingo.loop.solver import Forwarding, Solver
+from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode, encode
+from rosoclingo.loop.planner.planner import PlannerState
+from rosoclingo.loop.values.atoms import query
+from rosoclingo.loop.values.journal import (
+    CommandDone,
+    Ended,
+    Event,
+    LoopWaits,
+    PlanFound,
+    SearchEnded,
+)
+from rosoclingo.loop.values.journal import decode as decode_event
+from rosoclingo.loop.values.journal import encode as encode_event
+from rosoclingo.loop.values.snapshot import plain, remade
+from rosoclingo.loop.values.solver import Forwarding, Solver
 
 LINE = str(PACKAGE / "example" / "line.lp")
 AT_ONCE = 1e-6  # seconds

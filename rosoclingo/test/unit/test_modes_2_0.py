@@ -13,7 +13,7 @@ from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import LoopError
-from rosoclingo.loop.replay_inbox import Kind, Phase
+from rosoclingo.loop.inputs.replay_inbox import Kind, Phase
 
 MODE = str(Path(__file__).resolve().parents[1] / "modes" / "dynamic_2_0.lp")
 LINE = f"{EXAMPLES}/line.lp"

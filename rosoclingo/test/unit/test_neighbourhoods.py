@@ -19,9 +19,9 @@ from rosclingo.wire.commands import (
     Restart,
     Truth,
 )
-from rosoclingo.loop.demand import Demand
-from rosoclingo.loop.local_search import Incumbent, LocalSearch, below
-from rosoclingo.loop.neighbourhoods import (
+from rosoclingo.loop.planner.demand import Demand
+from rosoclingo.loop.planner.local_search import Incumbent, LocalSearch, below
+from rosoclingo.loop.planner.neighbourhoods import (
     Neighbourhood,
     Neighbourhoods,
     says_choices,

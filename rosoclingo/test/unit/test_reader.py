@@ -27,7 +27,13 @@ from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.replay.startup import check
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS
 from rosoclingo.bags.wire import Message, rosbags_type
-from rosoclingo.loop.journal import CancelArrived, CommandDone, NodeResumed, PlanFound, encode
+from rosoclingo.loop.values.journal import (
+    CancelArrived,
+    CommandDone,
+    NodeResumed,
+    PlanFound,
+    encode,
+)
 
 NUMBERS = [str(number) for number in range(1, 21)]
 

@@ -21,8 +21,9 @@ from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.replays import ExactReplay
-from rosoclingo.loop.inbox import Cancel, Inbox
-from rosoclingo.loop.journal import (
+from rosoclingo.loop.inputs.inbox import Cancel, Inbox
+from rosoclingo.loop.inputs.replay_inbox import Due, Kind, Phase, ReplayInbox, decode, encode
+from rosoclingo.loop.values.journal import (
     LOOP,
     ActionPublished,
     CancelArrived,
@@ -38,8 +39,7 @@ from rosoclingo.loop.journal import (
     Status,
     StatusSet,
 )
-from rosoclingo.loop.replay_inbox import Due, Kind, Phase, ReplayInbox, decode, encode
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.values.solver import Solver
 
 GOALS = 10
 REQUESTS = ["visit(1)", "visit(3)", "visit(6)", "visit(2)", "visit(99)"]

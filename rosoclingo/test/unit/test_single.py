@@ -16,7 +16,7 @@ from rosclingo.errors import OptionsError, ProgramError
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosoclingo.errors import LoopError
-from rosoclingo.loop.controller import Info
+from rosoclingo.loop.mode.controller import Info
 from rosoclingo.single.algorithm1 import Algorithm1, Position, Stage, last_step
 from rosoclingo.single.dialects import detect
 

@@ -15,10 +15,11 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Part, Result
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
-from rosoclingo.loop import journal, waiting
-from rosoclingo.loop.goals import Goal
+from rosoclingo.loop import waiting
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.snapshot import decode, encode
+from rosoclingo.loop.values import journal
+from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.snapshot import decode, encode
 
 DYNAMIC = sorted(file.stem for file in (PACKAGE / "modes").glob("dynamic.*.lp"))
 ENCODINGS = ["line.lp", "line_demand.lp"]

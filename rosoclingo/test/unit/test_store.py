@@ -24,9 +24,9 @@ from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError, StoreError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.started_with import started_with
-from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.journal import (
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.journal import (
     LOOP,
     LoopWaits,
     MessageArrived,

@@ -7,8 +7,8 @@ from typing import List, Union
 import pytest
 
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.demand import Demand
-from rosoclingo.loop.vocabulary import ToldVocabulary, Vocabulary, explain
+from rosoclingo.loop.planner.demand import Demand
+from rosoclingo.loop.planner.vocabulary import ToldVocabulary, Vocabulary, explain
 
 OFFICES = [f"o{number}" for number in range(1, 15)]
 REQUESTS = [f"bring({o},{p})" for o in OFFICES for p in OFFICES if o != p]

@@ -32,7 +32,7 @@ from rosclingo.wire.commands import (
 )
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
-from rosoclingo.loop.snapshot import decode, encode
+from rosoclingo.loop.values.snapshot import decode, encode
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.assuming import AssumingCopy

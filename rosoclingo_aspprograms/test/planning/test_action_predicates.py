@@ -10,7 +10,7 @@ from test_actions import ACTIONS, World
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.system import Request
-from rosoclingo.loop.journal import PlanFound
+from rosoclingo.loop.values.journal import PlanFound
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.situation import Situation
 

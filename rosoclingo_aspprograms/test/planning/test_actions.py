@@ -16,8 +16,8 @@ from episode import DYN_RESET, PACKAGE, RECORDING, RESET, SINGLE
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import Request, System
-from rosoclingo.loop import layers
-from rosoclingo.loop.words import SOLVER
+from rosoclingo.loop.planner import layers
+from rosoclingo.loop.values.words import SOLVER
 
 HOSPITAL = str(PACKAGE / "hospital" / "hospital.lp")
 SMALL = str(PACKAGE / "hospital" / "instances" / "small.lp")

@@ -13,9 +13,9 @@ import pytest
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumed, Improvement, Outcome, Result
-from rosoclingo.loop.atoms import Plan, event
-from rosoclingo.loop.neighbourhoods import Neighbourhood, says_choices
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.neighbourhoods import Neighbourhood, says_choices
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import Plan, event
 
 FOLDER = Path(__file__).parents[2] / "mailbot"
 SIDE = 8

@@ -16,9 +16,9 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Outcome, Result
 from rosoclingo.loop import improving
-from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.journal import Ended, SearchEnded
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import Plan
+from rosoclingo.loop.values.journal import Ended, SearchEnded
 
 AT_ONCE = 1e-6  # seconds
 
@@ -67,7 +67,9 @@ def search(planner: Planner) -> Outcome:
 def test_it_ends_with_the_best_plan(
     seed: int, minimise: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rosoclingo.loop.searching._SAME_SECONDS", 60.0)  # on a busy machine
+    monkeypatch.setattr(
+        "rosoclingo.loop.planner.searching._SAME_SECONDS", 60.0
+    )  # on a busy machine
     instance = Instance(seed, 1 + seed % 2, tmp_path)
     options = ("-c", f"minimise={minimise}")
     proven = instance.planner(0.0, *options)

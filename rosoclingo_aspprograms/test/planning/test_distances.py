@@ -14,7 +14,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
 
 LIBRARY = Path(__file__).resolve().parents[2] / "lib"
 ENCODING = f"""

@@ -16,9 +16,9 @@ from test_agendas import AT_ONCE, Office, served
 from test_fleet import Fleet
 
 from rosoclingo.loop import improving
-from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.journal import Ended, SearchEnded
-from rosoclingo.loop.planner import DEFAULT_PATIENCE
+from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE
+from rosoclingo.loop.values.atoms import Plan
+from rosoclingo.loop.values.journal import Ended, SearchEnded
 from rosoclingo_aspprograms.validator import Edge, Map
 
 CONSTRUCTED = "constructed"

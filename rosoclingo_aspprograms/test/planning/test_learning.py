@@ -17,8 +17,8 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import Simulation
-from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import Plan
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
 
 RING = Map(

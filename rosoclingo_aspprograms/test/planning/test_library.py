@@ -13,8 +13,8 @@ from episode import FIXED, INCREMENTAL, Episode
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
-from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import Plan
 from rosoclingo_aspprograms.validator import Map
 
 FOLDER = Path(__file__).resolve().parents[2] / "plants"

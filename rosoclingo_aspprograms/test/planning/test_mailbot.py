@@ -22,7 +22,7 @@ from episode import (
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Ground, Part, Result
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
 from rosoclingo_aspprograms.validator import Map
 
 DYNAMIC = [FIXED, *INCREMENTAL]

@@ -16,9 +16,9 @@ from episode import MAILBOT, OFFICE
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
-from rosoclingo.loop.arrivals import arrival_lines, expected_arrivals
-from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.arrivals import arrival_lines, expected_arrivals
+from rosoclingo.loop.values.atoms import Plan
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
 
 Job = Tuple[str, str]

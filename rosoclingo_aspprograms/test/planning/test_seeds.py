@@ -14,11 +14,11 @@ import pytest
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
-from rosoclingo.loop import layers, seeding
-from rosoclingo.loop.atoms import Plan, event
-from rosoclingo.loop.journal import Ended, SearchEnded
-from rosoclingo.loop.planner import DEFAULT_PATIENCE, Planner
-from rosoclingo.loop.recorded import Recorded
+from rosoclingo.loop.planner import layers, seeding
+from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, Planner
+from rosoclingo.loop.values.atoms import Plan, event
+from rosoclingo.loop.values.journal import Ended, SearchEnded
+from rosoclingo.loop.values.recorded import Recorded
 from rosoclingo.seed.downward import NONE, SeedProcess
 
 HERE = Path(__file__).parent
@@ -300,4 +300,4 @@ def use_program(monkeypatch: pytest.MonkeyPatch, folder: Path, text: str) -> Non
     made = folder / "planner.sh"
     made.write_text(f"#!/bin/sh\n{text}\n")
     made.chmod(made.stat().st_mode | stat.S_IXUSR)
-    monkeypatch.setattr("rosoclingo.loop.planner.find_seed_planner", lambda _: made)
+    monkeypatch.setattr("rosoclingo.loop.planner.planner.find_seed_planner", lambda _: made)

@@ -13,8 +13,8 @@ from episode import BENCH, MAILBOT
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result, Truth
-from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import Plan
 from rosoclingo_aspprograms.validator import Map
 
 BY_STEPS = str(Path(__file__).with_name("mailbot_by_steps.lp"))

@@ -13,8 +13,8 @@ from draws import draws
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
-from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import Plan
 
 LIBRARY = Path(__file__).resolve().parents[2] / "lib"
 SEEDS = draws([0, 4, 6, 8, 12, 15, 19, 23], 60)

@@ -22,8 +22,8 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import QuestionError
-from rosoclingo.loop.atoms import Plan
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import Plan
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.facts import Kind
 from rosoclingo.why.reason import Reason

@@ -43,8 +43,8 @@ from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import CANCEL, GOAL, Input, Moment
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.simulation import Simulation
-from rosoclingo.loop.atoms import PASSED, event
-from rosoclingo.loop.demand import Pair
+from rosoclingo.loop.planner.demand import Pair
+from rosoclingo.loop.values.atoms import PASSED, event
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan, later
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.facts import Fact, Facts, Kind, atoms

@@ -16,7 +16,7 @@ from rosclingo.ros import parameters
 from rosclingo.ros.init import init_node, on_shutdown, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosclingo.solver.about import about
-from rosoclingo.loop.tokens import TOKENS_HEADER
+from rosoclingo.loop.execution.tokens import TOKENS_HEADER
 from rosoclingo.msg import (
     ROSoClingoAnswer,
     ROSoClingoDispatch,

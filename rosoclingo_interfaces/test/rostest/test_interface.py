@@ -11,7 +11,7 @@ import rostest
 from std_msgs.msg import String
 
 from planner import TIMEOUT, Planner, TokenPlanner
-from rosoclingo.loop.tokens import TOKENS_HEADER
+from rosoclingo.loop.execution.tokens import TOKENS_HEADER
 
 
 class TestInterface(unittest.TestCase):

@@ -21,11 +21,11 @@ from rosclingo.solver.programs import Program, parse_files
 from rosclingo.solver.theories import make_theory
 from rosclingo.wire.term_text import last_number, number, split_term
 from rosoclingo.desk.parts import SINGLE, make_parts
-from rosoclingo.loop.demand import Pair
-from rosoclingo.loop.ids import is_own
-from rosoclingo.loop.planner import Planner
-from rosoclingo.loop.vocabulary import ANY_EVENT
-from rosoclingo.loop.words import BUSY, INFO, SUCCESS
+from rosoclingo.loop.planner.demand import Pair
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.planner.vocabulary import ANY_EVENT
+from rosoclingo.loop.values.ids import is_own
+from rosoclingo.loop.values.words import BUSY, INFO, SUCCESS
 
 _STEPS = (1, 2, 3)  # those that are grounded, and compared
 _HAPPENS = "rosoclingo_check_event"

@@ -13,8 +13,8 @@ from rosclingo.solver.options import Options, constants
 from rosoclingo.check.findings import Words
 from rosoclingo.desk.command_line import number_type, parse_planner
 from rosoclingo.desk.inputs import MESSAGE, read_input
-from rosoclingo.loop.demand import Pair
-from rosoclingo.loop.ids import GOAL, type_event
+from rosoclingo.loop.planner.demand import Pair
+from rosoclingo.loop.values.ids import GOAL, type_event
 
 _EPISODES = 50
 _SECONDS = 300.0

@@ -20,8 +20,8 @@ from rosoclingo.check.findings import Finding
 from rosoclingo.check.functors import atoms
 from rosoclingo.check.static import place
 from rosoclingo.desk.parts import SINGLE, make_parts
-from rosoclingo.loop.atoms import event
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import event
 from rosoclingo.why.doubts import DOUBTS, doubts, one_of_each, parse, sentence
 
 _SECONDS = 2.0  # after which no further requests are told

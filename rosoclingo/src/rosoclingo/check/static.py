@@ -16,8 +16,8 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.functors import UnmatchedFunction, unmatched_functions
-from rosoclingo.loop.demand import Pair
-from rosoclingo.loop.ids import RESERVED, is_own, why_no_actuator, why_no_slot
+from rosoclingo.loop.planner.demand import Pair
+from rosoclingo.loop.values.ids import RESERVED, is_own, why_no_actuator, why_no_slot
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
 from rosoclingo.why.doubts import DOUBTS, OBSTACLES
 from rosoclingo.why.rules import idle_names

@@ -16,8 +16,8 @@ from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import SINGLE
 from rosoclingo.desk.simulation import Seconds
 from rosoclingo.errors import SeedPlannerError
-from rosoclingo.loop.ids import GOAL
-from rosoclingo.loop.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
+from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
+from rosoclingo.loop.values.ids import GOAL
 from rosoclingo.seed.downward import NONE, find_seed_planner
 
 _MODE = "dynamic.incremental.recording"

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rosclingo.errors import OptionsError, TermError, shorten
-from rosoclingo.loop.atoms import canonical
-from rosoclingo.loop.ids import CANCEL, GOAL, split_event, type_event
+from rosoclingo.loop.values.atoms import canonical
+from rosoclingo.loop.values.ids import CANCEL, GOAL, split_event, type_event
 
 MESSAGE = "message"
 STEP, IN, AFTER = "step", "in", "after"

@@ -8,8 +8,8 @@ from typing import Dict, List, Optional, Sequence, Tuple
 from rosclingo.errors import RosclingoError
 from rosoclingo.desk.simulation import Simulation
 from rosoclingo.desk.system import Request
-from rosoclingo.loop import journal
-from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.values import journal
+from rosoclingo.loop.values.atoms import Action
 
 DROPPED = "dropped a message: "
 

@@ -16,12 +16,12 @@ from rosclingo.errors import OptionsError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosoclingo.commands import ROSCommands
-from rosoclingo.loop.controller import Controller, Decider, Decisions
-from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.inbox import Inbox
+from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.mode.controller import Controller, Decider, Decisions
 from rosoclingo.loop.state import State
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.solver import Solver
 from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
 from rosoclingo.single.dialects import detect, says_status
 

@@ -22,7 +22,7 @@ from rosoclingo.drawing.errors import GraphError
 from rosoclingo.drawing.graph import Graph, read_graph
 from rosoclingo.drawing.shapes import draw
 from rosoclingo.drawing.situation import Situation
-from rosoclingo.loop.journal import MessageArrived
+from rosoclingo.loop.values.journal import MessageArrived
 
 _WIDTH, _ROW = 14.0, 0.5  # inches
 _LETTER, _MOST_WIDTH = 0.07, 60.0  # likewise: of a label, and of a picture whose labels all fit

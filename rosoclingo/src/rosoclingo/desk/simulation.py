@@ -19,11 +19,11 @@ from rosclingo.errors import RosclingoError
 from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import AFTER, IN, STEP, Input
 from rosoclingo.desk.system import System
-from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.ids import CANCEL, GOAL
 from rosoclingo.loop.loop import Loop
+from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.ids import CANCEL, GOAL
+from rosoclingo.loop.values.words import ABORT, SOLVER, SUCCESS
 from rosoclingo.loop.waiting import LOOK_SECONDS
-from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 from rosoclingo.why.situation import Situation
 
 Answer = Callable[[str, str], Optional[str]]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from rosoclingo.loop.atoms import Plan
 from rosoclingo.loop.search import take_plan
 from rosoclingo.loop.state import State
+from rosoclingo.loop.values.atoms import Plan
 
 _QUIET_SECONDS = 0.1  # without an input, before it is looked for a better plan
 

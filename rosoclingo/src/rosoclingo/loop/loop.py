@@ -15,17 +15,17 @@ from rosclingo.errors import RosclingoError, ServiceError
 from rosclingo.wire.commands import Result
 from rosoclingo.errors import ControllerError, OutsideError, PlannerError, ShutdownError
 from rosoclingo.loop import diagnosis, statuses
-from rosoclingo.loop.controller import Decider, Info
-from rosoclingo.loop.dispatch import DispatchError, bind
-from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.journal import LoopEnded, Reason
-from rosoclingo.loop.named_steps import STEP_COMMANDS
-from rosoclingo.loop.planner import Planner
-from rosoclingo.loop.snapshot import decode, encode
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.mode.controller import Decider, Info
+from rosoclingo.loop.mode.dispatch import DispatchError, bind
+from rosoclingo.loop.mode.named_steps import STEP_COMMANDS
+from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.state import State, StateSnapshot
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.goals import Goal, GoalClient
+from rosoclingo.loop.values.journal import LoopEnded, Reason
+from rosoclingo.loop.values.snapshot import decode, encode
+from rosoclingo.loop.values.solver import Solver
 from rosoclingo.seed.downward import NONE
 
 _BEGINS_ACTIONS = "commit_actions"

@@ -12,8 +12,8 @@ from rosclingo.ros.client import Client
 from rosclingo.ros.init import init_node
 from rosclingo.solver.about import about
 from rosoclingo.launched.about import LOOP, Launched
-from rosoclingo.loop.controller import Controller
-from rosoclingo.loop.insistent import Insistent
+from rosoclingo.loop.mode.controller import Controller
+from rosoclingo.loop.mode.insistent import Insistent
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.loop_node import Node
 from rosoclingo.ros.running import open_inbox, run

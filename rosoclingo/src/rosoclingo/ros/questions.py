@@ -17,9 +17,9 @@ import rospy
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import on_shutdown
 from rosoclingo.errors import QuestionError
-from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.journal import Event, Explained
 from rosoclingo.loop.state import State
+from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.journal import Event, Explained
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.srv import Why, WhyRequest, WhyResponse
 from rosoclingo.why.process import CLOSED, AnsweringProcess

@@ -14,8 +14,8 @@ from rosclingo.ros.init import end_wrong, give_up, on_shutdown
 from rosclingo.ros.low_latency import subscriber
 from rosclingo.ros.master_watch import exit_status
 from rosoclingo.errors import StoreError
-from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.replay_inbox import ReplayInbox, decode
+from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode
 from rosoclingo.ros.loop_node import Node
 from rosoclingo.store.store import Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredReplayInbox

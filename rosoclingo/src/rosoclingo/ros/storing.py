@@ -16,10 +16,10 @@ from rosclingo.ros.master_watch import forget
 from rosoclingo.errors import LaunchedError, StoreError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.started_with import started_with
-from rosoclingo.loop.controller import Decider
-from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.inbox import Inbox
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.mode.controller import Decider
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.solver import Solver
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
 from rosoclingo.ros.goal_statuses import sender_of, status_of
 from rosoclingo.store.database import put_aside

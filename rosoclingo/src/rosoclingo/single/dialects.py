@@ -20,10 +20,10 @@ from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.added import HAS, SLOT
-from rosoclingo.loop.atoms import EVENT, PASSED, QUERY, event
-from rosoclingo.loop.solver import Forwarding, Solver
-from rosoclingo.loop.vocabulary import ANY_EVENT
+from rosoclingo.loop.planner.vocabulary import ANY_EVENT
+from rosoclingo.loop.values.added import HAS, SLOT
+from rosoclingo.loop.values.atoms import EVENT, PASSED, QUERY, event
+from rosoclingo.loop.values.solver import Forwarding, Solver
 
 _ANY_ATOM = f"{EVENT}{ANY_EVENT},"
 _HORIZON = "horizon("

@@ -17,7 +17,7 @@ from rosclingo.errors import ServiceError, SolverEndedError
 from rosclingo.wire import commands as wire
 from rosclingo.wire.xml_codec import decode_commands, encode_commands
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop.solver import Forwarding, Solver
+from rosoclingo.loop.values.solver import Forwarding, Solver
 from rosoclingo.store.database import Rows
 
 PART = "command"

@@ -36,7 +36,7 @@ from typing import (
     get_type_hints,
 )  # fmt: skip
 
-from rosoclingo.loop.snapshot import plain, remade
+from rosoclingo.loop.values.snapshot import plain, remade
 
 _NOTHING = object()
 _ENCODER = json.JSONEncoder(separators=(",", ":"))

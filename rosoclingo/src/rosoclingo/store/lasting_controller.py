@@ -6,7 +6,7 @@ from typing import Optional
 
 import clingo
 
-from rosoclingo.loop.controller import Decider, Info
+from rosoclingo.loop.mode.controller import Decider, Info
 from rosoclingo.store.commands import Back, again
 
 

@@ -12,11 +12,14 @@ import clingo
 from rosclingo.errors import ServiceError
 from rosclingo.wire.commands import Result
 from rosoclingo.errors import StoreError
-from rosoclingo.loop.controller import Decider, Info
-from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.goals import Goal, GoalClient
-from rosoclingo.loop.inbox import Cancel, Inbox, Item, arrival_of
-from rosoclingo.loop.journal import (
+from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, arrival_of
+from rosoclingo.loop.inputs.replay_inbox import ReplayInbox
+from rosoclingo.loop.loop import Loop, LoopSnapshot
+from rosoclingo.loop.mode.controller import Decider, Info
+from rosoclingo.loop.state import State
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.goals import Goal, GoalClient
+from rosoclingo.loop.values.journal import (
     LOOP,
     CommandDone,
     Event,
@@ -25,10 +28,7 @@ from rosoclingo.loop.journal import (
     Status,
     StatusSet,
 )
-from rosoclingo.loop.loop import Loop, LoopSnapshot
-from rosoclingo.loop.replay_inbox import ReplayInbox
-from rosoclingo.loop.solver import Solver
-from rosoclingo.loop.state import State
+from rosoclingo.loop.values.solver import Solver
 from rosoclingo.store.commands import RecordedSolver
 from rosoclingo.store.lasting_controller import LastingController
 from rosoclingo.store.outbox import Outbox, StoredClient

@@ -19,9 +19,9 @@ from rosclingo.wire.commands import (
     Truth,
 )
 from rosoclingo.errors import InterruptedQuestionError
-from rosoclingo.loop.atoms import SAVE, query
-from rosoclingo.loop.journal import TERMINAL_STATUSES
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import SAVE, query
+from rosoclingo.loop.values.journal import TERMINAL_STATUSES
 from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable
 from rosoclingo.why.situation import Situation

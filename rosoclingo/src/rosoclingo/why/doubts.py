@@ -15,7 +15,7 @@ from typing import Dict, Iterable, List, Tuple
 
 from rosclingo.wire.commands import Part
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
 
 DOUBTS, OBSTACLES = "doubts", "obstacles"
 """The parts, each with the number of the search."""

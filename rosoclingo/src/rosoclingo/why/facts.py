@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Dict, FrozenSet, Iterable, List, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
-from rosoclingo.loop.words import BUSY
+from rosoclingo.loop.values.words import BUSY
 from rosoclingo.why.situation import Situation
 
 

@@ -11,7 +11,7 @@ from typing import FrozenSet, List, Optional, Tuple
 
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import QuestionError
-from rosoclingo.loop.atoms import Action, Plan, event
+from rosoclingo.loop.values.atoms import Action, Plan, event
 from rosoclingo.why.answers import Contrast
 from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
 from rosoclingo.why.facts import Fact, Facts, atoms

@@ -18,8 +18,8 @@ from rosclingo.wire.commands import (
 )
 from rosclingo.wire.term_text import last_number
 from rosoclingo.errors import InterruptedQuestionError, PlannerError
-from rosoclingo.loop.atoms import PASSED, SAVE, query
-from rosoclingo.loop.planner import Planner
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import PASSED, SAVE, query
 from rosoclingo.single.dialects import Dialect2, PaperDialect
 from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable

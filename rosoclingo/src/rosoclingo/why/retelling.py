@@ -25,7 +25,7 @@ from rosclingo.wire.commands import (
 )
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
-from rosoclingo.loop.atoms import COMMIT, PASSED, SAVE, Action, Plan, event
+from rosoclingo.loop.values.atoms import COMMIT, PASSED, SAVE, Action, Plan, event
 from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
 from rosoclingo.why.doubts import DOUBTS, OBSTACLES, doubts, one_of_each, prevents, sentence
 from rosoclingo.why.rebuilding import RebuildingCopy

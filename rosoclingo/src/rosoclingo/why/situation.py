@@ -15,10 +15,10 @@ from rosclingo.wire.commands import (
     Truth,
 )
 from rosclingo.wire.term_text import last_number, number, split_term
-from rosoclingo.loop.added import SLOT_PART
-from rosoclingo.loop.atoms import SAVE, event, query
 from rosoclingo.loop.beginning import known_to_hold
 from rosoclingo.loop.state import State
+from rosoclingo.loop.values.added import SLOT_PART
+from rosoclingo.loop.values.atoms import SAVE, event, query
 
 # Steps that a copy plans for if there is no limit, and if there is one that is far away.
 _FEWEST, _MOST = 30, 100

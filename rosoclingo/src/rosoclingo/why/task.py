@@ -10,7 +10,7 @@ from typing import Optional
 from rosclingo.errors import RosclingoError, report
 from rosclingo.solver.options import Options
 from rosoclingo.errors import InterruptedQuestionError
-from rosoclingo.loop.snapshot import encode
+from rosoclingo.loop.values.snapshot import encode
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.question import MORE_TIME, Question, Reply, Status

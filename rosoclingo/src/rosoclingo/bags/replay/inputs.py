@@ -12,9 +12,9 @@ from typing import List, Set
 
 from rosclingo.errors import TermError
 from rosoclingo.bags.read.run import Run
-from rosoclingo.loop import journal
-from rosoclingo.loop.atoms import canonical
-from rosoclingo.loop.replay_inbox import Key
+from rosoclingo.loop.inputs.replay_inbox import Key
+from rosoclingo.loop.values import journal
+from rosoclingo.loop.values.atoms import canonical
 
 
 class Point(enum.Enum):

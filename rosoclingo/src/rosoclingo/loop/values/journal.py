@@ -19,7 +19,7 @@ from typing import Any, Callable, Mapping, NamedTuple, Optional, Tuple, Union
 from rosclingo.errors import shorten
 from rosclingo.wire.commands import Result
 from rosclingo.wire.term_text import last_number
-from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.values.quality import Quality
 
 
 class Status(str, enum.Enum):
@@ -112,7 +112,7 @@ ARRIVALS = (GoalArrived, CancelArrived, MessageArrived)
 
 @dataclass(frozen=True)
 class AnswerArrived(Event):
-    """An answer has come with the token of its action, see :mod:`rosoclingo.loop.tokens`.
+    """An answer has come with the token of its action, see :mod:`rosoclingo.loop.execution.tokens`.
 
     The loop takes it as a message, as which it is in the journal.
 

@@ -19,9 +19,9 @@ from rosclingo.errors import shorten
 from rosclingo.wire.commands import AssignExternal, Command, Ground, Part, Truth
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop.atoms import EVENT
-from rosoclingo.loop.neighbourhoods import shown_choices
-from rosoclingo.loop.seeding import SEED
+from rosoclingo.loop.planner.neighbourhoods import shown_choices
+from rosoclingo.loop.planner.seeding import SEED
+from rosoclingo.loop.values.atoms import EVENT
 
 Pair = Tuple[str, str]
 """Source and content of an event."""
@@ -53,9 +53,9 @@ class Demand:
         prefers: Whether a search can begin with what is left of the plan before.
         hastens: Whether a search can construct a plan at once, which is improved later.
         relaxes: Whether a search that has found no plan can be repeated with more choices.
-        has_layers: Whether plans have layers, see :mod:`rosoclingo.loop.layers`.
+        has_layers: Whether plans have layers, see :mod:`rosoclingo.loop.planner.layers`.
         shows_seeds: Whether it shows their task to another planner, see
-            :mod:`rosoclingo.loop.seeding`.
+            :mod:`rosoclingo.loop.planner.seeding`.
     """
 
     tells: bool = False

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import List, Optional, Set
 
 from rosclingo.wire.commands import Result
-from rosoclingo.loop.atoms import SAVE, Action, Plan
+from rosoclingo.loop.values.atoms import SAVE, Action, Plan
 
 
 @dataclass

@@ -16,20 +16,20 @@ from typing import Any, Callable, List, Optional, Sequence, Tuple
 from rosclingo.errors import shorten
 from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop.demand import Demand
-from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
-from rosoclingo.loop.layers import LayeredSearch, LayersState, WantedLayers
-from rosoclingo.loop.local_search import Incumbent, LocalSearch
-from rosoclingo.loop.neighbourhoods import (
+from rosoclingo.loop.planner.demand import Demand
+from rosoclingo.loop.planner.layers import LayeredSearch, LayersState, WantedLayers
+from rosoclingo.loop.planner.local_search import Incumbent, LocalSearch
+from rosoclingo.loop.planner.neighbourhoods import (
     Neighbourhoods,
     is_constructed,
     is_restricted,
     says_choices,
 )
-from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.recorded import Recorded
-from rosoclingo.loop.seeding import ProcessSeed
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.planner.seeding import ProcessSeed
+from rosoclingo.loop.values.journal import IMPROVING, Ended, SearchEnded
+from rosoclingo.loop.values.quality import Quality
+from rosoclingo.loop.values.recorded import Recorded
+from rosoclingo.loop.values.solver import Solver
 
 _MOST_ROUNDS = 10_000  # answer sets in a row that ask for something
 _AS_BEFORE = "as_before"  # as_before(K): the plan of search K is the one before

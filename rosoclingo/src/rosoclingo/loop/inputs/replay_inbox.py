@@ -13,9 +13,9 @@ from collections import Counter, deque
 from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from rosclingo.errors import ParameterError
-from rosoclingo.loop.inbox import Cancel, Inbox, Item, Taken, arrival_of
-from rosoclingo.loop.journal import AnswerArrived, SearchEnded, from_text, key_of
-from rosoclingo.loop.recorded import RecordedOutcomes
+from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, Taken, arrival_of
+from rosoclingo.loop.values.journal import AnswerArrived, SearchEnded, from_text, key_of
+from rosoclingo.loop.values.recorded import RecordedOutcomes
 
 
 class Phase(enum.IntEnum):

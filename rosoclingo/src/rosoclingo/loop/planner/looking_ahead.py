@@ -11,12 +11,12 @@ from dataclasses import replace
 from typing import Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
-from rosoclingo.loop.atoms import query
-from rosoclingo.loop.interleaving import Interleaving
-from rosoclingo.loop.journal import Ended, SearchEnded
-from rosoclingo.loop.local_search import below
-from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.planner.interleaving import Interleaving
+from rosoclingo.loop.planner.local_search import below
+from rosoclingo.loop.values.atoms import query
+from rosoclingo.loop.values.journal import Ended, SearchEnded
+from rosoclingo.loop.values.quality import Quality
+from rosoclingo.loop.values.solver import Solver
 
 
 def look_ahead(

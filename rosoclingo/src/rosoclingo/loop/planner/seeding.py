@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Callable, Iterator, List, Optional, Tuple
 
 from rosclingo.wire import commands as wire
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.values.solver import Solver
 from rosoclingo.seed.downward import SeedProcess
 from rosoclingo.seed.elimination import leave_out
 from rosoclingo.seed.layering import LayeredPlan, put_in_layers

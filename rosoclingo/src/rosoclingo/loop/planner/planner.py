@@ -10,19 +10,19 @@ from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tupl
 
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS, STILL, STILL_PART
-from rosoclingo.loop.atoms import QUERY, Action, Plan, query
-from rosoclingo.loop.demand import Demand, Pair, needed_horizon, step_parts
-from rosoclingo.loop.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
-from rosoclingo.loop.layers import LayersState
-from rosoclingo.loop.looking_ahead import look_ahead, look_for_cheaper
-from rosoclingo.loop.neighbourhoods import Neighbourhoods
-from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.recorded import Recorded
-from rosoclingo.loop.requests import Requests, read_externals
-from rosoclingo.loop.searching import Searching, read_summary
-from rosoclingo.loop.shortening import shorten
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.planner.demand import Demand, Pair, needed_horizon, step_parts
+from rosoclingo.loop.planner.layers import LayersState
+from rosoclingo.loop.planner.looking_ahead import look_ahead, look_for_cheaper
+from rosoclingo.loop.planner.neighbourhoods import Neighbourhoods
+from rosoclingo.loop.planner.requests import Requests, read_externals
+from rosoclingo.loop.planner.searching import Searching, read_summary
+from rosoclingo.loop.planner.shortening import shorten
+from rosoclingo.loop.values.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS, STILL, STILL_PART
+from rosoclingo.loop.values.atoms import QUERY, Action, Plan, query
+from rosoclingo.loop.values.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
+from rosoclingo.loop.values.quality import Quality
+from rosoclingo.loop.values.recorded import Recorded
+from rosoclingo.loop.values.solver import Solver
 from rosoclingo.seed.downward import NONE, find_seed_planner
 
 DEFAULT_PATIENCE = -1.0

@@ -23,8 +23,8 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import Container, Dict, List, Optional, Sequence
 
-from rosoclingo.loop.atoms import Action, Plan
-from rosoclingo.loop.execution import Execution
+from rosoclingo.loop.values.atoms import Action, Plan
+from rosoclingo.loop.values.execution import Execution
 
 EXPECTED = "expected"
 """How the line of feedback begins that says when a goal will be served, and what ``~plan`` says."""

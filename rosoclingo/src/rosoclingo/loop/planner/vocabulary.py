@@ -13,9 +13,9 @@ from typing import ClassVar, Collection, Dict, Iterable, List, Optional, Sequenc
 
 from rosclingo.errors import shorten
 from rosclingo.wire.term_text import number, split_term
-from rosoclingo.loop.atoms import EVENT
-from rosoclingo.loop.demand import Demand, Pair
-from rosoclingo.loop.words import BUSY
+from rosoclingo.loop.planner.demand import Demand, Pair
+from rosoclingo.loop.values.atoms import EVENT
+from rosoclingo.loop.values.words import BUSY
 
 Messages = Dict[str, Set[str]]
 """The values of messages that are known, for each id."""

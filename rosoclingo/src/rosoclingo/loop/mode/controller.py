@@ -34,9 +34,9 @@ from rosclingo.wire.commands import (
 )
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import ControllerError
-from rosoclingo.loop.atoms import EVENT, SAVE, event
-from rosoclingo.loop.named_steps import last_horizon, number_steps
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.mode.named_steps import last_horizon, number_steps
+from rosoclingo.loop.values.atoms import EVENT, SAVE, event
+from rosoclingo.loop.values.solver import Solver
 
 _MOST_DECISIONS = 10_000  # that are remembered
 

@@ -6,7 +6,7 @@ from typing import Callable, Optional, Sequence
 
 from rosclingo.wire.commands import Assumed, Improvement, Outcome
 from rosoclingo.errors import OutsideError
-from rosoclingo.loop.solver import Forwarding, Solver
+from rosoclingo.loop.values.solver import Forwarding, Solver
 
 # Two loops that share a solver end each other's searches for ever; a bag comes to an end.
 _TRIES = 1000

@@ -16,11 +16,11 @@ import uuid
 from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
 
-from rosoclingo.loop.atoms import Action, event
-from rosoclingo.loop.demand import Pair
-from rosoclingo.loop.environment import Environment
-from rosoclingo.loop.execution import Execution
-from rosoclingo.loop.words import ABORT, BUSY
+from rosoclingo.loop.planner.demand import Pair
+from rosoclingo.loop.values.atoms import Action, event
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.execution import Execution
+from rosoclingo.loop.values.words import ABORT, BUSY
 
 
 @dataclass

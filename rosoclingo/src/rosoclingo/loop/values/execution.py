@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Optional, Tuple
 
-from rosoclingo.loop.atoms import Action
+from rosoclingo.loop.values.atoms import Action
 
 Said = Tuple[str, str]
 """The node that has said something, and the value."""

@@ -7,8 +7,8 @@ import time
 from dataclasses import dataclass
 from typing import Callable, List, Optional, Union
 
-from rosoclingo.loop.goals import Goal
-from rosoclingo.loop.journal import (
+from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.journal import (
     AnswerArrived,
     Arrival,
     CancelArrived,
@@ -17,7 +17,7 @@ from rosoclingo.loop.journal import (
     MessageArrived,
     Status,
 )
-from rosoclingo.loop.recorded import Recorded
+from rosoclingo.loop.values.recorded import Recorded
 
 
 @dataclass(frozen=True)

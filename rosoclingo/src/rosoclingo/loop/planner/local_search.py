@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
-from rosoclingo.loop.neighbourhoods import Neighbourhood, Neighbourhoods, is_restricted
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.planner.neighbourhoods import Neighbourhood, Neighbourhoods, is_restricted
+from rosoclingo.loop.values.solver import Solver
 
 _MOST = 2**31 - 1  # a cost at a priority of which nothing is known
 

@@ -6,9 +6,9 @@ from typing import Container, Dict, List, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop.atoms import EVENT, QUERY
-from rosoclingo.loop.demand import Demand, Pair
-from rosoclingo.loop.solver import Solver
+from rosoclingo.loop.planner.demand import Demand, Pair
+from rosoclingo.loop.values.atoms import EVENT, QUERY
+from rosoclingo.loop.values.solver import Solver
 
 _BATCH_CHARACTERS = 2**20  # of the atoms in one request, far below what a solver node allows
 _MANY = 20  # from so many externals on, it is quicker to ask for all, than about each that fails

@@ -7,11 +7,11 @@ from typing import Collection, Dict, Iterable, List, Sequence, Set, Tuple, Union
 
 from rosclingo.wire.commands import AssignExternal, ReleaseExternal, Truth
 from rosclingo.wire.term_text import last_number, split_term
-from rosoclingo.loop.atoms import EVENT, SAVE, event, query
-from rosoclingo.loop.demand import Pair
-from rosoclingo.loop.planner import Planner
-from rosoclingo.loop.snapshot import take_over
-from rosoclingo.loop.vocabulary import ToldVocabulary, Vocabulary
+from rosoclingo.loop.planner.demand import Pair
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.planner.vocabulary import ToldVocabulary, Vocabulary
+from rosoclingo.loop.values.atoms import EVENT, SAVE, event, query
+from rosoclingo.loop.values.snapshot import take_over
 
 
 @dataclass

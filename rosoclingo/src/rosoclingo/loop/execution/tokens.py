@@ -3,8 +3,8 @@
 A token is the run's id and the action's number in the run. It stays the same when the action is
 published again, so that an interface can do it once. See docs/protocol.md, section "Tokens".
 
->>> from rosoclingo.loop.atoms import Action
->>> from rosoclingo.loop.environment import Environment
+>>> from rosoclingo.loop.values.atoms import Action
+>>> from rosoclingo.loop.values.environment import Environment
 >>> executions = Executions(Environment())
 >>> executions.begin(Action("robot", "go(3)", 1))
 >>> answer = AnswerArrived(executions.run, 1, "success")
@@ -23,10 +23,10 @@ from dataclasses import replace
 from typing import List, Sequence, Tuple
 
 from rosclingo.errors import TermError, shorten
-from rosoclingo.loop.atoms import canonical
-from rosoclingo.loop.executions import Executions
-from rosoclingo.loop.inbox import Item, Taken
-from rosoclingo.loop.journal import AnswerArrived, MessageArrived
+from rosoclingo.loop.execution.executions import Executions
+from rosoclingo.loop.inputs.inbox import Item, Taken
+from rosoclingo.loop.values.atoms import canonical
+from rosoclingo.loop.values.journal import AnswerArrived, MessageArrived
 
 TOKENS_HEADER = "answers_with_tokens"
 """A field of a connection's header on ``~in``: the node sends its answers with tokens, too."""

@@ -1,0 +1,1 @@
+"""Execution of plans: who acts, which answer belongs to which action, and how long it takes."""

@@ -1,0 +1,1 @@
+"""Values of the planning loop, and its ports: solver, environment, recorded outcomes."""
