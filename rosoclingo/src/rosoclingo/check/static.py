@@ -27,7 +27,7 @@ Signature = Tuple[str, int]
 _PARTS: Mapping[Type[Dialect2], FrozenSet[Signature]] = {
     Dialect2: frozenset(
         {("state", 1), ("transition", 1), ("query", 1), ("event", 2), ("event", 3), ("search", 2),
-         ("improve", 2), ("prefer", 2), ("relax", 2)}
+         ("improve", 2), ("prefer", 2), ("relax", 2), ("at_once", 2)}
     ),
     Dialect1: frozenset(
         {("state", 1), ("transition", 1), ("query", 1), ("set_event", 3), ("commit", 3),
