@@ -134,7 +134,7 @@ def top_level_names(file: Path) -> Iterator[str]:
 
 
 def test_a_name_is_that_of_one_thing() -> None:
-    """Functions are left out, which are called by the names of their modules."""
+    """Functions are left out, which are called by the names of their modules, and type variables."""
     places: DefaultDict[str, List[str]] = defaultdict(list)
     for file in sorted(ROOT.glob("*/src/**/*.py")):
         if "template" not in file.parts:
