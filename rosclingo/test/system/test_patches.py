@@ -40,6 +40,59 @@ def test_a_hook_that_is_added_during_a_shutdown_is_called(terminals: Terminals) 
     assert "called" in node.output
 
 
+# A thread publishes when rospy has closed the topics, and does not say yet that it shuts down.
+PUBLISHING = """
+import rospy
+from std_msgs.msg import Empty
+from rosclingo.ros.init import init_node
+from rosclingo.ros.low_latency import publisher
+
+def publish(_):
+    topic.publish()
+    print("published", flush=True)
+
+init_node("publishing")
+topic = publisher("late", Empty)
+rospy.core.add_preshutdown_hook(publish)
+"""
+
+
+def test_a_message_that_is_published_during_a_shutdown(terminals: Terminals) -> None:
+    node = terminals.run("python", "-c", PUBLISHING)
+    assert "published" in node.output
+
+
+# A topic that we publish, and one to which we subscribe: whoever sends has to have the option.
+SENDING = """
+import socket, threading
+import rospy
+from std_msgs.msg import Empty
+from rosclingo.ros.init import init_node
+from rosclingo.ros.low_latency import publisher, subscriber
+
+init_node("sending")
+topics = [publisher("published", Empty), rospy.Publisher("subscribed", Empty, queue_size=1)]
+listener = subscriber("subscribed", Empty)
+pause = threading.Event()
+for topic in topics:
+    while not topic.impl.connections:
+        pause.wait(0.01)
+    (connection,) = topic.impl.connections
+    option = connection.socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+    print(f"{topic.name}: {bool(option)}", flush=True)
+rospy.spin()
+"""
+
+
+def test_no_message_waits_for_the_acknowledgement_of_another(terminals: Terminals) -> None:
+    node = terminals.start("python", "-c", SENDING)
+    # Without the field tcp_nodelay, which rospy always sends.
+    terminals.listen("/sending", "/published")
+    node.wait_for("/subscribed: ")
+    assert "/published: True" in node.output
+    assert "/subscribed: True" in node.output
+
+
 ENDING = """
 import os, signal, sys, time
 import rospy
