@@ -39,6 +39,7 @@ NEED_ROS = {
     "rosclingo.ros", "rosoclingo.ros", "rosoclingo.bags.record", "rosoclingo.bags.replay",
 }  # fmt: skip
 GENERATED = ("msg", "srv")
+PRIVATE = ("rospy.impl", "clingo._internal", "clingo.core")  # which only patches import
 
 
 def floor_of(package: str, module: str) -> str:
@@ -95,6 +96,12 @@ def test_ros_is_needed_only_where_it_is_said(package: str) -> None:
         needs += [t for t in ours if t.split(".")[1] in (*GENERATED, "ros")]
         wrong += [f"{module} imports {target}" for target in needs]
     assert not wrong
+
+
+def test_libraries_are_patched_in_one_place() -> None:
+    files = [file for package in FLOORS for file in modules(package)]
+    wrong = {file for file in files if any(name.startswith(PRIVATE) for name in imports(file))}
+    assert {file.name for file in wrong} == {"patches.py"}
 
 
 def test_each_folder_says_what_is_in_it() -> None:

@@ -1,9 +1,7 @@
 #!/usr/bin/env python
 import sys
 
-from rosclingo.start import starting
-
-with starting():
-    from rosclingo.free_file import main
+import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
+from rosclingo.free_file import main
 
 main(sys.argv)

@@ -1,7 +1,5 @@
 #!/usr/bin/env python
-from rosclingo.start import starting
-
-with starting():
-    from rosclingo.ros.node import main
+import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
+from rosclingo.ros.node import main
 
 main()

@@ -1,8 +1,6 @@
 #!/usr/bin/env python
-from rosclingo.start import starting
-
-with starting():
-    from rosoclingo.check.command import main
-    from rosoclingo.ros.live import look
+import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
+from rosoclingo.check.command import main
+from rosoclingo.ros.live import look
 
 main(look)

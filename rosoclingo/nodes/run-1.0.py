@@ -2,12 +2,10 @@
 import os
 import sys
 
-from rosclingo.start import starting
+import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
+from rosoclingo.ros.single_node import main
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-with starting():
-    from rosoclingo.ros.single_node import main
-with starting(numpy=True):  # which a user's commands may need
-    from commands import ROSCommands
+from commands import ROSCommands
 
 main(ROSCommands)

@@ -1,7 +1,5 @@
 #!/usr/bin/env python
-from rosclingo.start import starting
-
-with starting():
-    from rosoclingo.ros.why_command import main
+import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
+from rosoclingo.ros.why_command import main
 
 main()

@@ -1,7 +1,5 @@
 #!/usr/bin/env python
-from rosclingo.start import starting
-
-with starting():
-    from rosoclingo_examples.session import main
+import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
+from rosoclingo_examples.session import main
 
 main("mailbot_manual", with_object=False)

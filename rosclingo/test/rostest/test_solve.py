@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-import unittest.mock
 from pathlib import Path
 from typing import List
 
@@ -16,13 +15,11 @@ import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 from rosclingo.msg import (
-    ROSClingoAction,
     ROSClingoActionFeedback,
     ROSClingoActionGoal,
     ROSClingoActionResult,
     ROSClingoFeedback,
 )
-from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.client import Client
 from rosclingo.wire.commands import Outcome, Reply, Result
 from rosclingo.wire.xml_codec import decode_reply
@@ -67,21 +64,9 @@ class TestSolve(SolverTestCase):
             self.assert_solves()
 
     def test_a_burst_of_goals(self) -> None:
-        """None is lost, also of a client that its server finds while it opens its topics."""
-        rospy.wait_for_service("late/control", TIMEOUT)
-        get_param = rospy.get_param
-
-        def when_connected(name: str, *default: object) -> object:
-            if name == "actionlib_client_sub_queue_size":  # when it has opened the goals' topic
-                topic = rospy.topics.get_topic_manager().pubs[rospy.resolve_name("late/goal")]
-                wait_for(lambda: topic.connections)
-            return get_param(name, *default)
-
-        with unittest.mock.patch("rospy.get_param", when_connected):
-            client = LowLatencyActionClient("late", ROSClingoAction)
-        self.assertTrue(client.wait_for_server(rospy.Duration.from_sec(TIMEOUT)))
+        """None is lost."""
         # What is large makes the connection slower than this loop.
-        goals = [Goal(client, "no XML" + 1_000_000 * ".") for _ in range(60)]
+        goals = [self.goal("no XML" + 1_000_000 * ".") for _ in range(60)]
         for goal in goals:
             self.assertEqual(goal.result()[0], "REJECTED")
 
@@ -135,25 +120,6 @@ class TestSolve(SolverTestCase):
         self.assertEqual(result.status.status, GoalStatus.RECALLED)
         self.assertEqual((result.result.result, result.result.interrupted), ("unknown", True))
         listener.unregister()
-
-    def test_a_cancel_request_that_comes_after_its_goal_has_left_the_list(self) -> None:
-        goal = self.goal("<assumptions")
-        self.assertEqual(goal.result()[0], "REJECTED")
-
-        def is_gone() -> bool:
-            other = self.goal("<assumptions")
-            other.result()
-            # A list without the other goal may be older than this one.
-            return goal.id not in self._wait_for_status(other.id)
-
-        wait_for(is_gone)
-        goal.cancel()
-        cancels = rospy.Publisher("solver/cancel", GoalID, queue_size=2)
-        wait_for(cancels.get_num_connections)
-        cancels.publish(GoalID(id=goal.id))
-        cancels.publish(GoalID(id="later"))
-        self.assertNotIn(goal.id, self._wait_for_status("later"))
-        self.assertEqual(goal.result()[0], "REJECTED")
 
     def test_a_goal_that_ends_before_its_client_listens(self) -> None:
         control, _ = self.connect("optimiser")

@@ -8,11 +8,9 @@ from __future__ import annotations
 import ast
 import os
 import signal
-import socket
 import subprocess
 from pathlib import Path
 from typing import List
-from xmlrpc.client import ServerProxy
 
 import pytest
 from terminals import TIMEOUT, Terminal, Terminals, package, terminals, wait_for
@@ -234,108 +232,6 @@ def test_interrupt_of_a_grounding(terminals: Terminals, tmp_path: Path) -> None:
     interrupt(node, clients[1])
 
 
-# rospy is at its hooks when another one is added.
-HOOKED = """
-import os, signal, threading
-import rospy
-from rosclingo.ros.init import init_node, on_shutdown
-
-entered, goes_on = threading.Event(), threading.Event()
-
-def hook():
-    entered.set()
-    goes_on.wait()
-
-init_node("hooked")
-rospy.on_shutdown(hook)
-os.kill(os.getpid(), signal.SIGINT)
-entered.wait()
-threading.Timer(0.2, goes_on.set).start()
-on_shutdown(lambda: print("called", flush=True))
-"""
-
-
-def test_a_hook_that_is_added_during_a_shutdown_is_called(terminals: Terminals) -> None:
-    node = terminals.run("python", "-c", HOOKED)
-    assert node.wait() == 0
-    assert "called" in node.output
-
-
-ENDING = """
-import os, signal, sys, time
-import rospy
-from rosclingo.ros.init import init_node
-
-def is_served():
-    for frame in sys._current_frames().values():
-        while frame:
-            if frame.f_code.co_name == "serve_forever":
-                return True
-            frame = frame.f_back
-    return False
-
-init_node("ending")
-rospy.loginfo("begins")
-rospy.on_shutdown(lambda: rospy.loginfo("ends"))
-print("served:", is_served())
-os.kill(os.getpid(), signal.SIGINT)
-rospy.spin()
-end = time.monotonic() + 30
-while is_served() and time.monotonic() < end:
-    time.sleep(0.01)
-print("served at the end:", is_served())
-"""
-
-
-def test_nothing_is_left_of_a_node_that_has_ended(terminals: Terminals) -> None:
-    """The master would shut down whoever gets its port, when the next one of its name starts."""
-    node = terminals.run("python", "-c", ENDING)
-    assert node.wait() == 0
-    assert terminals.master.lookupNode("/test", "/ending") == [-1, "unknown node [/ending]", ""]
-    assert "Traceback" not in node.output
-    assert "served: True" in node.output
-    assert "served at the end: False" in node.output  # rospy's would ask a closed socket for ever
-
-
-REGISTERING = """
-import os, signal, threading
-import rospy
-from rospy.impl import registration
-from std_msgs.msg import Empty
-from rosclingo.ros.init import init_node, spin
-
-init_node("registering")
-ask, has_begun, ends = registration.xmlrpcapi, threading.Event(), threading.Event()
-rospy.core.add_preshutdown_hook(lambda reason: ends.set())  # after those that unregister
-
-class Slow:
-    def __init__(self, uri):
-        self.registerPublisher = lambda *words: self.call(ask(uri), *words)
-
-    def call(self, master, *words):
-        has_begun.set()
-        ends.wait(0.2)
-        return master.registerPublisher(*words)
-
-registration.xmlrpcapi = Slow
-thread = threading.Thread(target=rospy.Publisher, args=("late", Empty), kwargs={"queue_size": 1})
-thread.start()
-has_begun.wait()
-registration.xmlrpcapi = ask
-os.kill(os.getpid(), signal.SIGINT)
-spin()
-thread.join()
-"""
-
-
-def test_nothing_is_left_of_a_thread_that_opens_topics(terminals: Terminals) -> None:
-    node = terminals.run("python", "-c", REGISTERING)
-    assert node.wait() == 0, node.output
-    assert terminals.master.lookupNode("/test", "/registering")[0] == -1
-    _, _, (publishers, _, _) = terminals.master.getSystemState("/test")
-    assert "/late" not in {topic for topic, _ in publishers}
-
-
 def seconds_computed(node: Terminal) -> float:
     """Returns the processor time of a node; rosrun replaces itself by it."""
     fields = Path(f"/proc/{node.process.pid}/stat").read_text().split()
@@ -409,17 +305,6 @@ def test_parameters_without_a_master(tmp_path: Path) -> None:
 def test_help() -> None:
     output = subprocess.check_output(["rosrun", "rosclingo", "run.py", "--help"], text=True)
     assert output.startswith("usage: run.py [-f FILE]")
-
-
-def test_a_call_for_another_process(terminals: Terminals) -> None:
-    """One that never ends keeps nobody from connecting."""
-    node = terminals.start("rosrun", "rosclingo", "run.py", "-f", f"{example()}/instance.lp")
-    node.wait_for("/rosclingo is ready")
-    there = ServerProxy(terminals.master.lookupNode("/test", "/rosclingo")[2])
-    _, host, port = there.requestTopic("/test", "/rosclingo/about", [["TCPROS"]])[2]
-    with socket.create_connection((host, port)) as caller:
-        caller.sendall(b"POST / HTTP/1.1\r\n")
-        terminals.listen("/rosclingo", "/rosclingo/about").wait_for("rosclingo run.py")
 
 
 def test_a_node_that_is_started_again(terminals: Terminals) -> None:

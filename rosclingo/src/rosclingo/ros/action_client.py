@@ -1,13 +1,15 @@
-"""actionlib's client without some of its faults.
+"""actionlib's client without faults of its version 1.14.0.
 
-Delays: actionlib offers no way to ask for TCP_NODELAY, so the client opens each topic once more,
-by :mod:`rosclingo.ros.low_latency`, before actionlib opens it.
+``actionlib.ActionClient.__init__`` opens its topics without TCP_NODELAY, so that messages wait for
+each other's acknowledgements, and with queues of ten messages, so that a burst of goals loses some,
+for which their sender waits for ever.
 
-Cancel requests that come late: actionlib's client forgets that a goal has ended when it sends one.
+``actionlib.ClientGoalHandle.cancel`` begins to wait for an acknowledgement of a goal that has ended
+already. The goal is taken for lost then.
 
-Results that come again: a server that was killed and goes on publishes one again of which it does
-not know whether it has left (docs/recovery.md, section "Guarantees"), and actionlib's client
-logs an error.
+``actionlib.action_client.CommStateMachine.update_result`` logs an error for a result that comes
+again. A server that was killed and goes on publishes one again of which it does not know whether it
+has left (docs/recovery.md, section "Guarantees").
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from typing import Any, Callable, Optional
 import actionlib
 import rospy
 from actionlib import CommState
+from actionlib.action_client import CommStateMachine, GoalManager
 from actionlib_msgs.msg import GoalID, GoalStatusArray
 
 from rosclingo.ros.low_latency import publisher, subscriber
@@ -44,30 +47,27 @@ class GoalHandle(actionlib.ClientGoalHandle):
 
 
 class LowLatencyActionClient(actionlib.ActionClient):
-    """actionlib's client, with TCP_NODELAY on all of its topics."""
+    """actionlib's client, with TCP_NODELAY and long queues for all of its topics."""
 
     def __init__(self, name: str, spec: Any) -> None:
-        """Opens the topics.
+        """Opens the topics, in the place of actionlib's method.
 
         Args:
             name: Name of the action.
             spec: The action's type, such as ``ROSClingoAction``.
         """
-        action, name = spec(), rospy.remap_name(name)
-        goals = publisher(f"{name}/goal", type(action.action_goal))
-        cancels = publisher(f"{name}/cancel", GoalID)
-        # With actionlib's 10, a burst of goals loses some, and their client waits for ever. A
-        # server that connects while actionlib opens the topics would keep the 10.
-        for topic in (goals, cancels):
-            topic.impl.set_queue_size = _stay
-        self._topics = [
-            goals,
-            cancels,
-            subscriber(f"{name}/status", GoalStatusArray),
-            subscriber(f"{name}/result", type(action.action_result)),
-            subscriber(f"{name}/feedback", type(action.action_feedback)),
-        ]
-        super().__init__(name, spec)
+        action, topic = spec(), rospy.remap_name(name)
+        self.ActionGoal = type(action.action_goal)
+        self.last_status_msg = None
+        self.pub_goal = publisher(f"{topic}/goal", self.ActionGoal)
+        self.pub_cancel = publisher(f"{topic}/cancel", GoalID)
+        self.manager = GoalManager(spec)
+        self.manager.register_send_goal_fn(self.pub_goal.publish)
+        self.manager.register_cancel_fn(self.pub_cancel.publish)
+        self.status_sub = subscriber(f"{topic}/status", GoalStatusArray, self._status_cb)
+        result, feedback = type(action.action_result), type(action.action_feedback)
+        self.result_sub = subscriber(f"{topic}/result", result, self._result_cb)
+        self.feedback_sub = subscriber(f"{topic}/feedback", feedback, self._feedback_cb)
 
     def _result_cb(self, message: Any) -> None:
         """Handles a result, for the goals of its id that have not ended."""
@@ -101,14 +101,10 @@ class LowLatencyActionClient(actionlib.ActionClient):
             return GoalHandle(handle.comm_state_machine)
         message = self.ActionGoal(goal_id=GoalID(rospy.Time.now(), identifier), goal=goal)
         message.header.stamp = message.goal_id.stamp
-        machine = actionlib.action_client.CommStateMachine(
+        machine = CommStateMachine(
             message, transition_cb, feedback_cb, self.pub_goal.publish, self.pub_cancel.publish
         )
         with self.manager.list_mutex:
             self.manager.statuses.append(weakref.ref(machine))
         self.pub_goal.publish(message)
         return GoalHandle(machine)
-
-
-def _stay(_queue_size: int) -> None:
-    """Leaves a topic's queue as it is."""

@@ -1,20 +1,20 @@
-"""actionlib's server without some of its faults.
+"""actionlib's server without faults of its version 1.14.0, all of ``actionlib.ActionServer``.
 
-Delays: actionlib offers no way to ask for TCP_NODELAY, so the server opens its topics by
-:mod:`rosclingo.ros.low_latency`.
+``initialize`` opens topics without TCP_NODELAY, so that messages wait for each other's
+acknowledgements; :mod:`rosclingo.ros.low_latency` opens them here.
 
-The status list: actionlib sends the statuses of all goals of the last five seconds each time that
-one of them changes. With hundreds of short goals a second, that takes most of the time. So the list
-is short here, and while it has many goals nevertheless, changes are published together. And
-actionlib repeats statuses by the clock of ROS, so that nothing comes while a simulator's stands
-still.
+``publish_status`` sends the statuses of all goals of the last five seconds each time that one of
+them changes. With hundreds of short goals a second, that takes most of the time. So the list is
+short here, and while it has many goals nevertheless, changes are published together. And
+``initialize`` has ``rospy.Timer`` repeat statuses, which goes by the clock of ROS, so that nothing
+comes while a simulator's stands still.
 
-Results and feedback that are lost: rospy counts a subscription as connected before the connection
-is made, so a client may send a goal, and the server accept or end it, before what it says of that
-has a way to the client.
+``publish_result`` and ``publish_feedback`` send to who is connected. rospy counts a subscription as
+connected before the connection is made, so a client may send a goal, and the server accept or end
+it, before what it says of that has a way to the client.
 
-Cancel requests that come late: actionlib's server takes one for a goal that has left the list as
-one for a goal that is still to come.
+``internal_cancel_callback`` takes a cancel request for a goal that has left the list as one for a
+goal that is still to come.
 """
 
 from __future__ import annotations

@@ -18,11 +18,14 @@ _QUEUE_SIZE = 10_000
 
 class _Publisher(rospy.Publisher):
     def publish(self, *args: Any, **kwds: Any) -> None:
-        """Publishes a message, unless the node is shutting down: rospy closes the topics then."""
+        """Publishes a message, unless the node is shutting down.
+
+        ``rospy.topics._PublisherImpl.publish`` raises "publish() to a closed topic" after
+        ``RegManager.cleanup`` has closed the topics, until ``rospy.is_shutdown`` is true.
+        """
         try:
             super().publish(*args, **kwds)
         except rospy.ROSException:
-            # rospy.is_shutdown() turns true later: functions that a shutdown calls come first.
             if not rospy.core.is_shutdown_requested():
                 raise
 

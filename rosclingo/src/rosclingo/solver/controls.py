@@ -2,24 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterator, List, Optional, Sequence, cast
+from typing import Any, List, Sequence, cast
 
 import clingo
-import clingo.core
-from clingo import _internal
-from clingo.symbolic_atoms import SymbolicAtom, SymbolicAtoms
 
 from rosclingo.errors import OptionsError
+from rosclingo.solver.patches import decode_all_messages
 
-
-def _lenient(c_str: object) -> str:
-    ffi = _internal._ffi  # type: ignore[attr-defined]  # clingo has no public way to it
-    return ffi.string(c_str).decode("utf-8", "backslashreplace")
-
-
-# clingo quotes single bytes of a character outside of ASCII. Its Python module fails to decode
-# such a message inside of a callback that must not fail, which ends the process.
-clingo.core._to_str = _lenient  # type: ignore[attr-defined]
+decode_all_messages()
 
 
 def new_control(
@@ -77,35 +67,3 @@ class Messages:
         text = "\n".join(self._messages)
         self._messages.clear()
         return text
-
-
-def atoms_after(
-    last: Optional[SymbolicAtom], atoms: SymbolicAtoms, name: str, arity: int
-) -> Iterator[SymbolicAtom]:
-    """Returns the atoms of a signature in the order in which they came.
-
-    clingo's Python module always begins with the first one, which takes the longer the more there
-    are.
-
-    Args:
-        last: The one to begin after, which a cleanup makes invalid; None for all of them.
-        atoms: The solver's atoms.
-        name: The predicate.
-        arity: The number of its arguments.
-    """
-    if last is None:
-        yield from atoms.by_signature(name, arity)
-        return
-    internal: Any = _internal
-    library, call, make = internal._lib, internal._c_call, cast(Any, SymbolicAtom)
-    atoms_rep, iterator = cast(Any, atoms)._rep, cast(Any, last)._it
-    while True:
-        iterator = call(
-            "clingo_symbolic_atom_iterator_t",
-            library.clingo_symbolic_atoms_next,
-            atoms_rep,
-            iterator,
-        )
-        if not call("bool", library.clingo_symbolic_atoms_is_valid, atoms_rep, iterator):
-            return
-        yield make(atoms_rep, iterator)

@@ -21,8 +21,9 @@ from clingo.symbolic_atoms import SymbolicAtom
 
 from rosclingo.errors import SolverError, UnknownExternalError, UnknownProgramError, report, shorten
 from rosclingo.solver import programs, scripts
-from rosclingo.solver.controls import Messages, atoms_after, new_control, use_heuristics
+from rosclingo.solver.controls import Messages, new_control, use_heuristics
 from rosclingo.solver.options import Options
+from rosclingo.solver.patches import atoms_after
 from rosclingo.solver.programs import Policy, Program
 from rosclingo.solver.terms import parse_term
 from rosclingo.solver.theories import make_theory

@@ -31,7 +31,7 @@ from clingo import Function, Number, SymbolType
 from clingo.symbolic_atoms import SymbolicAtom, SymbolicAtoms
 
 from rosclingo.errors import shorten
-from rosclingo.solver.controls import atoms_after
+from rosclingo.solver.patches import atoms_after
 
 DISTANCE, ROUTE = "shortest_distance", "shortest_route"
 """The functions; the first argument of a term names the facts of a graph."""

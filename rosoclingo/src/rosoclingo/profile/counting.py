@@ -10,9 +10,9 @@ from typing import Callable, Dict, Iterator, List, Optional, Sequence, Set, Tupl
 import clingo
 from clingo.symbolic_atoms import SymbolicAtom
 
-from rosclingo.solver.controls import atoms_after
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
+from rosclingo.solver.patches import atoms_after
 from rosclingo.solver.programs import Program
 from rosclingo.wire import commands as wire
 from rosoclingo.profile.marking import MARKER, Marker, Signature, Statement, mark

@@ -10,8 +10,8 @@ from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
 import rospy
 
-from rosclingo.ros.init import end_server_when_closed
 from rosclingo.ros.local_master import LocalMaster
+from rosclingo.ros.patches import init_patched_node
 from rosoclingo.bags.compare.comparison import Stall
 from rosoclingo.bags.errors import ReplayError
 from rosoclingo.bags.model import Entry
@@ -251,8 +251,7 @@ def _initialise(system: LocalMaster) -> None:
     for name in ("ROS_IP", "ROS_NAMESPACE"):
         os.environ.pop(name, None)
     # Remappings are for another master, such as that of rostest.
-    end_server_when_closed()
-    rospy.init_node("replay", argv=sys.argv[:1], disable_signals=True, disable_rosout=True)
+    init_patched_node("replay", argv=sys.argv[:1], disable_rosout=True)
 
 
 def _patience(run: Run, progress: ReplayProgress, rate: Optional[float], timeout: float) -> float:

@@ -1,0 +1,187 @@
+"""Actions without actionlib's faults: what goes wrong with its own server and client."""
+
+from __future__ import annotations
+
+import copy
+import time
+from types import SimpleNamespace
+from typing import Any, Callable, Dict, Iterator, List, Set, Tuple
+
+import pytest
+import rospy
+from actionlib import CommState, msg
+from actionlib_msgs.msg import GoalID, GoalStatus
+
+from rosclingo.ros import action_client, action_server
+from rosclingo.ros.action_client import LowLatencyActionClient
+from rosclingo.ros.action_server import LowLatencyActionServer
+
+RESULT = msg.TestActionResult(status=GoalStatus(GoalID(id="g"), GoalStatus.SUCCEEDED, ""))
+
+
+class Topic:
+    """A topic that goes nowhere."""
+
+    def __init__(self, on_subscriber: Any = None) -> None:
+        self.sent: List[Any] = []
+        self.connected: Set[str] = set()
+        self.impl = SimpleNamespace(has_connection=self.connected.__contains__)
+        self._on_subscriber = on_subscriber
+
+    def publish(self, message: Any) -> None:
+        self.sent.append(copy.deepcopy(message))
+
+    def connect(self, node: str) -> List[Any]:
+        """Returns what is sent to a new subscriber alone."""
+        self.connected.add(node)
+        heard: List[Any] = []
+        self._on_subscriber(heard.append)
+        return heard
+
+
+@pytest.fixture
+def topics(monkeypatch: pytest.MonkeyPatch) -> Iterator[Dict[str, Topic]]:
+    """The topics by their names; the clock of ROS stands still."""
+    made: Dict[str, Topic] = {}
+
+    def publisher(name: str, *_: object, on_subscriber: Any = None, **__: object) -> Topic:
+        made[name] = Topic(on_subscriber)
+        return made[name]
+
+    for module in (action_server, action_client):
+        monkeypatch.setattr(module, "publisher", publisher)
+        monkeypatch.setattr(module, "subscriber", lambda *_: None)
+    parameters = {"a/status_list_timeout": 5.0, "actionlib_status_frequency": 100.0}
+    monkeypatch.setattr(rospy, "get_param", lambda name, *_: parameters[name])
+    monkeypatch.setattr(rospy, "search_param", lambda name: name)
+    monkeypatch.setattr(rospy.rostime, "_rostime_initialized", True)
+    monkeypatch.setattr(rospy.rostime, "_rostime_current", rospy.Time(1))
+    hooks: List[Callable[[], object]] = []
+    monkeypatch.setattr(rospy, "on_shutdown", hooks.append)
+    yield made
+    for end in hooks:
+        end()
+
+
+class Server:
+    """A server, and the goals that it was sent."""
+
+    def __init__(self) -> None:
+        self.goals: List[Any] = []
+        self.server = LowLatencyActionServer(
+            "a", msg.TestAction, self.goals.append, lambda _: None, msg.TestResult(7)
+        )
+        self.server.start()
+
+    def goal(self, identifier: str) -> Any:
+        message = msg.TestActionGoal(goal_id=GoalID(id=identifier))
+        message._connection_header = {"callerid": "/client"}
+        self.server.internal_goal_callback(message)
+        return self.goals[-1] if self.goals else None
+
+    def end(self, identifier: str) -> None:
+        goal = self.goal(identifier)
+        goal.set_accepted()
+        goal.set_succeeded(msg.TestResult(1))
+
+    @property
+    def listed(self) -> List[str]:
+        return [goal.status.goal_id.id for goal in self.server.status_list]
+
+
+def quiet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Has a server repeat no statuses during a test."""
+    monkeypatch.setattr(LowLatencyActionServer, "_repeat_statuses", lambda *_: None)
+
+
+def test_the_status_list_is_short(topics: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    quiet(monkeypatch)
+    monkeypatch.setattr(action_server, "_ENDED_SECONDS", 0.0)
+    server = Server()
+    server.goal("open")
+    for number in range(200):
+        server.end(str(number))
+    assert server.listed == ["open", *map(str, range(175, 200))]
+
+
+def test_statuses_of_many_goals_are_published_together(
+    topics: Dict[str, Topic], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    quiet(monkeypatch)
+    monkeypatch.setattr(action_server, "_PAUSE_SECONDS", 1000.0)
+    server = Server()
+    for number in range(51):
+        server.goal(str(number))
+    before = len(topics["a/status"].sent)
+    for goal in server.goals:
+        goal.set_accepted()
+        goal.set_succeeded(msg.TestResult(1))
+    assert len(topics["a/status"].sent) == before
+    assert len(topics["a/result"].sent) == 51
+
+
+def test_statuses_are_repeated_while_the_clock_stands_still(topics: Dict[str, Topic]) -> None:
+    Server()
+    end = time.monotonic() + 60
+    while len(topics["a/status"].sent) < 4:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_what_is_said_before_its_client_is_connected(topics: Dict[str, Topic]) -> None:
+    server = Server()
+    goal = server.goal("early")
+    goal.set_accepted()
+    goal.publish_feedback(None)
+    goal.set_succeeded(msg.TestResult(1))
+    for name in ("a/feedback", "a/result"):
+        assert not topics[name].connect("/other")
+        assert [m.status.goal_id.id for m in topics[name].connect("/client")] == ["early"]
+    server.end("late")
+    assert not topics["a/result"].connect("/client")
+
+
+def test_a_cancel_request_for_a_goal_that_has_left_the_list(
+    topics: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(action_server, "_ENDED_GOALS", 0)
+    monkeypatch.setattr(action_server, "_ENDED_SECONDS", -1.0)
+    server = Server()
+    server.end("gone")
+    server.server.internal_cancel_callback(GoalID(id="gone"))
+    server.server.internal_cancel_callback(GoalID(id="to come"))
+    assert server.listed == ["to come"]
+
+
+def test_a_cancel_request_that_comes_before_its_goal(topics: Dict[str, Topic]) -> None:
+    server = Server()
+    server.server.internal_cancel_callback(GoalID(id="early"))
+    assert server.goal("early") is None
+    (message,) = topics["a/result"].sent
+    assert message.status.status == GoalStatus.RECALLED
+    assert message.result == msg.TestResult(7)
+
+
+def ended() -> Tuple[LowLatencyActionClient, action_client.GoalHandle]:
+    """Returns a client and a goal of it that has ended."""
+    client = LowLatencyActionClient("a", msg.TestAction)
+    goal = client.send_goal(msg.TestGoal(), identifier="g")
+    client._result_cb(RESULT)
+    assert goal.get_comm_state() == CommState.DONE
+    return client, goal
+
+
+def test_a_goal_that_has_ended_is_not_canceled(topics: Dict[str, Topic]) -> None:
+    _, goal = ended()
+    goal.cancel()
+    assert goal.get_comm_state() == CommState.DONE
+    assert not topics["a/cancel"].sent
+
+
+def test_a_result_that_comes_again(topics: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    client, goal = ended()
+    errors: List[object] = []
+    monkeypatch.setattr(rospy, "logerr", lambda *words: errors.append(words))
+    client._result_cb(RESULT)
+    assert goal.get_comm_state() == CommState.DONE
+    assert not errors
