@@ -30,10 +30,10 @@ from typing import Dict, Iterator, List, Optional, Sequence, Tuple
 
 from clingo import ast
 
+from reproduced import is_reproduced
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosoclingo.check.again import is_reproduced
 from rosoclingo.check.command import Checking
 from rosoclingo.check.command_line import parse
 

@@ -33,6 +33,7 @@ from pathlib import Path
 from typing import Iterator, List, Optional, Sequence, Tuple
 
 from harness import Report, Row, Samples
+from plan_validator import PlanValidator
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import System
@@ -42,7 +43,6 @@ from rosoclingo.pddl.domain import read_domain, read_problem
 from rosoclingo.pddl.expressions import PddlError, read_file
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files
 from rosoclingo.pddl.translator import fast_downward
-from rosoclingo.pddl.validator import PlanValidator
 from rosoclingo.seed.downward import NONE
 
 RATIO = 0.5  # of LAMA's time, in the median

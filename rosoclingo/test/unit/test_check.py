@@ -13,10 +13,10 @@ from typing import Any, Dict, List, Optional, Sequence
 
 import pytest
 
+from reproduced import is_reproduced
 from rosclingo.errors import OptionsError, RosclingoError
 from rosclingo.solver.options import Options
 from rosoclingo.check import twins
-from rosoclingo.check.again import is_reproduced
 from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.check.command import Checking, main, run
 from rosoclingo.check.command_line import parse

@@ -7,6 +7,7 @@ from typing import Dict, List
 
 import pytest
 
+from plan_validator import PlanValidator
 from rosoclingo.pddl import translator
 from rosoclingo.pddl.declarations import check_declarations
 from rosoclingo.pddl.domain import read_domain, read_problem
@@ -15,7 +16,6 @@ from rosoclingo.pddl.names import Names
 from rosoclingo.pddl.numbers import Numbers, NumericUse
 from rosoclingo.pddl.sas import parse_sas
 from rosoclingo.pddl.translator import translate
-from rosoclingo.pddl.validator import PlanValidator
 from rosoclingo.pddl.variables import variables
 
 DOMAIN = """(define (domain Lift)

@@ -17,7 +17,8 @@ from matplotlib.figure import Figure
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.command import main
 from rosoclingo.bags.report.page import data, render
-from rosoclingo.bags.report.picture import COLOURS, draw, label
+from rosoclingo.bags.report.picture import draw, label
+from rosoclingo.bags.report.rows import COLOURS
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.launched.about import Launched
 
@@ -76,7 +77,17 @@ def test_the_page_holds_what_happened() -> None:
         [["goal", "bring(1,3)"]],
         [["failure", "r: a"]],
     ]
-    assert [row["horizon"] for row in rows(found["steps"])] == [0, 5]
+    assert found["charts"][0]["series"] == [
+        ["horizon", "open", [0, 5]], ["current step", "canceled", [0, 1]],
+    ]  # fmt: skip
+    assert found["steps"] == [1, 5]
+    lanes = [(lane["name"], lane["kind"], len(lane["bars"])) for lane in found["lanes"]]
+    assert lanes == [
+        ("goals", "goals", 1), ("r", "actions", 1), ("messages", "messages", 1),
+        ("plan changes", "changes", 2), ("searches", "searches", 2),
+    ]  # fmt: skip
+    number, began, _, colour = found["lanes"][1]["bars"][0]
+    assert (number, began, list(found["colours"])[colour]) == (0, action["began"], "failure")
     assert [row["dropped"] for row in rows(found["messages"])] == ["id x, value y: why"]
     figures = {name: (value, more) for name, value, more in found["figures"]}
     assert figures["goals"] == ("1", "1 open")

@@ -16,6 +16,7 @@ import pytest
 from draws import draws
 from episode import DYN_RESET
 
+from plan_validator import PlanValidator
 from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
 from rosoclingo.desk.parts import EXAMPLES, make_parts
@@ -24,7 +25,6 @@ from rosoclingo.loop.values.words import SOLVER
 from rosoclingo.pddl.domain import read_domain, read_problem
 from rosoclingo.pddl.expressions import PddlError, read_file
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files
-from rosoclingo.pddl.validator import PlanValidator
 
 pytestmark = pytest.mark.skipif(
     importlib.util.find_spec("up_fast_downward") is None,

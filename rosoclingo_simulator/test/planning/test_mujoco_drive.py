@@ -14,7 +14,7 @@ from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_simulator.simulator.costmap import Costmap
 from rosoclingo_simulator.simulator.follower import Limits
 from rosoclingo_simulator.simulator.move_base import End, MoveBase
-from rosoclingo_simulator.simulator.mujoco_physics import MujocoPhysics
+from rosoclingo_simulator.simulator.mujoco.mujoco_physics import MujocoPhysics
 from rosoclingo_simulator.simulator.obstacles import Obstacles
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import Pose

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from rooms import RADIUS, RESOLUTION, WALLS, beam, box_of, gap, room, write_world
 
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.mujoco_physics import MujocoPhysics
+from rosoclingo_simulator.simulator.mujoco.mujoco_physics import MujocoPhysics
 from rosoclingo_simulator.simulator.physics import Box, Physics, Pose
 
 STEP = 0.05  # s

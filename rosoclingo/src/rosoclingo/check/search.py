@@ -22,7 +22,6 @@ _SPARE = 10  # steps, for what comes late
 _SOON = (3, 10)  # commands, in which a first plan is found
 _AT_FIRST, _BY_STEP = 0.6, 0.6  # how probable it is that something comes then
 _SHRINKING = 60  # episodes to shrink one
-_ODDS = 15  # to 1, that a part of an episode stays when hypothesis draws
 
 
 @dataclass(frozen=True)
@@ -255,47 +254,31 @@ class Chance:
 
 
 def shrunk(episode: Episode, request: str, shows: Callable[[Episode], bool]) -> Episode:
-    """Returns a smaller episode that shows the same, with hypothesis; or the same one.
+    """Returns a smaller episode that shows the same; or the same one.
 
     Args:
         episode: It shows something.
         request: A simple request.
         shows: Whether an episode shows it, too.
     """
-    # It takes half a second, and who has found nothing need not have it.
-    from hypothesis import HealthCheck, Phase, find, settings, strategies  # noqa: PLC0415
-    from hypothesis.errors import NoSuchExample  # noqa: PLC0415
-
-    def smaller(flags: List[int]) -> Episode:
-        """Leaves out, or makes simple, what has a flag 0; hypothesis shrinks flags to 0."""
-        groups = zip(episode.inputs, *(iter(flags[1:]),) * 3)
-        inputs = [
-            _simple(one, request if value == 0 else "", at_first=moment == 0)
-            for one, keeps, value, moment in groups
-            if keeps
-        ]
-        after = episode.steps_to_reset if flags[0] else 0
-        return Episode(twins.without_strange(tuple(inputs)), after)
-
-    count = 1 + 3 * len(episode.inputs)
-    flags = strategies.lists(strategies.integers(0, _ODDS), min_size=count, max_size=count)
-    try:
-        return find(
-            flags.map(smaller),
-            shows,
-            settings=settings(
-                max_examples=_SHRINKING,
-                database=None,
-                deadline=None,
-                phases=(Phase.generate, Phase.shrink),
-                suppress_health_check=list(HealthCheck),
-            ),
-            random=random.Random(0),  # noqa: S311 (no secret)
-        )
-    except NoSuchExample:
-        return episode
+    while True:
+        smaller = next(filter(shows, _smaller(episode, request)), None)
+        if smaller is None:
+            return episode
+        episode = smaller
 
 
-def _simple(one: Input, request: str, *, at_first: bool) -> Input:
-    value = request if request and one.kind == GOAL else one.value
-    return replace(one, value=value, moment=Moment() if at_first else one.moment)
+def _smaller(episode: Episode, request: str) -> Iterator[Episode]:
+    """Yields the episode with one input left out, or made simple, or without resets."""
+    inputs = episode.inputs
+    for i in range(len(inputs)):
+        rest = twins.without_strange(inputs[:i] + inputs[i + 1 :])
+        yield replace(episode, inputs=rest)
+    if episode.steps_to_reset:
+        yield replace(episode, steps_to_reset=0)
+    for i, one in enumerate(inputs):
+        simple = [replace(one, moment=Moment())]
+        simple += [replace(one, value=request)] if one.kind == GOAL else []
+        for other in simple:
+            if other != one:
+                yield replace(episode, inputs=(*inputs[:i], other, *inputs[i + 1 :]))

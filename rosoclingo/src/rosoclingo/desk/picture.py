@@ -12,7 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from rosclingo.solver.options import Options
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report import picture
-from rosoclingo.bags.report.picture import COLOURS, THICK, Row, draw_rows, label
+from rosoclingo.bags.report.picture import draw_rows, label
+from rosoclingo.bags.report.rows import Bar, Lane
 from rosoclingo.bags.report.run import OPEN, numbered
 from rosoclingo.bags.report.statistics import compute
 from rosoclingo.desk.outcome import Plan
@@ -81,19 +82,20 @@ def _graph(options: Options) -> Optional[Graph]:
 
 def _draw_bars(desk: Simulation, plan: Plan, title: str, file: Path) -> None:
     last = max((action.step for action in plan.actions), default=0)
-    rows: List[Row] = []
+    rows: List[Lane] = []
     labels: List[Tuple[str, float, int, Optional[float]]] = []
     requests: Counter[str] = Counter()
     for goal in desk.goals:
         step = plan.succeeds.get(goal.id)
-        colour = COLOURS[OPEN if step is None else "succeeded"]
+        bar = Bar(0, 0, last, OPEN) if step is None else Bar(0, 0, step, "succeeded")
         requests[goal.request] += 1
         labels.append((numbered(goal.request, requests[goal.request]), 0, len(rows), None))
-        rows.append(("" if rows else "goals", [(0, last if step is None else step, colour)], THICK))
+        rows.append(Lane("" if rows else "goals", "", [bar]))
     for actuator in dict.fromkeys(action.actuator for action in plan.actions):
         own = [action for action in plan.actions if action.actuator == actuator]
         labels += [(action.name, action.step - 1, len(rows), action.step) for action in own]
-        rows.append((actuator, [(a.step - 1, a.step, COLOURS["success"]) for a in own], THICK))
+        bars = [Bar(0, action.step - 1, action.step, "success") for action in own]
+        rows.append(Lane(actuator, "", bars))
     longest = max((len(action.name) for action in plan.actions), default=0) + 2
     width = min(max(_WIDTH, last * longest * _LETTER), _MOST_WIDTH)
     figure = Figure(figsize=(width, (len(rows) + 2) * _ROW), layout="constrained")

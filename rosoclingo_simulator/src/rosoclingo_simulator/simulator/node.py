@@ -47,7 +47,7 @@ from rosoclingo_simulator.simulator.simulation import Fleet, Simulation
 from rosoclingo_simulator.srv import Obstacle, ObstacleRequest, ObstacleResponse
 
 if TYPE_CHECKING:
-    from rosoclingo_simulator.simulator.camera import CameraPublisher
+    from rosoclingo_simulator.simulator.mujoco.camera import CameraPublisher
 
 _USAGE = """usage: simulator.py [_PARAMETER:=VALUE]... [ROS remappings]
 
@@ -226,8 +226,8 @@ def _bodies(
         raise PhysicsError("~physics:=mujoco has one robot: for ~fleet, set ~physics:=kinematic")
     try:
         # MuJoCo is optional, so what imports it comes late.
-        from rosoclingo_simulator.simulator.camera import CameraPublisher  # noqa: PLC0415 - see above
-        from rosoclingo_simulator.simulator.mujoco_physics import MujocoPhysics  # noqa: PLC0415
+        from rosoclingo_simulator.simulator.mujoco.camera import CameraPublisher  # noqa: PLC0415
+        from rosoclingo_simulator.simulator.mujoco.mujoco_physics import MujocoPhysics  # noqa: PLC0415
     except ModuleNotFoundError as err:
         if err.name != "mujoco":
             raise

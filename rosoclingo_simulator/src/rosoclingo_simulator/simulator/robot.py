@@ -18,7 +18,7 @@ from rosoclingo_simulator.simulator.publications import Publications
 from rosoclingo_simulator.simulator.simulation import Simulation
 
 if TYPE_CHECKING:
-    from rosoclingo_simulator.simulator.camera import CameraPublisher
+    from rosoclingo_simulator.simulator.mujoco.camera import CameraPublisher
 
 
 class Robot:

@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import Any, Dict, List, Sequence, Tuple
 
 from rosoclingo.bags.model import Recording
+from rosoclingo.bags.report.rows import COLOURS, LEGEND, Lane, charts, rows
 from rosoclingo.bags.report.run import Statistics
 
 _FOLDER = Path(__file__).resolve().parent / "html"
-_SCRIPTS = ("data", "section", "timeline", "overview", "steps", "tables")  # in this order
+_SCRIPTS = ("data", "timeline", "tables")  # in this order
 _HASH_DIGITS = 8  # of a file's SHA-256
 _DECIMALS = 4  # of seconds
 _MARK = re.compile("@([A-Z_]+)@")
@@ -56,9 +57,8 @@ def data(recording: Recording, statistics: Statistics, file: Path) -> Dict[str, 
     """
     tables = {
         name: _table(getattr(statistics, name))
-        for name in ("goals", "actions", "messages", "searches", "steps", "changes", "answers",
-                     "restarts")
-    }  # fmt: skip
+        for name in ("goals", "actions", "messages", "searches", "changes", "answers", "restarts")
+    }
     return {
         "title": file.name,
         "subtitle": f"a run of {recording.name}",
@@ -68,6 +68,11 @@ def data(recording: Recording, statistics: Statistics, file: Path) -> Dict[str, 
         "began": round(statistics.began, _DECIMALS),
         "ended": round(statistics.ended, _DECIMALS),
         **tables,
+        "lanes": [_lane(row) for row in rows(statistics)],
+        "charts": [_named(chart) for chart in charts(statistics)],
+        "steps": [_plain(step.began) for step in statistics.steps],
+        "legend": LEGEND,
+        "colours": COLOURS,
     }
 
 
@@ -141,10 +146,23 @@ def _table(rows: Sequence[Any]) -> Dict[str, Any]:
     return {"names": names, "rows": [_plain(row) for row in rows]}
 
 
+def _lane(row: Lane) -> Dict[str, Any]:
+    """Returns a row with numbers of colours, since it may have many bars."""
+    numbers = {name: number for number, name in enumerate(COLOURS)}
+    return {
+        **_named(row),
+        "bars": [[*_plain(bar[:-1]), numbers.get(bar.colour, numbers["none"])] for bar in row.bars],
+    }
+
+
+def _named(value: Any) -> Dict[str, Any]:
+    return {name: _plain(part) for name, part in value._asdict().items()}
+
+
 def _plain(value: Any) -> Any:
     if dataclasses.is_dataclass(value):
         return [_plain(getattr(value, field.name)) for field in dataclasses.fields(value)]
-    if isinstance(value, tuple):
+    if isinstance(value, (list, tuple)):
         return [_plain(part) for part in value]
     if isinstance(value, float):
         return round(value, _DECIMALS) if math.isfinite(value) else 0.0  # JSON has no other

@@ -1,44 +1,9 @@
-// Draws the report. Texts of the bag get into the page by textContent and fillText alone.
+// Reads the report's data. Texts of the bag get into the page by textContent alone.
 
 const DATA = JSON.parse(document.getElementById("data").textContent);
-const ROW = 20,
-  LABELS = 108,
-  AXIS = 24,
-  GAP = 8; // heights and widths on the time line, in pixels
-const PAGE = 25; // rows of a table that are shown at once
-const MOST_CAUSES = 4; // that are named of one plan change
 const LEAST = 0.05; // shortest section, in seconds
-
-const byId = (id) => document.getElementById(id);
-const style = getComputedStyle(document.documentElement);
-const colours = {};
-const colour = (name) => (colours[name] ??= style.getPropertyValue(`--${name}`).trim() || "#777");
-
-function unpack(table) {
-  return table.rows.map((row) => Object.fromEntries(table.names.map((name, i) => [name, row[i]])));
-}
-
-function element(tag, text, parent, className) {
-  const made = document.createElement(tag);
-  if (text !== undefined) made.textContent = text;
-  if (className) made.className = className;
-  if (parent) parent.append(made);
-  return made;
-}
-
-function dot(name, parent) {
-  element("i", "", parent).style.background = colour(name);
-}
-
-const goals = unpack(DATA.goals),
-  actions = unpack(DATA.actions),
-  messages = unpack(DATA.messages);
-const searches = unpack(DATA.searches),
-  steps = unpack(DATA.steps),
-  changes = unpack(DATA.changes),
-  answers = unpack(DATA.answers),
-  restarts = unpack(DATA.restarts);
 const END = Math.max(DATA.ended, DATA.began + LEAST);
+const MOST_CAUSES = 4; // that are named of one plan change
 const CAUSES = {
   start: "the first plan",
   goal: "goal",
@@ -51,7 +16,20 @@ const CAUSES = {
   none: "nothing came",
 };
 
-// Words.
+const byId = (id) => document.getElementById(id);
+const colour = (name) => DATA.colours[name];
+
+function element(tag, text, parent, className) {
+  const made = document.createElement(tag);
+  if (text !== undefined) made.textContent = text;
+  if (className) made.className = className;
+  if (parent) parent.append(made);
+  return made;
+}
+
+function dot(name, parent) {
+  element("i", "", parent).style.background = colour(name);
+}
 
 function clock(seconds, unit = 0.001) {
   const digits = unit >= 1 ? 0 : Math.min(3, Math.ceil(-Math.log10(unit)));
@@ -71,7 +49,8 @@ function lasted(seconds) {
   return seconds < 60 ? `${seconds.toFixed(1)} s` : clock(seconds, 1);
 }
 
-const counted = (number, word) => `${number} ${word}${number === 1 ? "" : word.endsWith("h") ? "es" : "s"}`;
+const maybe = (seconds) => (seconds === null ? "" : clock(seconds));
+const took = (began, ended) => (began === null || ended === null ? "" : lasted(Math.max(0, ended - began)));
 
 function causesOf(change) {
   const texts = change.causes.map(([kind, text]) => (text ? `${CAUSES[kind]} ${text}` : CAUSES[kind]));
@@ -79,57 +58,80 @@ function causesOf(change) {
   return texts.slice(0, MOST_CAUSES).join("; ") + more;
 }
 
-const waited = (goal) => Math.max(0, (goal.accepted ?? goal.ended ?? END) - goal.came);
-const ran = (goal) => (goal.accepted === null ? 0 : (goal.ended ?? END) - goal.accepted);
-const listed = (texts) => texts.join(", ") || "nothing";
+// The fields of each kind: name, text, and the class of a table's cells; "told" ones are in no table.
+const AT = ["at", (row) => clock(row.seconds), "number"],
+  STEP = ["step", (row) => row.step, "number"],
+  HORIZON = ["horizon", (row) => row.horizon, "number"],
+  TOOK = ["took", (row) => lasted(row.duration), "number"];
+const FIELDS = {
+  goals: [
+    ["request", (goal) => goal.name || goal.id, "term"],
+    ["information", (goal) => goal.information.join(", ")],
+    ["outcome", (goal) => goal.outcome],
+    ["reason", (goal) => goal.reason],
+    ["came", (goal) => clock(goal.came), "number"],
+    ["queued behind", (goal) => goal.behind, "told"],
+    ["waited", (goal) => took(goal.came, goal.accepted ?? goal.ended ?? END), "number"],
+    ["accepted", (goal) => maybe(goal.accepted), "told"],
+    ["slot", (goal) => goal.slot, "told"],
+    ["asked to be cancelled", (goal) => maybe(goal.cancels), "told"],
+    ["ended", (goal) => maybe(goal.ended), "told"],
+    ["ran", (goal) => took(goal.accepted, goal.ended ?? END), "number"],
+    ["steps", (goal) => (goal.ended === null || goal.accepted === null ? "" : goal.steps), "number"],
+  ],
+  actions: [
+    ["actuator", (action) => action.actuator],
+    ["action", (action) => action.name],
+    ["answer", (action) => action.answer || (action.ended === null ? "none" : "another action came before it")],
+    ["took", (action) => took(action.began, action.ended)],
+    STEP,
+    ["published", (action) => clock(action.began)],
+  ],
+  messages: [
+    AT,
+    STEP,
+    ["id", (message) => message.id, "term"],
+    ["value", (message) => message.value, "term"],
+    ["dropped", (message) => message.dropped],
+  ],
+  changes: [
+    AT,
+    STEP,
+    ["what came before", causesOf],
+    ["actions left", (change) => `${change.old} → ${change.new}`, "number"],
+    HORIZON,
+    ["first changed", (change) => `step ${change.first}`],
+    ["was", (change) => change.before.join(", "), "term"],
+    ["is", (change) => change.after.join(", "), "term"],
+  ],
+  searches: [["result", (search) => (search.result === "unknown" ? "interrupted" : search.result)], TOOK, STEP, HORIZON],
+  answers: [AT, STEP, ["question", (answer) => answer.question, "term"], ["answer", (answer) => answer.text], TOOK],
+  restarts: [
+    AT,
+    STEP,
+    ["node", (restart) => restart.node, "term"],
+    ["lost with", (restart) => restart.reason],
+    ["last event before", (restart) => clock(restart.last), "number"],
+    TOOK,
+  ],
+};
 
-function tellGoal(goal) {
-  const lines = [`goal ${goal.name || goal.id}: ${goal.outcome}${goal.reason && ` (${goal.reason})`}`];
-  if (goal.information.length) lines.push(`information: ${goal.information.join(", ")}`);
-  lines.push(`came at ${clock(goal.came)}${goal.behind && `, queued behind ${goal.behind}`}`);
-  if (goal.accepted !== null) {
-    lines.push(
-      `accepted${goal.slot && ` in slot ${goal.slot}`} at ${clock(goal.accepted)}, after ${lasted(waited(goal))}`,
-    );
-  }
-  if (goal.cancels !== null) lines.push(`asked to be cancelled at ${clock(goal.cancels)}`);
-  if (goal.ended !== null) {
-    const how =
-      goal.accepted === null
-        ? `waited ${lasted(waited(goal))}`
-        : `ran ${lasted(ran(goal))}, ${counted(goal.steps, "step")}`;
-    lines.push(`ended at ${clock(goal.ended)}: ${how}`);
-  }
-  return lines.join("\n");
+/** Says all that is known of a row of a kind. */
+const tell = (kind, row) =>
+  FIELDS[kind]
+    .map(([name, text]) => `${name}: ${text(row)}`)
+    .filter((line) => !line.endsWith(": "))
+    .join("\n");
+
+const rowsOf = {};
+for (const kind of Object.keys(FIELDS)) {
+  const { names, rows } = DATA[kind];
+  rowsOf[kind] = rows.map((row) => Object.fromEntries(names.map((name, i) => [name, row[i]])));
 }
-
-function tellAction(action) {
-  const end = action.ended === null ? "no answer" : action.answer || "another action came before the answer";
-  const time = action.ended === null ? "" : ` after ${lasted(action.ended - action.began)}`;
-  return `${action.actuator}: ${action.name}\n${end}${time}\nstep ${action.step}, published at ${clock(action.began)}`;
+// The time line shows the same objects; of those on one lane, none overlap.
+const NAMES = Object.keys(DATA.colours);
+for (const lane of DATA.lanes) {
+  lane.bars = lane.bars.map(([i, from, to, number]) =>
+    Object.assign(rowsOf[lane.kind][i], { from, to, colour: NAMES[number] }),
+  );
 }
-
-function tellMessage(message) {
-  const what = message.id ? `message ${message.id}: ${message.value}\n` : "";
-  const why = message.dropped && `dropped: ${message.dropped}\n`;
-  return `${what}${why}step ${message.step}, at ${clock(message.seconds)}`;
-}
-
-const tellChange = (change) =>
-  `plan changed: ${causesOf(change)}\nactions left: ${change.old} → ${change.new}, up to step ${change.horizon}\n` +
-  `from step ${change.first} on: ${listed(change.before)} → ${listed(change.after)}\n` +
-  `step ${change.step}, at ${clock(change.seconds)}`;
-const tellAnswer = (answer) =>
-  `why ${answer.question}: ${answer.text}\nstep ${answer.step}, at ${clock(answer.seconds)}`;
-const tellRestart = (restart) =>
-  `${restart.node} goes on after it had died or was ended${restart.reason && `: ${restart.reason}`}\n` +
-  `step ${restart.step}, at ${clock(restart.seconds)}, after ${lasted(restart.duration)}; ` +
-  `the last event before was at ${clock(restart.last)}`;
-const tellSearch = (search) =>
-  `search: ${search.result === "unknown" ? "interrupted" : search.result} after ${lasted(search.duration)}\n` +
-  `step ${search.step}, horizon ${search.horizon}, ended at ${clock(search.ended)}`;
-const tellStep = (row, i) =>
-  `step ${row.number}${row.number === i ? "" : ` (number ${i} since the start)`}, from ${clock(row.began)}\n` +
-  `horizon ${row.horizon}\n` +
-  `${counted(row.searches, "search")}, ${row.interrupted} interrupted: ${lasted(row.solving)}\n` +
-  `other commands: ${lasted(row.other)}`;

@@ -1,274 +1,310 @@
-// What the time line shows.
+// The time line, the strip with the whole recording above it, and the charts below.
 
-const answerColour = (action) =>
-  action.ended === null || !action.answer
-    ? "none"
-    : ["success", "failure"].includes(action.answer)
-      ? action.answer
-      : "answer";
-
-// Each row's items are in order and do not overlap, so that those in sight are found by bisection.
-function goalRows() {
-  const rows = [],
-    ends = [],
-    least = Math.min(1, (END - DATA.began) / 250); // so that short ones are not hidden
-  for (const goal of goals) {
-    const end = goal.ended ?? END;
-    let i = ends.findIndex((last) => last < goal.came);
-    if (i < 0) i = rows.push([]) - 1;
-    ends[i] = Math.max(end, goal.came + least);
-    rows[i].push({
-      from: goal.came,
-      to: end,
-      goal,
-      colour: goal.outcome,
-      text: goal.name,
-      tell: () => tellGoal(goal),
-    });
-  }
-  return rows;
-}
-
-const mark = (seconds, name, tell) => ({ from: seconds, to: seconds, colour: name, tell });
-const lanes = [];
-goalRows().forEach((items, i) => lanes.push({ name: i ? "" : "goals", items, strong: true }));
-for (const actuator of new Set(actions.map((action) => action.actuator))) {
-  const own = actions.filter((action) => action.actuator === actuator);
-  const items = own.map((action, i) => ({
-    from: action.began,
-    to: action.ended ?? own[i + 1]?.began ?? END,
-    colour: answerColour(action),
-    text: action.name,
-    tell: () => tellAction(action),
-  }));
-  lanes.push({ name: actuator, items });
-}
-lanes.push({
-  name: "messages",
-  items: messages.map((m) => mark(m.seconds, m.dropped ? "dropped" : "message", () => tellMessage(m))),
-});
-lanes.push({ name: "plan changes", items: changes.map((c) => mark(c.seconds, c.causes[0][0], () => tellChange(c))) });
-lanes.push({
-  name: "searches",
-  items: searches.map((s) => ({
-    from: s.ended - s.duration,
-    to: s.ended,
-    colour: s.result,
-    tell: () => tellSearch(s),
-  })),
-});
-if (restarts.length) {
-  lanes.push({ name: "restarts", items: restarts.map((r) => mark(r.seconds, "restart", () => tellRestart(r))) });
-}
-let top = AXIS;
-for (const lane of lanes) {
-  if (lane.name && lane !== lanes[0]) top += GAP;
-  lane.top = top;
-  top += ROW;
-}
-const HEIGHT = top + 6;
-
-const LEGEND = [
-  ["goal", "open", "succeeded", "aborted", "rejected", "canceled", "recalled"],
-  ["action", "success", "failure", "answer", "none"],
-  ["message", "message", "dropped"],
-  ["plan changed by", "goal", "cancel", "failure", "message"],
-  ["search", "sat", "unsat", "unknown"],
-];
-if (restarts.length) LEGEND.push(["node that goes on", "restart"]);
-const WORDS = { answer: "other answer", none: "no answer", message: "no answer to an action", unknown: "interrupted" };
-for (const [kind, ...names] of LEGEND) {
-  const group = element("span", `${kind}: `, byId("legend"));
-  for (const name of names) {
-    dot(name, group);
-    group.append(`${((kind === "message" || name !== "message") && WORDS[name]) || name}  `);
-  }
-}
-
-// The time line.
-
+const ROW = 20,
+  LABELS = 108,
+  CHART = 190,
+  LEFT = 48; // heights and widths, in pixels
+const LETTER = 6.6; // width of one, on average
+const SVG = "http://www.w3.org/2000/svg";
 const scroller = byId("scroller"),
-  timeline = byId("timeline");
-const size = () => ({ width: scroller.clientWidth, height: Math.min(HEIGHT, Math.round(window.innerHeight * 0.62)) });
-const xOf = (seconds) => LABELS + ((seconds - from) / (to - from)) * (size().width - LABELS);
-const secondsAt = (x) => from + ((x - LABELS) / (size().width - LABELS)) * (to - from);
+  timeline = byId("timeline"),
+  overview = byId("overview");
+let from = DATA.began,
+  to = END,
+  isWaiting = false;
+
+function show(a, b) {
+  const length = Math.min(Math.max(b - a, LEAST), END - DATA.began);
+  from = Math.min(Math.max((a + b - length) / 2, DATA.began), END - length);
+  to = from + length;
+  redraw();
+}
+
+function zoom(factor, around = (from + to) / 2) {
+  show(around - (around - from) * factor, around + (to - around) * factor);
+}
+
+const move = (part) => show(from + part * (to - from), to + part * (to - from));
+
+function reveal(a, b, text) {
+  const least = (20 * (END - DATA.began)) / Math.max(20, DATA.steps.length);
+  const half = Math.min(to - from, Math.max(20 * LEAST, 3 * (b - a), least)) / 2;
+  show((a + b) / 2 - half, (a + b) / 2 + half);
+  byId("details").textContent = text;
+  overview.scrollIntoView({ block: "nearest" });
+}
+
+function redraw() {
+  if (isWaiting) return;
+  isWaiting = true;
+  requestAnimationFrame(() => {
+    isWaiting = false;
+    drawTimeline();
+    drawOverview();
+    drawCharts();
+    byId("section").textContent = `${clock(from)} to ${clock(to)} of ${clock(END)}`;
+  });
+}
+
+/** Returns the index of the first item for which a test holds; it holds for all after it too. */
+function first(items, test) {
+  let low = 0,
+    high = items.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (test(items[middle])) high = middle;
+    else low = middle + 1;
+  }
+  return low;
+}
+
+function shape(parent, tag, attributes, text) {
+  const made = document.createElementNS(SVG, tag);
+  for (const name in attributes) made.setAttribute(name, attributes[name]);
+  if (text !== undefined) made.textContent = text;
+  parent.append(made);
+  return made;
+}
+
+const bar = (parent, x, y, width, height, fill, more) =>
+  shape(parent, "rect", { x, y, width: Math.max(width, 0), height: Math.max(height, 0), fill, ...more });
+
+function empty(drawing, width, height) {
+  drawing.replaceChildren();
+  drawing.setAttribute("width", width);
+  drawing.setAttribute("height", height);
+}
+
+/** Returns a round distance of ticks on an axis. */
+function ticks(low, high, most, isTime) {
+  const raw = Math.max((high - low) / most, 1e-9),
+    power = 10 ** Math.floor(Math.log10(raw));
+  const nice = isTime && raw > 5 ? [10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 21600, 86400] : [];
+  return [...nice, power, 2 * power, 5 * power, 10 * power].find((n) => n >= raw * 0.999);
+}
 
 function drawTimeline() {
-  const { width, height } = size();
-  byId("sizer").style.height = `${HEIGHT}px`;
-  scroller.style.height = `${height + 2}px`;
-  timeline.style.width = `${width}px`;
-  timeline.style.height = `${height}px`;
-  const pen = prepare(timeline, width, height),
-    scrolled = scroller.scrollTop;
-  const scale = (width - LABELS) / (to - from),
-    x = (seconds) => LABELS + (seconds - from) * scale;
-  const unit = timeTicks(from, to, (width - LABELS) / 90);
-  pen.strokeStyle = colour("line");
+  const width = scroller.clientWidth,
+    height = ROW * DATA.lanes.length,
+    unit = ticks(from, to, (width - LABELS) / 90, true);
+  const x = (seconds) => LABELS + ((Math.min(Math.max(seconds, from), to) - from) / (to - from)) * (width - LABELS);
+  empty(byId("axis"), width, 18);
+  empty(timeline, width, height);
   for (let t = Math.ceil(from / unit) * unit; t <= to; t += unit) {
-    pen.strokeRect(Math.round(x(t)) + 0.5, AXIS - 4, 0, height);
+    bar(timeline, x(t), 0, 1, height, "#e2e6ec");
+    if (x(t) < width - 24) shape(byId("axis"), "text", { x: x(t), y: 9, class: "middle" }, clock(t, unit));
   }
-  pen.strokeStyle = colour("restart");
-  for (const { seconds } of restarts) {
-    if (seconds >= from && seconds <= to) pen.strokeRect(Math.round(x(seconds)) + 0.5, AXIS - 4, 0, height);
+  for (const { seconds } of rowsOf.restarts) {
+    if (seconds >= from && seconds <= to) bar(timeline, x(seconds), 0, 1, height, colour("restart"));
   }
-  for (const lane of lanes) {
-    const y = lane.top - scrolled;
-    if (y + ROW < AXIS || y > height) continue;
-    pen.save();
-    pen.beginPath();
-    pen.rect(LABELS, AXIS, width - LABELS, height);
-    pen.clip();
-    drawLane(pen, lane, y, x, width);
-    pen.restore();
-    if (lane.name) {
-      pen.fillStyle = colour("text");
-      pen.textAlign = "right";
-      pen.fillText(fit(pen, lane.name, LABELS - 14), LABELS - 8, y + ROW / 2);
+  DATA.lanes.forEach(({ name, kind, bars }, number) => {
+    const y = number * ROW;
+    shape(timeline, "text", { x: LABELS - 8, y: y + ROW / 2, class: "end" }, name.slice(0, LABELS / LETTER));
+    let reached = -1,
+      drawn = "";
+    for (let i = first(bars, (row) => row.to >= from); i < bars.length && bars[i].from <= to; i++) {
+      const row = bars[i],
+        isMark = row.from === row.to,
+        a = x(row.from) - (isMark ? 1.5 : 0),
+        b = Math.max(x(row.to), a + (isMark || kind === "goals" ? 3 : 1.5));
+      // Of those on the same pixel one is drawn, but each colour.
+      if (b <= reached && row.colour === drawn) continue;
+      reached = Math.ceil(b);
+      drawn = row.colour;
+      drawBar(kind, row, a, b, y, x);
     }
-  }
-  pen.fillStyle = colour("paper");
-  pen.fillRect(0, 0, width, AXIS - 4);
-  pen.fillStyle = colour("quiet");
-  pen.textAlign = "center";
-  for (let t = Math.ceil(from / unit) * unit; t <= to; t += unit) {
-    if (x(t) < width - 24) pen.fillText(clock(t, unit), x(t), 10);
-  }
+  });
 }
 
-function drawLane(pen, lane, y, x, width) {
-  let reached = -1,
-    drawn = "";
-  for (let i = first(lane.items, (item) => item.to >= from); i < lane.items.length; i++) {
-    const item = lane.items[i];
-    if (item.from > to) break;
-    const a = Math.max(x(item.from), LABELS - 2),
-      isMark = item.from === item.to;
-    const b = Math.max(Math.min(x(item.to), width + 2), a + (isMark || item.goal ? 3 : 1.5));
-    // What is on the same pixel is seen once, but each colour is seen.
-    if (b <= reached && item.colour === drawn) continue;
-    reached = Math.ceil(b);
-    drawn = item.colour;
-    if (item.goal) drawGoal(pen, item, a, b, y, x);
-    else {
-      pen.fillStyle = colour(item.colour);
-      pen.fillRect(a - (isMark ? 1.5 : 0), y + 2, isMark ? b - a : Math.max(b - a - 0.5, 1.5), ROW - 4);
-      if (item.text) label(pen, item.text, a, b, y, "#fff");
+function drawBar(kind, row, a, b, y, x) {
+  const waits = kind === "goals" ? Math.max(x(row.accepted ?? row.to) - a, 0) : 0,
+    fill = colour(row.colour);
+  const parts = [bar(timeline, a + waits, y + 2, b - a - waits, ROW - 4, fill)];
+  if (waits) parts.push(bar(timeline, a, y + 2, waits, ROW - 4, fill, { "fill-opacity": 0.25 }));
+  for (const part of parts) [part.row, part.tell] = [row, () => tell(kind, row)];
+  const text = kind === "goals" || kind === "actions" ? row.name : "",
+    isPale = waits > b - a - waits,
+    room = Math.floor(((isPale ? waits : b - a - waits) - 8) / LETTER);
+  if (text && room > 2) {
+    const cut = text.length > room ? `${text.slice(0, room - 1)}…` : text;
+    shape(timeline, "text", { x: a + (isPale ? 0 : waits) + 5, y: y + ROW / 2, class: isPale ? "" : "white" }, cut);
+  }
+  const isSeen = (seconds) => kind === "goals" && b - a > 14 && seconds !== null && seconds >= from && seconds <= to;
+  if (isSeen(row.accepted)) shape(timeline, "text", { x: x(row.accepted), y: y + 4, class: "middle", "font-size": 8 }, "▼");
+  if (isSeen(row.cancels)) shape(timeline, "text", { x: x(row.cancels), y: y + ROW / 2, class: "middle" }, "×");
+}
+
+function drawOverview() {
+  const width = scroller.clientWidth,
+    height = 38,
+    counts = [],
+    x = (seconds) => LABELS + ((seconds - DATA.began) / (END - DATA.began)) * (width - LABELS);
+  empty(overview, width, height);
+  bar(overview, LABELS, 0, width, height, "#f5f6f8");
+  shape(overview, "text", { x: LABELS - 8, y: height / 2, class: "end" }, "all actions");
+  for (const { from, colour } of rowsOf.actions) {
+    const count = (counts[Math.floor(x(from))] ??= { all: 0, failed: 0 });
+    count.all++;
+    count.failed += colour === "failure";
+  }
+  const most = counts.reduce((best, { all }) => Math.max(best, all), 1);
+  counts.forEach(({ all, failed }, i) => {
+    const tall = 6 + ((height - 14) * all) / most;
+    bar(overview, i, height - tall, 1, tall, colour("success"));
+    if (failed) bar(overview, i, 0, 1.5, 7, colour("failure"));
+  });
+  bar(overview, LABELS, 0, x(from) - LABELS, height, "#fffa");
+  bar(overview, x(to), 0, width - x(to), height, "#fffa");
+  bar(overview, x(from), 0.5, Math.max(x(to) - x(from) - 1, 3), height - 1, "none", { stroke: colour("open") });
+}
+
+// The charts.
+
+const figures = DATA.charts.map(({ title, series }) => {
+  const figure = element("figure", undefined, byId("charts")),
+    caption = element("figcaption", `${title}: `, figure);
+  for (const [name, tint] of series) {
+    dot(tint, caption);
+    caption.append(name);
+  }
+  return shape(figure, "svg", {});
+});
+
+function tellStep(i) {
+  const lines = DATA.charts.map(({ title, is_stacked, series }) => {
+    const value = (j) => series[j][2][i] - (is_stacked && j + 1 < series.length ? series[j + 1][2][i] : 0);
+    return `${title}: ${series.map(([name], j) => `${name} ${+value(j).toPrecision(3)}`).join(", ")}`;
+  });
+  return [`number ${i} since the start, from ${clock(DATA.steps[i])}`, ...lines].join("\n");
+}
+
+function drawCharts() {
+  const low = Math.max(0, first(DATA.steps, (began) => began > from) - 1),
+    high = Math.max(low, first(DATA.steps, (began) => began > to) - 1),
+    number = high - low + 1;
+  DATA.charts.forEach(({ is_stacked, series }, index) => {
+    const drawing = figures[index],
+      width = byId("charts").firstChild.clientWidth,
+      count = DATA.steps.length && Math.max(1, Math.min(number, Math.floor(width - LEFT)));
+    empty(drawing, width, CHART);
+    // A column for each step, or for each pixel: the largest of its steps.
+    const columns = Array.from({ length: count }, (_, i) => {
+      const a = low + Math.floor((i * number) / count),
+        b = Math.max(a + 1, low + Math.floor(((i + 1) * number) / count));
+      const height = (j) => Math.max(...series.map(([, , values]) => values[j]));
+      let best = a;
+      for (let j = a; j < b; j++) if (height(j) > height(best)) best = j;
+      return best;
+    });
+    const seen = columns.flatMap((i) => series.map(([, , values]) => values[i])),
+      largest = seen.reduce((a, b) => Math.max(a, b), 0),
+      smallest = is_stacked ? 0 : seen.reduce((a, b) => Math.min(a, b), largest);
+    const unit = ticks(smallest, largest || 1, 4),
+      bottom = Math.floor(smallest / unit) * unit,
+      top = Math.max(Math.ceil(largest / unit) * unit, bottom + unit);
+    const y = (value) => 8 + (CHART - 28) * (1 - (value - bottom) / (top - bottom)),
+      wide = (width - LEFT) / Math.max(1, count);
+    for (let value = bottom; value <= top + unit / 2; value += unit) {
+      bar(drawing, LEFT, y(value), width - LEFT, 1, "#e2e6ec");
+      shape(drawing, "text", { x: LEFT - 6, y: y(value), class: "end" }, Number(value.toPrecision(6)));
     }
-  }
-}
-
-function label(pen, text, a, b, y, ink) {
-  if (b - a < 26) return;
-  pen.fillStyle = ink;
-  pen.textAlign = "left";
-  pen.fillText(fit(pen, text, b - a - 10), a + 5, y + ROW / 2 + 0.5);
-}
-
-function drawGoal(pen, item, a, b, y, x) {
-  const { accepted, cancels, came } = item.goal;
-  const middle = accepted === null ? b : Math.min(Math.max(x(accepted), a), b);
-  pen.fillStyle = colour(item.colour);
-  pen.globalAlpha = b - a > 4 ? 0.25 : 1; // pale while it waits
-  pen.fillRect(a, y + 2, middle - a, ROW - 4);
-  pen.globalAlpha = 1;
-  pen.fillRect(middle, y + 2, b - middle, ROW - 4);
-  if (b - a > 4) {
-    pen.fillRect(x(came), y + 1, 2, ROW - 2);
-    pen.fillRect(b - 1, y + 2, 1, ROW - 4);
-  }
-  if (middle - a > b - middle) label(pen, item.text, a, middle, y, colour("text"));
-  else label(pen, item.text, middle, b, y, "#fff");
-  if (b - a < 14) return;
-  if (accepted !== null) {
-    pen.fillStyle = colour("text");
-    pen.beginPath();
-    pen.moveTo(middle - 4, y);
-    pen.lineTo(middle + 4, y);
-    pen.lineTo(middle, y + 5);
-    pen.fill();
-  }
-  if (cancels !== null) {
-    pen.strokeStyle = colour("text");
-    pen.beginPath();
-    for (const slope of [-4, 4]) {
-      pen.moveTo(x(cancels) - 4, y + ROW / 2 - slope);
-      pen.lineTo(x(cancels) + 4, y + ROW / 2 + slope);
+    const every = Math.max(1, Math.ceil(ticks(low, high + 1, width / 70)));
+    for (let i = Math.ceil(low / every) * every; i <= high; i += every) {
+      const x = LEFT + ((i - low + 0.5) / number) * (width - LEFT);
+      shape(drawing, "text", { x, y: CHART - 9, class: "middle" }, i);
     }
-    pen.stroke();
+    for (const [, tint, values] of series) {
+      columns.forEach((step, i) => {
+        if (is_stacked) bar(drawing, LEFT + i * wide, y(values[step]), wide * 0.8, y(0) - y(values[step]), colour(tint));
+      });
+      const path = columns.map((step, i) => `${i ? "L" : "M"}${LEFT + i * wide} ${y(values[step])}h${wide}`).join("");
+      if (!is_stacked) shape(drawing, "path", { d: path, fill: "none", stroke: colour(tint), "stroke-width": 2 });
+    }
+    columns.forEach((step, i) => {
+      const column = bar(drawing, LEFT + i * wide, 8, wide, CHART - 28, "transparent");
+      column.tell = () => tellStep(step);
+      column.onclick = () => reveal(DATA.steps[step], DATA.steps[step + 1] ?? END, tellStep(step));
+    });
+  });
+}
+
+// What the mouse and the keys do.
+
+for (const [kind, words] of Object.entries(DATA.legend)) {
+  const names = Object.keys(words).filter((name) => name !== "restart" || rowsOf.restarts.length);
+  const group = names.length && element("span", `${kind}: `, byId("legend"));
+  for (const name of names) {
+    dot(name, group);
+    group.append(`${words[name]}  `);
   }
 }
 
-function itemAt(x, y) {
-  const lane = lanes.find((other) => y + scroller.scrollTop >= other.top && y + scroller.scrollTop < other.top + ROW);
-  if (!lane || x < LABELS || y < AXIS) return null;
-  const seconds = secondsAt(x),
-    near = (4 * (to - from)) / (size().width - LABELS);
-  const distance = (item) => Math.max(item.from - seconds, seconds - item.to, 0);
-  const i = first(lane.items, (item) => item.to >= seconds);
-  const found = [lane.items[i], lane.items[i - 1]].filter((item) => item && distance(item) <= near);
-  return found.sort((one, other) => distance(one) - distance(other))[0] ?? null;
-}
+const secondsAt = (event, a, b) => {
+  const part = (event.clientX - overview.getBoundingClientRect().left - LABELS) / (scroller.clientWidth - LABELS);
+  return a + Math.min(Math.max(part, 0), 1) * (b - a);
+};
 
-function tip(text, event) {
-  const box = byId("tip");
-  box.hidden = !text;
-  if (!text) return;
-  box.textContent = text;
-  box.style.left = `${Math.max(4, Math.min(event.clientX + 14, window.innerWidth - box.offsetWidth - 8))}px`;
-  const below = event.clientY + 18;
-  box.style.top = `${below + box.offsetHeight > window.innerHeight ? event.clientY - box.offsetHeight - 10 : below}px`;
+/** Calls back while the mouse is dragged, with how far, and when it was only clicked. */
+function onDrag(drawing, dragged, clicked) {
+  let start = null;
+  drawing.addEventListener("pointerdown", (event) => {
+    start = { x: event.clientX, event, target: event.target, from, to, isMoved: false };
+    drawing.setPointerCapture(event.pointerId);
+  });
+  drawing.addEventListener("pointermove", (event) => {
+    if (start && (start.isMoved ||= Math.abs(event.clientX - start.x) > 3)) dragged(start, event);
+  });
+  drawing.addEventListener("pointerup", () => {
+    if (start && !start.isMoved) clicked(start);
+    start = null;
+  });
+  drawing.addEventListener("pointercancel", () => (start = null));
 }
-
-let drag = null;
-timeline.addEventListener("pointerdown", (event) => {
-  drag = { x: event.clientX, from, to, moved: false };
-  timeline.setPointerCapture(event.pointerId);
+onDrag(
+  timeline,
+  (start, event) => {
+    const shift = secondsAt(start.event, start.from, start.to) - secondsAt(event, start.from, start.to);
+    show(start.from + shift, start.to + shift);
+  },
+  ({ target }) => target.tell && (byId("details").textContent = target.tell()),
+);
+onDrag(
+  overview,
+  (start, event) => {
+    const ends = [start.event, event].map((one) => secondsAt(one, DATA.began, END));
+    show(Math.min(...ends), Math.max(...ends));
+  },
+  ({ event }) => {
+    const middle = secondsAt(event, DATA.began, END);
+    show(middle - (to - from) / 2, middle + (to - from) / 2);
+  },
+);
+document.addEventListener("pointerover", ({ target }) => {
+  if (target.tell && !target.firstChild) shape(target, "title", {}, target.tell());
 });
-timeline.addEventListener("pointermove", (event) => {
-  if (drag) {
-    drag.moved ||= Math.abs(event.clientX - drag.x) > 3;
-    const shift = ((drag.x - event.clientX) * (drag.to - drag.from)) / (size().width - LABELS);
-    if (drag.moved) show(drag.from + shift, drag.to + shift);
-    return;
-  }
-  const item = itemAt(event.offsetX, event.offsetY);
-  timeline.className = item ? "over" : "";
-  tip(item && item.tell(), event);
-});
-timeline.addEventListener("pointerup", (event) => {
-  const item = drag && !drag.moved && itemAt(event.offsetX, event.offsetY);
-  if (item) byId("details").textContent = item.tell();
-  drag = null;
-});
-timeline.addEventListener("pointercancel", () => (drag = null));
-timeline.addEventListener("pointerleave", () => tip(""));
 timeline.addEventListener(
   "wheel",
   (event) => {
-    if (event.ctrlKey || event.metaKey) zoom(1.0018 ** event.deltaY, secondsAt(event.offsetX));
-    else if (event.deltaX) move(event.deltaX / size().width);
+    if (event.ctrlKey || event.metaKey) zoom(1.0018 ** event.deltaY, secondsAt(event, from, to));
+    else if (event.deltaX) move(event.deltaX / scroller.clientWidth);
     else return;
     event.preventDefault();
   },
   { passive: false },
 );
-scroller.addEventListener("scroll", redraw);
+const DOES = {
+  in: () => zoom(0.5),
+  out: () => zoom(2),
+  all: () => show(DATA.began, END),
+  left: () => move(-0.5),
+  right: () => move(0.5),
+};
+const KEYS = { "+": "in", "=": "in", "-": "out", 0: "all", ArrowLeft: "left", ArrowRight: "right" };
+for (const id in DOES) byId(id).onclick = DOES[id];
 scroller.addEventListener("keydown", (event) => {
-  const keys = {
-    "+": () => zoom(0.5),
-    "=": () => zoom(0.5),
-    "-": () => zoom(2),
-    0: () => show(DATA.began, END),
-    ArrowLeft: () => move(-0.25),
-    ArrowRight: () => move(0.25),
-  };
-  if (event.ctrlKey || event.metaKey || !keys[event.key]) return;
-  keys[event.key]();
+  if (event.ctrlKey || event.metaKey || !KEYS[event.key]) return;
+  DOES[KEYS[event.key]]();
   event.preventDefault();
 });
-byId("in").onclick = () => zoom(0.5);
-byId("out").onclick = () => zoom(2);
-byId("all").onclick = () => show(DATA.began, END);
-byId("left").onclick = () => move(-0.5);
-byId("right").onclick = () => move(0.5);
+window.addEventListener("resize", redraw);
+redraw();

@@ -1,4 +1,4 @@
-"""Whether ``plan.py`` does what a run has done: for those who want to be sure of a finding."""
+"""Verifies that plan.py reproduces a finding of check.py, command by command."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ import rospkg
 
 from rosoclingo_simulator.errors import ObstacleError, PhysicsError
 from rosoclingo_simulator.simulator import physics
-from rosoclingo_simulator.simulator.headless import mujoco
+from rosoclingo_simulator.simulator.mujoco.headless import mujoco
 from rosoclingo_simulator.simulator.physics import Box, Pose, between
 
 BOXES = 8
