@@ -10,9 +10,9 @@ import operator
 from typing import Callable, Dict, Iterable, List, Mapping, Sequence, Set, Tuple
 
 from rosoclingo.pddl.domain import Domain, Problem, typed_list
-from rosoclingo.pddl.expressions import Form, PddlError
-from rosoclingo.pddl.names import Names
-from rosoclingo.pddl.support import Part
+from rosoclingo.pddl.expressions import ListForm, PddlError
+from rosoclingo.pddl.names import Identifiers
+from rosoclingo.pddl.support import PddlPart
 
 Fact = Tuple[str, ...]
 """A predicate or a function, and its objects."""
@@ -37,12 +37,12 @@ class PlanValidator:
     def __init__(self, domain: Domain, problem: Problem) -> None:
         """Begins where the problem does."""
         self._domain = domain
-        self._names = Names.of(domain.form, problem.form)
+        self._names = Identifiers.of(domain.form, problem.form)
         self._goal = problem.goal
         self._kinds = {**domain.constants, **problem.objects}
-        self._actions: Dict[str, Form] = {}
+        self._actions: Dict[str, ListForm] = {}
         for part in domain.form.parts:
-            if isinstance(part, Form) and part.head in (":action", ":durative-action"):
+            if isinstance(part, ListForm) and part.head in (":action", ":durative-action"):
                 self._actions[part.parts[1].text] = part
         self.facts: Set[Fact] = {_ground(atom, {}) for atom in problem.init}
         self.numbers: Dict[Fact, float] = {
@@ -100,21 +100,21 @@ class PlanValidator:
     def _is_of(self, thing: str, kind: str) -> bool:
         return thing in self._kinds and self._domain.is_kind_of(self._kinds[thing], kind)
 
-    def _require(self, step: str, conditions: Sequence[Form], binding: _Binding) -> None:
+    def _require(self, step: str, conditions: Sequence[ListForm], binding: _Binding) -> None:
         for condition in conditions:
             inner = condition.parts[1:] if condition.head == "and" else (condition,)
             for part in inner:
                 if not self._holds(_form(part), binding):
                     raise PddlError(f"{step}: {part.text} does not hold")
 
-    def _holds(self, form: Form, binding: _Binding) -> bool:
+    def _holds(self, form: ListForm, binding: _Binding) -> bool:
         if not form.parts:
             return True
         if form.head == "and":
             return all(self._holds(_form(part), binding) for part in form.parts[1:])
         if form.head == "not":
             return not self._holds(_form(form.parts[1]), binding)
-        if form.head == "=" and not any(isinstance(part, Form) for part in form.parts):
+        if form.head == "=" and not any(isinstance(part, ListForm) for part in form.parts):
             left, right = _ground(form, binding)[1:]
             return left == right
         if form.head in _COMPARISONS:
@@ -122,22 +122,22 @@ class PlanValidator:
             return _COMPARISONS[form.head](left_value, right_value)
         return _ground(form, binding) in self.facts
 
-    def _value(self, part: Part, binding: _Binding) -> float:
-        if not isinstance(part, Form):
+    def _value(self, part: PddlPart, binding: _Binding) -> float:
+        if not isinstance(part, ListForm):
             return float(binding.get(part.text, part.text))
         if part.head in _ARITHMETIC:
             left, right = (self._value(each, binding) for each in part.parts[1:])
             return _ARITHMETIC[part.head](left, right)
         return self.numbers[_ground(part, binding)]
 
-    def _change(self, effects: Iterable[Form], binding: _Binding) -> None:
+    def _change(self, effects: Iterable[ListForm], binding: _Binding) -> None:
         added: Set[Fact] = set()
         deleted: Set[Fact] = set()
         numbers = dict(self.numbers)
-        waiting: List[Tuple[Form, _Binding]] = [(effect, binding) for effect in effects]
+        waiting: List[Tuple[ListForm, _Binding]] = [(effect, binding) for effect in effects]
         while waiting:
             form, bound = waiting.pop()
-            inner = [part for part in form.parts[1:] if isinstance(part, Form)]
+            inner = [part for part in form.parts[1:] if isinstance(part, ListForm)]
             if form.head == "and":
                 waiting += [(part, bound) for part in inner]
             elif form.head == "forall":
@@ -155,7 +155,7 @@ class PlanValidator:
         self.facts = (self.facts - deleted) | added
         self.numbers = numbers
 
-    def _set(self, numbers: Dict[Fact, float], form: Form, binding: _Binding) -> None:
+    def _set(self, numbers: Dict[Fact, float], form: ListForm, binding: _Binding) -> None:
         name = _ground(_form(form.parts[1]), binding)
         value = self._value(form.parts[2], binding)
         sign = {"increase": 1, "decrease": -1}.get(form.head)
@@ -169,11 +169,11 @@ class PlanValidator:
         return found
 
 
-def _form(part: object) -> Form:
-    return part if isinstance(part, Form) else Form((), "")
+def _form(part: object) -> ListForm:
+    return part if isinstance(part, ListForm) else ListForm((), "")
 
 
-def _at(form: Form, moment: str) -> List[Form]:
+def _at(form: ListForm, moment: str) -> List[ListForm]:
     """Returns the parts of a condition or effect at a moment."""
     if form.head == "and":
         return [each for part in form.parts[1:] for each in _at(_form(part), moment)]
@@ -181,5 +181,5 @@ def _at(form: Form, moment: str) -> List[Form]:
     return [_form(form.parts[2])] if is_then else []
 
 
-def _ground(form: Form, binding: _Binding) -> Fact:
+def _ground(form: ListForm, binding: _Binding) -> Fact:
     return tuple(binding.get(part.text, part.text) for part in form.parts)

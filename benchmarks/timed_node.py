@@ -29,7 +29,7 @@ from rosclingo.wire.commands import Answer, Assumed, Command, Ground, Improvemen
 from rosoclingo.commands import ROSCommands
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.mode.controller import Controller
-from rosoclingo.ros.loop_node import Node
+from rosoclingo.ros.loop_node import LoopNode
 
 _busy: List[Tuple[float, float]] = []
 
@@ -71,7 +71,7 @@ def main() -> None:
     planner = TimedEngine(parse_options(options[:plus]))
     controller = Engine(parse_options(options[plus + 1 :]))
     init_node("rosoclingo")
-    node = Node(Controller(controller), planner, ROSCommands, Inbox())
+    node = LoopNode(Controller(controller), planner, ROSCommands, Inbox())
     node.start()
     node.spin()
     if node.failure is not None:

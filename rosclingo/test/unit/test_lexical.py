@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosclingo.errors import ProgramError
-from rosclingo.solver.controls import Messages  # it makes clingo's logger bear any character
+from rosclingo.solver.controls import ClingoMessages  # it makes clingo's logger bear any character
 from rosclingo.solver.lexical import MAX_NESTING, blank_comments, depth, includes, script, too_deep
 
 # --- includes --------------------------------------------------------------------------------
@@ -33,7 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def opened_by_clingo(text: str) -> bool:
     """Whether clingo, parsing the text, opens x.lp."""
     found: List[str] = []
-    messages = Messages()
+    messages = ClingoMessages()
     with contextlib.suppress(RuntimeError):  # of what is no program, after the file was opened
         ast.parse_string(text, lambda s: found.append(s.location.begin.filename), logger=messages)
     said = messages.text()
@@ -130,7 +130,7 @@ def test_comments_become_nothing_else_than_nul_unless_clingo_refuses_the_text(te
         blank = blank_comments(text)
     except ProgramError:
         with pytest.raises(RuntimeError):
-            ast.parse_string(text, lambda _: None, logger=Messages())
+            ast.parse_string(text, lambda _: None, logger=ClingoMessages())
         return
     assert len(blank) == len(text)
     assert all(new in (old, "\0") for old, new in zip(text, blank))

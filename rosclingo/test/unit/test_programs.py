@@ -17,7 +17,7 @@ from rosclingo.errors import (
     SolverError,
 )
 from rosclingo.solver import programs
-from rosclingo.solver.controls import Messages
+from rosclingo.solver.controls import ClingoMessages
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Policy
@@ -410,7 +410,7 @@ def test_a_trusted_file_with_a_main_loop_is_taken_without_it(allowed: Path) -> N
 
 def test_an_option_that_clingo_refuses() -> None:
     with pytest.raises(OptionsError, match="--nonsense"):
-        programs.new_control(["--nonsense"], Messages())
+        programs.new_control(["--nonsense"], ClingoMessages())
 
 
 # --- what a client sends must not end the process --------------------------------------------

@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from rosoclingo.bags.record.writer import BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, SOLVER_TYPES
-from rosoclingo.bags.wire import Connection, Message, rosbags_type
+from rosoclingo.bags.wire import Message, PublisherConnection, rosbags_type
 from rosoclingo.loop.values.journal import encode
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -42,10 +42,10 @@ def _make_store() -> Any:
 STORE = _make_store()
 
 
-def source(topic: str, kind: str, comment: str = "", md5sum: str = "") -> Connection:
+def source(topic: str, kind: str, comment: str = "", md5sum: str = "") -> PublisherConnection:
     """Returns who sends messages of a type to a topic."""
     definition, found = STORE.generate_msgdef(rosbags_type(kind))
-    return Connection(topic, kind, md5sum or found, comment + definition, "/someone", True)
+    return PublisherConnection(topic, kind, md5sum or found, comment + definition, "/someone", True)
 
 
 def _build(kind: str, values: Any) -> Any:
@@ -81,7 +81,7 @@ class Maker:
 
     def __init__(self, name: str = "/rosoclingo") -> None:
         self.name = name
-        self.messages: List[Tuple[Connection, float, bytes]] = []
+        self.messages: List[Tuple[PublisherConnection, float, bytes]] = []
 
     def add(self, topic: str, seconds: float, /, **values: Any) -> Maker:
         """Adds a message to one of the loop's topics."""

@@ -16,7 +16,7 @@ from rosoclingo.desk.system import Request
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.mode.controller import Decider
-from rosoclingo.loop.values.arrivals import Arrival
+from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal
@@ -82,7 +82,7 @@ class World(Environment):
         step: int,
         horizon: int,
         actions: Sequence[Action],
-        arrivals: Sequence[Arrival] = (),
+        arrivals: Sequence[ExpectedArrival] = (),
     ) -> None:
         with self._changed:
             self.step, self.horizon = step, horizon

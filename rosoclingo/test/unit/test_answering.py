@@ -23,12 +23,20 @@ from rosoclingo.loop.values.snapshot import decode
 from rosoclingo.single.dialects import Dialect1, PaperDialect
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.process import CLOSED, AnsweringProcess
-from rosoclingo.why.question import MORE_TIME, Kind, Question, Reply, Status, read, read_reply
-from rosoclingo.why.situation import Situation
-from rosoclingo.why.task import Encoding, Task, answer
+from rosoclingo.why.question import (
+    MORE_TIME,
+    Question,
+    QuestionKind,
+    ReplyStatus,
+    WhyReply,
+    read,
+    read_reply,
+)
+from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.task import Encoding, QuestionTask, answer
 
 LINE = Encoding(Options((str(PACKAGE / "example/line.lp"),)), limit=20)
-SITUATION = Situation(
+SITUATION = PlannerSituation(
     told=("event(1,visit(6),0)", "event(info,close(5),0)"), last=3, goals=(("1", "visit(6)"),)
 )
 WHY = (
@@ -41,8 +49,8 @@ HANGS = "import time; connection.recv_bytes(); time.sleep(1e6)"
 GARBAGE = "connection.recv_bytes(); connection.send_bytes(b'%s'); connection.recv_bytes()"
 
 
-def task(question: Question = PLAN, seconds: float = PATIENCE, **others: Any) -> Task:
-    return Task(LINE, Situation(**{**vars(SITUATION), **others}), question, seconds)
+def task(question: Question = PLAN, seconds: float = PATIENCE, **others: Any) -> QuestionTask:
+    return QuestionTask(LINE, PlannerSituation(**{**vars(SITUATION), **others}), question, seconds)
 
 
 def wait_for(condition: Callable[[], bool]) -> None:
@@ -105,9 +113,9 @@ def make() -> Iterator[Callable[..., Asked]]:
         asked.close()
 
 
-@pytest.mark.parametrize("kind", Kind)
-def test_a_question_is_read(kind: Kind) -> None:
-    few, many = {Kind.PLAN: (0, 0), Kind.IF: (1, 9)}.get(kind, (1, 1))
+@pytest.mark.parametrize("kind", QuestionKind)
+def test_a_question_is_read(kind: QuestionKind) -> None:
+    few, many = {QuestionKind.PLAN: (0, 0), QuestionKind.IF: (1, 9)}.get(kind, (1, 1))
     for number in range(4):
         arguments = ["a"] * number
         if few <= number <= many:
@@ -122,48 +130,60 @@ def test_a_question_is_read(kind: Kind) -> None:
 def test_a_task_comes_and_a_reply_goes() -> None:
     for question, found in (
         (PLAN, WHY),
-        (Question(Kind.GOAL, ("1",)), WHY),
-        (Question(Kind.IF, ("info:open(5)",)), "There would be a plan of 5 steps."),
-        (Question(Kind.ACTION, ("do(robot,go(2),1)",)), f"There is no plan in any case{WHY[16:]}"),
-        (Question(Kind.INSTEAD, ("do(robot,go(2),2)",)), f"There is no plan in any case{WHY[16:]}"),
+        (Question(QuestionKind.GOAL, ("1",)), WHY),
+        (Question(QuestionKind.IF, ("info:open(5)",)), "There would be a plan of 5 steps."),
+        (
+            Question(QuestionKind.ACTION, ("do(robot,go(2),1)",)),
+            f"There is no plan in any case{WHY[16:]}",
+        ),
+        (
+            Question(QuestionKind.INSTEAD, ("do(robot,go(2),2)",)),
+            f"There is no plan in any case{WHY[16:]}",
+        ),
     ):
         sent = task(question)
         assert pickle.loads(pickle.dumps(sent)) == sent
         reply = read_reply(answer(pickle.dumps(sent)))
-        assert (reply.status, reply.text) == (Status.ANSWERED, found)
+        assert (reply.status, reply.text) == (ReplyStatus.ANSWERED, found)
         assert f'"text": "{found}"' in reply.structure
-    goal = read_reply(answer(pickle.dumps(task(Question(Kind.GOAL, ("1",))))))
+    goal = read_reply(answer(pickle.dumps(task(Question(QuestionKind.GOAL, ("1",))))))
     assert decode(WhyGoal, goal.structure).slot == "1"
 
 
 @pytest.mark.parametrize(
     ("question", "text"),
     [
-        (Question(Kind.GOAL, ("visit(5)",)), "there is no open goal visit(5); there are visit(6)"),
-        (Question(Kind.GOAL, ("visit(",)), "'visit(' is not a ground term"),
-        (Question(Kind.ACTION, ("go(2)",)), "go(2) is no action; one is do(R,A,T)"),
-        (Question(Kind.ACTION, ("do(robot,go(2),-1)",)), "step -1 has gone by; it is step 0 now"),
-        (Question(Kind.IF, ("close(5)",)), "close(5) is no event; one is goal:REQUEST"),
-        (Question(Kind.IF, ("info:shut(5)",)), "the planner does not know it"),
+        (
+            Question(QuestionKind.GOAL, ("visit(5)",)),
+            "there is no open goal visit(5); there are visit(6)",
+        ),
+        (Question(QuestionKind.GOAL, ("visit(",)), "'visit(' is not a ground term"),
+        (Question(QuestionKind.ACTION, ("go(2)",)), "go(2) is no action; one is do(R,A,T)"),
+        (
+            Question(QuestionKind.ACTION, ("do(robot,go(2),-1)",)),
+            "step -1 has gone by; it is step 0 now",
+        ),
+        (Question(QuestionKind.IF, ("close(5)",)), "close(5) is no event; one is goal:REQUEST"),
+        (Question(QuestionKind.IF, ("info:shut(5)",)), "the planner does not know it"),
     ],
 )
 def test_a_wrong_question(question: Question, text: str) -> None:
     reply = read_reply(answer(pickle.dumps(task(question))))
-    assert reply.status is Status.WRONG
+    assert reply.status is ReplyStatus.WRONG
     assert text in reply.text
     assert reply.structure == ""
 
 
 def test_other_answers_that_are_none(tmp_path: Path) -> None:
     reply = read_reply(answer(pickle.dumps(task(seconds=0.0))))
-    assert (reply.status, reply.structure) == (Status.UNANSWERED, "")
+    assert (reply.status, reply.structure) == (ReplyStatus.UNANSWERED, "")
     assert reply.text == f"there was no time for an answer within 0 s; {MORE_TIME}"
     assert "~why_seconds" in MORE_TIME
     assert "~why_nice" in MORE_TIME
-    lost = Task(Encoding(Options((str(tmp_path / "a.lp"),))), SITUATION, PLAN, PATIENCE)
-    assert read_reply(answer(pickle.dumps(lost))).status is not Status.ANSWERED
+    lost = QuestionTask(Encoding(Options((str(tmp_path / "a.lp"),))), SITUATION, PLAN, PATIENCE)
+    assert read_reply(answer(pickle.dumps(lost))).status is not ReplyStatus.ANSWERED
     reply = read_reply(answer(b"no pickle"))
-    assert reply.status is Status.UNANSWERED
+    assert reply.status is ReplyStatus.UNANSWERED
     assert reply.text.startswith("internal error: ")
 
 
@@ -172,15 +192,15 @@ def test_the_other_dialects(dialect: Any) -> None:
     name = "line_1.0" if dialect is Dialect1 else "line_paper"
     encoding = Encoding(Options((str(PACKAGE / f"example/{name}.lp"),)), dialect=dialect.name)
     told = ("event(1,visit(6),1)", "event(info,close(5),1)")
-    situation = Situation(told, 1, 3, 3, goals=(("1", "visit(6)"),))
-    sent = Task(encoding, situation, PLAN, PATIENCE)
+    situation = PlannerSituation(told, 1, 3, 3, goals=(("1", "visit(6)"),))
+    sent = QuestionTask(encoding, situation, PLAN, PATIENCE)
     reply = read_reply(answer(pickle.dumps(sent)))
     assert reply.text.startswith("There is no plan for visit(6) because info says close(5).")
 
 
 def test_up_to_which_step_is_planned() -> None:
     def last(limit: Optional[int], last: int, *, tells: bool = False) -> object:
-        situation = Situation(last=last, tells=tells).up_to(limit)
+        situation = PlannerSituation(last=last, tells=tells).up_to(limit)
         return situation.last, situation.is_limit
 
     assert last(20, 3) == (20, True)
@@ -198,10 +218,10 @@ def test_the_horizon_is_the_reason_only_if_it_is_the_last_one() -> None:
         (None, "There is a plan for visit(6) of 5 steps."),
         (20, "There is a plan for visit(6) of 5 steps."),
     ):
-        situation = Situation(SITUATION.told[:1], last=1, goals=SITUATION.goals)
+        situation = PlannerSituation(SITUATION.told[:1], last=1, goals=SITUATION.goals)
         encoding = Encoding(LINE.options, limit=limit)
-        goal = Question(Kind.GOAL, ("1",)) if limit == 3 else PLAN
-        sent = Task(encoding, situation, goal, PATIENCE)
+        goal = Question(QuestionKind.GOAL, ("1",)) if limit == 3 else PLAN
+        sent = QuestionTask(encoding, situation, goal, PATIENCE)
         reply = read_reply(answer(pickle.dumps(sent)))
         assert text.replace(" for visit(6)", "") in reply.text.replace(" for visit(6)", "")
 
@@ -228,7 +248,7 @@ def test_one_process_answers_all_questions(make: Callable[..., Asked]) -> None:
     pid = usual.pid
     assert pid is not None
     assert os.getsid(pid) == pid  # priorities count within a session
-    assert usual.ask(task(Question(Kind.GOAL, ("1",)))).text == WHY
+    assert usual.ask(task(Question(QuestionKind.GOAL, ("1",)))).text == WHY
     assert (usual.pid, usual.warnings) == (pid, [])
 
 
@@ -250,7 +270,7 @@ def test_one_that_ends_with_a_question_is_replaced(make: Callable[..., Asked]) -
     asked = make("connection.send_bytes(b'ready'); connection.recv_bytes(); sys.exit(3)")
     for _ in range(2):
         reply = asked.ask(task())
-        assert (reply.status, reply.structure) == (Status.UNANSWERED, "")
+        assert (reply.status, reply.structure) == (ReplyStatus.UNANSWERED, "")
         assert reply.text == "the process that looks for the answer has ended with exit status 3"
     assert len(asked.warnings) == 2
     assert asked.warnings[0] == f"why plan: {reply.text}; the next question starts another one"
@@ -259,12 +279,12 @@ def test_one_that_ends_with_a_question_is_replaced(make: Callable[..., Asked]) -
 def test_one_that_hangs_is_ended(make: Callable[..., Asked]) -> None:
     asked = make(f"connection.send_bytes(b'ready'); {HANGS}", seconds_more=0.0)
     reply = asked.ask(task(seconds=0.1))
-    assert reply.status is Status.UNANSWERED
+    assert reply.status is ReplyStatus.UNANSWERED
     assert reply.text.startswith("there was no answer within 0.1 s; the process that looks for it")
     assert reply.text.endswith(MORE_TIME)
     assert asked.pid is None
     never_ready = make(HANGS, seconds_to_start=0.1)
-    assert never_ready.ask(task()).status is Status.UNANSWERED
+    assert never_ready.ask(task()).status is ReplyStatus.UNANSWERED
 
 
 def test_one_that_takes_nothing_is_ended(make: Callable[..., Asked]) -> None:
@@ -272,14 +292,14 @@ def test_one_that_takes_nothing_is_ended(make: Callable[..., Asked]) -> None:
     asked = make("connection.send_bytes(b'ready'); sys.stdin.read(); import time; time.sleep(1e6)")
     asked._seconds_more = 0.0
     told = tuple(f"event(info,close({number}),0)" for number in range(100_000))
-    assert asked.ask(task(seconds=0.1, told=told)).status is Status.UNANSWERED
+    assert asked.ask(task(seconds=0.1, told=told)).status is ReplyStatus.UNANSWERED
 
 
 @pytest.mark.parametrize("garbage", ["", "no JSON", "{}", "7", '[7, "", ""]', "[0]"])
 def test_one_that_sends_garbage_is_ended(make: Callable[..., Asked], garbage: str) -> None:
     asked = make(f"connection.send_bytes(b'ready'); {GARBAGE}" % garbage)
     reply = asked.ask(task())
-    assert reply.status is Status.UNANSWERED
+    assert reply.status is ReplyStatus.UNANSWERED
     assert reply.text.startswith("the process that looks for the answer sends what nobody can read")
     assert asked.pid is None
     other = make(GARBAGE.replace("connection.recv_bytes(); ", "", 1) % garbage)
@@ -289,13 +309,13 @@ def test_one_that_sends_garbage_is_ended(make: Callable[..., Asked], garbage: st
 def test_what_cannot_be_started_is_said(make: Callable[..., Asked]) -> None:
     asked = make(command=("/there/is/no/such/program",))
     reply = asked.ask(task())
-    assert reply.status is Status.UNANSWERED
+    assert reply.status is ReplyStatus.UNANSWERED
     assert "the process that answers cannot be started: " in reply.text
 
 
 def test_who_closes_it_need_not_wait(make: Callable[..., Asked]) -> None:
     asked = make(f"connection.send_bytes(b'ready'); {HANGS}")
-    replies: List[Reply] = []
+    replies: List[WhyReply] = []
     thread = threading.Thread(target=lambda: replies.append(asked.ask(task())), daemon=True)
     thread.start()
     wait_for(lambda: asked.pid is not None)
@@ -361,7 +381,7 @@ def test_it_ends_with_the_process_that_has_started_it(tmp_path: Path) -> None:
     )
     slow = tmp_path / "slow.lp"
     slow.write_text("#program state(t). p :- X = 1..1000000, Y = 1..1000000, X * Y < t.")
-    work = Task(Encoding(Options((str(slow),))), SITUATION, PLAN, 3600.0)
+    work = QuestionTask(Encoding(Options((str(slow),))), SITUATION, PLAN, 3600.0)
     command = [
         sys.executable,
         str(script),

@@ -22,10 +22,17 @@ from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.loop.improving import improve
 from rosoclingo.loop.inputs.inbox import Inbox
-from rosoclingo.loop.inputs.replay_inbox import Due, Kind, Phase, ReplayInbox, decode, encode
+from rosoclingo.loop.inputs.replay_inbox import (
+    Phase,
+    ReplayInbox,
+    ScheduledInput,
+    ScheduledKind,
+    decode,
+    encode,
+)
 from rosoclingo.loop.planner import layers
 from rosoclingo.loop.values.journal import (
     IMPROVING,
@@ -50,11 +57,11 @@ REQUESTS = ["bring(a,b)", "bring(b,c)", "bring(d,a)", "bring(c,d)", "bring(b,a)"
 MODES = ["recording", "dyn_reset"]
 
 
-def simulation(mode: str, patience: float) -> Simulation:
+def simulation(mode: str, patience: float) -> DeskSimulation:
     options = Options(tuple(HALL), ("-c", "slots=5"))
     parts = make_parts(f"dynamic.incremental.{mode}", options, ("-c", "steps=60"))
     lasts = {"a": 5.0, "b": 8.0, "c": 3.0, "d": 12.0}
-    return Simulation(parts.loop, seconds=lambda _, action: lasts.get(action[3:4], 2.0),
+    return DeskSimulation(parts.loop, seconds=lambda _, action: lasts.get(action[3:4], 2.0),
                       patience=patience)  # fmt: skip
 
 
@@ -62,7 +69,7 @@ def events(entries: Sequence[Entry], kind: Any) -> List[Any]:
     return [entry.event for entry in entries if isinstance(entry.event, kind)]
 
 
-def improving(run: Simulation) -> List[SearchEnded]:
+def improving(run: DeskSimulation) -> List[SearchEnded]:
     return [one for one in events(run.journal, SearchEnded) if one.how in IMPROVING]
 
 
@@ -103,7 +110,7 @@ def test_at_the_desk_patience_is_the_end() -> None:
     goals = [word for request in REQUESTS for word in ("--goal", request)]
     chosen = parse([*HALL, "-c", "slots=5", "-c", "steps=60", "--patience", str(AT_ONCE), *goals])
     parts = make_parts(chosen.mode, chosen.options, chosen.mode_options)
-    run = Simulation(parts.loop, **simulated(chosen))
+    run = DeskSimulation(parts.loop, **simulated(chosen))
     assert run.run() is None
     assert {goal.words[-1] for goal in run.goals} == {"succeeded"}
     assert run.loop.state.planner.demand.improves
@@ -137,7 +144,7 @@ class Called(Forwarding):
         return super().solve(assumptions, *others)
 
 
-def called(comes: Callable[[Simulation], None]) -> Simulation:
+def called(comes: Callable[[DeskSimulation], None]) -> DeskSimulation:
     run = simulation("recording", AT_ONCE)
     planner = run.loop.state.planner
     planner._solver = wrapped = Called(planner._solver)
@@ -160,7 +167,7 @@ def test_an_input_ends_the_search() -> None:
 
 
 def test_who_does_not_answer_is_seen_in_the_search() -> None:
-    def wait(run: Simulation) -> None:
+    def wait(run: DeskSimulation) -> None:
         run.clock += 100.0
 
     run = called(wait)
@@ -384,8 +391,10 @@ def _rests(events: Sequence[Event]) -> bool:
     return "info" in came and isinstance(done[-1], LoopWaits)
 
 
-def due(decision: int, ended: Optional[SearchEnded]) -> Due:
-    return Due(decision, Phase.DURING, Kind.SEARCH, "", "" if ended is None else to_text(ended))
+def due(decision: int, ended: Optional[SearchEnded]) -> ScheduledInput:
+    return ScheduledInput(
+        decision, Phase.DURING, ScheduledKind.SEARCH, "", "" if ended is None else to_text(ended)
+    )
 
 
 def test_which_search_is_due() -> None:
@@ -416,7 +425,7 @@ def test_older_journals_tell_no_searches() -> None:
     solve = Record(CommandDone("solve"))
     assert input_schedule(run_of([Record(PlanFound(("do(r,a,1)",))), solve])) == []
     (known,) = input_schedule(run_of([Record(PlanFound((), True, Quality((1,), (1,)))), solve]))
-    assert (known.kind, known.text) == (Kind.SEARCH, "")
+    assert (known.kind, known.text) == (ScheduledKind.SEARCH, "")
     dues = input_schedule(run_of([solve, Record(cut), solve, Record(cut), solve]))
     assert dues[:2] == [due(1, cut), due(2, cut)]
     assert [one.text for one in rest(dues, 2)] == [due(2, cut).text, ""]
@@ -471,4 +480,4 @@ def test_a_changed_encoding_is_put_to_the_test(
 @pytest.mark.parametrize("text", ["x", "[]", '["1/2", "never", ["0"]]', '["x", "better", ["0"]]'])
 def test_a_wrong_search(text: str) -> None:
     with pytest.raises(ParameterError):
-        decode(encode([Due(0, Phase.DURING, Kind.SEARCH, "", text)]))
+        decode(encode([ScheduledInput(0, Phase.DURING, ScheduledKind.SEARCH, "", text)]))

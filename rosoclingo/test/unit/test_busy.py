@@ -11,7 +11,7 @@ from conftest import PACKAGE
 from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.words import ABORT
 
@@ -89,7 +89,7 @@ newer(k-1) :- k > 1.
 """
 
 
-class Robots(Simulation):
+class Robots(DeskSimulation):
     """Actions that take one second, and some that take more.
 
     Attributes:

@@ -22,7 +22,7 @@ from rosoclingo.check.command import Checking, main, run
 from rosoclingo.check.command_line import parse
 from rosoclingo.check.examples import read_example, read_examples
 from rosoclingo.check.findings import Finding
-from rosoclingo.check.run import DOES, FoundPlan, Run
+from rosoclingo.check.run import DOES, CheckedRun, FoundPlan
 from rosoclingo.desk.command_line import parse as parse_plan
 from rosoclingo.desk.parts import EXAMPLES
 from rosoclingo.launched.about import Launched
@@ -265,7 +265,7 @@ def found(
     successes: int = 0,
     has_barrier: bool = True,
     is_layered: bool = False,
-) -> Run:
+) -> CheckedRun:
     """Returns a run in which one plan was found, in its first step."""
     plan = FoundPlan(
         elapsed=0, step=0, actions=tuple(actions), published=frozenset(), has_barrier=has_barrier,
@@ -274,7 +274,7 @@ def found(
         is_layered=is_layered,
     )  # fmt: skip
     nothing: List[Any] = []
-    return Run((), True, nothing, [plan], nothing, [], None, False, 1, frozenset(), ())
+    return CheckedRun((), True, nothing, [plan], nothing, [], None, False, 1, frozenset(), ())
 
 
 def test_plans_that_are_compared() -> None:

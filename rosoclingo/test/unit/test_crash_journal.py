@@ -19,7 +19,7 @@ from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
-from rosoclingo.loop.inputs.replay_inbox import Kind, Phase, ReplayInbox
+from rosoclingo.loop.inputs.replay_inbox import Phase, ReplayInbox, ScheduledKind
 from rosoclingo.loop.values.journal import ARRIVALS, LOOP, NodeResumed, key_of
 from rosoclingo.store.store import Store
 
@@ -39,7 +39,7 @@ def inputs(entries: List[Entry]) -> Counter[Any]:
     """Counts what has come; a cancel request once, as the world makes it again after a crash."""
     events = (entry.event for entry in entries)
     found = Counter(key_of(event) for event in events if isinstance(event, ARRIVALS))
-    return Counter({key: 1 if key[0] is Kind.CANCEL else n for key, n in found.items()})
+    return Counter({key: 1 if key[0] is ScheduledKind.CANCEL else n for key, n in found.items()})
 
 
 @pytest.mark.parametrize("seed", draws(range(2), 4))

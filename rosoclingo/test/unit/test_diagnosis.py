@@ -12,7 +12,7 @@ from conftest import PACKAGE, RecordedGoal, System
 from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import Input, Moment
 from rosoclingo.desk.parts import SINGLE, make_parts
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.errors import LoopError
 from rosoclingo.loop import diagnosis
 
@@ -448,7 +448,7 @@ def test_a_cancel_request_at_any_moment_ends_no_other_goal(
             *(Input("goal", f"visit({cell})") for cell in (5, 3, 6)),
             Input("cancel", str(cancelled), Moment("in", moment)),
         ]
-        run = Simulation(parts.loop, inputs, abort_unreachable=True)
+        run = DeskSimulation(parts.loop, inputs, abort_unreachable=True)
         assert run.run() is None
         left = bool(run.left)
         first, second, third = [goal.words[-1] for goal in run.goals]

@@ -9,7 +9,7 @@ from replay_maker import ASK, END, RUN, Made, drive, records, run, run_of, statu
 
 from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.replay.inputs import Point, RecordedInput, inputs
+from rosoclingo.bags.replay.inputs import LoopActivity, RecordedInput, inputs
 from rosoclingo.bags.replay.progress import ReplayProgress
 from rosoclingo.bags.replay.replays import ExactReplay, FreeReplay
 from rosoclingo.loop.values.journal import (
@@ -141,8 +141,8 @@ def test_what_interrupted_a_search_is_sent_when_it_has_begun() -> None:
     recorded = run_of(made)
     made[4] = Record(MessageArrived("info", "late", seconds=0.2), 1)
     late = run_of(made)
-    assert [one.point for one in inputs(recorded)] == [Point.WAITING, Point.BUSY]
-    assert [one.point for one in inputs(late)] == [Point.WAITING, Point.SEARCHING]
+    assert [one.point for one in inputs(recorded)] == [LoopActivity.WAITING, LoopActivity.BUSY]
+    assert [one.point for one in inputs(late)] == [LoopActivity.WAITING, LoopActivity.SEARCHING]
     replay = Replay(late)
     replay.see(ASK[:1])
     assert replay.send() == ["g visit(3)"]
@@ -440,6 +440,9 @@ def test_without_a_journal(quiet: float) -> None:
     made: List[Made] = [("goal", "g", "visit(3)", 0), ("message", "info", "a", 0)]
     recorded = run(made, gap=quiet, has_journal=False)
     points = [one.point for one in ReplayProgress(recorded).planned]
-    assert points == [Point.WAITING, Point.WAITING if quiet > 1 else Point.BUSY]
+    assert points == [
+        LoopActivity.WAITING,
+        LoopActivity.WAITING if quiet > 1 else LoopActivity.BUSY,
+    ]
     replay = Replay(recorded, is_exact=True)
     assert not replay.is_exact  # as nobody knows when the loop has taken them

@@ -8,8 +8,8 @@ from typing import Any, Dict, List, Sequence, Tuple
 from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.simulation import Simulation
-from rosoclingo.loop.values.arrivals import Arrival
+from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 
 TIMES = """
@@ -22,7 +22,7 @@ TIMES = """
 """A step of the robot takes 10 s, and each goal is due within 25 s."""
 
 
-class Run(Simulation):
+class Run(DeskSimulation):
     """A robot on a line, with what was shown of it.
 
     Attributes:
@@ -48,7 +48,7 @@ class Run(Simulation):
         step: int,
         horizon: int,
         actions: Sequence[Action],
-        arrivals: Sequence[Arrival] = (),
+        arrivals: Sequence[ExpectedArrival] = (),
     ) -> None:
         said = tuple(map(str, arrivals))
         if not self.shown or self.shown[-1] != said:

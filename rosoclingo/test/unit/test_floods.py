@@ -36,12 +36,12 @@ class Flooded(System):
     def may_hold(self) -> bool:
         return True
 
-    def show(self) -> None:
+    def run_callbacks(self) -> None:
         self.looks += 1
         self.clock += LOOK
         assert self.looks < MOST_LOOKS, "the loop makes no progress"
         self.flood(self)
-        super().show()
+        super().run_callbacks()
 
     def turn(self) -> bool:
         return bool(self._items) or super().turn()

@@ -14,7 +14,7 @@ from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.command import Checking
 from rosoclingo.check.command_line import parse
 from rosoclingo.check.findings import typed
-from rosoclingo.check.search import Search
+from rosoclingo.check.search import FailureSearch
 from rosoclingo.desk import plan
 from rosoclingo.desk.command_line import parse as parse_plan
 from rosoclingo.desk.inputs import read_input
@@ -115,7 +115,7 @@ def test_what_check_prints_can_be_typed(tmp_path: Path) -> None:
         ("cancel:1", "after:4"), ("-1:failure", "1"), ("(cancel):-1", "1"), ("(goal):1", "0"),
     ]  # fmt: skip
     inputs = [read_input(text, when) for text, when in typed_inputs]
-    command = typed(Search((file, *SMALL), Alphabet()).words(tuple(inputs)))
+    command = typed(FailureSearch((file, *SMALL), Alphabet()).words(tuple(inputs)))
     program, *words = shlex.split(command)
     assert program == "plan.py"
     assert sorted(map(str, parse_plan(words).inputs)) == sorted(map(str, inputs))

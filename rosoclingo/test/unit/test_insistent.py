@@ -10,7 +10,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Add, Assumed, Ground, Improvement, Outcome, Part, Result
 from rosoclingo.errors import LoopError
-from rosoclingo.loop.mode.insistent import Insistent
+from rosoclingo.loop.mode.retrying import RetryingSolver
 from rosoclingo.loop.values.solver import Forwarding
 
 
@@ -37,7 +37,7 @@ class Disturbed(Forwarding):
 
 def test_it_is_tried_again_with_one_warning() -> None:
     warnings: List[str] = []
-    solver = Insistent(Disturbed(3), "/planner", warnings.append)
+    solver = RetryingSolver(Disturbed(3), "/planner", warnings.append)
     assert solver.solve((), lambda: False) == Outcome(Result.SAT, symbols=("a",))
     (warning,) = warnings
     assert "leave /planner/goal and /planner/cancel out of what rosbag plays" in warning
@@ -45,11 +45,11 @@ def test_it_is_tried_again_with_one_warning() -> None:
 
 def test_a_search_that_was_told_to_stop_ends() -> None:
     warnings: List[str] = []
-    outcome = Insistent(Disturbed(0), "/planner", warnings.append).solve((), lambda: True)
+    outcome = RetryingSolver(Disturbed(0), "/planner", warnings.append).solve((), lambda: True)
     assert outcome.interrupted
     assert warnings == []
 
 
 def test_a_rival_that_never_ends_is_named() -> None:
     with pytest.raises(LoopError, match="does another rosoclingo use that solver"):
-        Insistent(Disturbed(10_000), "/controller", lambda _: None).solve()
+        RetryingSolver(Disturbed(10_000), "/controller", lambda _: None).solve()

@@ -17,7 +17,7 @@ from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode, encode
@@ -56,11 +56,11 @@ def took(entries: Sequence[Entry]) -> List[Tuple[int, float]]:
     return [(e.number, e.seconds) for e in events if isinstance(e, ActionTook)]
 
 
-def simulate(file: str, seconds: Sequence[float], *goals: str, **more: Any) -> Simulation:
+def simulate(file: str, seconds: Sequence[float], *goals: str, **more: Any) -> DeskSimulation:
     """Has a robot reach goals one after the other, whose actions take so long."""
     parts = make_parts(more.pop("mode", DYN_RESET), Options((file,)), ("-c", "steps=40"))
     rest = list(seconds)
-    run = Simulation(parts.loop, seconds=lambda actuator, action: rest.pop(0), **more)
+    run = DeskSimulation(parts.loop, seconds=lambda actuator, action: rest.pop(0), **more)
     for goal in goals:
         run.request(goal)
         assert run.run() is None
@@ -109,7 +109,7 @@ def test_only_a_success_counts(file: str) -> None:
     assert took(run.journal) == [(2, 20.0)]
 
 
-def abort_first(run: Simulation) -> Callable[[], bool]:
+def abort_first(run: DeskSimulation) -> Callable[[], bool]:
     """Has the first action aborted before it is answered."""
     turn = run.turn
 
@@ -123,7 +123,7 @@ def abort_first(run: Simulation) -> Callable[[], bool]:
 
 def test_an_aborted_action_does_not_count(file: str) -> None:
     parts = make_parts(RECORDING, Options((file,)))
-    run = Simulation(parts.loop, seconds=lambda actuator, action: 20.0)
+    run = DeskSimulation(parts.loop, seconds=lambda actuator, action: 20.0)
     run.turn = abort_first(run)  # type: ignore[method-assign]
     run.request("visit(3)")
     assert run.run() is None

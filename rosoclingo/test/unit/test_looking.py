@@ -13,10 +13,10 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk import system as desk
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.loop.inputs.inbox import Inbox
-from rosoclingo.loop.inputs.replay_inbox import Due, Kind, Phase, ReplayInbox
+from rosoclingo.loop.inputs.replay_inbox import Phase, ReplayInbox, ScheduledInput, ScheduledKind
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.journal import MessageArrived
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.situation import PlannerSituation
 
 RECORDING = "dynamic.incremental.recording"
 # A request of which nothing becomes, so that the goal waits.
@@ -31,31 +31,33 @@ status(1,succeeded,t) :- event(1,here,t).
 """
 
 
-@pytest.mark.parametrize("inbox", [Inbox(), ReplayInbox([Due(9, Phase.WAIT, Kind.GOAL, "g")])])
+@pytest.mark.parametrize(
+    "inbox", [Inbox(), ReplayInbox([ScheduledInput(9, Phase.WAIT, ScheduledKind.GOAL, "g")])]
+)
 def test_who_looks_wakes_the_loop_and_is_no_item(inbox: Inbox) -> None:
     seen: List[int] = []
     assert not inbox.wait(0.0)
-    assert inbox.look(lambda: seen.append(1))
-    assert inbox.look(lambda: seen.append(2))
+    assert inbox.call_soon(lambda: seen.append(1))
+    assert inbox.call_soon(lambda: seen.append(2))
     assert inbox.wait(TIMEOUT)
     assert (inbox.take(), seen) == ([], [1, 2])
     assert not inbox.wait(0.0)
-    inbox.look(lambda: seen.append(3))
+    inbox.call_soon(lambda: seen.append(3))
     inbox.end("no plan")
-    assert not inbox.look(lambda: seen.append(4))
+    assert not inbox.call_soon(lambda: seen.append(4))
     assert (inbox.take(), seen) == ([], [1, 2, 3])
 
 
-def situation(one: System) -> Tuple[Situation, str]:
+def situation(one: System) -> Tuple[PlannerSituation, str]:
     """Has the loop say what it knows; and returns in which thread it did."""
-    found: List[Tuple[Situation, str]] = []
+    found: List[Tuple[PlannerSituation, str]] = []
     is_there = threading.Event()
 
     def look() -> None:
-        found.append((Situation.of(one.loop.state), threading.current_thread().name))
+        found.append((PlannerSituation.of(one.loop.state), threading.current_thread().name))
         is_there.set()
 
-    assert one.inbox.look(look)
+    assert one.inbox.call_soon(look)
     assert is_there.wait(TIMEOUT)
     return found[0]
 
@@ -74,7 +76,7 @@ def test_the_loop_says_what_it_knows(system: Callable[..., System]) -> None:
     assert [actuator for actuator, _ in known.silent] == ["robot"]
     assert thread == one._thread.name
     one.close()
-    assert not one.inbox.look(lambda: None)
+    assert not one.inbox.call_soon(lambda: None)
 
 
 class Asked(desk.System):
@@ -90,7 +92,7 @@ class Asked(desk.System):
         self.asked.append(("wait", [goal.request for goal in goals]))
 
     def miss_plan(self, goals: Sequence[Goal]) -> None:
-        self.asked.append(("miss", Situation.of(self.loop.state).goals))
+        self.asked.append(("miss", PlannerSituation.of(self.loop.state).goals))
 
     def finish_reasons(self) -> None:
         self.asked.append(("finish", [list(goal.words) for goal in self.goals]))
@@ -118,7 +120,7 @@ def test_there_is_no_plan(mode: str) -> None:
 def test_who_waits_is_in_a_hurry_when_something_comes(monkeypatch: pytest.MonkeyPatch) -> None:
     inbox = Inbox()
     said: List[bool] = []
-    inbox.hurry = said.append
+    inbox.pause_background_work = said.append
     inbox.put(MessageArrived("robot", "success"))
     assert inbox.take()  # nobody has waited
     assert not inbox.wait(0.0)
@@ -134,13 +136,13 @@ def test_who_waits_is_in_a_hurry_when_something_comes(monkeypatch: pytest.Monkey
     inbox.put(MessageArrived("robot", "success"))
     assert inbox.wait(0.0)
     monkeypatch.setattr("rosoclingo.loop.inputs.inbox._LONGEST_HURRY", -1.0)
-    inbox.show()  # as a search does now and then, and who waits for reasons
-    inbox.show()
+    inbox.run_callbacks()  # as a search does now and then, and who waits for reasons
+    inbox.run_callbacks()
     assert said == [True, False, True, False]
     assert inbox.take()
     assert not inbox.wait(0.0)
     assert len(said) == 4
-    inbox.look(lambda: None)
+    inbox.call_soon(lambda: None)
     assert inbox.wait(0.0)  # a question is no reason to hurry
     assert len(said) == 4
     inbox.put(MessageArrived("robot", "success"))

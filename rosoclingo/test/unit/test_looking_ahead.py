@@ -17,7 +17,7 @@ from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.desk.parts import SINGLE, make_parts
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode, encode
 from rosoclingo.loop.planner.planner import PlannerState
@@ -78,7 +78,7 @@ def simulation(
     parts = make_parts(mode, Options((LINE,), ("-c", f"steps={steps}")), ("-c", f"steps={steps}"))
     solver = Slow(parts.planner, hard)
     parts = dataclasses.replace(parts, planner=solver)
-    return Simulation(parts.loop, one_by_one_seconds=seconds), solver
+    return DeskSimulation(parts.loop, one_by_one_seconds=seconds), solver
 
 
 def changed_line(folder: Path, rule: str) -> str:
@@ -90,7 +90,7 @@ def changed_line(folder: Path, rule: str) -> str:
     return str(file)
 
 
-def searches(run: Simulation) -> List[SearchEnded]:
+def searches(run: DeskSimulation) -> List[SearchEnded]:
     return [one.event for one in run.journal if isinstance(one.event, SearchEnded)]
 
 
@@ -261,13 +261,13 @@ RESETS = ["dynamic.incremental.reset", "dynamic.incremental.dyn_reset", MODES[0]
 FAR = 12  # a horizon from which on plans are found
 
 
-def far_simulation(mode: str, folder: Path, *, improves: bool) -> Simulation:
+def far_simulation(mode: str, folder: Path, *, improves: bool) -> DeskSimulation:
     options = Options(
         (changed_line(folder, BUSY),), ("-c", "steps=40", "--rand-freq=1", "--seed=1")
     )
     parts = make_parts(mode, options, ("-c", "steps=40"))
     parts = dataclasses.replace(parts, planner=Slow(parts.planner, range(1, FAR)))
-    return Simulation(parts.loop, one_by_one_seconds=AT_ONCE, improves=improves)
+    return DeskSimulation(parts.loop, one_by_one_seconds=AT_ONCE, improves=improves)
 
 
 @pytest.mark.parametrize("mode", RESETS)
@@ -307,7 +307,7 @@ def test_a_cheaper_plan_may_be_longer(mode: str, tmp_path: Path) -> None:
     actions = {}
     for patience in (0.0, 60.0):
         parts = make_parts(mode, Options((file,), ("-c", "steps=8")), ("-c", "steps=8"))
-        run = Simulation(parts.loop, one_by_one_seconds=2.0, patience=patience)
+        run = DeskSimulation(parts.loop, one_by_one_seconds=2.0, patience=patience)
         goal = run.request("visit(3)")
         assert run.run() is None
         assert goal.words == ["accepted", "succeeded"]

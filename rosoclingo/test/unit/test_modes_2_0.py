@@ -13,7 +13,7 @@ from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import LoopError
-from rosoclingo.loop.inputs.replay_inbox import Kind, Phase
+from rosoclingo.loop.inputs.replay_inbox import Phase, ScheduledKind
 
 MODE = str(Path(__file__).resolve().parents[1] / "modes" / "dynamic_2_0.lp")
 LINE = f"{EXAMPLES}/line.lp"
@@ -187,7 +187,7 @@ def test_a_replay_of_an_answer_in_the_reset_that_has_published_its_action() -> N
     robot.request("visit(3)")
     assert robot.run() is None
     dues = input_schedule(Run(robot.journal))
-    assert [due.phase for due in dues if due.kind is Kind.MESSAGE] == [Phase.WAIT] * 2
+    assert [due.phase for due in dues if due.kind is ScheduledKind.MESSAGE] == [Phase.WAIT] * 2
 
 
 def test_a_reset_before_an_answer_that_contradicts_the_program(tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ from plan_validator import PlanValidator
 from rosoclingo.pddl import translator
 from rosoclingo.pddl.declarations import check_declarations
 from rosoclingo.pddl.domain import read_domain, read_problem
-from rosoclingo.pddl.expressions import Form, PddlError, Word, parse, read_file
-from rosoclingo.pddl.names import Names
+from rosoclingo.pddl.expressions import ListForm, PddlError, Word, parse, read_file
+from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.numbers import Numbers, NumericUse
 from rosoclingo.pddl.sas import parse_sas
 from rosoclingo.pddl.translator import translate
@@ -97,7 +97,7 @@ def test_words_have_their_lines() -> None:
     assert form.head == "define"
     move = next(f for f in form.forms() if f.head == ":action")
     assert (move.place, move.parts[1]) == ("d.pddl:6", Word("move", "d.pddl:6"))
-    assert Form((), "d.pddl:10") in list(form.forms())
+    assert ListForm((), "d.pddl:10") in list(form.forms())
 
 
 def test_a_variable_begins_a_word() -> None:
@@ -188,7 +188,7 @@ def test_a_problem_that_is_not_understood_is_refused(old: str, new: str, message
     ],
 )
 def test_each_name_has_a_term_of_its_own(words: List[str], terms: List[str]) -> None:
-    names = Names(words)
+    names = Identifiers(words)
     assert [names.term(word) for word in words] == terms
 
 
@@ -207,13 +207,13 @@ def test_each_name_has_a_term_of_its_own(words: List[str], terms: List[str]) -> 
 def test_a_variable_is_called_by_what_its_values_have_in_common(
     values: List[str], name: str, terms: List[str]
 ) -> None:
-    names = Names(["at", "in", "on", "open", "here", "level", "t", "p", "a", "b", "none"])
+    names = Identifiers(["at", "in", "on", "open", "here", "level", "t", "p", "a", "b", "none"])
     (variable,) = variables([values], names)
     assert (variable.name, list(variable.values)) == (name, terms)
 
 
 def test_two_variables_have_two_names() -> None:
-    names = Names(["at", "t", "a", "b"])
+    names = Identifiers(["at", "t", "a", "b"])
     groups = [["Atom at(t, a)", "Atom at(t, b)"], ["Atom at(t)", "NegatedAtom at(t)"]]
     assert [each.name for each in variables(groups, names)] == ["at(t)", "variable(2)"]
 

@@ -20,7 +20,7 @@ from rosoclingo.desk import progress
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.plan import main, run
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.drawing.errors import PictureError
 from rosoclingo.loop.values.journal import CommandDone, encode
 
@@ -254,7 +254,7 @@ def test_progress(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
         return "step 3, horizon 7"
 
     monkeypatch.setattr(progress, "_SECONDS", 0.001)
-    with progress.Progress(place):
+    with progress.ProgressPrinter(place):
         assert asked.wait(30)
     assert "0 s: step 3, horizon 7\n" in capsys.readouterr().err
 
@@ -440,7 +440,7 @@ def test_each_command(plan: Any) -> None:
 def simulate(mode: str, *inputs: str) -> List[Any]:
     """Returns the journal of a simulation, but for how long commands took."""
     parts = make_parts(mode, Options((LINE,)), ("-c", "steps=20"))
-    simulation = Simulation(parts.loop, [read_input(*one.split(" ")) for one in inputs])
+    simulation = DeskSimulation(parts.loop, [read_input(*one.split(" ")) for one in inputs])
     assert simulation.run() is None
     return [
         (entry.seconds, entry.step, entry.horizon, encode(entry.event)._replace(seconds=0))
@@ -457,7 +457,7 @@ def test_the_same_run_again(mode: str) -> None:
 def test_an_answer_in_a_command() -> None:
     """It comes at once, and not when the action would be over."""
     parts = make_parts(SINGLE, Options((LINE,)))
-    first = Simulation(parts.loop, [read_input("goal:visit(2)")])
+    first = DeskSimulation(parts.loop, [read_input("goal:visit(2)")])
     first.run()
     number = 1 + next(
         index
@@ -468,7 +468,7 @@ def test_an_answer_in_a_command() -> None:
     )
     parts = make_parts(SINGLE, Options((LINE,)))
     inputs = [read_input("goal:visit(2)"), read_input("robot:success", f"in:{number}")]
-    second = Simulation(parts.loop, inputs)
+    second = DeskSimulation(parts.loop, inputs)
     second.run()
     assert (first.clock, second.clock) == (1.0, 0.0)
     assert second.goals[0].words == ["accepted", "succeeded"]

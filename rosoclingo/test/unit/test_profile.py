@@ -21,11 +21,11 @@ from rosclingo.solver.programs import Program
 from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import EXAMPLES
 from rosoclingo.desk.plan import run
-from rosoclingo.desk.profiling import Profiler, TimeLimit
+from rosoclingo.desk.profiling import BlockTimeLimit, Profiler
 from rosoclingo.profile.advice import advise
 from rosoclingo.profile.counting import Counts, count, total
-from rosoclingo.profile.marking import Form, Statement, mark
-from rosoclingo.profile.measuring import MeasuredEngine, Search, Trace, by_horizon
+from rosoclingo.profile.marking import Statement, StatementForm, mark
+from rosoclingo.profile.measuring import MeasuredEngine, SolverTrace, TimedSearch, by_horizon
 from rosoclingo.profile.text import Profile
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -153,7 +153,7 @@ def test_a_statement_is_quoted_with_its_place(ground: Any) -> None:
     profile = ground("p(1..3).\nä(X) :- % why\n    p(X),\n    X < 3.\n".replace("ä", "a"))
     (statement,) = [s for s in profile.counts.statements if s.line == 2]
     assert statement.text == "a(X) :- p(X), X < 3."
-    assert (statement.part, statement.form) == ("base", Form.RULE)
+    assert (statement.part, statement.form) == ("base", StatementForm.RULE)
 
 
 def test_counts_by_step(ground: Any) -> None:
@@ -174,7 +174,7 @@ def test_counts_by_step(ground: Any) -> None:
 
 def test_a_step_that_is_grounded_again_counts_once_for_the_step(ground: Any) -> None:
     options = Options((LINE,))
-    trace = Trace()
+    trace = SolverTrace()
     engine = MeasuredEngine(options, trace)
     for _ in range(3):
         reply = engine.run([wire.Restart(), *EMPTY, *map(step, range(3)), wire.CleanupDomains()])
@@ -267,23 +267,25 @@ def test_no_advice_without_need(ground: Any, text: str) -> None:
     assert ground(text, steps=8).advice == []
 
 
-def advice_about(*searches: Search) -> List[str]:
-    return advise(Counts(), Trace([*searches]), lambda statement, steps: {})
+def advice_about(*searches: TimedSearch) -> List[str]:
+    return advise(Counts(), SolverTrace([*searches]), lambda statement, steps: {})
 
 
 def test_advice_about_searches() -> None:
     sat, unsat, unknown = wire.Result.SAT, wire.Result.UNSAT, wire.Result.UNKNOWN
-    assert advice_about(Search(1, 0.2, unsat), Search(2, 0.1, sat)) == []
-    (said,) = advice_about(Search(1, 1.0, unsat), Search(2, 8.0, unsat), Search(3, 0.5, sat))
+    assert advice_about(TimedSearch(1, 0.2, unsat), TimedSearch(2, 0.1, sat)) == []
+    (said,) = advice_about(
+        TimedSearch(1, 1.0, unsat), TimedSearch(2, 8.0, unsat), TimedSearch(3, 0.5, sat)
+    )
     assert said.startswith("2 horizons without a plan took 9.0 s of 9.5 s, that of 2 8.0 s")
-    (said,) = advice_about(Search(1, 0.1, unsat), Search(4, 9.0, sat, 0.4, True))
+    (said,) = advice_about(TimedSearch(1, 0.1, unsat), TimedSearch(4, 9.0, sat, 0.4, True))
     assert said.startswith("searches had a plan after 0.4 s at the latest, and took 8.6 s of 9.1 s")
-    (said,) = advice_about(Search(1, 0.1, unsat), Search(4, 9.0, unknown))
+    (said,) = advice_about(TimedSearch(1, 0.1, unsat), TimedSearch(4, 9.0, unknown))
     assert said.startswith("the search with horizon 4 was not over after 9.0 s")
 
 
 def test_times_by_horizon() -> None:
-    trace = Trace()
+    trace = SolverTrace()
     engine = MeasuredEngine(Options((LINE,)), trace)
     engine.run([*EMPTY, step(0)])
     trace.horizon = lambda: 2
@@ -390,7 +392,7 @@ def test_profile_seconds_need_a_profile() -> None:
 def test_a_time_limit_ends_by_ctrl_c() -> None:
     before = signal.getsignal(signal.SIGINT)
     ended = threading.Event()
-    with TimeLimit(0, ended.set) as limit:
+    with BlockTimeLimit(0, ended.set) as limit:
         assert not limit.is_over
         os.kill(os.getpid(), signal.SIGINT)
         assert ended.wait(60)
@@ -400,7 +402,7 @@ def test_a_time_limit_ends_by_ctrl_c() -> None:
 
 def test_a_time_limit_that_is_not_needed_leaves_nothing_behind() -> None:
     before = threading.active_count()
-    with TimeLimit(60, lambda: None) as limit:
+    with BlockTimeLimit(60, lambda: None) as limit:
         pass
     assert not limit.is_over
     assert threading.active_count() == before

@@ -22,7 +22,14 @@ from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.replays import ExactReplay
 from rosoclingo.loop.inputs.inbox import Cancel, Inbox
-from rosoclingo.loop.inputs.replay_inbox import Due, Kind, Phase, ReplayInbox, decode, encode
+from rosoclingo.loop.inputs.replay_inbox import (
+    Phase,
+    ReplayInbox,
+    ScheduledInput,
+    ScheduledKind,
+    decode,
+    encode,
+)
 from rosoclingo.loop.values.journal import (
     LOOP,
     ActionPublished,
@@ -303,8 +310,8 @@ class Waits:
         self.seen.set()
 
 
-def due(decision: int, phase: Phase, item: MessageArrived) -> Due:
-    return Due(decision, phase, Kind.MESSAGE, item.source, item.value)
+def due(decision: int, phase: Phase, item: MessageArrived) -> ScheduledInput:
+    return ScheduledInput(decision, phase, ScheduledKind.MESSAGE, item.source, item.value)
 
 
 def test_it_waits_for_what_came_before_a_decision() -> None:
@@ -325,7 +332,10 @@ def test_it_waits_for_what_came_before_a_decision() -> None:
 
 
 def test_it_waits_until_nodes_are_killed() -> None:
-    kills = [Due(n, Phase.BEFORE, Kind.KILL, name) for n, name in enumerate(["planner", LOOP])]
+    kills = [
+        ScheduledInput(n, Phase.BEFORE, ScheduledKind.KILL, name)
+        for n, name in enumerate(["planner", LOOP])
+    ]
     gate, waits = ReplayInbox([kills[0], due(0, Phase.BEFORE, A), kills[1]]), Waits()
     gate.put(A)
     for ends, items in ((gate.go_on, [A]), (gate.open, [])):
@@ -343,7 +353,7 @@ def test_it_waits_until_nodes_are_killed() -> None:
 
 
 def test_nodes_are_killed_when_all_has_come_that_came_before() -> None:
-    kill = Due(0, Phase.BEFORE, Kind.KILL, LOOP)
+    kill = ScheduledInput(0, Phase.BEFORE, ScheduledKind.KILL, LOOP)
     gate = ReplayInbox([due(0, Phase.BEFORE, A), kill, due(0, Phase.BEFORE, B)])
     held: List[int] = []
 
@@ -401,7 +411,10 @@ def test_a_goal_is_recalled_when_it_was() -> None:
     goal.id = "g"
     gate, waits = (
         ReplayInbox(
-            [Due(1, Phase.BEFORE, Kind.RECALL, "g"), Due(2, Phase.BEFORE, Kind.CANCEL, "g")]
+            [
+                ScheduledInput(1, Phase.BEFORE, ScheduledKind.RECALL, "g"),
+                ScheduledInput(2, Phase.BEFORE, ScheduledKind.CANCEL, "g"),
+            ]
         ),
         Waits(),
     )
@@ -434,7 +447,7 @@ def test_nothing_is_held_back_for_ever(how: str) -> None:
     dues = [
         due(0, Phase.BEFORE, A),
         due(0, Phase.BEFORE, B),
-        Due(1, Phase.BEFORE, Kind.CANCEL, "g"),
+        ScheduledInput(1, Phase.BEFORE, ScheduledKind.CANCEL, "g"),
     ]
     gate, waits = ReplayInbox(dues), Waits()
     gate.put(B)
@@ -457,7 +470,7 @@ def test_nothing_is_held_back_for_ever(how: str) -> None:
         assert gate.take() == []
 
 
-def made(*events: Event) -> List[Due]:
+def made(*events: Event) -> List[ScheduledInput]:
     return input_schedule(run_of(list(map(Record, events))))
 
 
@@ -476,14 +489,14 @@ def test_when_something_was_taken() -> None:
         ([idle, late], (1, Phase.DURING)),  # the recording ends
         ([idle, LoopWaits(for_a_replay=True), message], (1, Phase.BEFORE)),
     ):
-        assert made(*events) == [Due(*moment, Kind.MESSAGE, "robot", "success")]
+        assert made(*events) == [ScheduledInput(*moment, ScheduledKind.MESSAGE, "robot", "success")]
 
 
 def test_what_was_taken_when_the_loop_had_ended() -> None:
     """Not before: in a command it would be news, by which the loop goes on."""
     message, ended = MessageArrived("robot", "success", seconds=0.1), LoopEnded("no plan")
     found = made(CommandDone("idle"), ended, message)
-    assert found == [Due(1, Phase.END, Kind.MESSAGE, "robot", "success")]
+    assert found == [ScheduledInput(1, Phase.END, ScheduledKind.MESSAGE, "robot", "success")]
     gate, waits = ReplayInbox(found), Waits()
     for _ in range(2):
         gate.begin_decision(waits)
@@ -504,7 +517,7 @@ def test_a_goal_that_was_recalled_just_before_the_end() -> None:
     events = [GoalArrived("g", "visit(1)"), ActionPublished("robot", "go(1)"), recalled]
     found = made(*events, LoopEnded("no plan"), CancelArrived("g", seconds=0.1))
     assert [(due.moment, due.kind) for due in found[1:]] == [
-        ((0, Phase.END), Kind.RECALL), ((0, Phase.END), Kind.CANCEL)
+        ((0, Phase.END), ScheduledKind.RECALL), ((0, Phase.END), ScheduledKind.CANCEL)
     ]  # fmt: skip
 
 
@@ -518,8 +531,8 @@ def test_when_a_goal_was_recalled() -> None:
         ([action, canceled, done, cancel], 3),
         ([replace(canceled, step=8), replace(done, step=8), cancel], 3),  # it had moved on already
     ):
-        assert input_schedule(run_of([goal, done, done, *rest]))[1] == Due(
-            decision, Phase.BEFORE, Kind.RECALL, "g"
+        assert input_schedule(run_of([goal, done, done, *rest]))[1] == ScheduledInput(
+            decision, Phase.BEFORE, ScheduledKind.RECALL, "g"
         )
 
 
@@ -533,7 +546,7 @@ def test_a_goal_that_was_recalled_while_another_one_was_rejected() -> None:
         events = (rejected, *between, canceled, CancelArrived("h", seconds=0.1))
         found = made(LoopWaits(), *arrivals, *events, CommandDone("idle"))
         assert [(due.kind, due.id) for due in found[:3]] == [
-            (Kind.GOAL, "g"), (Kind.RECALL, "h"), (Kind.GOAL, "h")
+            (ScheduledKind.GOAL, "g"), (ScheduledKind.RECALL, "h"), (ScheduledKind.GOAL, "h")
         ]  # fmt: skip
 
 
@@ -545,7 +558,12 @@ def test_a_goal_that_was_recalled_when_it_was_just_taken() -> None:
     cancels = [CancelArrived(name, seconds=0.1) for name in "gh"]
     found = made(waiting, *taken, *reversed(canceled), *cancels, done)
     kinds = [(due.kind, due.id) for due in found]
-    assert kinds[:4] == [(Kind.RECALL, "g"), (Kind.GOAL, "g"), (Kind.RECALL, "h"), (Kind.GOAL, "h")]
+    assert kinds[:4] == [
+        (ScheduledKind.RECALL, "g"),
+        (ScheduledKind.GOAL, "g"),
+        (ScheduledKind.RECALL, "h"),
+        (ScheduledKind.GOAL, "h"),
+    ]
     assert {due.moment for due in found} == {(0, Phase.WAIT)}
 
     gate = ReplayInbox(found)
@@ -569,14 +587,14 @@ def test_what_the_loop_did_not_take() -> None:
     events = [GoalArrived("g", "visit("), rejected, CancelArrived("g")]
     assert made(*events) == []
     assert made(*events, MessageArrived("g", "success")) == [
-        Due(0, Phase.BEFORE, Kind.MESSAGE, "g", "success")
+        ScheduledInput(0, Phase.BEFORE, ScheduledKind.MESSAGE, "g", "success")
     ]
 
 
 def test_the_parameter() -> None:
     dues = [
         due(3, Phase.WAIT, MessageArrived("a\x00b", "\n\u2028")),
-        Due(4, Phase.BEFORE, Kind.GOAL, "g"),
+        ScheduledInput(4, Phase.BEFORE, ScheduledKind.GOAL, "g"),
     ]
     assert decode(encode(dues)) == dues
     assert decode(encode([])) == []

@@ -16,7 +16,7 @@ from rosoclingo.seed.downward import NONE, SeedProcess, find_seed_planner
 from rosoclingo.seed.elimination import leave_out
 from rosoclingo.seed.layering import put_in_layers
 from rosoclingo.seed.sas import write
-from rosoclingo.seed.task import Fact, Operator, read_task
+from rosoclingo.seed.task import Operator, SeedFact, read_task
 
 LAMP = [
     'seed_is(lamp,"|",off)', 'seed_is(power,"|",good)', 'seed_wish(1,"|",lamp,"|",on)',
@@ -40,7 +40,7 @@ def act(
     return Operator(choice, dict(facts(needs)), sets=facts(sets), numbers=numbers)
 
 
-def facts(texts: Sequence[str]) -> List[Fact]:
+def facts(texts: Sequence[str]) -> List[SeedFact]:
     pairs = (text.partition("=") for text in texts)
     return [(variable, value) for variable, _, value in pairs]
 

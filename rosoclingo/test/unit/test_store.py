@@ -38,7 +38,7 @@ from rosoclingo.loop.values.journal import (
 )
 from rosoclingo.store.commands import RecordedSolver
 from rosoclingo.store.database import Database, put_aside
-from rosoclingo.store.fields import Fields, read
+from rosoclingo.store.fields import ChangedRows, read
 from rosoclingo.store.outbox import Outbox
 from rosoclingo.store.store import Changes, Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
@@ -90,7 +90,7 @@ def change(value: Outer, chance: Random) -> None:
 @pytest.mark.parametrize("seed", range(5))
 def test_what_has_changed_is_written(seed: int, tmp_path: Path) -> None:
     """A store has a snapshot with the order of its dictionaries, whatever has changed."""
-    chance, value, fields = Random(seed), Outer(), Fields(Outer)
+    chance, value, fields = Random(seed), Outer(), ChangedRows(Outer)
     with Database(tmp_path / "a.store") as database:
         for _ in range(100):
             change(value, chance)
@@ -108,7 +108,7 @@ def test_what_has_changed_is_written(seed: int, tmp_path: Path) -> None:
 
 
 def test_nothing_is_written_without_a_change() -> None:
-    value, fields = Outer(), Fields(Outer)
+    value, fields = Outer(), ChangedRows(Outer)
     change(value, Random(1))
     assert fields.changes(value)
     assert not fields.changes(value)

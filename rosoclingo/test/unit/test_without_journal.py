@@ -7,13 +7,13 @@ from typing import List, Tuple
 
 import pytest
 
-from rosoclingo.bags.read.without_journal import Said, in_order
+from rosoclingo.bags.read.without_journal import TopicMessage, in_order
 
 ACTION, ANSWER, STATUS, GOAL = ("out", "robot"), ("in", "robot"), ("status", ""), ("goal", "")
 
 
 def order(*recorded: Tuple[Tuple[str, str], float]) -> List[Tuple[str, str]]:
-    said = [Said(topic, at, SimpleNamespace(id=name)) for (topic, name), at in recorded]
+    said = [TopicMessage(topic, at, SimpleNamespace(id=name)) for (topic, name), at in recorded]
     return [(one.topic, one.message.id) for one in in_order(said)]
 
 

@@ -16,7 +16,7 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result
 from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import Plan
 from rosoclingo_aspprograms.validator import Edge, Map, arguments
@@ -31,7 +31,7 @@ RING = Map(
 """From a to b by x or by y, which is longer."""
 
 
-class Drive(Simulation):
+class Drive(DeskSimulation):
     """One robot in a map, whose ways take as long as in another one."""
 
     def __init__(self, mode: str, believed: Map, real: Map, folder: Path) -> None:

@@ -11,7 +11,7 @@ from episode import OFFICE, PAPER, SINGLE, Episode
 from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo_aspprograms.validator import Map
 
 
@@ -179,7 +179,7 @@ def test_the_only_way_is_free_again_in_the_step_in_which_it_was_found_blocked(wa
         read_input(f"info:unblocked({way})", "in:60"),
     ]
     parts = make_parts(SINGLE, Options((OFFICE, PAPER)), ["-c", "steps=60"])
-    simulation = Simulation(parts.loop, inputs)
+    simulation = DeskSimulation(parts.loop, inputs)
     assert simulation.run() is None
     assert [action for _, action in simulation.published] == _walk(
         "c6 c5 o9 o9 pickup(o9,o14) c5 c4 c3 o14 deliver(o9,o14)"

@@ -42,14 +42,14 @@ from rosoclingo.check.alphabet import Alphabet, read_alphabet
 from rosoclingo.desk.answers import Answers
 from rosoclingo.desk.inputs import CANCEL, GOAL, Input, Moment
 from rosoclingo.desk.parts import EXAMPLES, make_parts
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.loop.planner.demand import Pair
 from rosoclingo.loop.values.atoms import PASSED, event
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan, later
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.facts import Fact, Facts, Kind, atoms
-from rosoclingo.why.reason import Reason
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.facts import Fact, FactKind, Facts, atoms
+from rosoclingo.why.reason import MinimalReason
+from rosoclingo.why.situation import PlannerSituation
 from rosoclingo_aspprograms.validator import Map
 
 SECONDS = 600.0  # no more than a bound
@@ -83,7 +83,7 @@ def options_of(task: str, seed: int, folder: Path) -> Options:
     )
 
 
-class Run(Simulation):
+class Run(DeskSimulation):
     """A run that is stopped somewhere, when the loop waits."""
 
     def __init__(
@@ -121,7 +121,7 @@ def some_messages(pick: random.Random, alphabet: Alphabet) -> List[Pair]:
     return some + pick.sample(good, min(len(good), pick.randint(0, 2)))
 
 
-def situation_of(task: str, seed: int, options: Options) -> Optional[Situation]:
+def situation_of(task: str, seed: int, options: Options) -> Optional[PlannerSituation]:
     """Returns the situation in which a random run is stopped; None if it has ended before.
 
     Often, that is when more has come than the planner has planned for.
@@ -132,7 +132,7 @@ def situation_of(task: str, seed: int, options: Options) -> Optional[Situation]:
     failure = run.run()
     situation = run.situation  # in which there was no plan
     if failure is None and (situation is None or pick.random() < 0.3):
-        situation = Situation.of(run.loop.state)
+        situation = PlannerSituation.of(run.loop.state)
     if situation is None:
         return None
     news = pick.sample(run.messages, min(len(run.messages), pick.randint(0, 3)))
@@ -182,7 +182,7 @@ class FreshPlanner:
         skips: Says which constraints of the encoding do not hold.
     """
 
-    def __init__(self, options: Options, situation: Situation) -> None:
+    def __init__(self, options: Options, situation: PlannerSituation) -> None:
         self._options = options
         self._situation = situation
         self.skips: Callable[[Constraint], bool] = lambda constraint: False
@@ -251,7 +251,7 @@ class Office:
 
     savable = ()
 
-    def __init__(self, situation: Situation) -> None:
+    def __init__(self, situation: PlannerSituation) -> None:
         self._graph = Map.read(Path(OFFICE))
         self._situation = situation
         self.slots = ["1", "2", "3"]
@@ -341,7 +341,7 @@ class Office:
 class Judge:
     """Compares answers with what planners say that are told the same."""
 
-    def __init__(self, planner: Any, situation: Situation, pick: random.Random) -> None:
+    def __init__(self, planner: Any, situation: PlannerSituation, pick: random.Random) -> None:
         self._planner = planner
         self._situation = situation
         self._pick = pick
@@ -374,7 +374,7 @@ class Judge:
             return
         self._judge_reason(answer.reason, given, slot)
 
-    def _judge_reason(self, reason: Reason, given: FrozenSet[Fact], slot: str) -> None:
+    def _judge_reason(self, reason: MinimalReason, given: FrozenSet[Fact], slot: str) -> None:
         assert reason.is_complete
         known = reason.facts | given
         assert self._first(known, given, slot) is None
@@ -395,7 +395,7 @@ class Judge:
             assert self._first(known.union(some), given, slot) is None
 
     def _judge_rules(
-        self, reason: Reason, known: FrozenSet[Fact], given: FrozenSet[Fact], slot: str
+        self, reason: MinimalReason, known: FrozenSet[Fact], given: FrozenSet[Fact], slot: str
     ) -> None:
         """Checks what rules prevent a plan: that there is one without them, or none with them."""
         rules, planner = reason.rules, self._planner
@@ -435,7 +435,7 @@ class Judge:
 
 
 def is_request(fact: Fact) -> bool:
-    return fact.kind is Kind.REQUEST
+    return fact.kind is FactKind.REQUEST
 
 
 @pytest.mark.parametrize("task", TASKS)

@@ -17,7 +17,7 @@ from episode import FIXED, INCREMENTAL, PACKAGE, SINGLE
 from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
 from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.desk.system import Request
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.journal import StatusSet
@@ -167,7 +167,7 @@ def product_of(request: str) -> str:
     return split_term(request)[1][0]
 
 
-class Workshop(Simulation):
+class Workshop(DeskSimulation):
     """A workshop in which chance decides how long jobs take, what fails, and what comes when."""
 
     def __init__(

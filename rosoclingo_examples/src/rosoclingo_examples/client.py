@@ -20,7 +20,7 @@ _SECONDS_GONE = 0.5  # after so long without a connection the server has gone
 _SECONDS_AGAIN = 1.0  # how often what the server has not confirmed is sent again
 
 
-class Client:
+class RequestClient:
     """Sends requests to rosoclingo. Make it after the node is initialised; one thread uses it.
 
     What the server has not confirmed, such as what was sent while it was started again, is sent

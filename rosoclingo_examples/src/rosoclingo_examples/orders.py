@@ -11,7 +11,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
-from rosoclingo_interfaces.errors import LineError, StoreError
+from rosoclingo_interfaces.errors import LedgerError, LineError
 from rosoclingo_interfaces.store_file import load, reserve, save
 
 _PART = "open"  # in the file: the requests that have not ended
@@ -143,7 +143,7 @@ class Orders:
             self._orders[order.number] = order
             try:
                 self._write()
-            except StoreError:
+            except LedgerError:
                 del self._orders[order.number]
                 raise
             return order
@@ -189,7 +189,7 @@ class Orders:
                 return False
             order.end = end
             order.state = end if order.as_asked or not reason else f"{end}: {reason}"
-            with contextlib.suppress(StoreError):  # it would be asked for again, and end likewise
+            with contextlib.suppress(LedgerError):  # it would be asked for again, and end likewise
                 self._write()
             return True
 

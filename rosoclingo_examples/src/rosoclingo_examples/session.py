@@ -10,9 +10,9 @@ import rospy
 
 from rosclingo.ros import parameters
 from rosclingo.ros.init import give_up, init_node, on_shutdown
-from rosoclingo_examples.client import Client
+from rosoclingo_examples.client import RequestClient
 from rosoclingo_examples.orders import Orders, parse_line
-from rosoclingo_interfaces.errors import LineError, StoreError
+from rosoclingo_interfaces.errors import LedgerError, LineError
 from rosoclingo_interfaces.prompt import Prompt
 
 
@@ -32,7 +32,7 @@ def main(name: str, with_object: bool) -> NoReturn:
     file = parameters.text("store", "")
     try:
         orders = Orders(Path(file).expanduser().absolute() if file else None)
-    except StoreError as err:
+    except LedgerError as err:
         give_up(err)
     prompt = Prompt(f"{name}> ")
     on_shutdown(lambda: prompt.stop("the node was shut down"))
@@ -50,7 +50,7 @@ def run(prompt: Prompt, orders: Orders, with_object: bool, *, waits: bool) -> in
         with_object: Whether a request names an object.
         waits: Whether it goes on when the server has gone, since that comes again.
     """
-    client = Client(orders, prompt.say)
+    client = RequestClient(orders, prompt.say)
     wrong_lines = 0
     if prompt.wait(client.reminder()):
         client.watch((lambda gone: prompt.say(f"{gone}; waiting for it")) if waits else prompt.stop)
@@ -60,7 +60,7 @@ def run(prompt: Prompt, orders: Orders, with_object: bool, *, waits: bool) -> in
         for line in prompt.lines():
             try:
                 _do(line, client, orders, prompt, with_object)
-            except (LineError, StoreError) as err:
+            except (LineError, LedgerError) as err:
                 prompt.say(str(err))
                 wrong_lines += not prompt.interactive
         if orders.open and prompt.reason is None:
@@ -77,7 +77,9 @@ def _help(with_object: bool) -> str:
     return f"{form} requests a delivery; ID cancels it; Enter lists all; Ctrl-D ends"
 
 
-def _do(line: str, client: Client, orders: Orders, prompt: Prompt, with_object: bool) -> None:
+def _do(
+    line: str, client: RequestClient, orders: Orders, prompt: Prompt, with_object: bool
+) -> None:
     if not line:
         for state in orders.lines() if prompt.interactive else ():
             prompt.say(state)

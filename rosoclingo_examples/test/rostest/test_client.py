@@ -24,7 +24,7 @@ from rosoclingo.msg import (
     ROSoClingoGoal,
     ROSoClingoResult,
 )
-from rosoclingo_examples.client import Client
+from rosoclingo_examples.client import RequestClient
 from rosoclingo_examples.orders import Bring, Orders
 from rosoclingo_interfaces.errors import LineError
 
@@ -52,7 +52,7 @@ class TestClient(unittest.TestCase):
         cls.said: List[str] = []
         cls.changed = threading.Condition()
         cls.orders = Orders()
-        cls.client = Client(cls.orders, cls._say)
+        cls.client = RequestClient(cls.orders, cls._say)
         cls.wait_for(cls.client.there)
 
     @classmethod
@@ -198,7 +198,7 @@ class TestClient(unittest.TestCase):
 
             orders = Orders(Path(folder) / "a.json")
             said: List[str] = []
-            client = Client(orders, said.append)
+            client = RequestClient(orders, said.append)
             self.wait_for(client.there)
             client.go_on()
             self.wait_for(lambda: "[1] bring(6,1): succeeded" in said)

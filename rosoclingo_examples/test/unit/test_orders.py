@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosoclingo_examples.orders import Bring, Order, Orders, parse_line
-from rosoclingo_interfaces.errors import LineError, StoreError
+from rosoclingo_interfaces.errors import LedgerError, LineError
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def test_what_comes_after_the_end() -> None:
 
 def in_another_process(file: Path, made: Orders) -> Orders:
     """Returns the requests with which another process begins when the one with these is dead."""
-    with pytest.raises(StoreError, match=r"is used by another node that runs"):
+    with pytest.raises(LedgerError, match=r"is used by another node that runs"):
         Orders(file)
     os.close(made._guard)
     return Orders(file)
@@ -167,7 +167,7 @@ def test_what_another_process_goes_on_with(tmp_path: Path) -> None:
 def test_a_file_that_holds_no_requests(tmp_path: Path, text: str) -> None:
     file = tmp_path / "a.json"
     file.write_text(text)
-    with pytest.raises(StoreError, match=r"a\.json \(~store\) holds no requests: .* remove it"):
+    with pytest.raises(LedgerError, match=r"a\.json \(~store\) holds no requests: .* remove it"):
         Orders(file)
     assert file.read_text() == text
 
@@ -178,8 +178,8 @@ def test_what_cannot_be_kept_is_not_asked_for(tmp_path: Path) -> None:
     made = Orders(folder / "a.json")
     order = made.add(Bring("bring(1,2)"))
     folder.rename(tmp_path / "elsewhere")
-    with pytest.raises(StoreError, match=r"cannot be written: .*; make room"):
+    with pytest.raises(LedgerError, match=r"cannot be written: .*; make room"):
         made.add(Bring("bring(1,3)"))
-    with pytest.raises(StoreError):
+    with pytest.raises(LedgerError):
         Orders(folder / "a.json")
     assert made.open == [order]

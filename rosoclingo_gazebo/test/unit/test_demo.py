@@ -23,10 +23,10 @@ from rosoclingo.loop.values.journal import (
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.orders import Bring
 from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
-from rosoclingo_gazebo.demo.labels import Box, place
+from rosoclingo_gazebo.demo.labels import LabelBox, place
 from rosoclingo_gazebo.demo.picture import draw
-from rosoclingo_gazebo.demo.story import BOOK, LETTER, Story
-from rosoclingo_gazebo.demo.trace import Kind, Trace
+from rosoclingo_gazebo.demo.story import BOOK, LETTER, DemoStory
+from rosoclingo_gazebo.demo.trace import DriveEventKind, DriveTrace
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 
 REPOSITORY = Path(__file__).resolve().parents[3]
@@ -44,7 +44,7 @@ class Told:
 
     def __init__(self, undisturbed: bool = True) -> None:
         self.asked: List[Bring] = []
-        self.story = Story(Map.read(OFFICE), C6, self.asked.append, undisturbed=undisturbed)
+        self.story = DemoStory(Map.read(OFFICE), C6, self.asked.append, undisturbed=undisturbed)
         self.story.moves(0.0, (7.0, -8.0))
         self.story.begins((27.5, -17.0))
         self.come("g1", BOOK, "1")
@@ -77,8 +77,8 @@ def test_the_story(capsys: pytest.CaptureFixture[str]) -> None:
     assert told.story.wrong() == []
     assert told.asked == [BOOK, LETTER]
     kinds = [event.kind for event in told.story.trace.events]
-    assert kinds.count(Kind.PICKUP) == kinds.count(Kind.DELIVERY) == 2
-    assert kinds.count(Kind.FAILURE) == 1
+    assert kinds.count(DriveEventKind.PICKUP) == kinds.count(DriveEventKind.DELIVERY) == 2
+    assert kinds.count(DriveEventKind.FAILURE) == 1
     told.story.hears("[1] bring(o7,o11) book: plan 9 steps")
     told.story.hears("[1] bring(o7,o11) book: succeeded")
     lines = capsys.readouterr().out.splitlines()
@@ -101,7 +101,7 @@ def test_a_story_in_which_nodes_are_killed(capsys: pytest.CaptureFixture[str]) -
     assert capsys.readouterr().out.splitlines()[-1] == "  killed: planner"
     assert told.story.wrong() == []
     assert told.story.killed == 1
-    assert told.story.trace.events[-1].kind is Kind.KILL
+    assert told.story.trace.events[-1].kind is DriveEventKind.KILL
 
 
 def test_success_without_a_delivery_is_wrong() -> None:
@@ -174,8 +174,8 @@ def test_a_fleet(capsys: pytest.CaptureFixture[str]) -> None:
     )
     events = told.story.members["mailbot"].trace.events
     assert [(event.kind, event.place) for event in events] == [
-        (Kind.PICKUP, (16.0, -4.0)),
-        (Kind.DELIVERY, (16.0, -11.0)),
+        (DriveEventKind.PICKUP, (16.0, -4.0)),
+        (DriveEventKind.DELIVERY, (16.0, -11.0)),
     ]
 
 
@@ -251,7 +251,7 @@ def test_what_is_wrong_with_a_fleet(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_picture_of_several(tmp_path: Path) -> None:
-    traces = {name: Trace() for name in ("one", "other")}
+    traces = {name: DriveTrace() for name in ("one", "other")}
     for number, trace in enumerate(traces.values()):
         for step in range(50):
             trace.move(float(step), (1.0 + step / 20, 1.0 + number))
@@ -264,13 +264,13 @@ def test_the_picture_of_several(tmp_path: Path) -> None:
 def test_the_picture(tmp_path: Path) -> None:
     cells = np.zeros((60, 100), np.int8)
     cells[[0, -1]] = 100
-    trace = Trace()
+    trace = DriveTrace()
     for step in range(50):
         trace.move(float(step), (1.0 + step / 20, 2.0))
         if step == 30:
-            trace.happen(Kind.FAILURE, "go(b) fails")
+            trace.happen(DriveEventKind.FAILURE, "go(b) fails")
         if step in (40, 41, 42):
-            trace.happen(Kind.KILL, "planner")
+            trace.happen(DriveEventKind.KILL, "planner")
     floor, places = OccupancyMap(cells, 0.05, 0.0, 0.0), {"a": (1.0, 2.0)}
     files = draw(floor, places, {"a robot": trace}, "a drive", tmp_path / "new" / "a")
     assert files == [tmp_path / "new" / "a.png", tmp_path / "new" / "a.svg"]
@@ -290,10 +290,10 @@ def test_labels_hide_nothing() -> None:
     places = dice.uniform((50, 50), (1050, 750), (12, 2))
     anchors = [tuple(places[number % 12]) for number in range(45)]
     sizes = [(float(width), 16.0) for width in dice.integers(60, 140, 45)]
-    marks = [Box.around(anchor, (17.0, 17.0)) for anchor in anchors[:12]]
-    frame = Box(0.0, 0.0, 1100.0, 800.0)
+    marks = [LabelBox.around(anchor, (17.0, 17.0)) for anchor in anchors[:12]]
+    frame = LabelBox(0.0, 0.0, 1100.0, 800.0)
     centres = place(anchors, sizes, marks, frame)
-    boxes = [Box.around(*both) for both in zip(centres, sizes)]
+    boxes = [LabelBox.around(*both) for both in zip(centres, sizes)]
     for number, box in enumerate(boxes):
         assert box.overlap(frame) == pytest.approx(box.area)
         assert not any(box.overlap(other) for other in (*marks, *boxes[:number]))
@@ -301,6 +301,6 @@ def test_labels_hide_nothing() -> None:
 
 
 def test_a_label_without_room_is_where_least_is_hidden() -> None:
-    frame = Box(0.0, 0.0, 100.0, 10.0)
+    frame = LabelBox(0.0, 0.0, 100.0, 10.0)
     centres = place([(50.0, 5.0)] * 12, [(40.0, 10.0)] * 12, [], frame)
     assert len(centres) == 12

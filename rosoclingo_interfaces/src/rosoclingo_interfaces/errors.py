@@ -9,7 +9,7 @@ class ActionError(RosclingoError):
     """An action that cannot be done by this interface; the message names the action."""
 
 
-class StoreError(RosclingoError):
+class LedgerError(RosclingoError):
     """The record of actions cannot be written or read; the message names the file."""
 
 

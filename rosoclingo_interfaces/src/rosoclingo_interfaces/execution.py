@@ -47,7 +47,7 @@ class Stopwatch:
             return self._sum
 
 
-class Execution:
+class ActionExecution:
     """An action that an actuator was told to do. Thread-safe.
 
     Attributes:
@@ -125,11 +125,11 @@ class Execution:
             raise CanceledError(f"{self} was cancelled")
 
 
-CURRENT: ContextVar[Execution] = ContextVar("CURRENT")
+CURRENT: ContextVar[ActionExecution] = ContextVar("CURRENT")
 """The action that runs in a thread, as each thread has a context of its own."""
 
 
-def current() -> Execution:
+def current() -> ActionExecution:
     """Returns the action that runs in this thread.
 
     Raises:

@@ -10,15 +10,15 @@ from typing import Callable, Dict, FrozenSet, Optional
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.solver.terms import parse_term
 from rosoclingo.loop.values.words import ABORT, FAILURE, SOLVER, UNKNOWN
-from rosoclingo_interfaces.errors import ActionError, CanceledError, StoreError
-from rosoclingo_interfaces.execution import CURRENT, Clock, Execution
+from rosoclingo_interfaces.errors import ActionError, CanceledError, LedgerError
+from rosoclingo_interfaces.execution import CURRENT, ActionExecution, Clock
 from rosoclingo_interfaces.interface import AFTER_CRASH, AGAIN, FAIL, ActionInterface, answer_text
-from rosoclingo_interfaces.ledger import Entry, Ledger, Token
+from rosoclingo_interfaces.ledger import Ledger, LedgerEntry, Token
 
 # How long an actuator's next action waits for the end of the one before it, which was cancelled.
 _SECONDS_TO_STOP = 2.0
 
-Reply = Callable[[str], None]
+ReplyFunction = Callable[[str], None]
 
 _log = logging.getLogger("rosout")  # where rospy.loginfo and its like log to
 
@@ -68,7 +68,7 @@ class Executor:
             str(parse_term(actuator)) for actuator in interface.actuators
         )
         self._lock = threading.Lock()  # guards the three below; held for moments only
-        self._running: Dict[str, Execution] = {}
+        self._running: Dict[str, ActionExecution] = {}
         self._tokens: Dict[str, Token] = {}  # of the last action of each actuator that came
         self._open = True
 
@@ -82,7 +82,7 @@ class Executor:
         self,
         actuator: str,
         action: str,
-        reply: Reply,
+        reply: ReplyFunction,
         token: Optional[Token] = None,
         *,
         aborted: bool = False,
@@ -105,7 +105,7 @@ class Executor:
             return
         if not self._open:
             return  # the node that comes next gets the action again
-        entry: Optional[Entry] = None
+        entry: Optional[LedgerEntry] = None
         if token is not None:
             is_first = source not in self._tokens
             if not self._is_new(source, token, aborted, reply):
@@ -129,7 +129,7 @@ class Executor:
                 self._replace(source, None)
                 reply(FAILURE)
             return
-        execution = Execution(source, term, self._clock, token)
+        execution = ActionExecution(source, term, self._clock, token)
         if not self._interface.knows(term) and self._interface.leaves_unknown:
             self._replace(source, None)
             _log.debug("%s is left to another node", execution)
@@ -157,7 +157,7 @@ class Executor:
 
     # What is known by its token.
 
-    def _is_new(self, actuator: str, token: Token, aborted: bool, reply: Reply) -> bool:
+    def _is_new(self, actuator: str, token: Token, aborted: bool, reply: ReplyFunction) -> bool:
         """Whether an action is new; answers a repeated one again."""
         entry = self._ledger.last(actuator)
         with self._lock:
@@ -171,7 +171,7 @@ class Executor:
             running.canceled.set()
         return False
 
-    def _recall(self, actuator: str, token: Token, is_first: bool) -> Optional[Entry]:
+    def _recall(self, actuator: str, token: Token, is_first: bool) -> Optional[LedgerEntry]:
         """Returns the record of an action that is new to this process, from an earlier one.
 
         Returns:
@@ -186,7 +186,7 @@ class Executor:
             _log.info("%s was done before this node was started: %s", name, entry.answer)
         return entry
 
-    def _after_crash(self, execution: Execution, aborted: bool) -> Optional[str]:
+    def _after_crash(self, execution: ActionExecution, aborted: bool) -> Optional[str]:
         """Returns the answer to an action in which an earlier process has crashed.
 
         Returns:
@@ -202,13 +202,15 @@ class Executor:
         )
         return answer
 
-    def _remembering(self, actuator: str, action: str, reply: Reply, token: Token) -> Reply:
+    def _remembering(
+        self, actuator: str, action: str, reply: ReplyFunction, token: Token
+    ) -> ReplyFunction:
         """Returns a reply function that records the answer before it sends it."""
 
         def send(value: str) -> None:
             try:
                 self._ledger.end(actuator, token, action, value)
-            except StoreError as err:
+            except LedgerError as err:
                 # Nobody is told anything wrong later: at worst, that it is unknown.
                 _log.error("%s: the answer %s is sent, but not kept: %s", actuator, value, err)
             reply(value)
@@ -217,7 +219,9 @@ class Executor:
 
     # What runs.
 
-    def _replace(self, actuator: str, execution: Optional[Execution]) -> Optional[Execution]:
+    def _replace(
+        self, actuator: str, execution: Optional[ActionExecution]
+    ) -> Optional[ActionExecution]:
         """Cancels an actuator's execution, puts another in its place, and returns the old one.
 
         What is cancelled for another node's action stays in its place until it has ended.
@@ -238,7 +242,9 @@ class Executor:
         if execution is not None:
             execution.canceled.set()
 
-    def _start(self, execution: Execution, previous: Optional[Execution], reply: Reply) -> None:
+    def _start(
+        self, execution: ActionExecution, previous: Optional[ActionExecution], reply: ReplyFunction
+    ) -> None:
         def run() -> None:
             CURRENT.set(execution)
             try:
@@ -268,7 +274,7 @@ class Executor:
         if self._timeout > 0:
             threading.Thread(target=watch, name=f"time limit of {name}", daemon=True).start()
 
-    def _perform(self, execution: Execution) -> str:
+    def _perform(self, execution: ActionExecution) -> str:
         try:
             if not execution.canceled.is_set():
                 if execution.token is not None:
@@ -282,7 +288,7 @@ class Executor:
             _log.exception("%s: the method failed", execution)
         return FAILURE
 
-    def _finish(self, execution: Execution, value: str, reply: Reply) -> None:
+    def _finish(self, execution: ActionExecution, value: str, reply: ReplyFunction) -> None:
         with self._lock:
             if self._running.get(execution.actuator) is execution:
                 del self._running[execution.actuator]

@@ -11,7 +11,7 @@ import rospy
 from rosclingo.ros import parameters
 from rosoclingo.desk.answers import ANSWERS, Answers
 from rosoclingo.loop.values.words import SUCCESS
-from rosoclingo_interfaces.interface import AGAIN, ActionInterface, Answer
+from rosoclingo_interfaces.interface import AGAIN, ActionInterface, ActuatorAnswer
 from rosoclingo_interfaces.node import run
 
 
@@ -45,7 +45,7 @@ class Fulfill(ActionInterface):
         """Nothing is done, so that it may be done again."""
         return AGAIN
 
-    def perform(self, action: clingo.Symbol) -> Answer:
+    def perform(self, action: clingo.Symbol) -> ActuatorAnswer:
         """Waits for the delay and answers; or waits for ever."""
         # One actuator's actions come one after the other, so that nobody else uses its entries.
         answer = self._answers.next(self.actuator, str(action))

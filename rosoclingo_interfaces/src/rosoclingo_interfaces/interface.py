@@ -11,9 +11,9 @@ from rosclingo.solver.terms import parse_term, quote
 from rosoclingo.loop.mode.dispatch import bind, find
 from rosoclingo.loop.values.words import FAILURE, SUCCESS, UNKNOWN
 from rosoclingo_interfaces.errors import ActionError
-from rosoclingo_interfaces.execution import Execution, current
+from rosoclingo_interfaces.execution import ActionExecution, current
 
-Answer = Union[bool, str]
+ActuatorAnswer = Union[bool, str]
 
 AGAIN = "again"
 """After a crash: the action is done again, because to do it twice is the same as once."""
@@ -75,7 +75,7 @@ class ActionInterface:
     leaves_unknown = False
 
     @property
-    def execution(self) -> Execution:
+    def execution(self) -> ActionExecution:
         """The action that runs in this thread; may be handed to others."""
         return current()
 
@@ -106,7 +106,7 @@ class ActionInterface:
         name = action.name if action.type is clingo.SymbolType.Function else ""
         return {"go": AGAIN, **self.after_crash}.get(name, UNKNOWN)
 
-    def perform(self, action: clingo.Symbol) -> Answer:
+    def perform(self, action: clingo.Symbol) -> ActuatorAnswer:
         """Does an action, in a thread of its own; calls the action's method.
 
         Raises:

@@ -6,7 +6,7 @@
 True
 >>> ledger.end("robot", Token("a", 1), "pickup(3)", "success")
 >>> ledger.last("robot")
-Entry(token=Token(run='a', number=1), action='pickup(3)', answer='success')
+LedgerEntry(token=Token(run='a', number=1), action='pickup(3)', answer='success')
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Token:
 
 
 @dataclass(frozen=True)
-class Entry:
+class LedgerEntry:
     """The last action that an actuator has begun.
 
     Attributes:
@@ -74,7 +74,7 @@ class Ledger:
         """
         self._file = file
         self._lock = threading.Lock()  # guards the entries; held while the file is written
-        self._entries: Dict[str, Entry] = {}
+        self._entries: Dict[str, LedgerEntry] = {}
         self.is_old = file is not None and file.exists()
         if file is not None:
             self._guard = reserve(file)  # as long as this process lives
@@ -88,7 +88,7 @@ class Ledger:
                 )
             self._write(self._entries)
 
-    def last(self, actuator: str) -> Optional[Entry]:
+    def last(self, actuator: str) -> Optional[LedgerEntry]:
         """Returns the last action that an actuator has begun, or None."""
         with self._lock:
             return self._entries.get(actuator)
@@ -100,7 +100,7 @@ class Ledger:
             StoreError: It cannot be remembered; the action must not begin.
         """
         with self._lock:
-            entries = {**self._entries, actuator: Entry(token, action)}
+            entries = {**self._entries, actuator: LedgerEntry(token, action)}
             self._write(entries)
             self._entries = entries
 
@@ -114,10 +114,10 @@ class Ledger:
             known = self._entries.get(actuator)
             if known is not None and token.is_before(known.token):
                 return
-            self._entries = {**self._entries, actuator: Entry(token, action, answer)}
+            self._entries = {**self._entries, actuator: LedgerEntry(token, action, answer)}
             self._write(self._entries)
 
-    def _write(self, entries: Dict[str, Entry]) -> None:
+    def _write(self, entries: Dict[str, LedgerEntry]) -> None:
         if self._file is None:
             return
         said = {
@@ -132,11 +132,11 @@ class Ledger:
         save(self._file, _PART, said)
 
 
-def _entries(said: Any) -> Dict[str, Entry]:
+def _entries(said: Any) -> Dict[str, LedgerEntry]:
     return {str(actuator): _entry(entry) for actuator, entry in said.items()}
 
 
-def _entry(said: Any) -> Entry:
+def _entry(said: Any) -> LedgerEntry:
     run, number, action, answer = (said[key] for key in ("run", "number", "action", "answer"))
     if not (
         isinstance(run, str)
@@ -145,4 +145,4 @@ def _entry(said: Any) -> Entry:
         and (answer is None or isinstance(answer, str))
     ):
         raise ValueError(f"{said!r:.200} is no action")
-    return Entry(Token(run, number), action, answer)
+    return LedgerEntry(Token(run, number), action, answer)

@@ -26,9 +26,9 @@ from rosoclingo.msg import (
 )
 from rosoclingo_interfaces import clock
 from rosoclingo_interfaces.executor import Executor
-from rosoclingo_interfaces.insistent import Insistent
 from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.ledger import Ledger, Token
+from rosoclingo_interfaces.retransmitter import Retransmitter
 from rosoclingo_interfaces.topics import publishers, topic, wait_for_node
 
 _SECONDS_TO_END = 1.0  # how long the actions have to stop when the node shuts down
@@ -65,7 +65,7 @@ class InterfaceNode:
         self._dispatchers: Set[str] = set()
         self._in = open_in()
         self._answer = publisher(topic("answer"), ROSoClingoAnswer)
-        self._unconfirmed = Insistent(self._answer.publish)
+        self._unconfirmed = Retransmitter(self._answer.publish)
         self._dispatch = subscriber(topic("dispatch"), ROSoClingoDispatch, self._on_dispatch)
         self._out = subscriber(topic("out"), ROSoClingoOut, self._on_out)
         self._about = publish_about(interface.messages, interface.actuators)

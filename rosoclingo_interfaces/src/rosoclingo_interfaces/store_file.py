@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Any, Callable, TypeVar
 
-from rosoclingo_interfaces.errors import StoreError
+from rosoclingo_interfaces.errors import LedgerError
 
 _FORMAT = 1
 
@@ -30,7 +30,7 @@ def save(file: Path, part: str, value: Any) -> None:
     try:
         replace(file, text.encode())
     except OSError as err:
-        raise StoreError(
+        raise LedgerError(
             f"{file} (~store) cannot be written: {err}; make room, or let this node write there"
         ) from err
 
@@ -54,7 +54,7 @@ def load(file: Path, part: str, take: Callable[[Any], T], wrong: str, remedy: st
             raise ValueError(f"its format is {said['format']!r}, and this version knows {_FORMAT}")
         return take(said[part])
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as err:
-        raise StoreError(
+        raise LedgerError(
             f"{file} (~store) {wrong}: {err!r}; name another file, or {remedy}"
         ) from err
 
@@ -90,7 +90,7 @@ def reserve(file: Path) -> int:
     try:
         descriptor = os.open(f"{file}.lock", os.O_WRONLY | os.O_CREAT, 0o644)
     except OSError as err:
-        raise StoreError(
+        raise LedgerError(
             f"{file} (~store) cannot be made: {err}; name a file in a folder where this node may "
             "write"
         ) from err
@@ -98,7 +98,7 @@ def reserve(file: Path) -> int:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as err:
         os.close(descriptor)
-        raise StoreError(
+        raise LedgerError(
             f"{file} (~store) is used by another node that runs: end that one, or give each its own"
         ) from err
     return descriptor

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rosoclingo_interfaces.clock import Watchdog
-from rosoclingo_interfaces.navigation.cross_track import Point, Way
+from rosoclingo_interfaces.navigation.cross_track import PathPoint, Way
 
 
 @pytest.mark.parametrize(
@@ -19,7 +19,7 @@ from rosoclingo_interfaces.navigation.cross_track import Point, Way
         ((-3.0, -4.0), 5.0),
     ],
 )
-def test_a_straight_way(point: Point, expected: float) -> None:
+def test_a_straight_way(point: PathPoint, expected: float) -> None:
     assert Way((0.0, 0.0), (10.0, 0.0)).distance(point) == pytest.approx(expected)
 
 

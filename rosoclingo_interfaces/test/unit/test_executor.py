@@ -11,7 +11,7 @@ from typing import Any, Callable, Iterator, List, Tuple
 import pytest
 
 from rosclingo.errors import TermError
-from rosoclingo_interfaces.execution import Execution
+from rosoclingo_interfaces.execution import ActionExecution
 from rosoclingo_interfaces.executor import Executor
 from rosoclingo_interfaces.interface import ActionInterface
 
@@ -72,7 +72,7 @@ class Robot(ActionInterface):
         """Looks at the action from a thread of its own."""
         failures: List[Exception] = []
 
-        def look(execution: Execution) -> None:
+        def look(execution: ActionExecution) -> None:
             assert execution.actuator == self_actuator
             try:
                 self.canceled  # noqa: B018

@@ -17,11 +17,11 @@ import pytest
 from draws import draws
 
 from rosoclingo_interfaces import store_file
-from rosoclingo_interfaces.errors import ActionError, StoreError
+from rosoclingo_interfaces.errors import ActionError, LedgerError
 from rosoclingo_interfaces.executor import Executor
-from rosoclingo_interfaces.insistent import Insistent
 from rosoclingo_interfaces.interface import ActionInterface
-from rosoclingo_interfaces.ledger import Entry, Ledger, Token
+from rosoclingo_interfaces.ledger import Ledger, LedgerEntry, Token
+from rosoclingo_interfaces.retransmitter import Retransmitter
 
 TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 RUN = "a"
@@ -201,7 +201,7 @@ def test_an_answer_after_the_next_action_has_begun(tmp_path: Path) -> None:
     ledger.begin("robot", Token(RUN, 1), "go(c3)")
     ledger.begin("robot", Token(RUN, 2), "go(c4)")
     ledger.end("robot", Token(RUN, 1), "go(c3)", "failure")
-    assert ledger.last("robot") == Entry(Token(RUN, 2), "go(c4)")
+    assert ledger.last("robot") == LedgerEntry(Token(RUN, 2), "go(c4)")
 
 
 # After a restart.
@@ -264,7 +264,7 @@ def test_a_declaration_that_means_nothing(robot: Robot) -> None:
 
 def test_an_answer_is_sent_until_it_was_taken() -> None:
     sent: queue.Queue[str] = queue.Queue()
-    insistent = Insistent(sent.put, first_seconds=0.001)
+    insistent = Retransmitter(sent.put, first_seconds=0.001)
     insistent.keep([("robot", RUN, 1), ("arm", RUN, 2)])
     insistent.add(("robot", RUN, 1), "success")
     insistent.add(("arm", RUN, 2), "failure")
@@ -282,7 +282,7 @@ def test_an_answer_is_sent_until_it_was_taken() -> None:
 def test_an_answer_to_another_run_is_not_sent_again() -> None:
     """An action may end when the run in which it began is over."""
     sent: queue.Queue[str] = queue.Queue()
-    insistent = Insistent(sent.put, first_seconds=0.001)
+    insistent = Retransmitter(sent.put, first_seconds=0.001)
     insistent.keep([("robot", RUN, 1)])
     insistent.keep([("robot", "b", 1)])
     insistent.add(("robot", RUN, 1), "late")
@@ -296,7 +296,7 @@ def test_an_answer_to_another_run_is_not_sent_again() -> None:
 
 def test_a_file_that_another_node_uses(tmp_path: Path) -> None:
     first = Ledger(tmp_path / "store")
-    with pytest.raises(StoreError, match="is used by another node that runs"):
+    with pytest.raises(LedgerError, match="is used by another node that runs"):
         Ledger(tmp_path / "store")
     os.close(first._guard)
     Ledger(tmp_path / "store")
@@ -312,14 +312,14 @@ def test_a_file_that_is_no_store(tmp_path: Path, text: str) -> None:
     file = tmp_path / "store"
     file.write_text(text)
     with pytest.raises(
-        StoreError, match=r"store \(~store\) is no store of an interface: .*move it"
+        LedgerError, match=r"store \(~store\) is no store of an interface: .*move it"
     ):
         Ledger(file)
     assert file.read_text() == text
 
 
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(StoreError, match=r"cannot be made: .*name a file in a folder where"):
+    with pytest.raises(LedgerError, match=r"cannot be made: .*name a file in a folder where"):
         Ledger(tmp_path / "nowhere" / "store")
 
 

@@ -7,10 +7,10 @@ from typing import List, Optional
 import pytest
 
 from rosoclingo_interfaces.errors import DriveError
-from rosoclingo_interfaces.navigation.cross_track import Point, Way
-from rosoclingo_interfaces.navigation.watch import TimeLimit, Watch
+from rosoclingo_interfaces.navigation.cross_track import PathPoint, Way
+from rosoclingo_interfaces.navigation.watch import DriveTimeLimit, DriveWatch
 
-LIMIT = TimeLimit(base=30.0, speed=0.2)
+LIMIT = DriveTimeLimit(base=30.0, speed=0.2)
 
 
 class Drive:
@@ -18,18 +18,18 @@ class Drive:
 
     def __init__(
         self,
-        limit: Optional[TimeLimit] = LIMIT,
+        limit: Optional[DriveTimeLimit] = LIMIT,
         max_stray: float = 3.0,
-        last: Optional[Point] = None,
+        last: Optional[PathPoint] = None,
     ) -> None:
         self.now = 1000.0
-        self.ways: List[Point] = []
-        self.watch = Watch(
+        self.ways: List[PathPoint] = []
+        self.watch = DriveWatch(
             "c3", self._way, 4.0, max_stray=max_stray, limit=limit, clock=lambda: self.now
         )
         self._last = last
 
-    def _way(self, begin: Point) -> Way:
+    def _way(self, begin: PathPoint) -> Way:
         self.ways.append(begin)
         return Way(begin, (12.0, 0.0), self._last)
 

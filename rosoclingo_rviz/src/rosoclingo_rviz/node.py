@@ -32,7 +32,7 @@ usage: graph_markers.py _instance:="FILE..." [_PARAMETER:=VALUE]... [ROS remappi
 Publishes ~markers for rviz: the graph of an instance with coordinates, blocked ways, the plan
 ahead, packages and robots. The package's README lists the parameters."""
 
-ROBOT = "{robot}"
+ROBOT_TOPICS = "{robot}"
 """In the name of a robot's frame, it stands for the robot's name."""
 
 
@@ -90,7 +90,10 @@ class MarkerNode:
     def _publish(self) -> None:
         shapes = draw(self._graph, self._situation)
         message = marker_array(
-            shapes, self._background, self._frame, lambda name: self._robot.replace(ROBOT, name)
+            shapes,
+            self._background,
+            self._frame,
+            lambda name: self._robot.replace(ROBOT_TOPICS, name),
         )
         self._markers.publish(message)
 

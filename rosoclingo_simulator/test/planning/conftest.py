@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap, read_map
-from rosoclingo_simulator.simulator.planner import Planner
+from rosoclingo_simulator.simulator.planner import PathPlanner
 
 PACKAGE = Path(__file__).resolve().parents[2]
 
@@ -19,6 +19,6 @@ def office() -> OccupancyMap:
 
 
 @pytest.fixture(scope="session")
-def planner(office: OccupancyMap) -> Planner:
+def planner(office: OccupancyMap) -> PathPlanner:
     """The planner of ways in the office."""
-    return Planner(office)
+    return PathPlanner(office)

@@ -13,11 +13,11 @@ from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
 from rosoclingo_simulator.simulator.costmap import Costmap
 from rosoclingo_simulator.simulator.follower import Limits
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.move_base import End, MoveBase
+from rosoclingo_simulator.simulator.move_base import End, MoveBaseDriver
 from rosoclingo_simulator.simulator.obstacles import Obstacles
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import Pose
-from rosoclingo_simulator.simulator.planner import Planner
+from rosoclingo_simulator.simulator.planner import PathPlanner
 from rosoclingo_simulator.simulator.simulation import Simulation
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -45,13 +45,13 @@ class Drive:
     """A drive from one waypoint to another."""
 
     def __init__(
-        self, office: OccupancyMap, planner: Planner, waypoints: Waypoints, way: Tuple[str, str]
+        self, office: OccupancyMap, planner: PathPlanner, waypoints: Waypoints, way: Tuple[str, str]
     ) -> None:
         start, goal = (waypoints.find(name) for name in way)
         self.goal = Pose(goal.x, goal.y, goal.theta)
         self._office = office
         physics = KinematicPhysics(office, Pose(start.x, start.y, start.theta))
-        move_base = MoveBase(planner, Costmap(office, planner.grid), Limits(), 10.0)
+        move_base = MoveBaseDriver(planner, Costmap(office, planner.grid), Limits(), 10.0)
         self.simulation = Simulation(physics, move_base)
         self.obstacles = Obstacles(office, waypoints, physics)
 
@@ -70,7 +70,7 @@ class Drive:
 
 @pytest.mark.parametrize("way", WAYS, ids="-".join)
 def test_a_way(
-    office: OccupancyMap, planner: Planner, waypoints: Waypoints, way: Tuple[str, str]
+    office: OccupancyMap, planner: PathPlanner, waypoints: Waypoints, way: Tuple[str, str]
 ) -> None:
     drive = Drive(office, planner, waypoints, way)
     assert drive.run(ALONG) is End.SUCCEEDED
@@ -80,7 +80,7 @@ def test_a_way(
 
 @pytest.mark.parametrize("way", WITH_A_BOX, ids="-".join)
 def test_a_way_with_a_box(
-    office: OccupancyMap, planner: Planner, waypoints: Waypoints, way: Tuple[str, str]
+    office: OccupancyMap, planner: PathPlanner, waypoints: Waypoints, way: Tuple[str, str]
 ) -> None:
     drive = Drive(office, planner, waypoints, way)
     drive.obstacles.obey("block {} {}".format(*way))

@@ -14,10 +14,10 @@ from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_simulator.simulator.costmap import Costmap
 from rosoclingo_simulator.simulator.follower import Limits
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.move_base import End, MoveBase
+from rosoclingo_simulator.simulator.move_base import End, MoveBaseDriver
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import Pose
-from rosoclingo_simulator.simulator.planner import Planner
+from rosoclingo_simulator.simulator.planner import PathPlanner
 from rosoclingo_simulator.simulator.simulation import Fleet, Simulation
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -42,12 +42,16 @@ GRACE = 40.0  # simulated seconds, for turning and for others
 class Drivers:
     """Robots, each of which drives from waypoint to waypoint without a break."""
 
-    def __init__(self, office: OccupancyMap, planner: Planner, routes: Sequence[List[str]]) -> None:
+    def __init__(
+        self, office: OccupancyMap, planner: PathPlanner, routes: Sequence[List[str]]
+    ) -> None:
         first, *rest = (PLACES[route[0]] for route in routes)
         body = KinematicPhysics(office, first)
         self.fleet = Fleet(
             [
-                Simulation(one, MoveBase(planner, Costmap(office, planner.grid), Limits(), 10.0))
+                Simulation(
+                    one, MoveBaseDriver(planner, Costmap(office, planner.grid), Limits(), 10.0)
+                )
                 for one in (body, *map(body.join, rest))
             ]
         )
@@ -81,13 +85,15 @@ class Drivers:
 
 
 @pytest.mark.parametrize("way", [WAYS[2 * n] for n in draws([2, 4, 5, 11], 12)], ids="-".join)
-def test_two_change_places(office: OccupancyMap, planner: Planner, way: Tuple[str, str]) -> None:
+def test_two_change_places(
+    office: OccupancyMap, planner: PathPlanner, way: Tuple[str, str]
+) -> None:
     Drivers(office, planner, [list(way), list(reversed(way))]).run()
 
 
 @pytest.mark.parametrize("way", WAYS[::5], ids="-".join)
 def test_one_that_stands_makes_room(
-    office: OccupancyMap, planner: Planner, way: Tuple[str, str]
+    office: OccupancyMap, planner: PathPlanner, way: Tuple[str, str]
 ) -> None:
     drivers = Drivers(office, planner, [[way[1]], list(way)])
     drivers.run()
@@ -96,7 +102,7 @@ def test_one_that_stands_makes_room(
 
 @pytest.mark.parametrize("seed", draws([1, 2], 4))
 @pytest.mark.parametrize("robots", [2, 3])
-def test_encounters(office: OccupancyMap, planner: Planner, robots: int, seed: int) -> None:
+def test_encounters(office: OccupancyMap, planner: PathPlanner, robots: int, seed: int) -> None:
     Drivers(office, planner, random_routes(random.Random(seed), robots, ways=3)).run()
 
 

@@ -13,12 +13,12 @@ from draws import draws
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_simulator.simulator.costmap import Costmap
 from rosoclingo_simulator.simulator.follower import Limits
-from rosoclingo_simulator.simulator.move_base import End, MoveBase
+from rosoclingo_simulator.simulator.move_base import End, MoveBaseDriver
 from rosoclingo_simulator.simulator.mujoco.mujoco_physics import MujocoPhysics
 from rosoclingo_simulator.simulator.obstacles import Obstacles
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import Pose
-from rosoclingo_simulator.simulator.planner import Planner
+from rosoclingo_simulator.simulator.planner import PathPlanner
 from rosoclingo_simulator.simulator.simulation import Simulation
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -43,12 +43,12 @@ DRIVEN = [WAYS[number] for number in draws((2 * n + (n + 1) % 2 for n in range(2
 
 
 @pytest.fixture
-def start(office: OccupancyMap, planner: Planner) -> Callable[[str], Simulation]:
+def start(office: OccupancyMap, planner: PathPlanner) -> Callable[[str], Simulation]:
     def start_at(name: str) -> Simulation:
         world, robot = PACKAGE / "worlds" / "office.xml", PACKAGE / "models" / "turtlebot.xml"
         physics = MujocoPhysics(world, PLACES[name], robot)
         return Simulation(
-            physics, MoveBase(planner, Costmap(office, planner.grid), Limits(), TIMEOUT)
+            physics, MoveBaseDriver(planner, Costmap(office, planner.grid), Limits(), TIMEOUT)
         )
 
     return start_at

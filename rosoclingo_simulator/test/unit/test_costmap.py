@@ -10,10 +10,10 @@ from rosoclingo_simulator.simulator.costmap import Costmap
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
 from rosoclingo_simulator.simulator.laser import look
 from rosoclingo_simulator.simulator.physics import Box, Pose
-from rosoclingo_simulator.simulator.planner import Planner
+from rosoclingo_simulator.simulator.planner import PathPlanner
 
 FLOOR = room()
-GRID = Planner(FLOOR).grid
+GRID = PathPlanner(FLOOR).grid
 
 
 @pytest.fixture

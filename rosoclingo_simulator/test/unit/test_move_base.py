@@ -10,13 +10,13 @@ from rooms import RADIUS, WALLS, box_of, gap, room
 from rosoclingo_simulator.simulator.costmap import Costmap
 from rosoclingo_simulator.simulator.follower import Limits
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.move_base import End, MoveBase, Outcome
+from rosoclingo_simulator.simulator.move_base import DriveOutcome, End, MoveBaseDriver
 from rosoclingo_simulator.simulator.physics import Box, Pose
-from rosoclingo_simulator.simulator.planner import Planner
+from rosoclingo_simulator.simulator.planner import PathPlanner
 from rosoclingo_simulator.simulator.simulation import Simulation
 
 FLOOR = room()
-PLANNER = Planner(FLOOR)
+PLANNER = PathPlanner(FLOOR)
 SOLID = [box_of(wall) for wall in WALLS]
 TIMEOUT = 5.0  # s, without progress
 WEST, EAST = Pose(0, 0.5, 0), Pose(5, 0.5, 1)
@@ -27,7 +27,7 @@ Start = Callable[..., Simulation]
 @pytest.fixture
 def start() -> Start:
     def start_at(pose: Pose = WEST, limits: Limits = Limits()) -> Simulation:  # noqa: B008 - frozen
-        move_base = MoveBase(PLANNER, Costmap(FLOOR, PLANNER.grid), limits, TIMEOUT)
+        move_base = MoveBaseDriver(PLANNER, Costmap(FLOOR, PLANNER.grid), limits, TIMEOUT)
         return Simulation(KinematicPhysics(FLOOR, pose), move_base)
 
     return start_at
@@ -46,7 +46,7 @@ def run(simulation: Simulation, seconds: float = 120.0) -> List[Tuple[float, flo
     return places
 
 
-def outcome(simulation: Simulation) -> Outcome:
+def outcome(simulation: Simulation) -> DriveOutcome:
     assert not simulation.move_base.active
     assert simulation.move_base.outcome is not None
     return simulation.move_base.outcome
@@ -64,7 +64,7 @@ def test_it_gets_there_and_stands(start: Start, begin: Pose, goal: Pose) -> None
     simulation = start(begin)
     simulation.move_base.start(goal)
     run(simulation)
-    assert outcome(simulation) == Outcome(End.SUCCEEDED, "Goal reached.")
+    assert outcome(simulation) == DriveOutcome(End.SUCCEEDED, "Goal reached.")
     place = simulation.physics.pose
     settle(simulation)
     assert simulation.physics.pose.distance(place) < 0.02

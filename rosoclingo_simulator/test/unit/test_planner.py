@@ -15,9 +15,9 @@ from rooms import RADIUS, WALLS, box_of, gap, room
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_simulator.simulator.occupancy import read_map
 from rosoclingo_simulator.simulator.physics import Pose
-from rosoclingo_simulator.simulator.planner import CLEARANCE, Planner, lengths
+from rosoclingo_simulator.simulator.planner import CLEARANCE, PathPlanner, lengths
 
-PLANNER = Planner(room())
+PLANNER = PathPlanner(room())
 SOLID = [box_of(wall) for wall in WALLS]
 SLACK = 0.03  # m; a wall is somewhere in its cells
 
@@ -117,7 +117,7 @@ def test_the_robot_may_stand_where_it_stands() -> None:
 
 
 def test_every_way_of_the_office_in_both_directions() -> None:
-    planner = Planner(read_map(PACKAGE / "maps" / "office.yaml"))
+    planner = PathPlanner(read_map(PACKAGE / "maps" / "office.yaml"))
     places: List[Pose] = [
         Pose(place.x, place.y, place.theta) for place in read_waypoints(WAYPOINTS).places.values()
     ]

@@ -18,11 +18,11 @@ from rosoclingo_simulator.simulator.costmap import Costmap
 from rosoclingo_simulator.simulator.follower import Limits
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
 from rosoclingo_simulator.simulator.laser import look
-from rosoclingo_simulator.simulator.move_base import End, MoveBase
+from rosoclingo_simulator.simulator.move_base import End, MoveBaseDriver
 from rosoclingo_simulator.simulator.obstacles import Obstacles
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import STEP_SECONDS, Box, Pose
-from rosoclingo_simulator.simulator.planner import Planner
+from rosoclingo_simulator.simulator.planner import PathPlanner
 from rosoclingo_simulator.simulator.right_of_way import Neighbour, careful
 from rosoclingo_simulator.simulator.simulation import Fleet, Simulation
 
@@ -31,7 +31,7 @@ OPEN = (
 )  # fmt: skip
 HALL = room(OPEN)
 FLOOR = room()
-PLANNER, HALL_PLANNER = Planner(FLOOR), Planner(HALL)
+PLANNER, HALL_PLANNER = PathPlanner(FLOOR), PathPlanner(HALL)
 
 
 def bodies(*poses: Pose, floor: OccupancyMap = HALL) -> List[KinematicPhysics]:
@@ -131,7 +131,7 @@ def test_a_refuge_is_out_of_the_way() -> None:
 def fleet(*poses: Pose) -> Fleet:
     return Fleet(
         [
-            Simulation(body, MoveBase(PLANNER, Costmap(FLOOR, PLANNER.grid), Limits(), 5.0))
+            Simulation(body, MoveBaseDriver(PLANNER, Costmap(FLOOR, PLANNER.grid), Limits(), 5.0))
             for body in bodies(*poses, floor=FLOOR)
         ]
     )

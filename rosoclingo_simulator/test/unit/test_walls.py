@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from rosoclingo_simulator.simulator.grid import Grid
+from rosoclingo_simulator.simulator.grid import CellGrid
 from rosoclingo_simulator.simulator.walls import Walls
 
 SIZE, CELL, LONGEST = 12, 0.5, 5.0  # cells, metres, metres
-GRID = Grid(-1.0, 2.0, CELL, SIZE, SIZE)
+GRID = CellGrid(-1.0, 2.0, CELL, SIZE, SIZE)
 FINE = 1e-6  # metres
 
 

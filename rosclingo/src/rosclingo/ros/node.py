@@ -91,7 +91,7 @@ class GoalJob(Job):
         self._goal.set_aborted(result, text)
 
 
-class Node:
+class SolverNode:
     """Connects a solver node's names with a worker.
 
     See docs/protocol.md, section "Names in the ROS graph".
@@ -227,7 +227,7 @@ def main(arguments: Sequence[str] = ()) -> NoReturn:
             named=engine.named,
             includes=engine.includes,
         )
-        node = Node(engine, described)
+        node = SolverNode(engine, described)
     except RosclingoError as err:
         print(f"rosclingo: {err}", file=sys.stderr)
         end_wrong()

@@ -13,7 +13,7 @@ decode_all_messages()
 
 
 def new_control(
-    options: Sequence[str], messages: Messages, *, has_heuristics: bool = False
+    options: Sequence[str], messages: ClingoMessages, *, has_heuristics: bool = False
 ) -> clingo.Control:
     """Makes a solver.
 
@@ -49,7 +49,7 @@ def use_heuristics(control: clingo.Control, options: Sequence[str]) -> None:
         cast(Any, control.configuration.solver).heuristic = "Domain"
 
 
-class Messages:
+class ClingoMessages:
     """Collects clingo's messages; an instance serves as its logger.
 
     Nothing may be raised from here: it would end the process.

@@ -21,14 +21,14 @@ from clingo.symbolic_atoms import SymbolicAtom
 
 from rosclingo.errors import SolverError, UnknownExternalError, UnknownProgramError, report, shorten
 from rosclingo.solver import programs, scripts
-from rosclingo.solver.controls import Messages, new_control, use_heuristics
+from rosclingo.solver.controls import ClingoMessages, new_control, use_heuristics
 from rosclingo.solver.options import Options
 from rosclingo.solver.patches import atoms_after
 from rosclingo.solver.programs import Policy, Program
 from rosclingo.solver.terms import parse_term
 from rosclingo.solver.theories import make_theory
 from rosclingo.solver.threads import with_threads
-from rosclingo.solver.watch import Watch
+from rosclingo.solver.watch import SearchWatch
 from rosclingo.solver.ways import ShortestWays
 from rosclingo.wire import commands as wire
 
@@ -190,7 +190,7 @@ class Engine:
         try:
             if bounds:
                 solving.opt_mode = ",".join(["opt", *map(str, bounds[-1])])
-            with Watch(stopped or (lambda: False), self._control.interrupt) as watch:
+            with SearchWatch(stopped or (lambda: False), self._control.interrupt) as watch:
                 outcome = self._search(literals, watch, improved)
                 if outcome.interrupted and not watch.stopped:
                     # The search before was over when it was interrupted, and left that to this one.
@@ -206,7 +206,7 @@ class Engine:
     def _search(
         self,
         assumptions: Sequence[Tuple[clingo.Symbol, bool]],
-        watch: Watch,
+        watch: SearchWatch,
         improved: Callable[[wire.Improvement], None],
     ) -> wire.Outcome:
         self._theory.prepare(self._control)
@@ -257,7 +257,7 @@ class Engine:
             program = last
         ways = ShortestWays(lambda: self._control.symbolic_atoms)
         namespace: scripts.Namespace = dict(ways.functions)
-        messages = Messages()
+        messages = ClingoMessages()
         with scripts.using(namespace):
             if program is not last:
                 programs.check(program, (), options)

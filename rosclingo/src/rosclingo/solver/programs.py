@@ -16,7 +16,7 @@ from clingo import ast
 
 from rosclingo.errors import ForbiddenError, ProgramError, SolverError
 from rosclingo.solver import lexical, limits, scripts
-from rosclingo.solver.controls import Messages, new_control
+from rosclingo.solver.controls import ClingoMessages, new_control
 from rosclingo.solver.options import Options, constants
 from rosclingo.solver.terms import quote
 from rosclingo.solver.theories import Theory, make_theory
@@ -170,7 +170,7 @@ def check(program: Program, known: Iterable[ast.AST], options: Options) -> None:
     """
     known = [*known]
     _check_parameters(program, known, options.clingo)
-    messages = Messages()
+    messages = ClingoMessages()
     scratch = new_control(options.clingo, messages)
     theory = make_theory(options.theory)
     theory.register(scratch)
@@ -205,9 +205,9 @@ def _check_parameters(program: Program, known: Sequence[ast.AST], options: Seque
 
 
 def _parse(
-    parser: Callable[[Callable[[ast.AST], None], Messages], None], sources: _Sources
+    parser: Callable[[Callable[[ast.AST], None], ClingoMessages], None], sources: _Sources
 ) -> Program:
-    messages = Messages()
+    messages = ClingoMessages()
     program = Program(
         parts={("base", 0)}, texts=sources.texts, includes=sources.includes, remarks=sources.remarks
     )

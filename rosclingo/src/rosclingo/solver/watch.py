@@ -16,7 +16,7 @@ POLL_SECONDS = 0.01
 """How often a search looks whether it is to stop."""
 
 
-class Watch:
+class SearchWatch:
     """A context in which a search is watched.
 
     Attributes:
@@ -38,7 +38,7 @@ class Watch:
         self._over = False
         self._error: Optional[Exception] = None
 
-    def __enter__(self) -> Watch:
+    def __enter__(self) -> SearchWatch:
         _WATCHER.add(self)
         return self
 
@@ -68,11 +68,11 @@ class _Watcher:
     """The thread that watches all searches; it starts with the first."""
 
     def __init__(self) -> None:
-        self._watches: List[Watch] = []
+        self._watches: List[SearchWatch] = []
         self._changed = threading.Condition()  # guards the list
         self._begun = False
 
-    def add(self, watch: Watch) -> None:
+    def add(self, watch: SearchWatch) -> None:
         with self._changed:
             if not self._begun:
                 threading.Thread(target=self._run, name="watch", daemon=True).start()
@@ -80,7 +80,7 @@ class _Watcher:
             self._watches.append(watch)
             self._changed.notify()
 
-    def remove(self, watch: Watch) -> None:
+    def remove(self, watch: SearchWatch) -> None:
         with self._changed:
             self._watches.remove(watch)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 
-class Connection(NamedTuple):
+class PublisherConnection(NamedTuple):
     """The connection of one publisher to a topic: the fields of ROS's connection header.
 
     Attributes:
@@ -28,7 +28,7 @@ class Connection(NamedTuple):
 class Message(NamedTuple):
     """A serialised message; ``time`` is that of its recording, in ns since 1970."""
 
-    connection: Connection
+    connection: PublisherConnection
     time: int
     data: bytes
 

@@ -15,7 +15,7 @@ from typing import Any, Dict, FrozenSet, List, Mapping, Sequence, Set, Tuple
 import clingo
 from clingo import ast
 
-from rosclingo.solver.controls import Messages, new_control
+from rosclingo.solver.controls import ClingoMessages, new_control
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import Program, parse_files
 from rosclingo.solver.theories import make_theory
@@ -167,7 +167,7 @@ def _alone(program: Program, rule: ast.AST, options: Options) -> Set[Pair]:
 
 
 def _happening(program: Program, rules: Sequence[ast.AST], options: Options) -> Set[Pair]:
-    control = new_control(options.clingo, Messages())
+    control = new_control(options.clingo, ClingoMessages())
     theory = make_theory(options.theory)
     theory.register(control)
     program.add_to(control, theory)

@@ -16,11 +16,11 @@ from rosoclingo.check.alphabet import Alphabet, read_alphabet
 from rosoclingo.check.command_line import Chosen, parse
 from rosoclingo.check.examples import judge, read_examples
 from rosoclingo.check.findings import Finding, Words
-from rosoclingo.check.live import Look
+from rosoclingo.check.live import LiveLook
 from rosoclingo.check.run import Runner
-from rosoclingo.check.search import Search
+from rosoclingo.check.search import FailureSearch
 from rosoclingo.desk.parts import SINGLE
-from rosoclingo.desk.progress import Progress
+from rosoclingo.desk.progress import ProgressPrinter
 from rosoclingo.single.dialects import Dialect2, detect
 
 _PROGRAM = "check.py"
@@ -28,7 +28,7 @@ _RESETS = "dynamic.incremental.reset"
 _STATIC = "static.incremental.recording"
 
 
-def main(look: Optional[Look] = None, arguments: Optional[Sequence[str]] = None) -> NoReturn:
+def main(look: Optional[LiveLook] = None, arguments: Optional[Sequence[str]] = None) -> NoReturn:
     """Runs the command and ends the process.
 
     Args:
@@ -42,7 +42,7 @@ def main(look: Optional[Look] = None, arguments: Optional[Sequence[str]] = None)
         sys.exit(2)
 
 
-def run(arguments: Sequence[str], look: Optional[Look] = None) -> int:
+def run(arguments: Sequence[str], look: Optional[LiveLook] = None) -> int:
     """Runs the command and returns its exit status.
 
     Args:
@@ -56,7 +56,7 @@ def run(arguments: Sequence[str], look: Optional[Look] = None) -> int:
     chosen = parse(arguments, knows_live=look is not None)
     checking = Checking(chosen, look)
     count = hints = 0
-    with Progress(checking.done):
+    with ProgressPrinter(checking.done):
         for finding in checking.findings():
             count += not finding.is_hint
             hints += finding.is_hint
@@ -69,7 +69,7 @@ def run(arguments: Sequence[str], look: Optional[Look] = None) -> int:
 class Checking:
     """Checks an encoding, and knows how far it is."""
 
-    def __init__(self, chosen: Chosen, look: Optional[Look] = None) -> None:
+    def __init__(self, chosen: Chosen, look: Optional[LiveLook] = None) -> None:
         """Prepares the checks.
 
         Args:
@@ -80,7 +80,7 @@ class Checking:
         self._look = look
         self._runner = Runner(chosen.seconds)
         self._examples = 0
-        self._search: Optional[Search] = None
+        self._search: Optional[FailureSearch] = None
 
     @property
     def commands(self) -> Sequence[Words]:
@@ -159,7 +159,7 @@ class Checking:
 
     def _in_episodes(self, alphabet: Alphabet) -> Iterator[Finding]:
         chosen = self._chosen
-        self._search = search = Search(
+        self._search = search = FailureSearch(
             chosen.words,
             alphabet,
             mode=chosen.mode or self._fitting_mode(alphabet),

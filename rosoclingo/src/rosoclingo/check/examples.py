@@ -26,13 +26,13 @@ from rosclingo.solver.terms import parse_term
 from rosclingo.wire.term_text import split_term
 from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.invariants import findings
-from rosoclingo.check.run import DOES, Run
+from rosoclingo.check.run import DOES, CheckedRun
 from rosoclingo.desk.command_line import make_parser, parse
 from rosoclingo.desk.why import explain
 from rosoclingo.loop.values.atoms import canonical
 from rosoclingo.loop.values.journal import STATUSES, MessageDropped, Status
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
-from rosoclingo.why.question import Answer
+from rosoclingo.why.question import WhyAnswer
 
 ENDING = ".examples"
 _STEPS = re.compile(r"(\d+) steps?")
@@ -150,7 +150,7 @@ def _expecting(expected: str, words: Words, place: str) -> Example:
     return Example(words, place, steps, tuple(statuses), tuple(actions), tuple(said), tuple(causes))
 
 
-def judge(example: Example, run: Run) -> List[Finding]:
+def judge(example: Example, run: CheckedRun) -> List[Finding]:
     """Returns the findings in the run of an example; none in a run that was cut."""
     if run.is_cut:
         return []
@@ -161,7 +161,7 @@ def judge(example: Example, run: Run) -> List[Finding]:
     return [found for found in findings(run) if found.check not in ("ends", "error")]
 
 
-def _differences(example: Example, run: Run) -> Iterator[str]:
+def _differences(example: Example, run: CheckedRun) -> Iterator[str]:
     words = [goal.words[-1] if goal.words else "waiting" for goal in run.goals]
     statuses = list(example.statuses)
     if not (statuses or example.causes):
@@ -185,10 +185,10 @@ def _differences(example: Example, run: Run) -> Iterator[str]:
         yield from _other_causes(example, run)
 
 
-def _other_causes(example: Example, run: Run) -> Iterator[str]:
+def _other_causes(example: Example, run: CheckedRun) -> Iterator[str]:
     """Says which of the expected reasons why there is no plan are none."""
     lost = [g for g in run.goals if g.status not in (Status.SUCCEEDED, Status.CANCELED)]
-    answers: List[Answer] = []
+    answers: List[WhyAnswer] = []
     unanswered: List[str] = []
     if lost and run.situation is not None:
         answers, unanswered = explain(run.situation, parse(example.words), lost)
@@ -206,13 +206,13 @@ def _other_causes(example: Example, run: Run) -> Iterator[str]:
             yield f"expected no plan because {cause}, and why is: {said}"
 
 
-def _why_not(answer: Answer) -> Optional[WhyNoPlan]:
+def _why_not(answer: WhyAnswer) -> Optional[WhyNoPlan]:
     if isinstance(answer, WhyGoal):
         return answer.no_plan
     return answer if isinstance(answer, WhyNoPlan) else None
 
 
-def _done(run: Run) -> List[str]:
+def _done(run: CheckedRun) -> List[str]:
     return [heard[2] for heard in run.heard if heard[0] == DOES]
 
 

@@ -10,7 +10,7 @@ import re
 from typing import Callable, Dict, Iterator, List, Optional, Sequence
 
 from rosoclingo.check.findings import Finding
-from rosoclingo.check.run import FoundPlan, Run
+from rosoclingo.check.run import CheckedRun, FoundPlan
 from rosoclingo.loop.diagnosis import NO_PLAN
 from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.atoms import Action
@@ -22,7 +22,7 @@ _LAST_STEP = "ended after its last step"
 _USUAL = re.compile(r"dropped a message: |has not answered for|waits for a slot")
 
 
-def contradiction(run: Run) -> Iterator[str]:
+def contradiction(run: CheckedRun) -> Iterator[str]:
     """No search fails after an event that the encoding declares itself."""
     said = [str(run.failure)] if run.failure is not None else []
     said += run.warnings
@@ -30,28 +30,28 @@ def contradiction(run: Run) -> Iterator[str]:
     yield from (text[text.index(_NO_ANSWER_SET) :] for text in said if _NO_ANSWER_SET in text)
 
 
-def error(run: Run) -> Iterator[str]:
+def error(run: CheckedRun) -> Iterator[str]:
     """The loop does not end by itself, but for want of a plan or of steps."""
     text = str(run.failure or _LAST_STEP)
     if not any(usual in text for usual in (_LAST_STEP, NO_PLAN, _NO_ANSWER_SET)):
         yield text
 
 
-def warning(run: Run) -> Iterator[str]:
+def warning(run: CheckedRun) -> Iterator[str]:
     """The loop does not warn of the encoding."""
     for text in run.warnings:
         if not (_USUAL.search(text) or _NO_ANSWER_SET in text):
             yield text
 
 
-def past(run: Run) -> Iterator[str]:
+def past(run: CheckedRun) -> Iterator[str]:
     """What was done stays in each later plan, also what is done in the current step."""
     for plan in run.plans:
         for action in sorted(plan.published - set(plan.actions), key=str):
             yield f"the plan found in step {plan.elapsed} has no {action} any more, which was done"
 
 
-def gone_by(run: Run) -> Iterator[str]:
+def gone_by(run: CheckedRun) -> Iterator[str]:
     """No action is planned for a step that has gone by."""
     for plan in run.plans:
         for action in plan.actions:
@@ -62,7 +62,7 @@ def gone_by(run: Run) -> Iterator[str]:
                 )
 
 
-def one_at_a_time(run: Run) -> Iterator[str]:
+def one_at_a_time(run: CheckedRun) -> Iterator[str]:
     """An actuator has one action in a step, since its answer names none."""
     for plan in run.plans:
         seen: Dict[object, Action] = {}
@@ -72,7 +72,7 @@ def one_at_a_time(run: Run) -> Iterator[str]:
                 yield f"{action.actuator} has two actions in one step: {other}, {action}"
 
 
-def known_status(run: Run) -> Iterator[str]:
+def known_status(run: CheckedRun) -> Iterator[str]:
     """Each status is one that a goal can have, of a slot with a goal."""
     for plan in run.plans:
         for slot, word, step in plan.statuses:
@@ -85,7 +85,7 @@ def known_status(run: Run) -> Iterator[str]:
                 )
 
 
-def accepted(run: Run) -> Iterator[str]:
+def accepted(run: CheckedRun) -> Iterator[str]:
     """A goal gets a status in the step in which it is told, and is accepted once."""
     if not any(plan.statuses for plan in run.plans):
         return  # such an encoding has none at all
@@ -100,7 +100,7 @@ def accepted(run: Run) -> Iterator[str]:
                     yield f"{_name(run, goal)} is accepted again: status({slot},accepted,{step})"
 
 
-def one_end(run: Run) -> Iterator[str]:
+def one_end(run: CheckedRun) -> Iterator[str]:
     """A goal ends once, and one that is not to be cancelled is not canceled; none is rejected."""
     for plan in run.plans:
         for slot, goal in plan.slots.items():
@@ -118,7 +118,7 @@ def one_end(run: Run) -> Iterator[str]:
                     yield f"{_name(run, goal)} is rejected, although its event is declared: {said}"
 
 
-def ends(run: Run) -> Iterator[str]:
+def ends(run: CheckedRun) -> Iterator[str]:
     """If all goes well, each goal ends as it should, and the run is over."""
     if not run.is_smooth or _LAST_STEP in str(run.failure):
         return
@@ -137,7 +137,7 @@ def ends(run: Run) -> Iterator[str]:
             yield f"{_name(run, goal.id)} is {word}, which nothing that has come explains"
 
 
-def foretold(run: Run) -> Iterator[str]:
+def foretold(run: CheckedRun) -> Iterator[str]:
     """If nothing unexpected comes, it takes as long as the plan says, and goals end as it says.
 
     Without a barrier, who answers first makes the steps: how many there are is not looked at.
@@ -163,7 +163,7 @@ def _goes_on(last: FoundPlan, plan: FoundPlan) -> bool:
     return done <= set(last.slots.values()) and plan.elapsed <= last.elapsed + max(1, last.length)
 
 
-def _other_ends(run: Run, last: FoundPlan, plan: FoundPlan) -> Iterator[str]:
+def _other_ends(run: CheckedRun, last: FoundPlan, plan: FoundPlan) -> Iterator[str]:
     """Says which goals end in another way than was planned."""
     planned = planned_ends(last)
     for goal, word in planned_ends(plan).items():
@@ -177,7 +177,7 @@ def _other_ends(run: Run, last: FoundPlan, plan: FoundPlan) -> Iterator[str]:
             )
 
 
-def _foretells(run: Run) -> bool:
+def _foretells(run: CheckedRun) -> bool:
     """Whether the encoding says before how goals end."""
     statuses = ((plan.step, word, step) for plan in run.plans for _, word, step in plan.statuses)
     return any(word in TERMINAL_STATUSES and step > now for now, word, step in statuses)
@@ -190,7 +190,7 @@ def planned_ends(plan: FoundPlan) -> Dict[str, str]:
     return {goal: word for goal, word in words if word in TERMINAL_STATUSES}
 
 
-Check = Callable[[Run], Iterator[str]]
+Check = Callable[[CheckedRun], Iterator[str]]
 
 CHECKS: Sequence[Check] = (
     contradiction, error, warning, past, gone_by, one_at_a_time, known_status, accepted, one_end,
@@ -198,7 +198,7 @@ CHECKS: Sequence[Check] = (
 )  # fmt: skip
 
 
-def findings(run: Run) -> List[Finding]:
+def findings(run: CheckedRun) -> List[Finding]:
     """Returns the findings in a run: of each check the first; none in a run that was cut."""
     found = []
     for check in CHECKS if not run.is_cut else ():
@@ -208,5 +208,5 @@ def findings(run: Run) -> List[Finding]:
     return found
 
 
-def _name(run: Run, goal: str) -> str:
+def _name(run: CheckedRun, goal: str) -> str:
     return f"goal {goal}, {run.goals[int(goal) - 1].request},"

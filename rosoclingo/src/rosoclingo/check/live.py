@@ -12,16 +12,16 @@ from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
 from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding
-from rosoclingo.launched.about import LOOP, SINGLE, Launched
+from rosoclingo.launched.about import LOOP_NODE, SINGLE_NODE, Launched
 
-Nodes = Mapping[str, Launched]
+LiveNodes = Mapping[str, Launched]
 """How each node of a system was started, by its name."""
 
-Look = Callable[[], Nodes]
+LiveLook = Callable[[], LiveNodes]
 """Looks at the running system."""
 
 
-def compare(nodes: Nodes, options: Options, alphabet: Alphabet) -> Iterator[Finding]:
+def compare(nodes: LiveNodes, options: Options, alphabet: Alphabet) -> Iterator[Finding]:
     """Yields what does not fit.
 
     Args:
@@ -29,7 +29,7 @@ def compare(nodes: Nodes, options: Options, alphabet: Alphabet) -> Iterator[Find
         options: The encodings.
         alphabet: What they declare.
     """
-    loops = [node for node in nodes.values() if node.program in (LOOP, SINGLE)]
+    loops = [node for node in nodes.values() if node.program in (LOOP_NODE, SINGLE_NODE)]
     if not loops:
         yield _finding("no planning node runs: start rosoclingo, such as by its launch file")
     for loop in sorted(loops, key=lambda one: one.node):
@@ -62,7 +62,7 @@ def _files(planner: Launched, options: Options) -> Iterator[Finding]:
         yield _finding(f"{planner.node} runs with {name}, which was not checked")
 
 
-def _versions(nodes: Nodes) -> Iterator[Finding]:
+def _versions(nodes: LiveNodes) -> Iterator[Finding]:
     """Says which nodes have other versions of clingo, of those that have one."""
     users: Dict[str, List[str]] = {}
     for name, node in sorted(nodes.items()):
@@ -74,7 +74,7 @@ def _versions(nodes: Nodes) -> Iterator[Finding]:
         yield _finding(f"the nodes run with different versions of clingo ({said})")
 
 
-def _interfaces(nodes: Nodes, alphabet: Alphabet) -> Iterator[Finding]:
+def _interfaces(nodes: LiveNodes, alphabet: Alphabet) -> Iterator[Finding]:
     """Says which actuator has no interface, and which message no source."""
     served = [node.actuators for node in nodes.values() if node.actuators is not None]
     for actuator in alphabet.answers:

@@ -19,14 +19,14 @@ from rosoclingo.check.findings import Words
 from rosoclingo.desk.command_line import parse, simulated
 from rosoclingo.desk.inputs import MESSAGE
 from rosoclingo.desk.parts import Parts, make_parts
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.desk.system import Request
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.atoms import Action, event
 from rosoclingo.loop.values.journal import Event, Status
 from rosoclingo.loop.values.words import BUSY, SUCCESS
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.situation import PlannerSituation
 
 _SHARE = 0.1  # of the time for all runs, which one may take
 
@@ -85,7 +85,7 @@ class FoundPlan:
 
 
 @dataclass
-class Run:
+class CheckedRun:
     """What has happened in a run.
 
     Attributes:
@@ -115,7 +115,7 @@ class Run:
     elapsed: int
     asked: FrozenSet[str]
     heard: Tuple[Tuple[str, ...], ...]
-    situation: Optional[Situation] = None
+    situation: Optional[PlannerSituation] = None
     is_cut: bool = False
 
     @property
@@ -137,7 +137,7 @@ class Run:
         return [entry.event for entry in self.journal]
 
 
-class Watched(Simulation):
+class Watched(DeskSimulation):
     """A simulation with a deadline that remembers each plan that was found.
 
     Attributes:
@@ -275,7 +275,7 @@ class Runner:
         """Whether the time budget is used up, so that a run would be cut at once."""
         return time.monotonic() > self._end
 
-    def run(self, words: Words) -> Run:
+    def run(self, words: Words) -> CheckedRun:
         """Runs ``plan.py`` with some arguments, and watches.
 
         Args:
@@ -301,7 +301,7 @@ class Runner:
             self.slowest = SlowRun(seconds, words, place)
         if not watched.is_cut:
             watched.take_situation(failure)
-        return Run(
+        return CheckedRun(
             words,
             watched.loop.dynamic,
             watched.journal,

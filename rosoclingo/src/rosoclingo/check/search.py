@@ -10,8 +10,8 @@ from rosoclingo.check import twins
 from rosoclingo.check.alphabet import Alphabet
 from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.invariants import findings
-from rosoclingo.check.run import Run, Runner
-from rosoclingo.check.twins import Inputs
+from rosoclingo.check.run import CheckedRun, Runner
+from rosoclingo.check.twins import TwinInputs
 from rosoclingo.desk.inputs import AFTER, IN, MESSAGE, STEP, Input, Moment
 from rosoclingo.loop.values.ids import CANCEL, GOAL
 from rosoclingo.loop.values.journal import CommandDone
@@ -33,12 +33,12 @@ class Episode:
         steps_to_reset: After how many steps the past is forgotten, in a second run; 0 for none.
     """
 
-    inputs: Inputs
+    inputs: TwinInputs
     steps_to_reset: int = 0
 
 
 @dataclass
-class Search:
+class FailureSearch:
     """Looks for runs in which something is wrong.
 
     Attributes:
@@ -65,7 +65,7 @@ class Search:
     _last_moment: int = 8
     _last_command: int = 60
 
-    def words(self, inputs: Inputs, mode: str = "") -> Words:
+    def words(self, inputs: TwinInputs, mode: str = "") -> Words:
         """Returns the arguments of ``plan.py`` for a run."""
         mode = mode or self.mode
         typed = [*self.files, *(["--mode", *mode.split()] if mode else []), "--simulate"]
@@ -81,7 +81,7 @@ class Search:
                 typed += ["--at", str(one.moment), str(one)]
         return tuple(typed)
 
-    def run(self, inputs: Inputs, mode: str = "") -> Run:
+    def run(self, inputs: TwinInputs, mode: str = "") -> CheckedRun:
         """Makes a run."""
         return self.runner.run(self.words(inputs, mode))
 
@@ -160,7 +160,7 @@ class Search:
             return found
         mode = f"{self.resets} -c r={episode.steps_to_reset}"
 
-        def with_resets(inputs: Inputs) -> Run:
+        def with_resets(inputs: TwinInputs) -> CheckedRun:
             return self.run(inputs, mode)
 
         resets = with_resets if self.resets and episode.steps_to_reset else None

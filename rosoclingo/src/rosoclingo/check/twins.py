@@ -11,19 +11,19 @@ from typing import Callable, Iterator, List, Mapping, Optional, Tuple
 
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.invariants import planned_ends
-from rosoclingo.check.run import DOES, FoundPlan, Run
+from rosoclingo.check.run import DOES, CheckedRun, FoundPlan
 from rosoclingo.desk.inputs import MESSAGE, STEP, Input
 from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.ids import CANCEL, GOAL
 from rosoclingo.loop.values.words import TIMEOUT, UNKNOWN
 
 _CLOCK = re.compile(r"clock\(\d+\)")  # a fluent that says how much time has gone by
-Inputs = Tuple[Input, ...]
-Again = Callable[[Inputs], Run]
+TwinInputs = Tuple[Input, ...]
+Again = Callable[[TwinInputs], CheckedRun]
 """Makes a run with inputs."""
 
 
-def reset(one: Run, other: Run) -> Iterator[str]:
+def reset(one: CheckedRun, other: CheckedRun) -> Iterator[str]:
     """With and without resets, plans take as long, as far as steps say how long that is."""
     first = {_history(plan): plan for plan in one.plans}
     for plan in other.plans:
@@ -54,7 +54,7 @@ def _words(plan: FoundPlan) -> str:
     return ", ".join(f"goal {goal} {word}" for goal, word in sorted(ends.items())) or "none"
 
 
-def without_recalled(inputs: Inputs, run: Run, slots: int) -> Optional[Inputs]:
+def without_recalled(inputs: TwinInputs, run: CheckedRun, slots: int) -> Optional[TwinInputs]:
     """Returns the inputs without a goal that was cancelled before anything was done.
 
     All goals come in the beginning, and none has to wait for a slot; None if there is no such goal,
@@ -75,7 +75,7 @@ def without_recalled(inputs: Inputs, run: Run, slots: int) -> Optional[Inputs]:
     return tuple(goal for index, goal in enumerate(goals, 1) if index != number)
 
 
-def _is_told_before_all(run: Run) -> bool:
+def _is_told_before_all(run: CheckedRun) -> bool:
     """Whether the planner is told of the cancel request before any action is published."""
     is_asked = False
     for event in run.events:
@@ -87,7 +87,7 @@ def _is_told_before_all(run: Run) -> bool:
     return False
 
 
-def recall(one: Run, other: Run) -> Iterator[str]:
+def recall(one: CheckedRun, other: CheckedRun) -> Iterator[str]:
     """A goal that is cancelled before anything is done leaves no trace."""
     if any(plan.is_layered for plan in (*one.plans, *other.plans)):
         return
@@ -98,7 +98,7 @@ def recall(one: Run, other: Run) -> Iterator[str]:
         )
 
 
-def without_failure(inputs: Inputs, run: Run) -> Optional[Inputs]:
+def without_failure(inputs: TwinInputs, run: CheckedRun) -> Optional[TwinInputs]:
     """Returns the inputs without the first failure that has come; None if there is none."""
     heard = [one for one in run.heard if one[0] == MESSAGE]
     if not heard:
@@ -110,7 +110,7 @@ def without_failure(inputs: Inputs, run: Run) -> Optional[Inputs]:
     return None
 
 
-def failed(one: Run, other: Run) -> Iterator[str]:
+def failed(one: CheckedRun, other: CheckedRun) -> Iterator[str]:
     """An action that has failed has no effect; what is unknown may hold no longer.
 
     That time goes by, which a fluent ``clock(N)`` says, is no effect.
@@ -145,7 +145,7 @@ def failed(one: Run, other: Run) -> Iterator[str]:
 
 
 def compare(
-    inputs: Inputs, run: Run, slots: int, again: Again, with_resets: Optional[Again]
+    inputs: TwinInputs, run: CheckedRun, slots: int, again: Again, with_resets: Optional[Again]
 ) -> List[Finding]:
     """Returns what is wrong between a run and others.
 
@@ -156,7 +156,9 @@ def compare(
         again: Makes another run with other inputs.
         with_resets: Makes one in which the past is forgotten; None if the encoding cannot do that.
     """
-    others: Mapping[Callable[[Run, Run], Iterator[str]], Callable[[], Optional[Run]]] = {
+    others: Mapping[
+        Callable[[CheckedRun, CheckedRun], Iterator[str]], Callable[[], Optional[CheckedRun]]
+    ] = {
         failed: lambda: _again(again, without_failure(inputs, run)),
         recall: lambda: _again(again, without_recalled(inputs, run, slots)),
         reset: lambda: None if with_resets is None else with_resets(inputs),
@@ -170,7 +172,7 @@ def compare(
     return []
 
 
-def _again(again: Again, inputs: Optional[Inputs]) -> Optional[Run]:
+def _again(again: Again, inputs: Optional[TwinInputs]) -> Optional[CheckedRun]:
     return None if inputs is None else again(inputs)
 
 
@@ -178,7 +180,7 @@ def _steps(number: int) -> str:
     return f"{number} step{'' if number == 1 else 's'}"
 
 
-def without_strange(inputs: Inputs) -> Inputs:
+def without_strange(inputs: TwinInputs) -> TwinInputs:
     """Returns inputs without the cancel requests for goals that never come."""
     goals = sum(one.kind == GOAL for one in inputs)
     return tuple(one for one in inputs if one.kind != CANCEL or int(one.value) <= goals)

@@ -14,10 +14,10 @@ from rosclingo.solver.options import Options
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.record.writer import BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES
-from rosoclingo.bags.wire import Connection, Message, rosbags_type
+from rosoclingo.bags.wire import Message, PublisherConnection, rosbags_type
 from rosoclingo.desk.parts import shared
 from rosoclingo.desk.system import System
-from rosoclingo.launched.about import LOOP, SOLVER
+from rosoclingo.launched.about import LOOP_NODE, SOLVER_NODE
 from rosoclingo.loop.values.journal import encode
 
 _NAME = "/rosoclingo"
@@ -51,7 +51,7 @@ def write_bag(
     engines = {role: Engine(options) for role, options in solvers.items()}
     told = {
         f"{names[role]}/about": about(
-            SOLVER,
+            SOLVER_NODE,
             [*(word for path in options.files for word in ("-f", path)), *options.clingo],
             engines[role].files,
             named=engines[role].named,
@@ -59,7 +59,9 @@ def write_bag(
         )
         for role, options in solvers.items()
     }
-    told[f"{_NAME}/about"] = about(LOOP, [], {}, solvers=names, parameters=dict(parameters or {}))
+    told[f"{_NAME}/about"] = about(
+        LOOP_NODE, [], {}, solvers=names, parameters=dict(parameters or {})
+    )
     messages = _Messages()
     with BagWriter(file) as writer:
         for topic, text in told.items():
@@ -98,6 +100,6 @@ class _Messages:
         name = rosbags_type(kind)
         definition, md5sum = self._store.generate_msgdef(name)
         caller = topic.rpartition("/")[0]
-        connection = Connection(topic, kind, md5sum, definition, caller, kind == _TEXT)
+        connection = PublisherConnection(topic, kind, md5sum, definition, caller, kind == _TEXT)
         data = self._store.serialize_ros1(self._make(kind, fields), name)
         return Message(connection, moment, bytes(data))

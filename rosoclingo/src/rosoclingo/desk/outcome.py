@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Dict, List, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.desk.system import Request
 from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.atoms import Action
@@ -15,7 +15,7 @@ DROPPED = "dropped a message: "
 
 
 @dataclass(frozen=True)
-class Plan:
+class ShownPlan:
     """A plan as it was found.
 
     Attributes:
@@ -43,7 +43,7 @@ class Plan:
         return steps
 
 
-def current_plan(simulation: Simulation) -> Optional[Plan]:
+def current_plan(simulation: DeskSimulation) -> Optional[ShownPlan]:
     """Returns the plan that stands now, if there is one, from its first step on."""
     state = simulation.loop.state
     if not state.shows_plan:
@@ -68,7 +68,7 @@ def current_plan(simulation: Simulation) -> Optional[Plan]:
     for goal in simulation.goals:
         if not goal.ended and goal.slot in planned:
             succeeds[goal.id] = planned[goal.slot]
-    return Plan(
+    return ShownPlan(
         tuple(a for a in state.plan.actions_from(0) if a.step <= state.horizon),
         state.horizon,
         len(searches),
@@ -78,7 +78,7 @@ def current_plan(simulation: Simulation) -> Optional[Plan]:
     )
 
 
-def unreached(simulation: Simulation, plan: Optional[Plan]) -> List[Request]:
+def unreached(simulation: DeskSimulation, plan: Optional[ShownPlan]) -> List[Request]:
     """Returns the open goals that a plan does not reach.
 
     That is known if it says of some goal that it succeeds, or if it has no actions; an encoding may
@@ -92,7 +92,7 @@ def unreached(simulation: Simulation, plan: Optional[Plan]) -> List[Request]:
     return [g for g in open_goals if g.id in plan.slots and g.id not in plan.succeeds]
 
 
-def refused(simulation: Simulation, failure: Optional[RosclingoError]) -> List[str]:
+def refused(simulation: DeskSimulation, failure: Optional[RosclingoError]) -> List[str]:
     """Returns the inputs that the loop has not taken, in words.
 
     Args:
@@ -117,7 +117,7 @@ def refused(simulation: Simulation, failure: Optional[RosclingoError]) -> List[s
 
 
 def reasons(
-    simulation: Simulation, lost: Sequence[Request], failure: Optional[RosclingoError]
+    simulation: DeskSimulation, lost: Sequence[Request], failure: Optional[RosclingoError]
 ) -> List[str]:
     """Returns why goals were not reached, in sentences; none if all is well.
 

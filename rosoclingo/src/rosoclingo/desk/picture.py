@@ -16,8 +16,8 @@ from rosoclingo.bags.report.picture import draw_rows, label
 from rosoclingo.bags.report.rows import Bar, Lane
 from rosoclingo.bags.report.run import OPEN, numbered
 from rosoclingo.bags.report.statistics import compute
-from rosoclingo.desk.outcome import Plan
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.outcome import ShownPlan
+from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.drawing.canvas import draw_shapes, plain, save
 from rosoclingo.drawing.errors import GraphError
 from rosoclingo.drawing.graph import Graph, read_graph
@@ -29,7 +29,7 @@ _WIDTH, _ROW = 14.0, 0.5  # inches
 _LETTER, _MOST_WIDTH = 0.07, 60.0  # likewise: of a label, and of a picture whose labels all fit
 
 
-def draw_run(simulation: Simulation, title: str, file: Path) -> None:
+def draw_run(simulation: DeskSimulation, title: str, file: Path) -> None:
     """Draws a simulated run, as ``report.py`` draws a recorded one.
 
     Args:
@@ -44,7 +44,9 @@ def draw_run(simulation: Simulation, title: str, file: Path) -> None:
     picture.draw(compute(Recording("", tuple(simulation.journal))), title, file)
 
 
-def draw_plan(desk: Simulation, plan: Plan, options: Options, title: str, file: Path) -> None:
+def draw_plan(
+    desk: DeskSimulation, plan: ShownPlan, options: Options, title: str, file: Path
+) -> None:
     """Draws a plan: on the map if the instance has one with positions, else as bars.
 
     Args:
@@ -80,7 +82,7 @@ def _graph(options: Options) -> Optional[Graph]:
         return None
 
 
-def _draw_bars(desk: Simulation, plan: Plan, title: str, file: Path) -> None:
+def _draw_bars(desk: DeskSimulation, plan: ShownPlan, title: str, file: Path) -> None:
     last = max((action.step for action in plan.actions), default=0)
     rows: List[Lane] = []
     labels: List[Tuple[str, float, int, Optional[float]]] = []

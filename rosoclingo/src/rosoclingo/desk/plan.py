@@ -16,12 +16,12 @@ from rosclingo.errors import RosclingoError
 from rosclingo.solver.engine import Engine
 from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.desk.command_line import parse, simulated
-from rosoclingo.desk.outcome import DROPPED, Plan, current_plan, reasons, refused, unreached
+from rosoclingo.desk.outcome import DROPPED, ShownPlan, current_plan, reasons, refused, unreached
 from rosoclingo.desk.parts import make_parts
-from rosoclingo.desk.profiling import Profiler, TimeLimit
-from rosoclingo.desk.progress import Progress
-from rosoclingo.desk.simulation import Simulation
-from rosoclingo.desk.story import Story
+from rosoclingo.desk.profiling import BlockTimeLimit, Profiler
+from rosoclingo.desk.progress import ProgressPrinter
+from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.desk.story import RunStory
 from rosoclingo.desk.system import Request
 from rosoclingo.desk.why import explain
 from rosoclingo.drawing.errors import picture_errors
@@ -32,7 +32,7 @@ from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.ids import GOAL
 from rosoclingo.loop.values.snapshot import encode
 from rosoclingo.profile.text import Profile
-from rosoclingo.why.question import Answer
+from rosoclingo.why.question import WhyAnswer
 
 _PROGRAM = "plan.py"
 
@@ -69,8 +69,8 @@ def run(arguments: Sequence[str]) -> int:
     desk = Desk(parts.loop, chosen)
     if profiler:
         profiler.follow(lambda: desk.loop.state.horizon)
-    limit = TimeLimit(chosen.profile_seconds, desk.close) if profiler else None
-    with limit or contextlib.nullcontext(), Progress(lambda: _place(desk, profiler)):
+    limit = BlockTimeLimit(chosen.profile_seconds, desk.close) if profiler else None
+    with limit or contextlib.nullcontext(), ProgressPrinter(lambda: _place(desk, profiler)):
         failure = desk.run()
         desk.take_situation(failure)
     if limit and limit.is_over:
@@ -84,7 +84,7 @@ def run(arguments: Sequence[str]) -> int:
     return 2 if wrong else 1 if why else 0
 
 
-_Said = Tuple[List[str], List[str], List[Answer]]
+_Said = Tuple[List[str], List[str], List[WhyAnswer]]
 
 
 def _judge(chosen: argparse.Namespace, desk: Desk, failure: Optional[RosclingoError]) -> _Said:
@@ -99,9 +99,9 @@ def _judge(chosen: argparse.Namespace, desk: Desk, failure: Optional[RosclingoEr
     if chosen.simulate:
         lost = [goal for goal in desk.goals if not goal.ended]
     why = reasons(desk, lost, failure)
-    answers: List[Answer] = []
+    answers: List[WhyAnswer] = []
     if why and desk.situation is not None and not wrong and chosen.why_seconds > 0:
-        with Progress(lambda: "looking why there is no plan"):
+        with ProgressPrinter(lambda: "looking why there is no plan"):
             answers, unanswered = explain(desk.situation, chosen, lost)
         if answers:
             why = [desk.in_short(text) for text in why]
@@ -124,7 +124,7 @@ def _place(desk: Desk, profiler: Optional[Profiler]) -> str:
     return f"{desk.place()}, {doing}" if doing else desk.place()
 
 
-class Desk(Simulation):
+class Desk(DeskSimulation):
     """A simulation that shows the plan as soon as there is one, and then what happens.
 
     Attributes:
@@ -132,10 +132,10 @@ class Desk(Simulation):
     """
 
     def __init__(self, make: Callable[..., Loop], chosen: argparse.Namespace) -> None:
-        self.plan: Optional[Plan] = None
+        self.plan: Optional[ShownPlan] = None
         self._chosen = chosen
         self._is_shown = False
-        self._story = Story(lambda line: _print(self.in_short(line)), commands=chosen.commands)
+        self._story = RunStory(lambda line: _print(self.in_short(line)), commands=chosen.commands)
         super().__init__(make, **simulated(chosen))
 
     def turn(self) -> bool:
@@ -158,7 +158,7 @@ class Desk(Simulation):
         self,
         wrong: Sequence[str],
         why: Sequence[str],
-        answers: Sequence[Answer],
+        answers: Sequence[WhyAnswer],
         profile: Optional[Profile] = None,
     ) -> None:
         """Says how it has ended.
@@ -214,7 +214,7 @@ class Desk(Simulation):
         """Whether all goals were rejected, so that there is no plan to show."""
         return {goal.status for goal in self.goals} == {journal.Status.REJECTED}
 
-    def _print_plan(self, plan: Plan) -> None:
+    def _print_plan(self, plan: ShownPlan) -> None:
         searches = "1 search" if plan.searches == 1 else f"{plan.searches} searches"
         last = max(plan.steps, default=0)
         size = f"{last} step{'' if last == 1 else 's'}" if last else "nothing to do"
@@ -262,7 +262,7 @@ class Desk(Simulation):
         }  # fmt: skip
 
 
-def _draw(chosen: argparse.Namespace, desk: Desk, plan: Plan) -> None:
+def _draw(chosen: argparse.Namespace, desk: Desk, plan: ShownPlan) -> None:
     title = " ".join(goal.request for goal in desk.goals) or "plan"
     with picture_errors(chosen.picture, "--picture"):
         # It takes a second, and who wants no picture need not have matplotlib.

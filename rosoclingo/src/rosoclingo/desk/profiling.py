@@ -11,11 +11,11 @@ from typing import Callable, Dict, Optional
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
-from rosoclingo.desk.progress import Progress
+from rosoclingo.desk.progress import ProgressPrinter
 from rosoclingo.profile.advice import advise
-from rosoclingo.profile.counting import CountingEngine, Counts, Steps, Values, count
+from rosoclingo.profile.counting import CountingEngine, Counts, Steps, VariableValues, count
 from rosoclingo.profile.marking import Statement
-from rosoclingo.profile.measuring import MeasuredEngine, Trace
+from rosoclingo.profile.measuring import MeasuredEngine, SolverTrace
 from rosoclingo.profile.text import Profile, largest
 
 _INTERRUPTED = 128 + signal.SIGINT  # exit status of a process that Ctrl-C ends
@@ -31,7 +31,7 @@ class Profiler:
             options: The planner's command line.
         """
         self._options = options
-        self._trace = Trace()
+        self._trace = SolverTrace()
 
     def make_engine(self, options: Options, *, log: Callable[[str], None]) -> Engine:
         """Makes the planner's solver."""
@@ -49,7 +49,7 @@ class Profiler:
     def profile(self) -> Profile:
         """Counts ground instances, and advises; reports its progress."""
         trace, place = self._trace, ["counting"]
-        with Progress(lambda: place[0]):
+        with ProgressPrinter(lambda: place[0]):
             counts, engine = count(self._options, trace, lambda text: place.__setitem__(0, text))
             place[0] = "looking where most goes"
             values = {
@@ -64,9 +64,9 @@ class Profiler:
 
 def _values(
     counts: Counts, engine: CountingEngine, statement: Statement, steps: Steps
-) -> Dict[str, Values]:
+) -> Dict[str, VariableValues]:
     """Returns the values of the variables of a statement, in its busiest step."""
-    found: Dict[str, Values] = {}
+    found: Dict[str, VariableValues] = {}
     step = counts.busiest(steps) if statement.parameters else None
     for marker in statement.markers:
         for name, values in engine.values(marker, step).items():
@@ -75,7 +75,7 @@ def _values(
     return found
 
 
-class TimeLimit:
+class BlockTimeLimit:
     """A context that ends its block after some time, or by Ctrl-C.
 
     A second Ctrl-C ends the process at once. To be used in the main thread.
@@ -99,7 +99,7 @@ class TimeLimit:
         self._write.setblocking(False)
         self._thread = threading.Thread(target=self._wait, name="time limit", daemon=True)
 
-    def __enter__(self) -> TimeLimit:
+    def __enter__(self) -> BlockTimeLimit:
         self._handler = signal.signal(signal.SIGINT, _ignore)
         self._before = signal.set_wakeup_fd(self._write.fileno(), warn_on_full_buffer=False)
         self._thread.start()

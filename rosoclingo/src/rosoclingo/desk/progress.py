@@ -11,7 +11,7 @@ from rosoclingo.bags.text import PROGRESS
 _SECONDS = 2.0
 
 
-class Progress:
+class ProgressPrinter:
     """A context that prints progress every 2 s."""
 
     def __init__(self, place: Callable[[], str]) -> None:

@@ -5,7 +5,7 @@
 >>> from rosoclingo.desk.parts import EXAMPLES, make_parts
 >>> parts = make_parts("dynamic.incremental.recording", Options((f"{EXAMPLES}/line.lp",)))
 >>> inputs = [read_input("goal:visit(3)"), read_input("robot:failure", "1")]
->>> simulation = Simulation(parts.loop, inputs)
+>>> simulation = DeskSimulation(parts.loop, inputs)
 >>> simulation.run()
 >>> [action for _, action in simulation.published], simulation.clock
 (['go(2)', 'go(2)', 'go(3)'], 3.0)
@@ -24,16 +24,16 @@ from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.ids import CANCEL, GOAL
 from rosoclingo.loop.values.words import ABORT, SOLVER, SUCCESS
 from rosoclingo.loop.waiting import LOOK_SECONDS
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.situation import PlannerSituation
 
-Answer = Callable[[str, str], Optional[str]]
+AnswerFunction = Callable[[str, str], Optional[str]]
 """Returns the answer to an actuator's action, or None for none at all."""
 
 Seconds = Callable[[str, str], float]
 """Returns how long an actuator's action takes, in seconds."""
 
 
-class Simulation(System):
+class DeskSimulation(System):
     """A system with actuators that answer after a while, and inputs at given moments.
 
     Whenever the loop waits, the next thing happens: first the inputs of the step, then the answers
@@ -53,7 +53,7 @@ class Simulation(System):
         self,
         make: Callable[..., Loop],
         inputs: Sequence[Input] = (),
-        answer: Optional[Answer] = None,
+        answer: Optional[AnswerFunction] = None,
         *,
         seconds: Seconds = lambda actuator, action: 1.0,
         most_steps: int = 1000,
@@ -79,7 +79,7 @@ class Simulation(System):
         self.left: List[Input] = list(inputs)
         self.strange: List[str] = []
         self.is_too_long = False
-        self.situation: Optional[Situation] = None
+        self.situation: Optional[PlannerSituation] = None
         self._answer = answer or Answers().next
         self._seconds = seconds
         self._most_steps = most_steps
@@ -125,7 +125,7 @@ class Simulation(System):
 
     def miss_plan(self, goals: Sequence[Goal]) -> None:
         """Remembers the situation; when the loop has ended, no goal is open any more."""
-        self.situation = Situation.of(self.loop.state)
+        self.situation = PlannerSituation.of(self.loop.state)
 
     def take_situation(self, failure: Optional[RosclingoError]) -> None:
         """Remembers the situation at the end, unless there was one without a plan.
@@ -136,7 +136,7 @@ class Simulation(System):
             failure: Why it has ended by itself.
         """
         if self.situation is None and failure is None and not (self.silent or self.is_too_long):
-            self.situation = Situation.of(self.loop.state)
+            self.situation = PlannerSituation.of(self.loop.state)
 
     def publish(self, actuator: str, action: str) -> None:
         """Starts a simulated action, and decides now how it ends."""

@@ -1,6 +1,6 @@
 """A run told line by line, from the entries of its journal.
 
->>> story = Story(print)
+>>> story = RunStory(print)
 >>> story.hear(Entry(journal.ActionPublished("robot", "go(2)"), step=1, horizon=2))
 step 1 of 2, at 0 s
     robot: go(2)
@@ -19,7 +19,7 @@ from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.journal import Status
 
 
-class Story:
+class RunStory:
     """Narrates a run line by line, from its journal in order."""
 
     def __init__(self, say: Callable[[str], None], *, commands: bool = False) -> None:

@@ -13,13 +13,13 @@ from rosoclingo.single.algorithm1 import last_step
 from rosoclingo.single.dialects import Dialect2, detect
 from rosoclingo.why.answers import WhyNoPlan
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.question import Answer, Kind, Question
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.question import Question, QuestionKind, WhyAnswer
+from rosoclingo.why.situation import PlannerSituation
 
 
 def explain(
-    situation: Situation, chosen: argparse.Namespace, lost: Sequence[Request]
-) -> Tuple[List[Answer], List[str]]:
+    situation: PlannerSituation, chosen: argparse.Namespace, lost: Sequence[Request]
+) -> Tuple[List[WhyAnswer], List[str]]:
     """Says why goals are not reached, or why there is no plan at all.
 
     Args:
@@ -32,7 +32,7 @@ def explain(
     """
     asked = {slot for slot, _ in situation.goals}
     waiting = [g.slot for g in lost if g.slot in asked and not g.ended]
-    questions = [Question(Kind.GOAL, (slot,)) for slot in waiting if slot is not None]
+    questions = [Question(QuestionKind.GOAL, (slot,)) for slot in waiting if slot is not None]
     dialect = detect(chosen.options) if chosen.mode == SINGLE else Dialect2
     # Without --simulate, nobody has had the time to answer.
     silent = tuple((actuator, seconds) for actuator, seconds in situation.silent if seconds > 0)
@@ -41,7 +41,7 @@ def explain(
     explainer = Explainer(
         chosen.options, situation.up_to(limit), dialect, seconds=chosen.why_seconds
     )
-    answers: List[Answer] = []
+    answers: List[WhyAnswer] = []
     try:
         for question in questions or [Question()]:
             answer = question.answer(explainer)
@@ -52,7 +52,7 @@ def explain(
     return answers, []
 
 
-def _has_plan(answer: Answer) -> bool:
+def _has_plan(answer: WhyAnswer) -> bool:
     """Whether the answer is that there is a plan after all: goals have ended for another reason."""
     if not isinstance(answer, WhyNoPlan):
         return False

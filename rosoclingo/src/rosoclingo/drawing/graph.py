@@ -16,7 +16,7 @@ from rosoclingo.drawing.errors import GraphError
 _METRES = 0.1  # in a unit of position/3
 _MOST = 5  # waypoints that an error lists
 
-Point = Tuple[float, float]
+MapPoint = Tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Graph:
         starts: For each robot, the waypoint where it stands in the beginning.
     """
 
-    places: Mapping[str, Point]
+    places: Mapping[str, MapPoint]
     edges: Tuple[Tuple[str, str], ...]
     starts: Mapping[str, str]
 
@@ -47,7 +47,7 @@ def read_graph(files: Sequence[str], options: Sequence[str] = (), theory: str = 
     """
     atoms = _ground(files, options, theory)
     where = " ".join(files)
-    places: Dict[str, Point] = {}
+    places: Dict[str, MapPoint] = {}
     for atom in _named(atoms, "position", 3):
         waypoint, *numbers = atom.arguments
         if any(number.type is not clingo.SymbolType.Number for number in numbers):

@@ -7,7 +7,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import DefaultDict, Iterator, List, Tuple
 
-from rosoclingo.drawing.graph import Graph, Point
+from rosoclingo.drawing.graph import Graph, MapPoint
 from rosoclingo.drawing.situation import Package, Situation
 
 Colour = Tuple[float, float, float]
@@ -17,7 +17,7 @@ WAYPOINT: Colour = (0.15, 0.3, 0.65)
 NAME: Colour = (0.05, 0.1, 0.3)
 BLOCKED: Colour = (0.9, 0.05, 0.05)
 PLAN: Colour = (0.95, 0.5, 0.0)
-ROBOT: Colour = (0.2, 0.2, 0.22)
+ROBOT_COLOUR: Colour = (0.2, 0.2, 0.22)
 PACKAGE: Colour = (0.5, 0.25, 0.05)
 DELIVERED: Colour = (0.1, 0.65, 0.2)
 
@@ -60,7 +60,9 @@ def draw(graph: Graph, situation: Situation) -> List[Shape]:
         *_graph(graph, situation),
         *_plan(graph, situation),
         *(
-            Shape("robots", "cylinder", middle, size, ROBOT, height=_ROBOT_HEIGHT, robot=robot)
+            Shape(
+                "robots", "cylinder", middle, size, ROBOT_COLOUR, height=_ROBOT_HEIGHT, robot=robot
+            )
             for robot in situation.positions
         ),
         *_packages(graph, situation),
@@ -116,7 +118,7 @@ def _plan(graph: Graph, situation: Situation) -> Iterator[Shape]:
         yield Shape("plan's steps", "text", (at,), _LETTERS, PLAN, text)
 
 
-def _beside(begin: Point, end: Point) -> Point:
+def _beside(begin: MapPoint, end: MapPoint) -> MapPoint:
     """Returns a point to the right of the middle of an arrow: the way back has its own."""
     x, y = end[0] - begin[0], end[1] - begin[1]
     aside = _ASIDE / (math.hypot(x, y) or 1.0)

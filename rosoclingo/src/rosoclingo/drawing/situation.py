@@ -12,7 +12,7 @@ from rosoclingo.loop.values.words import ABORT, FAILURE, INFO, SOLVER, SUCCESS
 
 _MOST_DELIVERED = 10  # packages that are shown where they were delivered
 
-Edge = FrozenSet[str]
+MapEdge = FrozenSet[str]
 
 
 @dataclass
@@ -66,7 +66,7 @@ class Situation:
             starts: For each robot, the waypoint where it stands.
         """
         self.positions: Dict[str, str] = dict(starts)
-        self.blocked: Set[Edge] = set()
+        self.blocked: Set[MapEdge] = set()
         self.steps: Tuple[Step, ...] = ()
         self._open: Dict[str, Package] = {}  # by the ids of goals
         self._strange: Dict[str, Package] = {}  # by slots: of goals that came before this node

@@ -20,9 +20,9 @@ from typing import Any, Dict, Mapping, Optional, Tuple
 
 from rosoclingo.errors import LaunchedError
 
-SOLVER = "rosclingo run.py"
-LOOP = "rosoclingo run.py"
-SINGLE = "rosoclingo run-1.0.py"
+SOLVER_NODE = "rosclingo run.py"
+LOOP_NODE = "rosoclingo run.py"
+SINGLE_NODE = "rosoclingo run-1.0.py"
 """The programs of a planning system, as ``~about`` names them."""
 
 _KINDS: Mapping[type, str] = {dict: "object", list: "list", str: "text"}

@@ -279,7 +279,7 @@ class Mail(MailState):
 
     def _come(self) -> List[Item]:
         if self._holds:
-            self.inbox.show()
+            self.inbox.run_callbacks()
             return []
         return self.inbox.take()
 

@@ -14,7 +14,7 @@ from rosoclingo.loop.mail import Mail, MailSnapshot
 from rosoclingo.loop.planner.externals import ExternalsState, PlannerExternals
 from rosoclingo.loop.planner.planner import Planner, PlannerState
 from rosoclingo.loop.values import journal
-from rosoclingo.loop.values.arrivals import Arrival
+from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import event
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal, GoalClient, Goals, GoalsSnapshot
@@ -301,7 +301,7 @@ class State(Progress):
         """Publishes the plan from the current step on, if it is new."""
         quality = self.planner.quality if self.shows_plan else None
         arrivals = tuple(
-            Arrival(goal.slot or "", goal.expected)
+            ExpectedArrival(goal.slot or "", goal.expected)
             for goal in (self.goals.open if self.shows_plan else ())
             if goal.expected is not None
         )

@@ -7,7 +7,7 @@ from typing import List, Sequence, Set
 from rosclingo.errors import shorten
 from rosoclingo.pddl.domain import Domain, Problem
 from rosoclingo.pddl.expressions import PddlError
-from rosoclingo.pddl.names import Names
+from rosoclingo.pddl.names import Identifiers
 
 
 class Actuators:
@@ -18,7 +18,12 @@ class Actuators:
     """
 
     def __init__(
-        self, domain: Domain, problem: Problem, names: Names, kinds: Sequence[str], default: str
+        self,
+        domain: Domain,
+        problem: Problem,
+        names: Identifiers,
+        kinds: Sequence[str],
+        default: str,
     ) -> None:
         """Finds the actuators of a problem.
 

@@ -6,7 +6,7 @@ from typing import Dict, Iterable, Mapping, Set
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.domain import Domain, Problem, typed_list
-from rosoclingo.pddl.expressions import Form, PddlError, Word
+from rosoclingo.pddl.expressions import ListForm, PddlError, Word
 
 _NO_ATOMS = ("and", "not", "when", "=")
 _NUMERIC = ("<", "<=", ">=", ">", "increase", "decrease", "assign", "+", "-", "*", "/")
@@ -24,7 +24,7 @@ def check_declarations(domain: Domain, problem: Problem) -> None:
         checker.check_types(scope.values(), schema.place)
         for form in (schema.precondition, schema.effect, *schema.comparisons, *schema.changes):
             checker.check(form, scope)
-        if isinstance(schema.duration, Form):
+        if isinstance(schema.duration, ListForm):
             checker.check(schema.duration, scope)
     for form in (*problem.init, problem.goal):
         checker.check(form, {})
@@ -36,9 +36,9 @@ class _Checker:
     def __init__(self, domain: Domain, problem: Problem) -> None:
         self._counts: Dict[str, int] = {}
         for section in domain.form.parts[1:]:
-            if isinstance(section, Form) and section.head in (":predicates", ":functions"):
+            if isinstance(section, ListForm) and section.head in (":predicates", ":functions"):
                 for each in section.parts[1:]:
-                    if isinstance(each, Form):
+                    if isinstance(each, ListForm):
                         places = [part for part in each.parts if part.text.startswith("?")]
                         self._counts[each.head] = len(places)
         self._types: Set[str] = {"object", *domain.supertypes, *domain.supertypes.values()}
@@ -54,12 +54,12 @@ class _Checker:
                 raise PddlError(f"{place}: the type {shorten(kind)} is not declared: "
                                 f"{_known(self._types)}")  # fmt: skip
 
-    def check(self, form: Form, scope: Mapping[str, str]) -> None:
+    def check(self, form: ListForm, scope: Mapping[str, str]) -> None:
         """Checks a condition, an effect or an amount, in which some variables are known."""
         if form.head == "forall":
             variables, inner = form.parts[1:]
-            assert isinstance(variables, Form)
-            assert isinstance(inner, Form)
+            assert isinstance(variables, ListForm)
+            assert isinstance(inner, ListForm)
             names = typed_list(variables.parts)
             self.check_types(names.values(), variables.place)
             self.check(inner, {**scope, **names})
@@ -68,12 +68,12 @@ class _Checker:
         if is_atom and form.parts:
             self._check_atom(form)
         for part in form.parts[1:]:
-            if isinstance(part, Form):
+            if isinstance(part, ListForm):
                 self.check(part, scope)
             elif is_atom or form.head == "=":
                 self._check_term(part, scope)
 
-    def _check_atom(self, form: Form) -> None:
+    def _check_atom(self, form: ListForm) -> None:
         count = self._counts.get(form.head)
         if count is None:
             raise PddlError(f"{form.place}: {shorten(form.head)} is not declared: "

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
-from rosoclingo.pddl.expressions import Form, PddlError, Word
-from rosoclingo.pddl.support import Part, check_formula, sections
+from rosoclingo.pddl.expressions import ListForm, PddlError, Word
+from rosoclingo.pddl.support import PddlPart, check_formula, sections
 
 _START, _END, _ALL = "at start", "at end", "over all"
 _COMPARISONS = ("<", "<=", ">=", ">")
@@ -48,13 +48,13 @@ class ActionSchema:
     place: str
     parameters: Tuple[str, ...]
     types: Tuple[str, ...]
-    precondition: Form
-    effect: Form
-    comparisons: Tuple[Form, ...] = ()
-    changes: Tuple[Form, ...] = ()
-    duration: Optional[Part] = None
-    locks: Tuple[Form, ...] = ()
-    brief: Tuple[Form, ...] = ()
+    precondition: ListForm
+    effect: ListForm
+    comparisons: Tuple[ListForm, ...] = ()
+    changes: Tuple[ListForm, ...] = ()
+    duration: Optional[PddlPart] = None
+    locks: Tuple[ListForm, ...] = ()
+    brief: Tuple[ListForm, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Domain:
         actions: Its actions.
     """
 
-    form: Form
+    form: ListForm
     name: str
     supertypes: Dict[str, str]
     constants: Dict[str, str]
@@ -97,15 +97,15 @@ class Problem:
         metric: What is to be small; None if nothing is said.
     """
 
-    form: Form
+    form: ListForm
     objects: Dict[str, str]
     numbers: Dict[str, float]
-    init: Tuple[Form, ...]
-    goal: Form
-    metric: Optional[Part]
+    init: Tuple[ListForm, ...]
+    goal: ListForm
+    metric: Optional[PddlPart]
 
 
-def read_domain(form: Form) -> Domain:
+def read_domain(form: ListForm) -> Domain:
     """Returns the domain of a file.
 
     Raises:
@@ -115,7 +115,7 @@ def read_domain(form: Form) -> Domain:
     actions = tuple(
         _durative(each) if each.head == ":durative-action" else _instantaneous(each)
         for each in form.parts[1:]
-        if isinstance(each, Form) and each.head in (":action", ":durative-action")
+        if isinstance(each, ListForm) and each.head in (":action", ":durative-action")
     )
     _refuse_required_concurrency(actions)
     types = typed_list(found[":types"].parts[1:]) if ":types" in found else {}
@@ -123,7 +123,7 @@ def read_domain(form: Form) -> Domain:
     return Domain(form, _name(found["domain"]), types, constants, actions)
 
 
-def read_problem(form: Form) -> Problem:
+def read_problem(form: ListForm) -> Problem:
     """Returns the problem of a file.
 
     Raises:
@@ -135,7 +135,7 @@ def read_problem(form: Form) -> Problem:
         if needed not in found:
             raise PddlError(f"{form.place}: the problem has no {needed}")
     numbers: Dict[str, float] = {}
-    init: List[Form] = []
+    init: List[ListForm] = []
     for part in found[":init"].parts[1:]:
         if isinstance(part, Word):
             raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
@@ -143,7 +143,7 @@ def read_problem(form: Form) -> Problem:
             continue  # as all that is not said
         if part.head == "=" and len(part.parts) == 3:
             numbers[part.parts[1].text] = _value(part.parts[2])
-        elif any(isinstance(inner, Form) for inner in part.parts):
+        elif any(isinstance(inner, ListForm) for inner in part.parts):
             raise PddlError(
                 f"{part.place}: {shorten(part.text)} in :init is not understood: there can be "
                 "(PREDICATE OBJECT...) and (= (FUNCTION OBJECT...) NUMBER)"
@@ -155,14 +155,14 @@ def read_problem(form: Form) -> Problem:
     return Problem(form, objects, numbers, tuple(init), goal, _metric(found.get(":metric")))
 
 
-def _value(part: Part) -> float:
+def _value(part: PddlPart) -> float:
     try:
         return float(part.text)
     except ValueError:
         raise PddlError(f"{part.place}: {shorten(part.text)} is no number") from None
 
 
-def _metric(section: Optional[Form]) -> Optional[Part]:
+def _metric(section: Optional[ListForm]) -> Optional[PddlPart]:
     if section is None:
         return None
     words = [part.text for part in section.parts[1:] if isinstance(part, Word)]
@@ -172,19 +172,19 @@ def _metric(section: Optional[Form]) -> Optional[Part]:
     return section.parts[2]
 
 
-def _name(section: Form) -> str:
+def _name(section: ListForm) -> str:
     if len(section.parts) != 2 or not isinstance(section.parts[1], Word):
         raise PddlError(f"{section.place}: a name is missing")
     return section.parts[1].text
 
 
-def _only_part(section: Form) -> Form:
-    if len(section.parts) != 2 or not isinstance(section.parts[1], Form):
+def _only_part(section: ListForm) -> ListForm:
+    if len(section.parts) != 2 or not isinstance(section.parts[1], ListForm):
         raise PddlError(f"{section.place}: {section.head} has one part, in parentheses")
     return section.parts[1]
 
 
-def typed_list(parts: Sequence[Part]) -> Dict[str, str]:
+def typed_list(parts: Sequence[PddlPart]) -> Dict[str, str]:
     """Reads names with their types, such as ``a b - place c - robot``."""
     types: Dict[str, str] = {}
     waiting: List[str] = []
@@ -207,11 +207,11 @@ def typed_list(parts: Sequence[Part]) -> Dict[str, str]:
 class _Parts:
     """The parts of an action, by their keys."""
 
-    def __init__(self, action: Form, keys: Sequence[str]) -> None:
+    def __init__(self, action: ListForm, keys: Sequence[str]) -> None:
         if len(action.parts) < 2 or not isinstance(action.parts[1], Word):
             raise PddlError(f"{action.place}: this action has no name")
         self.name = action.parts[1].text
-        self._parts: Dict[str, Part] = {}
+        self._parts: Dict[str, PddlPart] = {}
         rest = action.parts[2:]
         for key, value in zip(rest[::2], rest[1::2]):
             self._check(key, keys)
@@ -221,7 +221,7 @@ class _Parts:
             raise PddlError(f"{rest[-1].place}: nothing follows {rest[-1].text}")
         self._place = action.place
 
-    def _check(self, key: Part, keys: Sequence[str]) -> None:
+    def _check(self, key: PddlPart, keys: Sequence[str]) -> None:
         if not isinstance(key, Word):
             raise PddlError(f"{key.place}: one of {', '.join(keys)} is expected here")
         if key.text not in keys:
@@ -231,14 +231,14 @@ class _Parts:
     def parameters(self) -> Dict[str, str]:
         return typed_list(self.form(":parameters").parts)
 
-    def form(self, key: str) -> Form:
-        part = self._parts.get(key, Form((), self._place))
+    def form(self, key: str) -> ListForm:
+        part = self._parts.get(key, ListForm((), self._place))
         if isinstance(part, Word):
             raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
         return part
 
 
-def _instantaneous(action: Form) -> ActionSchema:
+def _instantaneous(action: ListForm) -> ActionSchema:
     parts = _Parts(action, (":parameters", ":precondition", ":effect"))
     parameters = parts.parameters()
     conditions, effects = parts.form(":precondition"), parts.form(":effect")
@@ -255,7 +255,7 @@ def _instantaneous(action: Form) -> ActionSchema:
     )  # fmt: skip
 
 
-def _durative(action: Form) -> ActionSchema:
+def _durative(action: ListForm) -> ActionSchema:
     parts = _Parts(action, (":parameters", ":duration", ":condition", ":effect"))
     parameters = parts.parameters()
     conditions = _timed(parts.form(":condition"), ":precondition", (_START, _ALL, _END))
@@ -274,35 +274,39 @@ def _durative(action: Form) -> ActionSchema:
     )  # fmt: skip
 
 
-def _duration(form: Form) -> Part:
+def _duration(form: ListForm) -> PddlPart:
     if form.head == "=" and len(form.parts) == 3 and form.parts[1].text == "?duration":
         return form.parts[2]
     raise PddlError(f"{form.place}: {shorten(form.text)} as :duration is not understood: there can "
                     "be (= ?duration AMOUNT)")  # fmt: skip
 
 
-def _conjuncts(form: Form) -> List[Form]:
+def _conjuncts(form: ListForm) -> List[ListForm]:
     """Returns the parts of a conjunction, those of inner ones, too."""
     if form.head != "and":
         return [form] if form.parts else []
-    return [each for part in form.parts[1:] if isinstance(part, Form) for each in _conjuncts(part)]
+    return [
+        each for part in form.parts[1:] if isinstance(part, ListForm) for each in _conjuncts(part)
+    ]
 
 
-def _conjunction(forms: Sequence[Form], place: str) -> Form:
-    return Form((Word("and", place), *forms), place)
+def _conjunction(forms: Sequence[ListForm], place: str) -> ListForm:
+    return ListForm((Word("and", place), *forms), place)
 
 
-def _without(forms: Sequence[Form], heads: Sequence[str]) -> Tuple[List[Form], List[Form]]:
+def _without(
+    forms: Sequence[ListForm], heads: Sequence[str]
+) -> Tuple[List[ListForm], List[ListForm]]:
     """Returns the others, and those with certain heads."""
     return [f for f in forms if f.head not in heads], [f for f in forms if f.head in heads]
 
 
-def _timed(form: Form, where: str, moments: Sequence[str]) -> Dict[str, List[Form]]:
+def _timed(form: ListForm, where: str, moments: Sequence[str]) -> Dict[str, List[ListForm]]:
     """Returns the conditions or effects of each moment."""
-    found: Dict[str, List[Form]] = {moment: [] for moment in moments}
+    found: Dict[str, List[ListForm]] = {moment: [] for moment in moments}
     for part in _conjuncts(form):
         moment = " ".join(word.text for word in part.parts[:2] if isinstance(word, Word))
-        if moment not in moments or len(part.parts) != 3 or not isinstance(part.parts[2], Form):
+        if moment not in moments or len(part.parts) != 3 or not isinstance(part.parts[2], ListForm):
             raise PddlError(f"{part.place}: {shorten(part.text)} is not understood: there can be "
                             + ", ".join(f"({each} ...)" for each in moments))  # fmt: skip
         check_formula(part.parts[2], where)
@@ -310,12 +314,12 @@ def _timed(form: Form, where: str, moments: Sequence[str]) -> Dict[str, List[For
     return found
 
 
-def _contrary(literal: Form) -> str:
+def _contrary(literal: ListForm) -> str:
     """Returns the text of a literal's contrary."""
     return literal.parts[1].text if literal.head == "not" else f"(not {literal.text})"
 
 
-def _check_order(conditions: Dict[str, List[Form]], changes: Sequence[Form]) -> None:
+def _check_order(conditions: Dict[str, List[ListForm]], changes: Sequence[ListForm]) -> None:
     """Refuses comparisons of numbers that the action's own beginning has changed."""
     changed = {change.parts[1].text for change in changes}
     for condition in (*conditions[_ALL], *conditions[_END]):
@@ -324,7 +328,7 @@ def _check_order(conditions: Dict[str, List[Form]], changes: Sequence[Form]) -> 
                             "action's own beginning changes: say it (at start ...)")  # fmt: skip
 
 
-def _needed(conditions: Dict[str, List[Form]], begun: Sequence[Form]) -> List[Form]:
+def _needed(conditions: Dict[str, List[ListForm]], begun: Sequence[ListForm]) -> List[ListForm]:
     """Returns the conditions before an action; its own beginning may meet the others."""
     given = {literal.text for literal in begun}
     taken = {_contrary(literal) for literal in begun}
@@ -339,21 +343,21 @@ def _needed(conditions: Dict[str, List[Form]], begun: Sequence[Form]) -> List[Fo
 
 
 def _net(
-    conditions: Sequence[Form], begun: Sequence[Form], ended: Sequence[Form]
-) -> Tuple[List[Form], List[Form], List[Form]]:
+    conditions: Sequence[ListForm], begun: Sequence[ListForm], ended: Sequence[ListForm]
+) -> Tuple[List[ListForm], List[ListForm], List[ListForm]]:
     """Returns an action's net effects, its locks, and its temporary effects."""
     before = {condition.text for condition in conditions}
     undone = {_contrary(literal) for literal in ended}
     net = [literal for literal in begun if literal.text not in undone]
-    locks: List[Form] = []
-    brief: List[Form] = []
+    locks: List[ListForm] = []
+    brief: List[ListForm] = []
     back = {_contrary(literal) for literal in begun}
     for literal in ended:
         if literal.text not in back:
             net.append(literal)
             continue
         atom = literal.parts[1] if literal.head == "not" else literal
-        assert isinstance(atom, Form)
+        assert isinstance(atom, ListForm)
         locks.append(atom)
         if literal.head == "not":
             brief.append(atom)
@@ -368,7 +372,7 @@ def _refuse_required_concurrency(actions: Sequence[ActionSchema]) -> None:
         for atom in action.brief:
             for other in actions:
                 needed = [f for f in other.precondition.parts if f.text.startswith("(")]
-                if atom.head in [f.head for f in needed if isinstance(f, Form)]:
+                if atom.head in [f.head for f in needed if isinstance(f, ListForm)]:
                     raise PddlError(
                         f"{atom.place}: {shorten(atom.text)} holds only while {action.name} lasts, "
                         f"and {other.name} needs it: no action begins within another one"

@@ -6,9 +6,9 @@ from typing import Dict, Iterator, List, Optional, Sequence, Tuple
 
 from rosoclingo.pddl.actuators import Actuators
 from rosoclingo.pddl.domain import ActionSchema, Domain
-from rosoclingo.pddl.names import Names
+from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.numbers import Name, Numbers, NumericUse, ground_atom
-from rosoclingo.pddl.sas import Operator, Task
+from rosoclingo.pddl.sas import SasOperator, TranslatedTask
 from rosoclingo.pddl.variables import Variable, variables
 
 GOAL = "goal"
@@ -45,10 +45,10 @@ class Encoder:
 
     def __init__(
         self,
-        task: Task,
+        task: TranslatedTask,
         domain: Domain,
         numbers: Numbers,
-        names: Names,
+        names: Identifiers,
         actuators: Actuators,
     ) -> None:
         """Takes a task.
@@ -116,7 +116,7 @@ class Encoder:
 
     def actions(self) -> List[str]:
         """Returns the conditions and effects of actions, action by action."""
-        by_name: Dict[str, List[Tuple[Operator, NumericUse]]] = {}
+        by_name: Dict[str, List[Tuple[SasOperator, NumericUse]]] = {}
         for operator, use in zip(self._task.operators, self._uses):
             if use is not None and (operator.effects or use.changes_something):
                 by_name.setdefault(operator.name.split()[0], []).append((operator, use))
@@ -126,7 +126,7 @@ class Encoder:
             lines += (line for operator, use in alike for line in self._action(operator, use))
         return lines
 
-    def _action(self, operator: Operator, use: NumericUse) -> Iterator[str]:
+    def _action(self, operator: SasOperator, use: NumericUse) -> Iterator[str]:
         name, *objects = operator.name.split()
         who = f"{self._actuators.of(objects)},{self._names.term(name, objects)}"
         yield f"action({who})."

@@ -26,10 +26,10 @@ class Word:
 
 
 @dataclass(frozen=True)
-class Form:
+class ListForm:
     """A list in parentheses, with the place of its opening one."""
 
-    parts: Tuple[Union[Word, Form], ...]
+    parts: Tuple[Union[Word, ListForm], ...]
     place: str
 
     @property
@@ -42,16 +42,16 @@ class Form:
         """The list as it stands in a file, on one line."""
         return f"({' '.join(part.text for part in self.parts)})"
 
-    def forms(self) -> Iterator[Form]:
+    def forms(self) -> Iterator[ListForm]:
         """Yields this list and all those in it, in the order of the file."""
         open_forms = [self]
         while open_forms:
             form = open_forms.pop()
             yield form
-            open_forms.extend(part for part in reversed(form.parts) if isinstance(part, Form))
+            open_forms.extend(part for part in reversed(form.parts) if isinstance(part, ListForm))
 
 
-def read_file(file: Path) -> Form:
+def read_file(file: Path) -> ListForm:
     """Returns the only list of a file.
 
     Raises:
@@ -64,7 +64,7 @@ def read_file(file: Path) -> Form:
     return parse(text, str(file))
 
 
-def parse(text: str, name: str) -> Form:
+def parse(text: str, name: str) -> ListForm:
     """Returns the only list of a text.
 
     Args:
@@ -74,7 +74,7 @@ def parse(text: str, name: str) -> Form:
     Raises:
         PddlError: The text is not one list in parentheses.
     """
-    levels: List[Tuple[str, List[Union[Word, Form]]]] = [(f"{name}:1", [])]
+    levels: List[Tuple[str, List[Union[Word, ListForm]]]] = [(f"{name}:1", [])]
     line = 1
     for piece in _TOKEN.findall(text):
         place = f"{name}:{line}"
@@ -85,7 +85,7 @@ def parse(text: str, name: str) -> Form:
             if len(levels) == 1:
                 raise PddlError(f"{place}: a parenthesis is closed that was not opened")
             begin, parts = levels.pop()
-            levels[-1][1].append(Form(tuple(parts), begin))
+            levels[-1][1].append(ListForm(tuple(parts), begin))
         elif not piece.isspace() and not piece.startswith(";"):
             levels[-1][1].append(Word(piece.lower(), place))
     if len(levels) > 1:

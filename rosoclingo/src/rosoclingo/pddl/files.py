@@ -12,8 +12,8 @@ from rosoclingo.pddl.actuators import Actuators
 from rosoclingo.pddl.declarations import check_declarations
 from rosoclingo.pddl.domain import Domain, read_domain, read_problem
 from rosoclingo.pddl.encoding import GOAL, Encoder
-from rosoclingo.pddl.expressions import Form, PddlError, read_file
-from rosoclingo.pddl.names import Names
+from rosoclingo.pddl.expressions import ListForm, PddlError, read_file
+from rosoclingo.pddl.names import Identifiers
 from rosoclingo.pddl.numbers import Numbers
 from rosoclingo.pddl.translator import translate
 
@@ -58,12 +58,12 @@ def import_task(domain_file: Path, problem_file: Path, options: ImportOptions) -
         raise PddlError(f"--actuator {options.actuator}: this is no name, such as robot")
     for function in options.limits:
         _check_function(domain, function)
-    names = Names.of(domain.form, problem.form)
+    names = Identifiers.of(domain.form, problem.form)
     actuators = Actuators(domain, problem, names, options.actuators, options.actuator)
     task = translate(domain, problem, [each.lower() for each in options.changing])
     numbers = Numbers(domain, problem, options.limits)
     encoder = Encoder(task, domain, numbers, names, actuators)
-    name = options.name or Names([domain.name]).term(domain.name)
+    name = options.name or Identifiers([domain.name]).term(domain.name)
     actions = encoder.actions()
     made = f"{_MARK} of {domain_file.name} and {problem_file.name}"
     encoding = [
@@ -129,9 +129,11 @@ def _library() -> Path:
 
 
 def _check_function(domain: Domain, name: str) -> None:
-    sections = [part for part in domain.form.parts if isinstance(part, Form)]
+    sections = [part for part in domain.form.parts if isinstance(part, ListForm)]
     functions = [part for part in sections if part.head == ":functions"]
-    known = sorted({f.head for section in functions for f in section.parts if isinstance(f, Form)})
+    known = sorted(
+        {f.head for section in functions for f in section.parts if isinstance(f, ListForm)}
+    )
     if name not in known:
         there = f"there are {', '.join(known)}" if known else "there are none"
         raise PddlError(f"--most {name}: there is no such function; {there}")

@@ -1,6 +1,6 @@
 """Terms for PDDL's names, which may have characters that clingo's have not.
 
->>> names = Names(["pick-up", "room-1", "7"])
+>>> names = Identifiers(["pick-up", "room-1", "7"])
 >>> names.term("pick-up", ["room-1", "7"])
 'pick_up(room_1,7)'
 """
@@ -11,7 +11,7 @@ import re
 from typing import Dict, Iterable, List, Sequence, Tuple
 
 from rosclingo.wire.term_text import split_term
-from rosoclingo.pddl.expressions import Form, Word
+from rosoclingo.pddl.expressions import ListForm, Word
 
 _OTHER = re.compile(r"[^a-z0-9_]")
 _NUMBER = re.compile(r"0|[1-9][0-9]{0,8}", re.ASCII)
@@ -24,7 +24,7 @@ _RESERVED = (
 )  # fmt: skip
 
 
-class Names:
+class Identifiers:
     """Gives each name an identifier of its own, as close to it as possible."""
 
     def __init__(self, words: Iterable[str]) -> None:
@@ -40,7 +40,7 @@ class Names:
             self._terms[word] = term
 
     @classmethod
-    def of(cls, *forms: Form) -> Names:
+    def of(cls, *forms: ListForm) -> Identifiers:
         """Takes all names of files."""
         parts = [part for form in forms for each in form.forms() for part in each.parts]
         return cls([p.text for p in parts if isinstance(p, Word) and p.text[0] not in "?:"])

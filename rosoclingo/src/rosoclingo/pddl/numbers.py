@@ -19,8 +19,8 @@ from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.pddl.domain import ActionSchema, Domain, Problem
-from rosoclingo.pddl.expressions import Form, PddlError, Word
-from rosoclingo.pddl.support import Part
+from rosoclingo.pddl.expressions import ListForm, PddlError, Word
+from rosoclingo.pddl.support import PddlPart
 
 Name = Tuple[str, ...]
 """A function and its objects."""
@@ -127,8 +127,8 @@ class Numbers:
     ) -> Optional[Dict[Name, _Change]]:
         found: Dict[Name, _Change] = {}
 
-        def of(form: Part) -> _Change:
-            assert isinstance(form, Form)
+        def of(form: PddlPart) -> _Change:
+            assert isinstance(form, ListForm)
             name = _ground(form, binding)
             self._check_first(name, form.place)
             return found.setdefault(name, _Change())
@@ -228,7 +228,7 @@ class Numbers:
         return round(cost)
 
     def _added(
-        self, metric: Part, schema: ActionSchema, binding: Mapping[str, str], lasts: float
+        self, metric: PddlPart, schema: ActionSchema, binding: Mapping[str, str], lasts: float
     ) -> float:
         """Returns how much larger an action makes the metric, which is a sum."""
         value = _number(metric)
@@ -237,40 +237,40 @@ class Numbers:
         name = (metric.text,) if isinstance(metric, Word) else _ground(metric, {})
         if name == _TIME:
             return lasts
-        if isinstance(metric, Form) and metric.head == "+":
+        if isinstance(metric, ListForm) and metric.head == "+":
             return sum(self._added(part, schema, binding, lasts) for part in metric.parts[1:])
-        if isinstance(metric, Form) and metric.head == "*" and len(metric.parts) == 3:
+        if isinstance(metric, ListForm) and metric.head == "*" and len(metric.parts) == 3:
             for factor, part in (metric.parts[1:], metric.parts[:0:-1]):
                 value = _number(factor)
                 if value is not None:
                     return value * self._added(part, schema, binding, lasts)
-        if isinstance(metric, Form) and metric.head in ("-", "/", "*"):
+        if isinstance(metric, ListForm) and metric.head in ("-", "/", "*"):
             raise PddlError(f"{metric.place}: {shorten(metric.text)} in :metric is not understood: "
                             "there can be sums, and products with a number")  # fmt: skip
         total = 0.0
         for change in schema.changes:
             target = change.parts[1]
-            if isinstance(target, Form) and _ground(target, binding) == name:
+            if isinstance(target, ListForm) and _ground(target, binding) == name:
                 if change.head != "increase":
                     raise PddlError(f"{change.place}: {change.head} of {shorten(target.text)}: "
                                     "what is minimized can only be increased")  # fmt: skip
                 total += self._evaluate(change.parts[2], schema, binding)
         return total
 
-    def _integer(self, part: Part, schema: ActionSchema, binding: Mapping[str, str]) -> int:
+    def _integer(self, part: PddlPart, schema: ActionSchema, binding: Mapping[str, str]) -> int:
         value = self._evaluate(part, schema, binding)
         if value != round(value) or not 0 <= value <= _LARGEST:
             raise PddlError(f"{part.place}: {shorten(part.text)} is {value:g} for {schema.name}: "
                             "it has to be a whole number from 0 on")  # fmt: skip
         return round(value)
 
-    def _evaluate(self, part: Part, schema: ActionSchema, binding: Mapping[str, str]) -> float:
+    def _evaluate(self, part: PddlPart, schema: ActionSchema, binding: Mapping[str, str]) -> float:
         value = _number(part)
         if value is not None:
             return value
         if part.text == "?duration" and schema.duration is not None:
             return self._evaluate(schema.duration, schema, binding)
-        if isinstance(part, Form) and part.head in _OPERATIONS and len(part.parts) == 3:
+        if isinstance(part, ListForm) and part.head in _OPERATIONS and len(part.parts) == 3:
             left, right = (self._evaluate(each, schema, binding) for each in part.parts[1:])
             if part.head == "/" and right == 0:
                 raise PddlError(f"{part.place}: {shorten(part.text)} divides by 0")
@@ -290,12 +290,12 @@ def _binding(schema: ActionSchema, objects: Sequence[str]) -> Dict[str, str]:
     return dict(zip(schema.parameters, objects))
 
 
-def _ground(form: Form, binding: Mapping[str, str]) -> Name:
+def _ground(form: ListForm, binding: Mapping[str, str]) -> Name:
     """Returns an atom or a number with objects in the place of variables."""
     return tuple(binding.get(part.text, part.text) for part in form.parts)
 
 
-def ground_atom(form: Form, schema: ActionSchema, objects: Sequence[str]) -> Name:
+def ground_atom(form: ListForm, schema: ActionSchema, objects: Sequence[str]) -> Name:
     """Returns an atom of an action for its objects."""
     return _ground(form, _binding(schema, objects))
 
@@ -304,16 +304,16 @@ def _key(text: str) -> Name:
     return tuple(text.strip("()").split())
 
 
-def _function(part: Part) -> str:
-    return part.head if isinstance(part, Form) else part.text
+def _function(part: PddlPart) -> str:
+    return part.head if isinstance(part, ListForm) else part.text
 
 
 def _text(name: Name) -> str:
     return f"({' '.join(name)})"
 
 
-def _number(part: Part) -> Optional[float]:
-    if isinstance(part, Form):
+def _number(part: PddlPart) -> Optional[float]:
+    if isinstance(part, ListForm):
         return None
     try:
         return float(part.text)

@@ -13,7 +13,7 @@ Assignment = Tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Effect:
+class SasEffect:
     """A change of a variable, under conditions on the state before it."""
 
     conditions: Tuple[Assignment, ...]
@@ -22,7 +22,7 @@ class Effect:
 
 
 @dataclass(frozen=True)
-class Operator:
+class SasOperator:
     """A ground action.
 
     Attributes:
@@ -35,20 +35,20 @@ class Operator:
     name: str
     preconditions: Tuple[Assignment, ...]
     exclusions: Tuple[Assignment, ...]
-    effects: Tuple[Effect, ...]
+    effects: Tuple[SasEffect, ...]
 
 
 @dataclass(frozen=True)
-class Task:
+class TranslatedTask:
     """A planning task. A variable is the names of its values."""
 
     variables: Tuple[Tuple[str, ...], ...]
     init: Tuple[int, ...]
     goal: Tuple[Assignment, ...]
-    operators: Tuple[Operator, ...]
+    operators: Tuple[SasOperator, ...]
 
 
-def parse_sas(text: str) -> Task:
+def parse_sas(text: str) -> TranslatedTask:
     """Returns the task of a file of the translator.
 
     Raises:
@@ -93,7 +93,7 @@ class _Lines:
         return variable, value
 
 
-def _parse(lines: _Lines) -> Task:
+def _parse(lines: _Lines) -> TranslatedTask:
     lines.skip("begin_version")
     lines.skip("3")
     lines.skip("end_version")
@@ -115,7 +115,7 @@ def _parse(lines: _Lines) -> Task:
     if lines.integer():
         raise PddlError("the task needs axioms, which are not understood: quantifiers and "
                         "disjunctions have to be written as several actions")  # fmt: skip
-    return Task(variables, init, goal, tuple(_united(operators, variables)))
+    return TranslatedTask(variables, init, goal, tuple(_united(operators, variables)))
 
 
 def _variable(lines: _Lines) -> Tuple[str, ...]:
@@ -129,7 +129,7 @@ def _variable(lines: _Lines) -> Tuple[str, ...]:
     return values
 
 
-def _operator(lines: _Lines) -> Operator:
+def _operator(lines: _Lines) -> SasOperator:
     lines.skip("begin_operator")
     name = lines.text().strip()  # one without objects ends in a blank
     preconditions = list(lines.assignments())
@@ -141,22 +141,22 @@ def _operator(lines: _Lines) -> Operator:
         variable, before, after = numbers[1 + 2 * count :]
         if before >= 0:
             preconditions.append((variable, before))
-        effects.append(Effect(tuple(zip(pairs[::2], pairs[1::2])), variable, after))
+        effects.append(SasEffect(tuple(zip(pairs[::2], pairs[1::2])), variable, after))
     lines.integer()  # its cost
     lines.skip("end_operator")
     unique = tuple(dict.fromkeys(preconditions))
-    return Operator(name, unique, (), tuple(effects))
+    return SasOperator(name, unique, (), tuple(effects))
 
 
 def _united(
-    operators: Sequence[Operator], variables: Sequence[Sequence[str]]
-) -> Iterator[Operator]:
+    operators: Sequence[SasOperator], variables: Sequence[Sequence[str]]
+) -> Iterator[SasOperator]:
     """Unites operators of the same name, which the translator makes of negative conditions.
 
     Raises:
         PddlError: They differ in more than the values of variables, each for itself.
     """
-    by_name: Dict[str, List[Operator]] = {}
+    by_name: Dict[str, List[SasOperator]] = {}
     for operator in operators:
         by_name.setdefault(operator.name, []).append(operator)
     for name, alike in by_name.items():
@@ -175,4 +175,4 @@ def _united(
             for value in range(len(variables[variable]))
             if len(those) > 1 and value not in those
         ]
-        yield Operator(name, tuple((v, x) for v, x in needed), tuple(excluded), alike[0].effects)
+        yield SasOperator(name, tuple((v, x) for v, x in needed), tuple(excluded), alike[0].effects)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Dict, FrozenSet, Union
 
 from rosclingo.errors import shorten
-from rosoclingo.pddl.expressions import Form, PddlError, Word
+from rosoclingo.pddl.expressions import ListForm, PddlError, Word
 
-Part = Union[Word, Form]
+PddlPart = Union[Word, ListForm]
 
 _REQUIREMENTS = frozenset(
     (":strips", ":typing", ":negative-preconditions", ":equality", ":conditional-effects",
@@ -48,7 +48,7 @@ _RESERVED = frozenset(
 )  # fmt: skip
 
 
-def sections(form: Form, kind: str) -> Dict[str, Form]:
+def sections(form: ListForm, kind: str) -> Dict[str, ListForm]:
     """Returns the sections of a domain or a problem by their names, without its actions.
 
     Raises:
@@ -56,9 +56,9 @@ def sections(form: Form, kind: str) -> Dict[str, Form]:
     """
     if form.head != "define":
         raise PddlError(f"{form.place}: a {kind} begins with (define ({kind} NAME)")
-    if len(form.parts) < 2 or not isinstance(form.parts[1], Form) or form.parts[1].head != kind:
+    if len(form.parts) < 2 or not isinstance(form.parts[1], ListForm) or form.parts[1].head != kind:
         raise PddlError(f"{form.place}: this is no {kind}: (define ({kind} NAME) is missing")
-    found: Dict[str, Form] = {}
+    found: Dict[str, ListForm] = {}
     for part in form.parts[1:]:
         if isinstance(part, Word):
             raise PddlError(f"{part.place}: {shorten(part.text)} is not in parentheses")
@@ -74,15 +74,15 @@ def sections(form: Form, kind: str) -> Dict[str, Form]:
     return found
 
 
-def _check_requirements(section: Form) -> None:
+def _check_requirements(section: ListForm) -> None:
     for part in section.parts[1:]:
-        if isinstance(part, Form):
+        if isinstance(part, ListForm):
             raise PddlError(f"{part.place}: a requirement is a word, such as :strips")
         if part.text not in _REQUIREMENTS | _HARMLESS:
             raise not_understood(part.place, part.text, _REQUIREMENTS)
 
 
-def check_formula(part: Part, where: str, *, within: bool = False) -> None:
+def check_formula(part: PddlPart, where: str, *, within: bool = False) -> None:
     """Checks a condition, an effect or a goal.
 
     Args:
@@ -124,11 +124,11 @@ def check_formula(part: Part, where: str, *, within: bool = False) -> None:
         _check_atom(part)
 
 
-def _check_atom(part: Form) -> None:
+def _check_atom(part: ListForm) -> None:
     if not part.head:
         raise PddlError(f"{part.place}: a predicate is expected in {shorten(part.text)}")
     for each in part.parts[1:]:
-        if isinstance(each, Form):
+        if isinstance(each, ListForm):
             raise PddlError(f"{each.place}: {shorten(each.text)} is not understood: "
                             f"{part.head} has names of objects and variables")  # fmt: skip
 

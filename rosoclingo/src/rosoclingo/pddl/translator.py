@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Collection, Dict, List
 
 from rosclingo.errors import shorten
-from rosoclingo.downward import PACKAGE, find_fast_downward
+from rosoclingo.downward import DOWNWARD_PACKAGE, find_fast_downward
 from rosoclingo.pddl.domain import Domain, Problem
-from rosoclingo.pddl.expressions import Form, PddlError
-from rosoclingo.pddl.sas import Task, parse_sas
+from rosoclingo.pddl.expressions import ListForm, PddlError
+from rosoclingo.pddl.sas import TranslatedTask, parse_sas
 
 _CHANGES = "changes-"  # begins the name of an action by which a fact may change
 
@@ -26,11 +26,11 @@ def fast_downward() -> Path:
     """
     folder = find_fast_downward()
     if folder is None:
-        raise PddlError(f"importing PDDL needs Fast Downward: pip install {PACKAGE}")
+        raise PddlError(f"importing PDDL needs Fast Downward: pip install {DOWNWARD_PACKAGE}")
     return folder
 
 
-def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) -> Task:
+def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) -> TranslatedTask:
     """Returns the task of a domain and a problem, without numbers.
 
     Args:
@@ -69,12 +69,12 @@ def translate(domain: Domain, problem: Problem, changing: Collection[str] = ()) 
             raise PddlError(f"{problem.goal.place}: the goal can never be met, whatever is done")
         task = parse_sas(output.read_text(encoding="utf-8"))
     operators = tuple(one for one in task.operators if not one.name.startswith(_CHANGES))
-    return Task(task.variables, task.init, task.goal, operators)
+    return TranslatedTask(task.variables, task.init, task.goal, operators)
 
 
-def _sections(form: Form, *names: str) -> List[str]:
+def _sections(form: ListForm, *names: str) -> List[str]:
     """Returns the sections that stay as they are, in the order that the translator expects."""
-    found = {part.head: part.text for part in form.parts if isinstance(part, Form)}
+    found = {part.head: part.text for part in form.parts if isinstance(part, ListForm)}
     return [found[name] for name in names if name in found]
 
 
@@ -92,10 +92,10 @@ def _domain_text(domain: Domain, changing: Collection[str]) -> str:
 
 def _changes(domain: Domain, changing: Collection[str]) -> List[str]:
     """Returns actions that change facts, so that the translator has variables of them."""
-    predicates: Dict[str, Form] = {}
+    predicates: Dict[str, ListForm] = {}
     for section in domain.form.parts[1:]:
-        if isinstance(section, Form) and section.head == ":predicates":
-            predicates = {part.head: part for part in section.parts if isinstance(part, Form)}
+        if isinstance(section, ListForm) and section.head == ":predicates":
+            predicates = {part.head: part for part in section.parts if isinstance(part, ListForm)}
     actions = []
     for name in changing:
         if name not in predicates:

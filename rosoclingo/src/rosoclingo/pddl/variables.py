@@ -12,7 +12,7 @@ import re
 from dataclasses import dataclass
 from typing import List, Optional, Sequence, Set, Tuple
 
-from rosoclingo.pddl.names import Names
+from rosoclingo.pddl.names import Identifiers
 
 _ATOM = re.compile(r"(Negated)?Atom ([^(\s]+)\((.*)\)")
 _NONE, _YES, _NO = "none", "yes", "no"
@@ -54,7 +54,7 @@ def read_atom(value: str) -> Optional[Atom]:
     return Atom(match[2], tuple(match[3].split(", ")) if match[3] else ())
 
 
-def variables(groups: Sequence[Sequence[str]], names: Names) -> List[Variable]:
+def variables(groups: Sequence[Sequence[str]], names: Identifiers) -> List[Variable]:
     """Returns the variables of a task.
 
     Args:
@@ -74,7 +74,7 @@ def variables(groups: Sequence[Sequence[str]], names: Names) -> List[Variable]:
     return result
 
 
-def _named(atoms: Tuple[Optional[Atom], ...], names: Names) -> Variable:
+def _named(atoms: Tuple[Optional[Atom], ...], names: Identifiers) -> Variable:
     there = [atom for atom in atoms if atom is not None]
     first = there[0]
     if len(there) == 1:

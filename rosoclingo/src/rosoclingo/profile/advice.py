@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Callable, Dict, Iterator, List, Mapping, Optional, Sequence
 
 from rosclingo.wire.commands import Result
-from rosoclingo.profile.counting import Counts, Steps, Values, total
-from rosoclingo.profile.marking import BodyAtom, Form, Signature, Statement
-from rosoclingo.profile.measuring import Search, Trace
+from rosoclingo.profile.counting import Counts, Steps, VariableValues, total
+from rosoclingo.profile.marking import BodyAtom, PredicateSignature, Statement, StatementForm
+from rosoclingo.profile.measuring import SolverTrace, TimedSearch
 
 _SHARE = 0.05  # of all instances, from which on a statement is worth a word
 _MANY = 500  # instances in one step, or
@@ -23,7 +23,7 @@ _MOST = 8  # pieces of advice about grounding
 _SECONDS = 0.5  # of searches, from which on they are worth a word
 _SOME = 0.5  # of these, likewise
 
-Look = Callable[[Statement, Steps], Dict[str, Values]]
+Advisor = Callable[[Statement, Steps], Dict[str, VariableValues]]
 """Returns the values of a statement's variables in its busiest step."""
 
 
@@ -41,7 +41,7 @@ class Measured:
     statement: Statement
     steps: Steps
     in_step: int
-    look: Callable[[], Dict[str, Values]]
+    look: Callable[[], Dict[str, VariableValues]]
 
     @property
     def total(self) -> int:
@@ -54,7 +54,7 @@ class Measured:
         return f"{self.in_step:,} in a step" if self.in_step else f"{self.total:,}"
 
 
-def advise(counts: Counts, trace: Trace, look: Look) -> List[str]:
+def advise(counts: Counts, trace: SolverTrace, look: Advisor) -> List[str]:
     """Returns the advice, that with the greatest effect first.
 
     Args:
@@ -71,7 +71,7 @@ def advise(counts: Counts, trace: Trace, look: Look) -> List[str]:
     return [*of_grounding, *of_searches]
 
 
-def _grounding_advice(counts: Counts, look: Look) -> List[str]:
+def _grounding_advice(counts: Counts, look: Advisor) -> List[str]:
     said: List[str] = []
     statements = [
         Measured(
@@ -118,7 +118,7 @@ def _sizes(one: Measured, counts: Counts) -> List[int]:
 def _events(one: Measured, counts: Counts) -> Optional[str]:
     """External events for each step, for all that could ever be said."""
     statement = one.statement
-    if statement.form is not Form.EXTERNAL or not (statement.parameters and one.in_step):
+    if statement.form is not StatementForm.EXTERNAL or not (statement.parameters and one.in_step):
         return None
     (name, arity) = statement.heads[0]
     causes = [
@@ -155,7 +155,7 @@ def _combinations(one: Measured, counts: Counts) -> Optional[str]:
     names = [f"{_name(a.signature)} ({_size(a, counts):,})" for a in largest if _size(a, counts)]
     same = {atom.signature for atom in largest}
     remedy = "have them share a variable, or find the pairs that matter by a rule in base"
-    if one.statement.form is Form.CONSTRAINT and len(same) == 1:
+    if one.statement.form is StatementForm.CONSTRAINT and len(same) == 1:
         remedy = (
             f"if it allows one of them at most, count: "
             f"':- 2 <= {{ {_atom(largest[0].signature)} }}.' is a single rule"
@@ -211,7 +211,7 @@ def _growth(one: Measured, counts: Counts) -> Optional[str]:
 def _choice(one: Measured, counts: Counts) -> Optional[str]:
     """Choices most of whose elements are impossible."""
     statement = one.statement
-    if statement.form is not Form.CHOICE or not one.in_step:
+    if statement.form is not StatementForm.CHOICE or not one.in_step:
         return None
     return (
         f"chooses among {one.in_step:,} atoms in each step: choose among what is possible only, "
@@ -222,7 +222,7 @@ def _choice(one: Measured, counts: Counts) -> Optional[str]:
 
 def _minimize(one: Measured, _: Counts) -> Optional[str]:
     """Minimisation over very many atoms."""
-    if one.statement.form is not Form.MINIMIZE:
+    if one.statement.form is not StatementForm.MINIMIZE:
         return None
     return (
         f"minimises over {one.many}: count by an atom for each action that is done, and not for "
@@ -271,15 +271,15 @@ def _size(atom: BodyAtom, counts: Counts) -> int:
     return counts.in_step(dict(steps)) if atom.in_step else sum(steps.values())
 
 
-def _name(signature: Signature) -> str:
+def _name(signature: PredicateSignature) -> str:
     return f"{signature[0]}/{signature[1]}"
 
 
-def _atom(signature: Signature) -> str:
+def _atom(signature: PredicateSignature) -> str:
     return f"{signature[0]}({','.join(['...'] * min(signature[1], 1))})"
 
 
-def _search_advice(searches: Sequence[Search]) -> Iterator[str]:
+def _search_advice(searches: Sequence[TimedSearch]) -> Iterator[str]:
     """Yields advice on the time of searches."""
     seconds = sum(one.seconds for one in searches)
     if seconds < _SECONDS:

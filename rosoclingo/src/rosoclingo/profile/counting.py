@@ -15,8 +15,8 @@ from rosclingo.solver.options import Options
 from rosclingo.solver.patches import atoms_after
 from rosclingo.solver.programs import Program
 from rosclingo.wire import commands as wire
-from rosoclingo.profile.marking import MARKER, Marker, Signature, Statement, mark
-from rosoclingo.profile.measuring import Grounding, Trace
+from rosoclingo.profile.marking import MARKER, Marker, PredicateSignature, Statement, mark
+from rosoclingo.profile.measuring import Grounding, SolverTrace
 
 Steps = Dict[Optional[int], int]
 """How many there are for each step; None for what belongs to no step."""
@@ -25,7 +25,7 @@ _MOST_LOOKED_AT = 30_000  # atoms of a marker
 
 
 @dataclass(frozen=True)
-class Values:
+class VariableValues:
     """The values of a variable.
 
     Attributes:
@@ -50,7 +50,7 @@ class Counts:
 
     statements: Sequence[Statement] = ()
     instances: List[Steps] = field(default_factory=list)
-    atoms: Dict[Signature, Steps] = field(default_factory=dict)
+    atoms: Dict[PredicateSignature, Steps] = field(default_factory=dict)
     times: Steps = field(default_factory=dict)
 
     @property
@@ -92,11 +92,11 @@ class CountingEngine(Engine):
         """Loads the files, marked."""
         self._statements: List[Statement] = []
         super().__init__(options, rewrite=self._mark)
-        self._last: Dict[Signature, SymbolicAtom] = {}
-        self._steps: Dict[Signature, Steps] = {}
+        self._last: Dict[PredicateSignature, SymbolicAtom] = {}
+        self._steps: Dict[PredicateSignature, Steps] = {}
         self._times: Steps = {}
         # Before the first atom of a step.
-        self._begins: Dict[Tuple[Signature, Optional[int]], Optional[SymbolicAtom]] = {}
+        self._begins: Dict[Tuple[PredicateSignature, Optional[int]], Optional[SymbolicAtom]] = {}
         self._grounded: Set[str] = set()  # names of parts
 
     def _mark(self, program: Program) -> Program:
@@ -120,10 +120,10 @@ class CountingEngine(Engine):
             steps = self._steps.setdefault(signature, {})
             steps[step] = steps.get(step, 0) + number
 
-    def _new_atoms(self, step: Optional[int]) -> Dict[Signature, int]:
+    def _new_atoms(self, step: Optional[int]) -> Dict[PredicateSignature, int]:
         """Counts the atoms of each predicate that have come, for a step."""
         atoms = self._control.symbolic_atoms
-        found: Dict[Signature, int] = {}
+        found: Dict[PredicateSignature, int] = {}
         for name, arity, positive in atoms.signatures:
             signature = (name if positive else f"-{name}", arity)
             before = last = self._last.get(signature)
@@ -158,7 +158,7 @@ class CountingEngine(Engine):
         atoms = {key: one for key, one in self._steps.items() if not key[0].startswith(MARKER)}
         return Counts(self._statements, instances, atoms, self._times)
 
-    def values(self, marker: Marker, step: Optional[int]) -> Dict[str, Values]:
+    def values(self, marker: Marker, step: Optional[int]) -> Dict[str, VariableValues]:
         """Returns the values of a statement's variables in the instances of a step.
 
         Args:
@@ -183,7 +183,7 @@ class CountingEngine(Engine):
 
 
 def count(
-    options: Options, trace: Trace, tell: Callable[[str], None] = lambda _: None
+    options: Options, trace: SolverTrace, tell: Callable[[str], None] = lambda _: None
 ) -> Tuple[Counts, CountingEngine]:
     """Repeats the groundings of a planner's solver, and counts the instances.
 
@@ -203,8 +203,8 @@ def count(
     return engine.counts(), engine
 
 
-def _summary(symbols: Set[clingo.Symbol]) -> Values:
+def _summary(symbols: Set[clingo.Symbol]) -> VariableValues:
     numbers = [one.number for one in symbols if one.type is clingo.SymbolType.Number]
     if not numbers or len(numbers) < len(symbols):
-        return Values(len(symbols))
-    return Values(len(symbols), (min(numbers), max(numbers)))
+        return VariableValues(len(symbols))
+    return VariableValues(len(symbols), (min(numbers), max(numbers)))

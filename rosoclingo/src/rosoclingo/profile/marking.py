@@ -22,7 +22,7 @@ from clingo.ast import ASTType
 
 from rosclingo.solver.programs import Program
 
-Signature = Tuple[str, int]
+PredicateSignature = Tuple[str, int]
 """A predicate's name and its number of arguments; the name of -p begins with a dash."""
 
 MARKER = "rosoclingo_profile_"
@@ -35,7 +35,7 @@ _MINUS = ast.UnaryOperator.Minus
 _AGGREGATES = (ASTType.Aggregate, ASTType.BodyAggregate)
 
 
-class Form(enum.Enum):
+class StatementForm(enum.Enum):
     """The form of a statement, as far as advice depends on it."""
 
     RULE = "rule"
@@ -55,7 +55,7 @@ class BodyAtom:
         in_step: Whether it names a parameter of the part, such as ``t``.
     """
 
-    signature: Signature
+    signature: PredicateSignature
     in_step: bool
 
 
@@ -72,7 +72,7 @@ class Marker:
     arguments: Tuple[str, ...]
 
     @property
-    def signature(self) -> Signature:
+    def signature(self) -> PredicateSignature:
         """Its name and its number of arguments."""
         return self.name, len(self.arguments)
 
@@ -101,8 +101,8 @@ class Statement:
     text: str
     part: str
     parameters: Tuple[str, ...]
-    form: Form
-    heads: Tuple[Signature, ...] = ()
+    form: StatementForm
+    heads: Tuple[PredicateSignature, ...] = ()
     body: Tuple[BodyAtom, ...] = ()
     groups: Tuple[Tuple[BodyAtom, ...], ...] = ()
     computed: Tuple[str, ...] = ()
@@ -169,7 +169,7 @@ class _Reader:
             _groups(atoms, one.body),
             tuple(_variables(n for n in _walk([one]) if n.ast_type is ASTType.BinaryOperation)),
             is_constant=(
-                _form(statement) is Form.RULE
+                _form(statement) is StatementForm.RULE
                 and self._names_parameter(head)
                 and bool(statement.body)
                 and not self._names_parameter(statement.body)
@@ -246,17 +246,19 @@ class _Reader:
         )
 
 
-def _form(statement: ast.AST) -> Form:
+def _form(statement: ast.AST) -> StatementForm:
     kind = statement.ast_type
     if kind is ASTType.Rule:
         head = statement.head
         if head.ast_type is ASTType.Aggregate or head.ast_type is ASTType.HeadAggregate:
-            return Form.CHOICE
+            return StatementForm.CHOICE
         is_boolean = head.ast_type is ASTType.Literal and (
             head.atom.ast_type is ASTType.BooleanConstant
         )
-        return Form.CONSTRAINT if is_boolean else Form.RULE
-    return {ASTType.External: Form.EXTERNAL, ASTType.Minimize: Form.MINIMIZE}.get(kind, Form.OTHER)
+        return StatementForm.CONSTRAINT if is_boolean else StatementForm.RULE
+    return {ASTType.External: StatementForm.EXTERNAL, ASTType.Minimize: StatementForm.MINIMIZE}.get(
+        kind, StatementForm.OTHER
+    )
 
 
 def _head_terms(statement: ast.AST) -> List[ast.AST]:
@@ -305,7 +307,7 @@ def _symbols(literals: Iterable[ast.AST]) -> List[ast.AST]:
     ]
 
 
-def _signature(term: ast.AST) -> Optional[Signature]:
+def _signature(term: ast.AST) -> Optional[PredicateSignature]:
     if term.ast_type is ASTType.UnaryOperation:
         inner = _signature(term.argument)
         return None if inner is None else (f"-{inner[0]}", inner[1])

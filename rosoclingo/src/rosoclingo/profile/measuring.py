@@ -39,7 +39,7 @@ class Grounding:
 
 
 @dataclass(frozen=True)
-class Search:
+class TimedSearch:
     """A search with its time.
 
     Attributes:
@@ -58,7 +58,7 @@ class Search:
 
 
 @dataclass
-class Trace:
+class SolverTrace:
     """A log of what a planner's solver has done, in order.
 
     Attributes:
@@ -67,7 +67,7 @@ class Trace:
         horizon: Says which horizon is asked for.
     """
 
-    events: List[Union[Grounding, Search]] = field(default_factory=list)
+    events: List[Union[Grounding, TimedSearch]] = field(default_factory=list)
     doing: str = ""
     horizon: Callable[[], int] = field(default=lambda: 0)
 
@@ -77,16 +77,16 @@ class Trace:
         return [event for event in self.events if isinstance(event, Grounding)]
 
     @property
-    def searches(self) -> List[Search]:
+    def searches(self) -> List[TimedSearch]:
         """The searches."""
-        return [event for event in self.events if isinstance(event, Search)]
+        return [event for event in self.events if isinstance(event, TimedSearch)]
 
 
 class MeasuredEngine(Engine):
     """A solver that adds what it does to a trace. One thread makes the calls."""
 
     def __init__(
-        self, options: Options, trace: Trace, log: Callable[[str], None] = lambda _: None
+        self, options: Options, trace: SolverTrace, log: Callable[[str], None] = lambda _: None
     ) -> None:
         """Loads the files and grounds nothing.
 
@@ -140,7 +140,7 @@ class MeasuredEngine(Engine):
             self._trace.doing = ""
         seconds = time.perf_counter() - begin
         is_proven = first is not None and not outcome.interrupted
-        self._trace.events.append(Search(horizon, seconds, outcome.result, first, is_proven))
+        self._trace.events.append(TimedSearch(horizon, seconds, outcome.result, first, is_proven))
         return outcome
 
 
@@ -171,7 +171,7 @@ class Horizon:
     results: Tuple[wire.Result, ...] = ()
 
 
-def by_horizon(trace: Trace) -> Dict[int, Horizon]:
+def by_horizon(trace: SolverTrace) -> Dict[int, Horizon]:
     """Returns the work for each horizon, in their order."""
     found: Dict[int, Horizon] = {}
     for event in trace.events:

@@ -6,9 +6,9 @@ import textwrap
 from dataclasses import dataclass
 from typing import Any, Dict, Iterator, List, Sequence, Tuple
 
-from rosoclingo.profile.counting import Counts, Values, total
+from rosoclingo.profile.counting import Counts, VariableValues, total
 from rosoclingo.profile.marking import Statement
-from rosoclingo.profile.measuring import Horizon, Trace, by_horizon
+from rosoclingo.profile.measuring import Horizon, SolverTrace, by_horizon
 
 _MOST_ROWS = 10  # of a table
 _COLUMNS = 100
@@ -26,9 +26,9 @@ class Profile:
         advice: What to do.
     """
 
-    trace: Trace
+    trace: SolverTrace
     counts: Counts
-    variables: Dict[int, Dict[str, Values]]
+    variables: Dict[int, Dict[str, VariableValues]]
     advice: Sequence[str]
 
     @property

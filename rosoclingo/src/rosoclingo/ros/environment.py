@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.low_latency import publisher
 from rosoclingo.loop.values import journal
-from rosoclingo.loop.values.arrivals import Arrival
+from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
@@ -113,7 +113,7 @@ class RosEnvironment(Environment):
         step: int,
         horizon: int,
         actions: Sequence[Action],
-        arrivals: Sequence[Arrival] = (),
+        arrivals: Sequence[ExpectedArrival] = (),
     ) -> None:
         """Publishes to ``~plan``."""
         self._plan.publish(step, horizon, [str(one) for one in (*actions, *arrivals)])

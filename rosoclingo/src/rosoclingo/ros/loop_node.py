@@ -48,7 +48,7 @@ _WHY_SECONDS = 20.0  # how long an answer may take that is asked for by ~why
 _POLL_SECONDS = 0.1  # how often the main thread looks whether the loop has ended
 
 
-class Node:
+class LoopNode:
     """Connects the planning node's names with a loop.
 
     See docs/protocol.md, section "Names in the ROS graph".

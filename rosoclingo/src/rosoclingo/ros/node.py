@@ -11,11 +11,11 @@ from rosclingo.ros import parameters
 from rosclingo.ros.client import Client
 from rosclingo.ros.init import init_node
 from rosclingo.solver.about import about
-from rosoclingo.launched.about import LOOP, Launched
+from rosoclingo.launched.about import LOOP_NODE, Launched
 from rosoclingo.loop.mode.controller import Controller
-from rosoclingo.loop.mode.insistent import Insistent
+from rosoclingo.loop.mode.retrying import RetryingSolver
 from rosoclingo.ros.encodings import Encodings
-from rosoclingo.ros.loop_node import Node
+from rosoclingo.ros.loop_node import LoopNode
 from rosoclingo.ros.running import open_inbox, run
 from rosoclingo.ros.storing import Storing, open_store
 
@@ -43,7 +43,7 @@ def main(commands: Callable[..., Any]) -> NoReturn:
     run(lambda: _make(commands))
 
 
-def _make(commands: Callable[..., Any]) -> Node:
+def _make(commands: Callable[..., Any]) -> LoopNode:
     store = open_store()
     inbox = open_inbox(store)  # closed before the clients are, so that the loop knows why
     controller, planner = (
@@ -55,8 +55,10 @@ def _make(commands: Callable[..., Any]) -> Node:
         planner.wait()
 
     solvers = {"controller": controller.name, "planner": planner.name}
-    describe = partial(about, LOOP, [], {}, solvers=solvers)
-    decides, plans = (Insistent(each, each.name, rospy.logwarn) for each in (controller, planner))
+    describe = partial(about, LOOP_NODE, [], {}, solvers=solvers)
+    decides, plans = (
+        RetryingSolver(each, each.name, rospy.logwarn) for each in (controller, planner)
+    )
     decider = Controller(decides, is_remote=True)
     encodings = Encodings(planner.name, controller.name)
     encodings.listen()
@@ -69,7 +71,7 @@ def _make(commands: Callable[..., Any]) -> Node:
         for client in (controller, planner):
             client.wait(seconds)
 
-    return Node(
+    return LoopNode(
         decider,
         plans,
         commands,

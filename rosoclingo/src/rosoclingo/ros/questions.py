@@ -23,9 +23,9 @@ from rosoclingo.loop.values.journal import Event, Explained
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.srv import Why, WhyRequest, WhyResponse
 from rosoclingo.why.process import CLOSED, AnsweringProcess
-from rosoclingo.why.question import Kind, Question, Reply, Status, read
-from rosoclingo.why.situation import Situation
-from rosoclingo.why.task import Task
+from rosoclingo.why.question import Question, QuestionKind, ReplyStatus, WhyReply, read
+from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.task import QuestionTask
 
 _SECONDS_AT_END = 5.0  # how long goals wait for a reason before they end
 _POLL_SECONDS = 0.05  # how often what waits looks whether the node is shutting down
@@ -52,12 +52,14 @@ class Questions:
         self._seconds = seconds
         self._explains = explains
         self._process = AnsweringProcess(lambda text: rospy.logwarn("%s", text), nice=nice)
-        self._inbox.hurry = self._process.rest
+        self._inbox.pause_background_work = self._process.rest
         self._thread = ThreadPoolExecutor(1, "why")
         self._closed = threading.Event()
         self._noted: Optional[Tuple[str, str]] = None  # the last question with its answer
         self._lock = threading.Lock()  # guards the next one
-        self._wanted: Dict[Question, Tuple[Situation, Sequence[Goal]]] = {}  # without being asked
+        self._wanted: Dict[
+            Question, Tuple[PlannerSituation, Sequence[Goal]]
+        ] = {}  # without being asked
         self._reasons: Set[Future[None]] = set()  # of the loop's thread
         on_shutdown(self.close)
         self._service = rospy.Service("~why", Why, self._on_request)
@@ -74,7 +76,7 @@ class Questions:
     def explain_waiting(self, goals: Sequence[Goal]) -> None:
         """Tells goals why they wait, as soon as that is known."""
         for goal in goals:
-            self._explain(Question(Kind.GOAL, (goal.slot or goal.request,)), [goal])
+            self._explain(Question(QuestionKind.GOAL, (goal.slot or goal.request,)), [goal])
 
     def explain_no_plan(self, goals: Sequence[Goal]) -> None:
         """Tells goals why there is no plan for them, as soon as that is known."""
@@ -85,14 +87,14 @@ class Questions:
         due = time.monotonic() + min(self._seconds, _SECONDS_AT_END)
         while self._reasons and not self._inbox.closed and time.monotonic() < due:
             self._reasons -= wait(self._reasons, _POLL_SECONDS).done
-            self._inbox.show()
+            self._inbox.run_callbacks()
 
     def _explain(self, question: Question, goals: Sequence[Goal]) -> None:
         if not self._explains or self._closed.is_set():
             return
         with self._lock:
             is_new = question not in self._wanted
-            self._wanted[question] = Situation.of(self._state), goals
+            self._wanted[question] = PlannerSituation.of(self._state), goals
         if is_new:
             self._reasons = {reason for reason in self._reasons if not reason.done()}
             with contextlib.suppress(RuntimeError):  # the thread takes nothing any more
@@ -102,31 +104,31 @@ class Questions:
 
     def _on_request(self, request: WhyRequest) -> WhyResponse:
         try:
-            question = read(request.question or Kind.PLAN.value, request.arguments)
+            question = read(request.question or QuestionKind.PLAN.value, request.arguments)
             due = time.monotonic() + self._seconds
             reply = self._thread.submit(self._answer, question, due).result()
         except QuestionError as err:
-            reply = Reply(Status.WRONG, str(err))
+            reply = WhyReply(ReplyStatus.WRONG, str(err))
         except RuntimeError:  # the thread takes nothing any more
             reply = CLOSED
         return WhyResponse(reply.status.value, reply.text, reply.structure)
 
     # Called by the thread that answers.
 
-    def _answer(self, question: Question, due: float) -> Reply:
+    def _answer(self, question: Question, due: float) -> WhyReply:
         """Answers a question about the loop's current situation."""
         if time.monotonic() > due:
             text = f"other questions have taken more than {self._seconds:g} s; ask again"
-            return Reply(Status.UNANSWERED, text)
-        situations: List[Situation] = []
+            return WhyReply(ReplyStatus.UNANSWERED, text)
+        situations: List[PlannerSituation] = []
         taken = threading.Event()
 
         def take() -> None:
-            situations.append(Situation.of(self._state))
+            situations.append(PlannerSituation.of(self._state))
             taken.set()
 
-        if not self._inbox.look(take):
-            return Reply(Status.UNANSWERED, "the planning loop has ended")
+        if not self._inbox.call_soon(take):
+            return WhyReply(ReplyStatus.UNANSWERED, "the planning loop has ended")
         while not taken.wait(_POLL_SECONDS):
             if self._closed.is_set():
                 return CLOSED
@@ -135,7 +137,7 @@ class Questions:
                     f"the planning loop had no time for {self._seconds:g} s: it waits for a solver "
                     "to start, to ground or to decide; ask again"
                 )
-                return Reply(Status.UNANSWERED, text)
+                return WhyReply(ReplyStatus.UNANSWERED, text)
         return self._ask(question, situations[0])
 
     def _find_reason(self, question: Question) -> None:
@@ -143,13 +145,13 @@ class Questions:
         with self._lock:
             situation, goals = self._wanted.pop(question)
         reply = self._ask(question, situation)
-        if reply.status is Status.ANSWERED:
+        if reply.status is ReplyStatus.ANSWERED:
             rospy.loginfo("why: %s", reply.text)
-            self._inbox.look(lambda: _tell(goals, f"why: {reply.text}"))
+            self._inbox.call_soon(lambda: _tell(goals, f"why: {reply.text}"))
         elif reply is not CLOSED:
             rospy.loginfo("why %s: %s", question, reply.text)
 
-    def _ask(self, question: Question, situation: Situation) -> Reply:
+    def _ask(self, question: Question, situation: PlannerSituation) -> WhyReply:
         """Forwards a question to the process, and adds the answer to the journal."""
         if self._closed.is_set():
             return CLOSED
@@ -157,10 +159,10 @@ class Questions:
         try:
             encoding = self._encodings.get()
         except (RosclingoError, OSError) as err:
-            return Reply(Status.UNANSWERED, str(err))
-        reply = self._process.ask(Task(encoding, situation, question, self._seconds))
+            return WhyReply(ReplyStatus.UNANSWERED, str(err))
+        reply = self._process.ask(QuestionTask(encoding, situation, question, self._seconds))
         asked = str(question.by_request(dict(situation.goals)))
-        if reply.status is Status.ANSWERED and self._noted != (asked, reply.text):
+        if reply.status is ReplyStatus.ANSWERED and self._noted != (asked, reply.text):
             self._noted = asked, reply.text
             seconds = time.monotonic() - began
             self._note(Explained(asked, reply.text, reply.structure, seconds))
@@ -168,7 +170,7 @@ class Questions:
 
     def _note(self, event: Event) -> None:
         """Adds an event to the journal, between two others of the loop's thread."""
-        if not self._inbox.look(lambda: self._state.note(event)):
+        if not self._inbox.call_soon(lambda: self._state.note(event)):
             self._state.note(event)
 
 

@@ -16,7 +16,7 @@ from rosclingo.ros.master_watch import exit_status
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode
-from rosoclingo.ros.loop_node import Node
+from rosoclingo.ros.loop_node import LoopNode
 from rosoclingo.store.store import Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredReplayInbox
 
@@ -42,7 +42,7 @@ def open_inbox(store: Optional[Store] = None) -> Inbox:
     return inbox
 
 
-def run(make: Callable[[], Node]) -> NoReturn:
+def run(make: Callable[[], LoopNode]) -> NoReturn:
     """Runs a node that is initialised until it is shut down, and ends the process.
 
     Args:

@@ -15,9 +15,9 @@ from rosclingo.ros.init import end_wrong, init_node, log_clingo
 from rosclingo.solver.about import about
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
-from rosoclingo.launched.about import SINGLE
+from rosoclingo.launched.about import SINGLE_NODE
 from rosoclingo.ros.encodings import Encodings
-from rosoclingo.ros.loop_node import Node
+from rosoclingo.ros.loop_node import LoopNode
 from rosoclingo.ros.running import open_inbox, run
 from rosoclingo.ros.storing import Storing, open_store
 from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
@@ -75,18 +75,18 @@ def main(commands: Type[Any]) -> NoReturn:
         " ".join(options.clingo) or "none",
     )
     describe = partial(
-        about, SINGLE, arguments, engine.files,
+        about, SINGLE_NODE, arguments, engine.files,
         named=engine.named, includes=engine.includes,
     )  # fmt: skip
     name = rospy.get_name()
     encodings = Encodings(name, dialect=dialect.name)
     encodings.tell(name, describe())
 
-    def make() -> Node:
+    def make() -> LoopNode:
         engine.use_threads(parameters.threads())
         store = open_store()
         inbox = open_inbox(store)
-        return Node(
+        return LoopNode(
             Algorithm1(dialect.first_step, last),
             dialect(engine),
             commands_for(dialect, commands, has_status),

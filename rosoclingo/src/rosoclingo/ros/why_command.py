@@ -16,7 +16,7 @@ from rosclingo.ros.presence import presence
 from rosclingo.solver.option_parser import OptionParser
 from rosoclingo.bags.text import PROGRESS, lines, say
 from rosoclingo.srv import Why, WhyResponse
-from rosoclingo.why.question import Kind, Question
+from rosoclingo.why.question import Question, QuestionKind
 
 _PROGRAM = "why.py"
 _SECONDS_TO_FIND = 5.0  # a node that was started at the same time is there by then
@@ -115,7 +115,7 @@ def _parse(arguments: List[str]) -> argparse.Namespace:
 
 
 def _question(chosen: argparse.Namespace) -> Question:
-    for kind in Kind:
+    for kind in QuestionKind:
         value = getattr(chosen, kind.value, None)
         if value is not None:
             return Question(kind, tuple(value) if isinstance(value, list) else (value,))

@@ -18,7 +18,7 @@ from rosclingo.solver.options import Options, parse_options
 from rosoclingo.desk.bag import write_bag
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import find_mode, make_parts, shared
-from rosoclingo.desk.simulation import Simulation
+from rosoclingo.desk.simulation import DeskSimulation
 
 ENCODING = "encoding/robot.lp"
 """The planner's encoding, in a package."""
@@ -105,7 +105,7 @@ def _simulate(package: Path) -> None:
     """Simulates the run that the test is to replay."""
     planner = Options((find_library(), str((package / ENCODING).resolve())))
     parts = make_parts(_MODE, planner, _MODE_OPTIONS)
-    run = Simulation(parts.loop, [read_input(text, step) for step, text in _RUN])
+    run = DeskSimulation(parts.loop, [read_input(text, step) for step, text in _RUN])
     failure = run.run()
     if failure is not None:
         raise failure

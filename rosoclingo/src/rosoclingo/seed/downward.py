@@ -11,7 +11,7 @@ import threading
 from pathlib import Path
 from typing import List, Optional
 
-from rosoclingo.downward import PACKAGE, find_fast_downward
+from rosoclingo.downward import DOWNWARD_PACKAGE, find_fast_downward
 from rosoclingo.errors import SeedPlannerError
 
 NONE = "none"
@@ -44,14 +44,14 @@ def find_seed_planner(name: str) -> Optional[Path]:
     folder = find_fast_downward()
     if folder is None:
         raise SeedPlannerError(
-            f"{_LAMA} needs the package {PACKAGE}, which is not installed: run pip install "
-            f"{PACKAGE} in the Python of the node, or say {NONE}"
+            f"{_LAMA} needs the package {DOWNWARD_PACKAGE}, which is not installed: run pip "
+            f"install {DOWNWARD_PACKAGE} in the Python of the node, or say {NONE}"
         )
     program = folder / _BINARY
     if not os.access(program, os.X_OK):
         raise SeedPlannerError(
-            f"{_LAMA} needs {program}, which cannot be executed: install the package {PACKAGE} "
-            f"anew, or say {NONE}"
+            f"{_LAMA} needs {program}, which cannot be executed: install the package "
+            f"{DOWNWARD_PACKAGE} anew, or say {NONE}"
         )
     return program
 

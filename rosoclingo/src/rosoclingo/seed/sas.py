@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Dict, Iterable, List, Mapping, Sequence, Tuple
 
-from rosoclingo.seed.task import Effect, Fact, Operator, SeedTask
+from rosoclingo.seed.task import Effect, Operator, SeedFact, SeedTask
 
 _YES, _NO = "yes", "no"
 _UNKNOWN = "unknown value"  # no term, so that it is no variable's value
@@ -86,7 +86,7 @@ class _Writer:
             f"{len(self._operators)}\n{operators}0\n"
         )
 
-    def _number(self, fact: Fact) -> Tuple[int, int]:
+    def _number(self, fact: SeedFact) -> Tuple[int, int]:
         """Returns the numbers of a variable and of its value."""
         variable, value = fact
         number = self._variables.setdefault(variable, len(self._variables))
@@ -95,7 +95,7 @@ class _Writer:
         values = self._values[number]
         return number, values.setdefault(value, len(values))
 
-    def _facts(self, facts: Iterable[Fact]) -> str:
+    def _facts(self, facts: Iterable[SeedFact]) -> str:
         numbers = [self._number(fact) for fact in facts]
         lines = "".join(f"{variable} {value}\n" for variable, value in numbers)
         return f"{len(numbers)}\n{lines}"
@@ -120,7 +120,7 @@ class _Writer:
         count = lines.count("\n")
         return f"begin_operator\n{number}\n{prevail}{count}\n{lines}{one.cost}\nend_operator\n"
 
-    def _with_differing(self, fact: Fact) -> List[Fact]:
+    def _with_differing(self, fact: SeedFact) -> List[SeedFact]:
         """Returns a new value with what it says of those that the variable may not have."""
         variable, value = fact
         return [fact] + [
@@ -128,7 +128,7 @@ class _Writer:
             for unwanted, other in self._differing.get(variable, ())
         ]
 
-    def _effect(self, conditions: Mapping[str, str], fact: Fact) -> str:
+    def _effect(self, conditions: Mapping[str, str], fact: SeedFact) -> str:
         numbers = [self._number(condition) for condition in conditions.items()]
         needed = "".join(f"{variable} {value} " for variable, value in numbers)
         variable, value = self._number(fact)

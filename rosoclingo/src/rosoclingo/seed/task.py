@@ -17,7 +17,7 @@ from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import DefaultDict, Dict, List, Mapping, Sequence, Tuple
 
-Fact = Tuple[str, str]
+SeedFact = Tuple[str, str]
 """A variable and its value."""
 
 _PREFIX = "seed_"
@@ -29,7 +29,7 @@ class Effect:
     """An effect that happens only under conditions."""
 
     conditions: Mapping[str, str]
-    fact: Fact
+    fact: SeedFact
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ class Operator:
 
     choice: str = ""
     needs: Mapping[str, str] = field(default_factory=dict)
-    others: Sequence[Fact] = ()
-    sets: Sequence[Fact] = ()
+    others: Sequence[SeedFact] = ()
+    sets: Sequence[SeedFact] = ()
     effects: Sequence[Effect] = ()
     numbers: Sequence[str] = ()
     cost: int = 1
@@ -112,7 +112,7 @@ def read_task(symbols: Sequence[str]) -> SeedTask:
     )
 
 
-def _pairs(rows: Sequence[Sequence[str]]) -> List[Fact]:
+def _pairs(rows: Sequence[Sequence[str]]) -> List[SeedFact]:
     return [(variable, value) for variable, value in rows]
 
 
@@ -121,7 +121,7 @@ def _actions(rows: Mapping[str, Sequence[Sequence[str]]]) -> List[Operator]:
     numbers: DefaultDict[str, List[str]] = defaultdict(list)
     for action, number in rows["counts"]:
         numbers[action].append(number)
-    conditions: DefaultDict[Tuple[str, str], List[Fact]] = defaultdict(list)
+    conditions: DefaultDict[Tuple[str, str], List[SeedFact]] = defaultdict(list)
     for action, index, variable, value in rows["condition"]:
         conditions[action, index].append((variable, value))
     effects: DefaultDict[str, List[Effect]] = defaultdict(list)
@@ -145,9 +145,9 @@ def _actions(rows: Mapping[str, Sequence[Sequence[str]]]) -> List[Operator]:
     ]
 
 
-def _facts(rows: Sequence[Sequence[str]]) -> DefaultDict[str, List[Fact]]:
+def _facts(rows: Sequence[Sequence[str]]) -> DefaultDict[str, List[SeedFact]]:
     """Returns the facts of each action."""
-    facts: DefaultDict[str, List[Fact]] = defaultdict(list)
+    facts: DefaultDict[str, List[SeedFact]] = defaultdict(list)
     for action, variable, value in rows:
         facts[action].append((variable, value))
     return facts

@@ -6,12 +6,12 @@ A row is a field, or an element of a set or of a dictionary:
 ... class Place:
 ...     name: str
 ...     ways: Dict[str, int]
->>> place, rows = Place("hall", {"door": 1}), Fields(Place)
+>>> place, rows = Place("hall", {"door": 1}), ChangedRows(Place)
 >>> rows.changes(place)
-[Change(field='name', key='', value='"hall"'), Change(field='ways', key='"door"', value='1')]
+[RowChange(field='name', key='', value='"hall"'), RowChange(field='ways', key='"door"', value='1')]
 >>> place.ways["stairs"] = 2
 >>> rows.changes(place)
-[Change(field='ways', key='"stairs"', value='2')]
+[RowChange(field='ways', key='"stairs"', value='2')]
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _NOTHING = object()
 _ENCODER = json.JSONEncoder(separators=(",", ":"))
 
 
-class Change(NamedTuple):
+class RowChange(NamedTuple):
     """A changed row.
 
     Attributes:
@@ -75,7 +75,7 @@ class _Leaf:
         self.of = attrgetter(self.name)
 
 
-class Fields:
+class ChangedRows:
     """Finds the rows of a snapshot that differ from the written ones. Not thread-safe."""
 
     def __init__(self, kind: Type[Any]) -> None:
@@ -88,9 +88,9 @@ class Fields:
         self._old: Dict[str, Any] = {}  # copies
         self._sources: Dict[str, Any] = {}  # of what they are copies
 
-    def changes(self, snapshot: Any) -> List[Change]:
+    def changes(self, snapshot: Any) -> List[RowChange]:
         """Returns the changes since the last call, which are to be written now."""
-        found: List[Change] = []
+        found: List[RowChange] = []
         for leaf in self._leaves:
             value, old = leaf.of(snapshot), self._old.get(leaf.name, _NOTHING)
             if leaf.kind == "parts":
@@ -170,23 +170,23 @@ def _is_same(leaf: _Leaf, value: Any, old: Any) -> bool:
     return bool(value == old)
 
 
-def _differences(leaf: _Leaf, value: Any, old: Any) -> Iterator[Change]:
+def _differences(leaf: _Leaf, value: Any, old: Any) -> Iterator[RowChange]:
     if leaf.kind == "parts":
-        yield Change(leaf.name, "", value)
+        yield RowChange(leaf.name, "", value)
     elif leaf.kind == "value":
-        yield Change(leaf.name, "", _text(value))
+        yield RowChange(leaf.name, "", _text(value))
     elif leaf.kind == "set":
         old = set() if old is _NOTHING else old
-        yield from (Change(leaf.name, key, None) for key in sorted(map(_text, old - value)))
-        yield from (Change(leaf.name, key, "") for key in sorted(map(_text, value - old)))
+        yield from (RowChange(leaf.name, key, None) for key in sorted(map(_text, old - value)))
+        yield from (RowChange(leaf.name, key, "") for key in sorted(map(_text, value - old)))
     else:
         old = {} if old is _NOTHING else old
         kept = [key for key in old if key in value]
         same = set(kept if list(value)[: len(kept)] == kept else ())  # else in another order
-        yield from (Change(leaf.name, _text(key), None) for key in old if key not in same)
+        yield from (RowChange(leaf.name, _text(key), None) for key in old if key not in same)
         for key, of in value.items():
             if key not in same or old[key] != of:
-                yield Change(leaf.name, _text(key), _text(of))
+                yield RowChange(leaf.name, _text(key), _text(of))
 
 
 def _text(value: Any) -> str:

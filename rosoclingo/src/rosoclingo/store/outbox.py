@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Callable, Deque, List, Optional, Sequence, Tuple
 
 from rosoclingo.errors import StoreError
-from rosoclingo.loop.values.arrivals import Arrival
+from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
@@ -108,7 +108,7 @@ class Outbox(Environment):
         step: int,
         horizon: int,
         actions: Sequence[Action],
-        arrivals: Sequence[Arrival] = (),
+        arrivals: Sequence[ExpectedArrival] = (),
     ) -> None:
         """Publishes the plan."""
         self.later("plan", lambda: self._environment.show_plan(step, horizon, actions, arrivals))

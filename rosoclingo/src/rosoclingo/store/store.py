@@ -20,7 +20,7 @@ from rosoclingo.loop.values.journal import Fields as JournalFields
 from rosoclingo.loop.values.journal import NumberedRecord, Status, StatusSet
 from rosoclingo.store import commands as planner_commands
 from rosoclingo.store.database import Database, Rows, log_put_aside
-from rosoclingo.store.fields import Fields, read
+from rosoclingo.store.fields import ChangedRows, read
 from rosoclingo.store.loss import describe, summarize
 
 _RUN, _STATE, _GOAL = "run", "state", "goal"
@@ -128,7 +128,7 @@ class Store:
         self._open_goals: Dict[str, str] = {}  # their requests, by their ids
         self.loss = ""
         self._database = self._open(lossy, path, most_pages=most_pages, point=point)
-        self._fields = Fields(LoopSnapshot)
+        self._fields = ChangedRows(LoopSnapshot)
         try:
             self._see_losses(lossy)
             self.unsure_since = _unsure_since(self.records)

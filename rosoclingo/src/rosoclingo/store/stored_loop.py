@@ -135,10 +135,10 @@ class StoredInbox(Inbox):
         waits()
         self.waits()
 
-    def show(self) -> None:
-        """Flushes outputs that need no transaction, and calls the functions of :meth:`look`."""
+    def run_callbacks(self) -> None:
+        """Flushes outputs that need no transaction, and runs what :meth:`call_soon` has queued."""
         self.looked()
-        super().show()
+        super().run_callbacks()
 
     def take(self) -> List[Item]:
         """Returns all items in order of arrival and removes them; does not wait."""

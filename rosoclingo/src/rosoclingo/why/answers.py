@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from functools import singledispatch
 from typing import Any, Optional, Tuple
 
-from rosoclingo.why.copy import Possible
 from rosoclingo.why.facts import Fact
-from rosoclingo.why.reason import Member, Reason
+from rosoclingo.why.planner_copy import Possible
+from rosoclingo.why.reason import MinimalReason, ReasonMember
 from rosoclingo.why.situation import moved
 
 
@@ -28,7 +28,7 @@ class WhyNoPlan:
     plan: Optional[Possible] = None
     horizon: Optional[int] = None
     is_contradictory: bool = False
-    reason: Optional[Reason] = None
+    reason: Optional[MinimalReason] = None
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Contrast:
     plan: Optional[Possible]
     other: Optional[Possible] = None
     longer: Optional[int] = None
-    reason: Optional[Reason] = None
+    reason: Optional[MinimalReason] = None
     is_possible: bool = True
 
     @property
@@ -137,13 +137,13 @@ def _(value: Fact, steps: int) -> Fact:
     return replace(value, step=value.step + steps, atoms=later(value.atoms, steps))
 
 
-@later.register(Member)
-def _(value: Member, steps: int) -> Member:
-    return Member(later(value.fact, steps), later(value.without, steps))
+@later.register(ReasonMember)
+def _(value: ReasonMember, steps: int) -> ReasonMember:
+    return ReasonMember(later(value.fact, steps), later(value.without, steps))
 
 
-@later.register(Reason)
-def _(value: Reason, steps: int) -> Reason:
+@later.register(MinimalReason)
+def _(value: MinimalReason, steps: int) -> MinimalReason:
     members, given = later(value.members, steps), later(value.given, steps)
     enabling = later(value.enabling, steps)
     relaxed = later(value.relaxed, steps)

@@ -15,15 +15,15 @@ from rosoclingo.loop.values.ids import CANCEL, GOAL, split_event
 from rosoclingo.single.dialects import Dialect2, says_status
 from rosoclingo.why import answers, words
 from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
-from rosoclingo.why.assuming import AssumingCopy
-from rosoclingo.why.case import Case
-from rosoclingo.why.copy import Answer, Copy, Deadline, Possible, Verdict
-from rosoclingo.why.instead import Instead
+from rosoclingo.why.contrast import Instead
+from rosoclingo.why.copy_by_assumptions import AssumingCopy
+from rosoclingo.why.copy_by_regrounding import RebuildingCopy
+from rosoclingo.why.copy_by_replay import RetellingCopy
 from rosoclingo.why.phrases import Phrases
-from rosoclingo.why.rebuilding import RebuildingCopy
-from rosoclingo.why.retelling import RetellingCopy
+from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Possible, Verdict
+from rosoclingo.why.query import Case
 from rosoclingo.why.rules import Rules
-from rosoclingo.why.situation import Situation, moved
+from rosoclingo.why.situation import PlannerSituation, moved
 
 AnswerT = TypeVar("AnswerT", WhyNoPlan, WhyGoal, Contrast, WhatIf)
 _ON_DEMAND = {("event", 3), ("search", 2)}
@@ -40,7 +40,7 @@ class Explainer:
     def __init__(
         self,
         options: Options,
-        situation: Situation,
+        situation: PlannerSituation,
         dialect: Type[Dialect2] = Dialect2,
         *,
         seconds: float = 5.0,
@@ -147,7 +147,7 @@ class Explainer:
         deadline = Deadline(self._seconds, self._stopped)
         return self._case(self._copy(deadline), self._situation, deadline)
 
-    def _case(self, copy: Copy, situation: Situation, deadline: Deadline) -> Case:
+    def _case(self, copy: Copy, situation: PlannerSituation, deadline: Deadline) -> Case:
         return Case(copy, situation, deadline, says_ends=self._says_ends, rules=self._rules)
 
     def _copy(self, deadline: Deadline, last: Optional[int] = None) -> Copy:
@@ -180,8 +180,8 @@ class Explainer:
         """Searches for a plan, or for the reason why there is none, in the situation's steps."""
         verdict = case.ask(case.facts.all())
         answer = WhyNoPlan("", verdict.plan)
-        if verdict.answer is not Answer.PLAN:
-            is_contradictory = verdict.answer is Answer.CONTRADICTION
+        if verdict.answer is not CopyAnswer.PLAN:
+            is_contradictory = verdict.answer is CopyAnswer.CONTRADICTION
             farther = None if is_contradictory else self._farther(case, verdict)
             if farther is not None:
                 is_limit = self._situation.is_limit
@@ -234,7 +234,7 @@ class Explainer:
         case.demands = (Assumption(action, is_demanded),)
         verdict = case.ask(case.facts.all())
         other = verdict.plan
-        if other is None and verdict.answer is Answer.NONE:
+        if other is None and verdict.answer is CopyAnswer.NONE:
             other = self._farther(case, verdict)
         found = Contrast("", action, is_demanded, best, other)
         if other is None:

@@ -8,10 +8,10 @@ from typing import Dict, FrozenSet, Iterable, List, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.loop.values.words import BUSY
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.situation import PlannerSituation
 
 
-class Kind(enum.Enum):
+class FactKind(enum.Enum):
     """The kinds of facts."""
 
     REQUEST = "request"
@@ -36,7 +36,7 @@ class Fact:
         atoms: The events.
     """
 
-    kind: Kind
+    kind: FactKind
     step: int
     source: str
     content: str
@@ -63,7 +63,9 @@ class Facts:
     fixed: FrozenSet[str]
 
     @classmethod
-    def of(cls, situation: Situation, slots: Sequence[str], savable: Iterable[str] = ()) -> Facts:
+    def of(
+        cls, situation: PlannerSituation, slots: Sequence[str], savable: Iterable[str] = ()
+    ) -> Facts:
         """Sorts the events of a situation into facts.
 
         Args:
@@ -78,7 +80,13 @@ class Facts:
         return frozenset(self.free + self.history)
 
 
-_ORDER = (Kind.CANCEL, Kind.REQUEST, Kind.SAVED, Kind.ANNOUNCEMENT, Kind.FAILURE)
+_ORDER = (
+    FactKind.CANCEL,
+    FactKind.REQUEST,
+    FactKind.SAVED,
+    FactKind.ANNOUNCEMENT,
+    FactKind.FAILURE,
+)
 
 
 def atoms(facts: Iterable[Fact]) -> FrozenSet[str]:
@@ -89,7 +97,9 @@ def atoms(facts: Iterable[Fact]) -> FrozenSet[str]:
 class _Sorter:
     """Groups events into facts."""
 
-    def __init__(self, situation: Situation, slots: Sequence[str], savable: Iterable[str]) -> None:
+    def __init__(
+        self, situation: PlannerSituation, slots: Sequence[str], savable: Iterable[str]
+    ) -> None:
         self._slots = set(slots)
         self._open = dict(situation.goals)
         self._told = [(atom, *_event(atom)) for atom in situation.told]
@@ -151,11 +161,11 @@ class _Sorter:
                 if slot in self._open and slot not in self._last:
                     goals.setdefault(slot, []).append(atom)
                 else:
-                    history.append(Fact(Kind.SAVED, step, source, content, (atom,)))
+                    history.append(Fact(FactKind.SAVED, step, source, content, (atom,)))
             elif source == "save":
-                free.append(Fact(Kind.SAVED, step, source, content, (atom,)))
+                free.append(Fact(FactKind.SAVED, step, source, content, (atom,)))
             elif source in self._slots:
-                kind = Kind.CANCEL if content == "cancel" else Kind.REQUEST
+                kind = FactKind.CANCEL if content == "cancel" else FactKind.REQUEST
                 fact = Fact(kind, step, source, content, (atom,))
                 is_open = source in self._open and step >= self._last.get(source, 0)
                 (free if is_open else history).append(fact)
@@ -164,16 +174,16 @@ class _Sorter:
             elif (source, step) in self._acting:
                 answers[source, step] = (content, atom)
             else:
-                free.append(Fact(Kind.ANNOUNCEMENT, step, source, content, (atom,)))
+                free.append(Fact(FactKind.ANNOUNCEMENT, step, source, content, (atom,)))
         for slot, saved in goals.items():
-            free.append(Fact(Kind.REQUEST, 0, slot, self._open[slot], tuple(sorted(saved))))
+            free.append(Fact(FactKind.REQUEST, 0, slot, self._open[slot], tuple(sorted(saved))))
         for (actuator, step), commit in self._acting.items():
             answer, atom = answers.get((actuator, step), ("", ""))
             action = split_term(commit)[1][1]
             events = {f"event(commit,{commit},{step})", atom, busy.get((actuator, step), "")}
-            kind = Kind.ACTION if answer in ("", "success") else Kind.FAILURE
+            kind = FactKind.ACTION if answer in ("", "success") else FactKind.FAILURE
             fact = Fact(kind, step, actuator, action, tuple(sorted(events - {""})), answer)
-            (history if kind is Kind.ACTION else free).append(fact)
+            (history if kind is FactKind.ACTION else free).append(fact)
         free.sort(key=lambda fact: (_ORDER.index(fact.kind), fact.step, str(fact)))
         history.sort(key=lambda fact: (fact.step, str(fact)))
         return Facts(tuple(free), tuple(history), frozenset(fixed))

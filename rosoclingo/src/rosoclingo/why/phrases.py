@@ -22,7 +22,7 @@ from clingo import ast
 
 from rosclingo.solver.programs import Program
 from rosclingo.wire.term_text import split_term
-from rosoclingo.why.facts import Fact, Kind
+from rosoclingo.why.facts import Fact, FactKind
 
 _VARIABLE = re.compile(r"[A-Z]\w*")
 _NAME = re.compile(r"\b[a-z0-9]\w*")
@@ -69,15 +69,15 @@ class Phrases:
 
     def clause(self, fact: Fact) -> str:
         """Returns a clause that says a fact."""
-        if fact.kind is Kind.RULE:
+        if fact.kind is FactKind.RULE:
             return fact.content
         words = self.find(fact.content)
-        if fact.kind is Kind.REQUEST:
+        if fact.kind is FactKind.REQUEST:
             return words or f"{fact.content} is asked for"
-        if fact.kind is Kind.CANCEL:
+        if fact.kind is FactKind.CANCEL:
             return f"the goal in slot {fact.source} is canceled"
-        if fact.kind in (Kind.ACTION, Kind.FAILURE):
-            failed = fact.kind is Kind.FAILURE
+        if fact.kind in (FactKind.ACTION, FactKind.FAILURE):
+            failed = fact.kind is FactKind.FAILURE
             if words:
                 began = f"{fact.source} {'has failed to' if failed else 'was told to'} {words}"
             else:
@@ -86,7 +86,7 @@ class Phrases:
             return f"{began} in step {fact.step}{other}"
         if words:
             return words
-        return fact.content if fact.kind is Kind.SAVED else f"{fact.source} says {fact.content}"
+        return fact.content if fact.kind is FactKind.SAVED else f"{fact.source} says {fact.content}"
 
     def deed(self, action: str) -> str:
         """Returns words for an action, such as ``go to c3``."""

@@ -15,9 +15,9 @@ import threading
 from multiprocessing import Pipe
 from typing import Callable, Optional, Sequence
 
-from rosoclingo.why.question import MORE_TIME, Reply, Status, read_reply
+from rosoclingo.why.question import MORE_TIME, ReplyStatus, WhyReply, read_reply
 from rosoclingo.why.serving import LOWEST, READY
-from rosoclingo.why.task import Task
+from rosoclingo.why.task import QuestionTask
 
 _COMMAND = (sys.executable, "-m", "rosoclingo.why.serving")
 _SECONDS_TO_START = 30.0  # it gets only the time that nobody else wants
@@ -25,7 +25,7 @@ _SECONDS_MORE = 1.0  # than the answer may take, until the process is ended
 _SECONDS_TO_END = 0.5  # so long after it has closed its socket
 _LONGEST_REPLY = 2**26  # bytes
 
-CLOSED = Reply(Status.UNANSWERED, "the node is shutting down")
+CLOSED = WhyReply(ReplyStatus.UNANSWERED, "the node is shutting down")
 """The reply to a question that comes after :meth:`AnsweringProcess.close`."""
 
 
@@ -74,7 +74,7 @@ class AnsweringProcess:
                 if self._asked is not None:
                     self._asked.rest(rests)
 
-    def ask(self, task: Task) -> Reply:
+    def ask(self, task: QuestionTask) -> WhyReply:
         """Sends a question to the process, and waits for the reply; raises nothing."""
         try:
             return self._ask(task)
@@ -90,7 +90,7 @@ class AnsweringProcess:
             if child is not None and self._rests:
                 child.rest(True)
 
-    def _ask(self, task: Task) -> Reply:
+    def _ask(self, task: QuestionTask) -> WhyReply:
         old = child = self._child
         if old is not None and old.has_ended():
             return self._ask_another(old, task)
@@ -129,7 +129,7 @@ class AnsweringProcess:
                 self._child = _Child(self._command, self._nice)
             return self._child
 
-    def _ask_another(self, old: _Child, task: Task) -> Reply:
+    def _ask_another(self, old: _Child, task: QuestionTask) -> WhyReply:
         """Asks a new process in place of one that ends by itself."""
         old.end(_SECONDS_TO_END)
         with self._lock:
@@ -139,7 +139,7 @@ class AnsweringProcess:
         self._warn(f"the process that answers questions has ended{old.how()}; another starts")
         return self._ask(task)
 
-    def _give_up(self, child: Optional[_Child], err: Exception, task: Task) -> Reply:
+    def _give_up(self, child: Optional[_Child], err: Exception, task: QuestionTask) -> WhyReply:
         """Ends a process that does not answer as it should."""
         if child is not None and not child.is_late:
             child.end(_SECONDS_TO_END)
@@ -159,7 +159,7 @@ class AnsweringProcess:
         else:
             reason = f"the process that looks for the answer has ended{child.how()}"
         self._warn(f"why {task.question}: {reason}; the next question starts another one")
-        return Reply(Status.UNANSWERED, reason)
+        return WhyReply(ReplyStatus.UNANSWERED, reason)
 
 
 class _Child:

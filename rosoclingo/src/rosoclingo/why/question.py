@@ -20,10 +20,10 @@ from rosoclingo.errors import QuestionError
 from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
 from rosoclingo.why.explainer import Explainer
 
-Answer = Union[WhyNoPlan, WhyGoal, Contrast, WhatIf]
+WhyAnswer = Union[WhyNoPlan, WhyGoal, Contrast, WhatIf]
 
 
-class Kind(enum.Enum):
+class QuestionKind(enum.Enum):
     """The kinds of questions; the values are words on the wire and of command lines."""
 
     PLAN = "plan"  # why is there none?
@@ -34,9 +34,9 @@ class Kind(enum.Enum):
 
 
 _ARGUMENTS = {
-    Kind.GOAL: "the slot or the request of a goal",
-    Kind.ACTION: "an action, such as do(mailbot,go(c3),4)",
-    Kind.INSTEAD: "an action, such as do(mailbot,go(c3),4)",
+    QuestionKind.GOAL: "the slot or the request of a goal",
+    QuestionKind.ACTION: "an action, such as do(mailbot,go(c3),4)",
+    QuestionKind.INSTEAD: "an action, such as do(mailbot,go(c3),4)",
 }
 
 
@@ -49,7 +49,7 @@ class Question:
         arguments: What it is asked about; for ``if``, one event or more.
     """
 
-    kind: Kind = Kind.PLAN
+    kind: QuestionKind = QuestionKind.PLAN
     arguments: Tuple[str, ...] = ()
 
     def __str__(self) -> str:
@@ -61,39 +61,39 @@ class Question:
         Args:
             goals: The requests of the open goals, by their slots.
         """
-        if self.kind is not Kind.GOAL:
+        if self.kind is not QuestionKind.GOAL:
             return self
         return Question(self.kind, tuple(goals.get(name, name) for name in self.arguments))
 
-    def answer(self, explainer: Explainer) -> Answer:
+    def answer(self, explainer: Explainer) -> WhyAnswer:
         """Dispatches the question to an explainer's method, and raises what that raises."""
-        if self.kind is Kind.PLAN:
+        if self.kind is QuestionKind.PLAN:
             return explainer.no_plan()
-        if self.kind is Kind.IF:
+        if self.kind is QuestionKind.IF:
             return explainer.what_if(self.arguments)
         (name,) = self.arguments
-        if self.kind is Kind.GOAL:
+        if self.kind is QuestionKind.GOAL:
             return explainer.goal(name)
-        return explainer.why(name) if self.kind is Kind.ACTION else explainer.why_not(name)
+        return explainer.why(name) if self.kind is QuestionKind.ACTION else explainer.why_not(name)
 
 
 def read(kind: str, arguments: Sequence[str]) -> Question:
     """Reads a question.
 
     Args:
-        kind: The value of a :class:`Kind`.
+        kind: The value of a :class:`QuestionKind`.
         arguments: What it is asked about.
 
     Raises:
         QuestionError: There is no such kind, or its arguments are too few or too many.
     """
-    words = [kind.value for kind in Kind]
+    words = [kind.value for kind in QuestionKind]
     if kind not in words:
         raise QuestionError(f"{shorten(kind)!r} is no question; there are {', '.join(words)}")
-    question = Question(Kind(kind), tuple(arguments))
-    if question.kind is Kind.PLAN and arguments:
+    question = Question(QuestionKind(kind), tuple(arguments))
+    if question.kind is QuestionKind.PLAN and arguments:
         raise QuestionError(f"{kind} takes no argument: {shorten(', '.join(arguments))}")
-    if question.kind is Kind.IF and not arguments:
+    if question.kind is QuestionKind.IF and not arguments:
         raise QuestionError(f"{kind} needs events, such as goal:visit(2), cancel:1, info:close(5)")
     if question.kind in _ARGUMENTS and len(arguments) != 1:
         raise QuestionError(f"{kind} needs one argument: {_ARGUMENTS[question.kind]}")
@@ -107,7 +107,7 @@ MORE_TIME = (
 """The remedy for an answer that took too long."""
 
 
-class Status(enum.Enum):
+class ReplyStatus(enum.Enum):
     """The statuses of replies; the values are exit statuses of ``why.py``, too."""
 
     ANSWERED = 0
@@ -116,7 +116,7 @@ class Status(enum.Enum):
 
 
 @dataclass(frozen=True)
-class Reply:
+class WhyReply:
     """The reply to a question.
 
     Attributes:
@@ -125,7 +125,7 @@ class Reply:
         structure: The answer as JSON, with its atoms and plans; empty if there is none.
     """
 
-    status: Status
+    status: ReplyStatus
     text: str
     structure: str = ""
 
@@ -134,11 +134,11 @@ class Reply:
         return json.dumps([self.status.value, self.text, self.structure]).encode()
 
 
-def read_reply(message: bytes) -> Reply:
+def read_reply(message: bytes) -> WhyReply:
     """Reads a reply.
 
     Raises:
         ValueError: It is none.
     """
     status, text, structure = json.loads(message)
-    return Reply(Status(status), str(text), str(structure))
+    return WhyReply(ReplyStatus(status), str(text), str(structure))

@@ -10,14 +10,14 @@ from typing import Callable, Dict, FrozenSet, Iterable, List, Optional, Sequence
 import clingo
 
 from rosoclingo.errors import InterruptedQuestionError
-from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
-from rosoclingo.why.facts import Fact, Facts, Kind, atoms
+from rosoclingo.why.facts import Fact, FactKind, Facts, atoms
+from rosoclingo.why.planner_copy import CopyAnswer, Deadline, Possible, Verdict
 
 Ask = Callable[[FrozenSet[Fact]], Verdict]
 AskAny = Callable[[FrozenSet[Fact], FrozenSet[Fact]], Optional[bool]]
 _TOGETHER = (
-    (Kind.CANCEL, Kind.REQUEST, Kind.SAVED), (Kind.ANNOUNCEMENT,), (Kind.FAILURE, Kind.ACTION),
-    (Kind.RULE,),
+    (FactKind.CANCEL, FactKind.REQUEST, FactKind.SAVED), (FactKind.ANNOUNCEMENT,),
+    (FactKind.FAILURE, FactKind.ACTION), (FactKind.RULE,),
 )  # fmt: skip
 _BUDGET = 0.1  # of the time that is left, for looking whether there is a smaller set
 _ENABLING = 0.3  # likewise, for looking which facts make plans possible
@@ -25,7 +25,7 @@ _MOST_ENABLING = 2  # facts, if each set of them is tried
 
 
 @dataclass(frozen=True)
-class Member:
+class ReasonMember:
     """A member of a reason, with the plan that there would be without it.
 
     Attributes:
@@ -39,7 +39,7 @@ class Member:
 
 
 @dataclass(frozen=True)
-class Reason:
+class MinimalReason:
     """A minimal set of facts that together prevent a plan: each of them is needed for that.
 
     Attributes:
@@ -61,7 +61,7 @@ class Reason:
         doubts: Likewise, what may be wrong with the encoding, if nothing is known for sure.
     """
 
-    members: Tuple[Member, ...]
+    members: Tuple[ReasonMember, ...]
     given: Tuple[Fact, ...] = ()
     is_smallest: bool = False
     is_complete: bool = True
@@ -77,7 +77,7 @@ class Reason:
     @property
     def has_only_goals(self) -> bool:
         """Whether goals are the only members."""
-        return all(member.fact.kind is Kind.REQUEST for member in self.members)
+        return all(member.fact.kind is FactKind.REQUEST for member in self.members)
 
     @property
     def facts(self) -> FrozenSet[Fact]:
@@ -86,7 +86,7 @@ class Reason:
         return frozenset((*members, *self.given, *self.enabling))
 
 
-class Search:
+class ReasonSearch:
     """Searches for one reason."""
 
     def __init__(
@@ -94,7 +94,7 @@ class Search:
         ask: Ask,
         facts: Facts,
         deadline: Deadline,
-        wrong: Answer = Answer.NONE,
+        wrong: CopyAnswer = CopyAnswer.NONE,
         ask_any: AskAny = lambda facts, others: None,
     ) -> None:
         """Prepares a search.
@@ -116,7 +116,7 @@ class Search:
         self._known: Dict[FrozenSet[Fact], Verdict] = {}
         self._best: FrozenSet[Fact] = facts.all()  # with which the answer is still the wrong one
 
-    def run(self) -> Reason:
+    def run(self) -> MinimalReason:
         """Returns a reason; it is not complete if there was no time."""
         enabling: FrozenSet[Fact] = frozenset()
         is_absolute = False
@@ -134,7 +134,9 @@ class Search:
         except InterruptedQuestionError:
             rest = sorted(self._best - self._given, key=_order)
             done = tuple(sorted(self._given, key=_order))
-            return Reason(tuple(Member(f, None) for f in rest), done, is_complete=False)
+            return MinimalReason(
+                tuple(ReasonMember(f, None) for f in rest), done, is_complete=False
+            )
         smallest = len(members) <= 1
         if not smallest:
             members, smallest = self._smaller(members, candidates)
@@ -142,11 +144,11 @@ class Search:
         for fact in sorted(members, key=_order):
             without = self._verdict(members - {fact})
             # What was done may rest on a fact, so that it cannot be left out.
-            if without.answer is Answer.CONTRADICTION:
+            if without.answer is CopyAnswer.CONTRADICTION:
                 given.add(fact)
             else:
-                named.append(Member(fact, without.plan))
-        return Reason(
+                named.append(ReasonMember(fact, without.plan))
+        return MinimalReason(
             tuple(named),
             tuple(sorted(given, key=_order)),
             smallest,
@@ -176,7 +178,7 @@ class Search:
             The facts that are left, but those that are given from now on.
         """
         free = self._shrink(set(self._facts.free))
-        failures = {fact for fact in free if fact.kind is Kind.FAILURE}
+        failures = {fact for fact in free if fact.kind is FactKind.FAILURE}
         history = list(self._facts.history)
         if self._is_wrong(free - failures):
             return free - failures
@@ -185,7 +187,7 @@ class Search:
         # A failure goes with what was done before it.
         kept = self._reduce(failures, frozenset(free - failures) | frozenset(history))
         free = (free - failures) | kept
-        if any(fact.kind is not Kind.ACTION for fact in history):
+        if any(fact.kind is not FactKind.ACTION for fact in history):
             # Without what has ended a goal, it would be open, and prevent plans itself.
             self._given = frozenset(history)
             return free
@@ -261,7 +263,7 @@ class Search:
         """
         known = self._given | members
         pool = frozenset(self._facts.free) - known
-        only_goals = all(fact.kind is Kind.REQUEST for fact in members)
+        only_goals = all(fact.kind is FactKind.REQUEST for fact in members)
         can = self._ask_any(known, pool)
         if can is None and only_goals:
             return self._try_enabling(members, sorted(pool, key=_order))
@@ -354,7 +356,7 @@ class Search:
 
 
 def _order(fact: Fact) -> Tuple[int, int, str]:
-    return (list(Kind).index(fact.kind), fact.step, str(fact))
+    return (list(FactKind).index(fact.kind), fact.step, str(fact))
 
 
 def _hit(sets: Sequence[FrozenSet[Fact]]) -> FrozenSet[Fact]:

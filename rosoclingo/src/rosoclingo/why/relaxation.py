@@ -16,9 +16,9 @@ from typing import Dict, FrozenSet, Iterator, Tuple
 
 from rosclingo.wire.commands import Assumption
 from rosoclingo.errors import InterruptedQuestionError
-from rosoclingo.why.copy import Answer, Copy, Deadline, Possible, Verdict
 from rosoclingo.why.facts import Fact, Facts, atoms
-from rosoclingo.why.reason import Ask, Reason, Search
+from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Possible, Verdict
+from rosoclingo.why.reason import Ask, MinimalReason, ReasonSearch
 from rosoclingo.why.rules import Rules
 
 _SINGLES = 0.5  # of the time that is left, for relaxing one rule at a time
@@ -36,7 +36,7 @@ class Relaxation:
         goals: FrozenSet[str],
         *,
         demands: Tuple[Assumption, ...],
-        wrong: Answer,
+        wrong: CopyAnswer,
     ) -> None:
         """Prepares a search.
 
@@ -57,7 +57,7 @@ class Relaxation:
         self._every = frozenset((*rules.named, *rules.others))
         self._plans: Dict[FrozenSet[Fact], Possible] = {}
 
-    def add_to(self, reason: Reason) -> Reason:
+    def add_to(self, reason: MinimalReason) -> MinimalReason:
         """Returns a reason with the rules that were found until the time was over."""
         try:
             if self._has_plan(frozenset(self._rules.named)):
@@ -68,11 +68,11 @@ class Relaxation:
         if relaxed.answer is self._wrong:
             return reason
         first = self._copy.last
-        if relaxed.plan is not None and self._wrong is Answer.NONE:
+        if relaxed.plan is not None and self._wrong is CopyAnswer.NONE:
             first = relaxed.plan.horizon
         return self._with_quotes(reason, first)
 
-    def _with_names(self, reason: Reason) -> Reason:
+    def _with_names(self, reason: MinimalReason) -> MinimalReason:
         """Adds a correction set: as few named rules as possible without which there is a plan."""
         named = frozenset(self._rules.named)
         singles = [frozenset([rule]) for rule in _sorted(named)]
@@ -87,7 +87,7 @@ class Relaxation:
             # The least change: without a rule of how robots move at all, a plan is very short.
             least = max(found, key=lambda single: self._plans[single].horizon)
             return replace(reason, rules=_sorted(least), relaxed=self._plans[least])
-        least, is_smallest = self._search(self._relax, named, Answer.PLAN)
+        least, is_smallest = self._search(self._relax, named, CopyAnswer.PLAN)
         with contextlib.suppress(InterruptedQuestionError):
             self._has_plan(least)
         if least not in self._plans:
@@ -95,7 +95,7 @@ class Relaxation:
         relaxed = self._plans[least]
         return replace(reason, rules=_sorted(least), relaxed=relaxed, is_examined=is_smallest)
 
-    def _with_quotes(self, reason: Reason, first: int) -> Reason:
+    def _with_quotes(self, reason: MinimalReason, first: int) -> MinimalReason:
         """Adds constraints that prevent a plan, each of which is needed for that.
 
         Args:
@@ -141,21 +141,21 @@ class Relaxation:
     def _keep(self, rules: FrozenSet[Fact]) -> Verdict:
         """Searches for a plan with only some rules."""
         told = self._told | atoms(self._every - rules)
-        if self._wrong is Answer.NONE:
+        if self._wrong is CopyAnswer.NONE:
             verdict = self._copy.ask_any(told, (), self._goals, self._demands)
             if verdict is not None:
                 return verdict
         return self._copy.ask(told, self._goals, self._demands)
 
     def _search(
-        self, ask: Ask, rules: FrozenSet[Fact], wrong: Answer
+        self, ask: Ask, rules: FrozenSet[Fact], wrong: CopyAnswer
     ) -> Tuple[FrozenSet[Fact], bool]:
         """Returns the fewest rules with which the answer is still the wrong one, and if they are.
 
         If there is no time, they are more than that.
         """
         facts = Facts(tuple(rules), (), frozenset())
-        found = Search(ask, facts, self._deadline, wrong).run()
+        found = ReasonSearch(ask, facts, self._deadline, wrong).run()
         return found.facts, found.is_complete
 
     @property

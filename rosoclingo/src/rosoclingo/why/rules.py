@@ -17,7 +17,7 @@ from clingo import ast
 
 from rosclingo.errors import shorten
 from rosclingo.solver.programs import Program, parse_part
-from rosoclingo.why.facts import Fact, Kind
+from rosoclingo.why.facts import Fact, FactKind
 
 _RELAXED = "rosoclingo_relaxed"
 _NAME = "%!"
@@ -49,7 +49,7 @@ class Rules:
         for statement, key, name in _constraints(program):
             rules = named if name else others
             content = name or _quote(statement, lines)
-            rules[key] = Fact(Kind.RULE, 0, "", content, (_relaxed(key),))
+            rules[key] = Fact(FactKind.RULE, 0, "", content, (_relaxed(key),))
         return cls(tuple(named.values()), tuple(others.values()))
 
 

@@ -3,7 +3,7 @@
 It gives way to everything else on the machine, so that nothing waits for it: by the nice value 19,
 it gets the time that nobody wants, and it is the first to be ended if memory is short. It ends with
 the process that has started it, however that ends. Both speak through a socket, whose number is FD:
-a pickled :class:`.task.Task` comes, and a :class:`.question.Reply` goes as JSON.
+a pickled :class:`.task.QuestionTask` comes, and a :class:`.question.WhyReply` goes as JSON.
 """
 
 from __future__ import annotations

@@ -13,8 +13,8 @@ from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.values.snapshot import encode
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.question import MORE_TIME, Question, Reply, Status
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.question import MORE_TIME, Question, ReplyStatus, WhyReply
+from rosoclingo.why.situation import PlannerSituation
 
 _DIALECTS = {dialect.name: dialect for dialect in (Dialect2, Dialect1, PaperDialect)}
 
@@ -37,7 +37,7 @@ class Encoding:
 
 
 @dataclass(frozen=True)
-class Task:
+class QuestionTask:
     """All that is needed to answer a question.
 
     Attributes:
@@ -48,7 +48,7 @@ class Task:
     """
 
     encoding: Encoding
-    situation: Situation
+    situation: PlannerSituation
     question: Question
     seconds: float
 
@@ -65,11 +65,13 @@ def answer(message: bytes) -> bytes:
             seconds=task.seconds,
         )
         found = task.question.answer(explainer)
-        reply = Reply(Status.ANSWERED, found.text, encode(found))
+        reply = WhyReply(ReplyStatus.ANSWERED, found.text, encode(found))
     except InterruptedQuestionError as err:
-        reply = Reply(Status.UNANSWERED, f"{err} within {task.seconds:g} s; {MORE_TIME}")
+        reply = WhyReply(ReplyStatus.UNANSWERED, f"{err} within {task.seconds:g} s; {MORE_TIME}")
     except RosclingoError as err:
-        reply = Reply(Status.WRONG, str(err))
+        reply = WhyReply(ReplyStatus.WRONG, str(err))
     except Exception as err:  # a bug, or clingo's; the next question may have an answer
-        reply = Reply(Status.UNANSWERED, f"internal error: {report(err, 'in a question')!r}")
+        reply = WhyReply(
+            ReplyStatus.UNANSWERED, f"internal error: {report(err, 'in a question')!r}"
+        )
     return reply.encode()

@@ -7,11 +7,11 @@ from typing import List, Optional
 
 from rosclingo.wire.term_text import split_term
 from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
-from rosoclingo.why.copy import Possible
-from rosoclingo.why.facts import Kind
+from rosoclingo.why.facts import FactKind
 from rosoclingo.why.phrases import Phrases, join
-from rosoclingo.why.reason import Reason
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.planner_copy import Possible
+from rosoclingo.why.reason import MinimalReason
+from rosoclingo.why.situation import PlannerSituation
 
 _THAT = ("that", "any one of these")
 _THESE = ("that", "these")
@@ -44,13 +44,13 @@ def no_plan(answer: WhyNoPlan, last: int, phrases: Phrases, goal: str = "") -> W
     return replace(answer, text=text)
 
 
-def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> str:
+def because(reason: MinimalReason, phrases: Phrases, *, is_of_goal: bool = False) -> str:
     """Returns the rest of a sentence whose cause is a reason, and the sentences after it.
 
     Goals are what there is no plan for, and all else is why. If it was said already for which goal
     there is no plan, the others are why, too.
     """
-    goals = [m for m in reason.members if m.fact.kind is Kind.REQUEST and not is_of_goal]
+    goals = [m for m in reason.members if m.fact.kind is FactKind.REQUEST and not is_of_goal]
     causes = [m for m in reason.members if m not in goals]
     text = f" for {join(m.fact.content for m in goals)}" if goals else ""
     text += " together" if len(goals) > 1 else ""
@@ -76,7 +76,7 @@ def because(reason: Reason, phrases: Phrases, *, is_of_goal: bool = False) -> st
     return f"{text}. Each is needed: {join(without)}."
 
 
-def _by_the_encoding(reason: Reason, phrases: Phrases) -> str:
+def _by_the_encoding(reason: MinimalReason, phrases: Phrases) -> str:
     """Returns the rest of a sentence whose reason is the encoding."""
     rules = phrases.join(reason.rules)
     if reason.relaxed is not None:
@@ -101,13 +101,13 @@ def _by_the_encoding(reason: Reason, phrases: Phrases) -> str:
     return f"{text}: the encoding excludes it{by}."
 
 
-def _given(reason: Reason) -> str:
+def _given(reason: MinimalReason) -> str:
     if not reason.given:
         return ""
     return f", given what had happened up to step {max(f.step for f in reason.given)}"
 
 
-def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
+def goal(answer: WhyGoal, situation: PlannerSituation, phrases: Phrases) -> WhyGoal:
     """Adds the sentences."""
     sentences = []
     if answer.no_plan is not None and answer.no_plan.text:
@@ -122,7 +122,7 @@ def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
     return replace(answer, text=" ".join(sentences))
 
 
-def with_queue(answer: WhyNoPlan, situation: Situation) -> WhyNoPlan:
+def with_queue(answer: WhyNoPlan, situation: PlannerSituation) -> WhyNoPlan:
     """Adds the goals without a slot to an answer about all goals."""
     if not situation.queued:
         return answer
@@ -130,7 +130,7 @@ def with_queue(answer: WhyNoPlan, situation: Situation) -> WhyNoPlan:
     return replace(answer, text=f"{answer.text} {join(situation.queued)} {waits}.")
 
 
-def queued(request: str, situation: Situation, phrases: Phrases, slots: int) -> WhyGoal:
+def queued(request: str, situation: PlannerSituation, phrases: Phrases, slots: int) -> WhyGoal:
     """Returns the answer for a goal that has no slot.
 
     Args:
@@ -230,7 +230,7 @@ def _ordinal(number: int) -> str:
     return words[number - 1] if number <= len(words) else f"number {number}"
 
 
-def _silence(situation: Situation, phrases: Phrases) -> List[str]:
+def _silence(situation: PlannerSituation, phrases: Phrases) -> List[str]:
     """Returns a sentence for each actuator that has not answered."""
     doing = {}
     for atom in situation.told:

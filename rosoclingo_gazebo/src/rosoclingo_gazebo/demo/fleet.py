@@ -19,7 +19,7 @@ from rosoclingo.loop.values.journal import (
 from rosoclingo.loop.values.words import SUCCESS
 from rosoclingo_aspprograms.validator import Map, Validator, arguments
 from rosoclingo_examples.orders import Bring
-from rosoclingo_gazebo.demo.trace import Kind, Point, Trace
+from rosoclingo_gazebo.demo.trace import DriveEventKind, DriveTrace, TracePoint
 
 _PAUSE_SECONDS = 12.0  # of simulated time, between two requests on average
 _WAIT_SECONDS = 1.0  # a robot that stands so long on its way waits
@@ -46,7 +46,7 @@ def random_orders(offices: Sequence[str], count: int, seed: int) -> List[Tuple[f
 
 
 @dataclass
-class Member:
+class FleetMember:
     """A robot of the fleet.
 
     Attributes:
@@ -57,14 +57,14 @@ class Member:
         waited: How long in all, in seconds of simulated time.
     """
 
-    trace: Trace = field(default_factory=Trace)
+    trace: DriveTrace = field(default_factory=DriveTrace)
     deliveries: int = 0
     action: str = ""
     waits: int = 0
     waited: float = 0.0
     _stands: float = 0.0  # for so long by now, in seconds
 
-    def move(self, seconds: float, place: Point, speed: float) -> None:
+    def move(self, seconds: float, place: TracePoint, speed: float) -> None:
         """It is at a place, and drives or turns so fast; see :meth:`FleetStory.moves`."""
         before = self.trace.times[-1] if self.trace.times else seconds
         self.trace.move(seconds, place)
@@ -87,7 +87,7 @@ class FleetStory:
         members: The robots by name.
     """
 
-    def __init__(self, graph: Map, places: Mapping[str, Point]) -> None:
+    def __init__(self, graph: Map, places: Mapping[str, TracePoint]) -> None:
         """Starts before the first event.
 
         Args:
@@ -95,7 +95,7 @@ class FleetStory:
             places: Where the waypoints are, in metres.
         """
         self._lock = threading.Lock()  # guards all below
-        self.members = {robot: Member() for robot in graph.starts}
+        self.members = {robot: FleetMember() for robot in graph.starts}
         self._places = places
         self._validator = Validator(graph)
         self._packages: Dict[str, str] = {}  # by goal
@@ -129,7 +129,7 @@ class FleetStory:
         with self._lock:
             self._begin = self._now()
 
-    def moves(self, robot: str, seconds: float, place: Point, speed: float) -> None:
+    def moves(self, robot: str, seconds: float, place: TracePoint, speed: float) -> None:
         """A robot is somewhere.
 
         Args:
@@ -248,15 +248,15 @@ class FleetStory:
         action, member.action = member.action, ""
         trace = member.trace
         if answer != SUCCESS:
-            trace.happen(Kind.FAILURE, f"{robot}: {action} fails")
+            trace.happen(DriveEventKind.FAILURE, f"{robot}: {action} fails")
             self._say(robot, f"{action} fails")
-        for kind, name in ((Kind.PICKUP, "pickup"), (Kind.DELIVERY, "deliver")):
+        for kind, name in ((DriveEventKind.PICKUP, "pickup"), (DriveEventKind.DELIVERY, "deliver")):
             for slot in arguments(action, name) if answer == SUCCESS else ():
                 package = self._packages.get(self._slots.get(slot, ""), f"package {slot}")
-                member.deliveries += kind is Kind.DELIVERY
+                member.deliveries += kind is DriveEventKind.DELIVERY
                 office = self._validator.positions[robot]
                 trace.happen(kind, package, self._places[office])
-                word = "picks up" if kind is Kind.PICKUP else "delivers"
+                word = "picks up" if kind is DriveEventKind.PICKUP else "delivers"
                 self._say(robot, f"{word} {package} at {office}")
 
     def _say(self, robot: str, what: str) -> None:

@@ -22,7 +22,7 @@ from rosoclingo.launched.about import Launched
 from rosoclingo.loop.values.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
-from rosoclingo_examples.client import Client
+from rosoclingo_examples.client import RequestClient
 from rosoclingo_examples.orders import Orders
 from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
 from rosoclingo_gazebo.demo.picture import draw
@@ -71,7 +71,7 @@ class FleetDemo:
             parameters.integer("seed", 1),
         )
         self._orders = Orders()
-        self._client = Client(self._orders, lambda _: None)
+        self._client = RequestClient(self._orders, lambda _: None)
         self._topics = [
             *(
                 subscriber(f"{robot}/ground_truth", Odometry, partial(self._on_ground_truth, robot))

@@ -19,12 +19,12 @@ from rosclingo.ros.low_latency import subscriber
 from rosoclingo.loop.values.journal import Record, decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
-from rosoclingo_examples.client import Client
+from rosoclingo_examples.client import RequestClient
 from rosoclingo_examples.orders import Orders
 from rosoclingo_gazebo.demo.killer import Killer
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.program import run_demo
-from rosoclingo_gazebo.demo.story import ROBOT, Story
+from rosoclingo_gazebo.demo.story import DEMO_ROBOT, DemoStory
 from rosoclingo_gazebo.demo.waiting import wait_for
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_simulator.simulator.occupancy import read_map
@@ -54,9 +54,11 @@ class Demo:
         waypoints = read_waypoints(interfaces / "config" / "graph_wg.yaml")
         self._places = {name: (place.x, place.y) for name, place in waypoints.places.items()}
         self._orders = Orders()
-        self._client = Client(self._orders, self._on_line)
+        self._client = RequestClient(self._orders, self._on_line)
         graph = Map.read(programs / "mailbot" / "instances" / "graph_wg.lp")
-        self.story = Story(graph, self._places["c6"], self._client.send, undisturbed=not self._seed)
+        self.story = DemoStory(
+            graph, self._places["c6"], self._client.send, undisturbed=not self._seed
+        )
         self._noted = 0  # in the journal, which tells again what it has told
         self._topics = [
             subscriber("/ground_truth", Odometry, self._on_ground_truth),
@@ -106,7 +108,7 @@ class Demo:
             f"{self._orders.summary()} on {trace.metres:.0f} m in {trace.seconds:.0f} s: "
             f"the way from c5 to c4 is blocked{self._killed()}"
         )
-        return draw(self._floor, self._places, {ROBOT: trace}, title, folder / "office")
+        return draw(self._floor, self._places, {DEMO_ROBOT: trace}, title, folder / "office")
 
     def _killed(self) -> str:
         return f", {self.story.killed} nodes killed" if self.story.killed else ""

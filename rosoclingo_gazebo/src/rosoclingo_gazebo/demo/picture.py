@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from rosoclingo_gazebo.demo.labels import Box, place
-from rosoclingo_gazebo.demo.trace import Event, Kind, Point, Trace
+from rosoclingo_gazebo.demo.labels import LabelBox, place
+from rosoclingo_gazebo.demo.trace import DriveEvent, DriveEventKind, DriveTrace, TracePoint
 from rosoclingo_simulator.simulator.occupancy import FREE, OccupancyMap
 
 _INCHES = (12.0, 7.6)
@@ -23,19 +23,19 @@ _FAR_POINTS = 16.0  # from here on a line joins a label and its mark
 _EVERY = 5  # of the path's points, one in so many is enough
 _SHIFT_METRES = 0.12  # of the path to its right, so that both directions of a way are seen
 _MARKS = {  # the first is below the others
-    Kind.KILL: ("v", "tab:orange", "a node is killed"),
-    Kind.OBSTACLE: ("s", "black", "obstacle"),
-    Kind.REQUEST: ("o", "tab:purple", "a request comes"),
-    Kind.PICKUP: ("^", "tab:blue", "pickup"),
-    Kind.DELIVERY: ("*", "tab:green", "delivery"),
-    Kind.FAILURE: ("X", "tab:red", "a drive fails"),
+    DriveEventKind.KILL: ("v", "tab:orange", "a node is killed"),
+    DriveEventKind.OBSTACLE: ("s", "black", "obstacle"),
+    DriveEventKind.REQUEST: ("o", "tab:purple", "a request comes"),
+    DriveEventKind.PICKUP: ("^", "tab:blue", "pickup"),
+    DriveEventKind.DELIVERY: ("*", "tab:green", "delivery"),
+    DriveEventKind.FAILURE: ("X", "tab:red", "a drive fails"),
 }
 
 
 def draw(
     floor: OccupancyMap,
-    waypoints: Mapping[str, Point],
-    traces: Mapping[str, Trace],
+    waypoints: Mapping[str, TracePoint],
+    traces: Mapping[str, DriveTrace],
     title: str,
     file: Path,
 ) -> List[Path]:
@@ -110,7 +110,7 @@ def draw(
     return files
 
 
-def _shifted(path: Sequence[Point], number: int) -> np.ndarray:
+def _shifted(path: Sequence[TracePoint], number: int) -> np.ndarray:
     """Returns the path moved to its right, that of each further robot by more."""
     points = np.array(path)
     steps = np.gradient(points, axis=0)
@@ -121,7 +121,7 @@ def _shifted(path: Sequence[Point], number: int) -> np.ndarray:
     )
 
 
-def _label(figure: Any, axes: Any, events: Sequence[Event], names: Sequence[Any]) -> None:
+def _label(figure: Any, axes: Any, events: Sequence[DriveEvent], names: Sequence[Any]) -> None:
     """Writes time and event next to each mark."""
     figure.draw_without_rendering()  # until then nobody knows where anything is
     texts = [f"{event.seconds:.0f} s: {event.text}" for event in events]
@@ -135,9 +135,9 @@ def _label(figure: Any, axes: Any, events: Sequence[Event], names: Sequence[Any]
         sizes.append((extent.width + padding, extent.height + padding))
     marks = [tuple(axes.transData.transform(event.place)) for event in events]
     side = _MARK_POINTS**0.5 * pixels
-    seen = [Box.around(mark, (side, side)) for mark in marks]
-    seen += [Box(*name.get_window_extent().extents) for name in names]
-    centres = place(marks, sizes, seen, Box(*axes.get_window_extent().extents))
+    seen = [LabelBox.around(mark, (side, side)) for mark in marks]
+    seen += [LabelBox(*name.get_window_extent().extents) for name in names]
+    centres = place(marks, sizes, seen, LabelBox(*axes.get_window_extent().extents))
     for event, text, (x, y), centre, size in zip(events, texts, marks, centres, sizes):
         dx, dy = (centre[0] - x) / pixels, (centre[1] - y) / pixels
         beyond = max(abs(dx) - size[0] / 2 / pixels, abs(dy) - size[1] / 2 / pixels)

@@ -13,7 +13,7 @@ from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import init_node
 
 
-class Demo(Protocol):
+class DemoProgram(Protocol):
     """A demo. The main thread makes the calls."""
 
     def run(self) -> List[str]:
@@ -26,7 +26,7 @@ class Demo(Protocol):
         """Writes the pictures to a folder, if there is anything to draw; returns their names."""
 
 
-def run_demo(name: str, usage: str, make: Callable[[], Demo]) -> NoReturn:
+def run_demo(name: str, usage: str, make: Callable[[], DemoProgram]) -> NoReturn:
     """Runs a demo, and ends the process.
 
     Args:

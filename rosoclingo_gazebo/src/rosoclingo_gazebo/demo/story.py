@@ -16,9 +16,9 @@ from rosoclingo.loop.values.journal import (
 from rosoclingo.loop.values.words import SUCCESS
 from rosoclingo_aspprograms.validator import Map, Validator
 from rosoclingo_examples.orders import Bring
-from rosoclingo_gazebo.demo.trace import Kind, Point, Trace
+from rosoclingo_gazebo.demo.trace import DriveEventKind, DriveTrace, TracePoint
 
-ROBOT = "mailbot"
+DEMO_ROBOT = "mailbot"
 BOOK = Bring("bring(o7,o11)", ("book",))
 LETTER = Bring("bring(o2,o3)", ("letter",))
 
@@ -30,7 +30,7 @@ _ROUTE = (
 )
 
 
-class Story:
+class DemoStory:
     """Narrates the scenario, and checks it. Thread-safe.
 
     The robot is asked for a book, and near c6 for a letter too; an obstacle stands between c5 and
@@ -42,7 +42,7 @@ class Story:
     """
 
     def __init__(
-        self, graph: Map, c6: Point, ask: Callable[[Bring], None], *, undisturbed: bool = True
+        self, graph: Map, c6: TracePoint, ask: Callable[[Bring], None], *, undisturbed: bool = True
     ) -> None:
         """Starts before the first event.
 
@@ -53,7 +53,7 @@ class Story:
             undisturbed: Whether the robot is to go the way of the paper. Where nodes are killed,
                 it may be another one that is as short, and an action may fail.
         """
-        self.trace = Trace()
+        self.trace = DriveTrace()
         self.killed = 0
         # Guards all below; ask is called under it.
         self._lock = threading.RLock()
@@ -70,13 +70,13 @@ class Story:
         self._failures: List[str] = []
         self._touched = False
 
-    def begins(self, obstacle: Point) -> None:
+    def begins(self, obstacle: TracePoint) -> None:
         """An obstacle stands at a place, in metres, and the first request is sent."""
         with self._lock:
-            self.trace.happen(Kind.OBSTACLE, "a box", obstacle)
+            self.trace.happen(DriveEventKind.OBSTACLE, "a box", obstacle)
             self._send(BOOK)
 
-    def moves(self, seconds: float, place: Point) -> None:
+    def moves(self, seconds: float, place: TracePoint) -> None:
         """The robot is at a place, in metres, at a time, in seconds of simulated time."""
         with self._lock:
             self.trace.move(seconds, place)
@@ -92,7 +92,7 @@ class Story:
         """A node was killed."""
         with self._lock:
             self.killed += 1
-            self.trace.happen(Kind.KILL, node)
+            self.trace.happen(DriveEventKind.KILL, node)
             print(f"  killed: {node}", flush=True)
 
     def hears(self, line: str) -> None:
@@ -107,13 +107,13 @@ class Story:
         """Handles an event of the planning loop's journal."""
         event = record.event
         with self._lock:
-            if isinstance(event, ActionPublished) and event.actuator == ROBOT:
+            if isinstance(event, ActionPublished) and event.actuator == DEMO_ROBOT:
                 self._running = event.action
                 self._begin = self.trace.seconds
                 self._actions.append(event.action)
-                self._validator.action(ROBOT, event.action)
-            elif isinstance(event, MessageArrived) and event.source == ROBOT:
-                self._validator.message(ROBOT, event.value)
+                self._validator.action(DEMO_ROBOT, event.action)
+            elif isinstance(event, MessageArrived) and event.source == DEMO_ROBOT:
+                self._validator.message(DEMO_ROBOT, event.value)
                 self._end(event.value, record.horizon)
             elif isinstance(event, GoalArrived):
                 self._orders[event.goal] = next(o for o in _ORDERS if o.request == event.request)
@@ -144,7 +144,7 @@ class Story:
     def _send(self, bring: Bring) -> None:
         self._asked += 1
         self._validator.request(bring, bring.request)
-        self.trace.happen(Kind.REQUEST, f"{bring.information[0]}, please")
+        self.trace.happen(DriveEventKind.REQUEST, f"{bring.information[0]}, please")
         self._ask(bring)
 
     def _end(self, answer: str, horizon: int) -> None:
@@ -158,8 +158,10 @@ class Story:
         )
         if answer != SUCCESS:
             self._failures.append(action)
-            self.trace.happen(Kind.FAILURE, f"{action} fails")
+            self.trace.happen(DriveEventKind.FAILURE, f"{action} fails")
         elif action.startswith(("pickup(", "deliver(")):
             thing = _ORDERS[int(action[-2]) - 1].information[0]
-            kind = Kind.PICKUP if action.startswith("pickup(") else Kind.DELIVERY
+            kind = (
+                DriveEventKind.PICKUP if action.startswith("pickup(") else DriveEventKind.DELIVERY
+            )
             self.trace.happen(kind, thing)

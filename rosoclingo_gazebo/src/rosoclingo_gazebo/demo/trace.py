@@ -7,10 +7,10 @@ import math
 from dataclasses import dataclass, field
 from typing import List, Optional, Tuple
 
-Point = Tuple[float, float]
+TracePoint = Tuple[float, float]
 
 
-class Kind(enum.Enum):
+class DriveEventKind(enum.Enum):
     """The kinds of events of a drive."""
 
     OBSTACLE = "obstacle"
@@ -22,7 +22,7 @@ class Kind(enum.Enum):
 
 
 @dataclass(frozen=True)
-class Event:
+class DriveEvent:
     """An event of a drive.
 
     Attributes:
@@ -32,14 +32,14 @@ class Event:
         seconds: When, in seconds of simulated time since the beginning.
     """
 
-    kind: Kind
+    kind: DriveEventKind
     text: str
-    place: Point
+    place: TracePoint
     seconds: float
 
 
 @dataclass
-class Trace:
+class DriveTrace:
     """The trace of a drive. One thread adds to it.
 
     Attributes:
@@ -48,19 +48,19 @@ class Trace:
         events: What happened, in order.
     """
 
-    path: List[Point] = field(default_factory=list)
+    path: List[TracePoint] = field(default_factory=list)
     times: List[float] = field(default_factory=list)
-    events: List[Event] = field(default_factory=list)
+    events: List[DriveEvent] = field(default_factory=list)
 
-    def move(self, seconds: float, place: Point) -> None:
+    def move(self, seconds: float, place: TracePoint) -> None:
         """The robot is at a place."""
         self.times.append(seconds)
         self.path.append(place)
 
-    def happen(self, kind: Kind, text: str, place: Optional[Point] = None) -> None:
+    def happen(self, kind: DriveEventKind, text: str, place: Optional[TracePoint] = None) -> None:
         """Something happens at a place, or where the robot is now, as soon as that is known."""
         if self.path:
-            self.events.append(Event(kind, text, place or self.path[-1], self.seconds))
+            self.events.append(DriveEvent(kind, text, place or self.path[-1], self.seconds))
 
     @property
     def seconds(self) -> float:
@@ -72,6 +72,6 @@ class Trace:
         """The distance driven, in metres."""
         return sum(map(math.dist, self.path, self.path[1:]))
 
-    def distance(self, place: Point) -> float:
+    def distance(self, place: TracePoint) -> float:
         """Returns how far from a place the robot is now, in metres."""
         return math.dist(self.path[-1], place) if self.path else math.inf

@@ -20,8 +20,8 @@ from rosclingo.ros.reminder import Reminder
 from rosoclingo_interfaces.clock import SILENCE_SECONDS, Watchdog
 from rosoclingo_interfaces.clock import reason as clock_stands_still
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
-from rosoclingo_interfaces.navigation.cross_track import Point
-from rosoclingo_interfaces.navigation.watch import Watch
+from rosoclingo_interfaces.navigation.cross_track import PathPoint
+from rosoclingo_interfaces.navigation.watch import DriveWatch
 from rosoclingo_interfaces.navigation.waypoints import Waypoint
 
 # All in wall time.
@@ -80,7 +80,7 @@ class Base:
                 raise CanceledError("cancelled before the drive began")
 
     def drive(
-        self, frame: str, waypoint: Waypoint, watch: Watch, canceled: threading.Event
+        self, frame: str, waypoint: Waypoint, watch: DriveWatch, canceled: threading.Event
     ) -> None:
         """Drives to a waypoint, and stops the robot if it does not arrive.
 
@@ -96,7 +96,7 @@ class Base:
             DriveError: The robot did not arrive for another reason; the message says why.
         """
         ended = threading.Event()
-        positions: Deque[Point] = deque()  # the newest on the right
+        positions: Deque[PathPoint] = deque()  # the newest on the right
 
         # Both are called in rospy's threads.
         def on_transition(goal: ClientGoalHandle) -> None:

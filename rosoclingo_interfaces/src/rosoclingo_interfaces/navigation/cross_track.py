@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Optional, Tuple
 
-Point = Tuple[float, float]
+PathPoint = Tuple[float, float]
 
 
 class Way:
@@ -18,7 +18,7 @@ class Way:
         length: Of the longest of these ways, in metres.
     """
 
-    def __init__(self, begin: Point, end: Point, last: Optional[Point] = None) -> None:
+    def __init__(self, begin: PathPoint, end: PathPoint, last: Optional[PathPoint] = None) -> None:
         """Lays out the way.
 
         Args:
@@ -32,12 +32,12 @@ class Way:
             self._legs += [(begin, last), (last, end)]
             self.length = math.dist(begin, last) + math.dist(last, end)
 
-    def distance(self, point: Point) -> float:
+    def distance(self, point: PathPoint) -> float:
         """Returns how far a point is from the way, in metres."""
         return min(_distance(point, *leg) for leg in self._legs)
 
 
-def _distance(point: Point, begin: Point, end: Point) -> float:
+def _distance(point: PathPoint, begin: PathPoint, end: PathPoint) -> float:
     """Returns the distance of a point from the line between two others."""
     along = (end[0] - begin[0], end[1] - begin[1])
     there = (point[0] - begin[0], point[1] - begin[1])

@@ -14,11 +14,11 @@ from rosclingo.ros.low_latency import publisher
 from rosoclingo.loop.values.words import INFO
 from rosoclingo.msg import ROSoClingoIn
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
-from rosoclingo_interfaces.execution import Execution
+from rosoclingo_interfaces.execution import ActionExecution
 from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.navigation.client import Base
-from rosoclingo_interfaces.navigation.cross_track import Point, Way
-from rosoclingo_interfaces.navigation.watch import TimeLimit, Watch
+from rosoclingo_interfaces.navigation.cross_track import PathPoint, Way
+from rosoclingo_interfaces.navigation.watch import DriveTimeLimit, DriveWatch
 from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints, read_waypoints
 from rosoclingo_interfaces.node import run
 from rosoclingo_interfaces.topics import topic
@@ -73,10 +73,10 @@ class MoveBase(ActionInterface):
         begins = places.values() if self._last is None else [places[self._last]]
         return max(math.dist(_point(begin), _point(place)) for begin in begins)
 
-    def _watch(self, name: str, place: Waypoint, execution: Execution) -> Watch:
+    def _watch(self, name: str, place: Waypoint, execution: ActionExecution) -> DriveWatch:
         """Returns the watchdog of a drive to a waypoint."""
         last = None if self._last is None else _point(self._waypoints.places[self._last])
-        return Watch(
+        return DriveWatch(
             name,
             lambda begin: Way(begin, _point(place), last),
             self._guess(place),
@@ -85,7 +85,7 @@ class MoveBase(ActionInterface):
             clock=lambda: execution.seconds,
         )
 
-    def _remember(self, name: str, execution: Execution) -> None:
+    def _remember(self, name: str, execution: ActionExecution) -> None:
         """Announces that a way is not blocked as soon as the server is there again.
 
         A planner takes the failure of a drive for a way that is blocked.
@@ -114,11 +114,11 @@ class MoveBase(ActionInterface):
             rospy.loginfo("%s is there again: %s to %s is not blocked", self._base.name, last, name)
 
 
-def _point(waypoint: Waypoint) -> Point:
+def _point(waypoint: Waypoint) -> PathPoint:
     return waypoint.x, waypoint.y
 
 
-def _time_limit() -> Optional[TimeLimit]:
+def _time_limit() -> Optional[DriveTimeLimit]:
     """Returns how long drives may take by their lengths; None if ~timeout says it for all."""
     base, speed = parameters.number("timeout_base", 30.0), parameters.number("slowest_speed", 0.2)
     if speed == 0:
@@ -126,7 +126,7 @@ def _time_limit() -> Optional[TimeLimit]:
             "slowest_speed",
             "expected a number greater than 0, in m/s; for no time limit, set ~timeout to 0",
         )
-    return TimeLimit(base, speed) if rospy.get_param("~timeout", "") == "" else None
+    return DriveTimeLimit(base, speed) if rospy.get_param("~timeout", "") == "" else None
 
 
 def _start(waypoints: Waypoints) -> Optional[str]:

@@ -13,11 +13,11 @@ class Texts(yaml.loader.BaseLoader):
     """Takes each scalar for a text, so that 1 and yes are names like any other."""
 
 
-class Values(yaml.SafeLoader):
+class ScalarValues(yaml.SafeLoader):
     """Takes scalars for numbers, truth values and texts."""
 
 
-def load(text: str, loader: Type[Any] = Values) -> Any:
+def load(text: str, loader: Type[Any] = ScalarValues) -> Any:
     """Parses a text.
 
     Args:
@@ -48,5 +48,5 @@ def _mapping(loader: Any, node: yaml.MappingNode) -> Iterator[Any]:
     yield from yaml.constructor.SafeConstructor.construct_yaml_map(loader, node)
 
 
-for _loader in (Texts, Values):
+for _loader in (Texts, ScalarValues):
     _loader.add_constructor("tag:yaml.org,2002:map", _mapping)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Callable, Optional
 
 from rosoclingo_interfaces.errors import DriveError
-from rosoclingo_interfaces.navigation.cross_track import Point, Way
+from rosoclingo_interfaces.navigation.cross_track import PathPoint, Way
 
 
 @dataclass(frozen=True)
-class TimeLimit:
+class DriveTimeLimit:
     """The time limit of a drive, by its length.
 
     Attributes:
@@ -27,7 +27,7 @@ class TimeLimit:
 
 
 @dataclass
-class Watch:
+class DriveWatch:
     """Watches one drive, from now on. One thread uses it.
 
     Attributes:
@@ -40,17 +40,17 @@ class Watch:
     """
 
     name: str
-    way: Callable[[Point], Way]
+    way: Callable[[PathPoint], Way]
     metres: float
     max_stray: float
-    limit: Optional[TimeLimit]
+    limit: Optional[DriveTimeLimit]
     clock: Callable[[], float]
 
     def __post_init__(self) -> None:
         self._way: Optional[Way] = None
         self._begin = self.clock()
 
-    def moved(self, position: Point) -> None:
+    def moved(self, position: PathPoint) -> None:
         """The robot is at a position.
 
         Raises:

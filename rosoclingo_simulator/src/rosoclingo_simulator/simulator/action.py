@@ -21,7 +21,7 @@ from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo_simulator.simulator import messages
 from rosoclingo_simulator.simulator.calls import Calls
 from rosoclingo_simulator.simulator.laser import Scan
-from rosoclingo_simulator.simulator.move_base import End, MoveBase
+from rosoclingo_simulator.simulator.move_base import End, MoveBaseDriver
 from rosoclingo_simulator.simulator.simulation import Simulation
 
 
@@ -33,7 +33,11 @@ class GoalServer:
     """
 
     def __init__(
-        self, simulation: Simulation, move_base: MoveBase, names: messages.Names, calls: Calls
+        self,
+        simulation: Simulation,
+        move_base: MoveBaseDriver,
+        names: messages.RobotNames,
+        calls: Calls,
     ) -> None:
         """Opens the topics.
 

@@ -6,7 +6,7 @@ from typing import Sequence
 
 import numpy as np
 
-from rosoclingo_simulator.simulator.grid import Grid
+from rosoclingo_simulator.simulator.grid import CellGrid
 from rosoclingo_simulator.simulator.laser import Scan
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, Pose
@@ -25,7 +25,7 @@ class Costmap:
         changes: How often ``marked`` has changed.
     """
 
-    def __init__(self, world: OccupancyMap, grid: Grid) -> None:
+    def __init__(self, world: OccupancyMap, grid: CellGrid) -> None:
         """Makes an empty costmap.
 
         Args:

@@ -12,10 +12,10 @@ from rosoclingo_simulator.simulator import physics
 from rosoclingo_simulator.simulator.physics import Pose, between, local, normal_angle
 from rosoclingo_simulator.simulator.planner import lengths
 
-Command = Tuple[float, float]
+VelocityCommand = Tuple[float, float]
 """Wanted speed and speed of turning, in m/s and rad/s."""
 
-STOP: Command = (0.0, 0.0)
+STOP: VelocityCommand = (0.0, 0.0)
 
 _AHEAD_METRES = 0.45  # how far ahead the point on the path is that the robot drives to
 _BLOCKED_METRES = 0.02  # less room ahead is none
@@ -73,7 +73,7 @@ class Follower:
         """The points of the path that are still ahead."""
         return self.path[self._nearest :]
 
-    def command(self, pose: Pose, velocity: Command, points: np.ndarray) -> Command:
+    def command(self, pose: Pose, velocity: VelocityCommand, points: np.ndarray) -> VelocityCommand:
         """Returns the next command for the wheels.
 
         Args:

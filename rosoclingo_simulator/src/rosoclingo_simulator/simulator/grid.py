@@ -9,7 +9,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Grid:
+class CellGrid:
     """Square cells; row 0 and column 0 are at the least y and x.
 
     Attributes:

@@ -45,7 +45,7 @@ class Localisation:
         transform: Where the frame of the odometry is on the map; it stays there.
     """
 
-    def __init__(self, simulation: Simulation, names: messages.Names, calls: Calls) -> None:
+    def __init__(self, simulation: Simulation, names: messages.RobotNames, calls: Calls) -> None:
         """Opens the topics.
 
         Args:

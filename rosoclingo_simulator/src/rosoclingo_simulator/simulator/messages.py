@@ -29,7 +29,7 @@ _UNIT_ERROR = 1e-2  # of a quaternion's length
 _VARIANCE = 1e-4  # m² and rad²; the simulator knows where the robot is, but filters divide by it
 
 
-class Names:
+class RobotNames:
     """The names of a robot's topics and frames.
 
     Attributes:
@@ -155,7 +155,7 @@ def set_transform(message: TransformStamped, pose: Pose) -> None:
     turn.z, turn.w = math.sin(pose.theta / 2), math.cos(pose.theta / 2)
 
 
-def robot_transforms(names: Names) -> Tuple[TransformStamped, ...]:
+def robot_transforms(names: RobotNames) -> Tuple[TransformStamped, ...]:
     """Returns where the parts of the robot are."""
     here = Pose(0.0, 0.0, 0.0)
     return (

@@ -10,10 +10,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from rosoclingo_simulator.simulator.costmap import Costmap
-from rosoclingo_simulator.simulator.follower import STOP, Command, Follower, Limits
+from rosoclingo_simulator.simulator.follower import STOP, Follower, Limits, VelocityCommand
 from rosoclingo_simulator.simulator.laser import Scan
 from rosoclingo_simulator.simulator.physics import Pose
-from rosoclingo_simulator.simulator.planner import CLEARANCE, Planner
+from rosoclingo_simulator.simulator.planner import CLEARANCE, PathPlanner
 from rosoclingo_simulator.simulator.right_of_way import Neighbour, RightOfWay, careful
 
 _PLAN_SECONDS = 1.0  # between two plans, unless something is in the way
@@ -30,7 +30,7 @@ class End(enum.Enum):
 
 
 @dataclass(frozen=True)
-class Outcome:
+class DriveOutcome:
     """The end of a goal.
 
     Attributes:
@@ -43,7 +43,7 @@ class Outcome:
 
 
 @dataclass
-class MoveBase:
+class MoveBaseDriver:
     """Drives the robot to a goal. One thread uses it.
 
     Attributes:
@@ -56,12 +56,12 @@ class MoveBase:
         manners: What it does about other robots.
     """
 
-    planner: Planner
+    planner: PathPlanner
     costmap: Costmap
     limits: Limits
     progress_timeout: float
     goal: Optional[Pose] = None
-    outcome: Optional[Outcome] = None
+    outcome: Optional[DriveOutcome] = None
     manners: RightOfWay = field(init=False)
     _follower: Optional[Follower] = None
     _reached: Optional[Pose] = None  # the last place that counts as progress, and when
@@ -105,11 +105,11 @@ class MoveBase:
     def update(
         self,
         pose: Pose,
-        velocity: Command,
+        velocity: VelocityCommand,
         scan: Scan,
         time: float,
         neighbours: Sequence[Neighbour] = (),
-    ) -> Command:
+    ) -> VelocityCommand:
         """Returns the next command for the wheels; :attr:`outcome` tells if the goal has ended.
 
         Args:
@@ -187,7 +187,7 @@ class MoveBase:
         self.goal = None
         self._follower = None
         self.manners.end()
-        self.outcome = Outcome(end, text)
+        self.outcome = DriveOutcome(end, text)
 
 
 def _standing(neighbours: Sequence[Neighbour]) -> Tuple[Pose, ...]:

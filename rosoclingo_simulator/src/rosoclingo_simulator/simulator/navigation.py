@@ -13,7 +13,7 @@ from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from rosclingo.ros.low_latency import publisher
 from rosoclingo_simulator.simulator import messages
-from rosoclingo_simulator.simulator.move_base import MoveBase
+from rosoclingo_simulator.simulator.move_base import MoveBaseDriver
 from rosoclingo_simulator.simulator.simulation import Simulation
 
 
@@ -23,8 +23,8 @@ class Navigation:
     def __init__(
         self,
         simulation: Simulation,
-        move_base: MoveBase,
-        names: messages.Names,
+        move_base: MoveBaseDriver,
+        names: messages.RobotNames,
         ask: Callable[..., Any],
     ) -> None:
         """Opens topics and services.

@@ -35,12 +35,12 @@ from rosoclingo_simulator.simulator.costmap import Costmap
 from rosoclingo_simulator.simulator.followed_clock import FollowedClock
 from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
 from rosoclingo_simulator.simulator.localisation import MapServer
-from rosoclingo_simulator.simulator.move_base import MoveBase
+from rosoclingo_simulator.simulator.move_base import MoveBaseDriver
 from rosoclingo_simulator.simulator.obstacles import Obstacles
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap, read_map
 from rosoclingo_simulator.simulator.pacer import Pacer
 from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, STEP_SECONDS, Physics, Pose
-from rosoclingo_simulator.simulator.planner import Planner
+from rosoclingo_simulator.simulator.planner import PathPlanner
 from rosoclingo_simulator.simulator.robot import Robot
 from rosoclingo_simulator.simulator.settings import Settings, read_settings
 from rosoclingo_simulator.simulator.simulation import Fleet, Simulation
@@ -76,11 +76,11 @@ class SimulatorNode:
         """
         world = read_map(settings.map)
         waypoints = read_waypoints(settings.waypoints)
-        names = [messages.Names(name, f"{name}/") for name in settings.fleet] or [
-            messages.Names("", settings.frame_prefix)
+        names = [messages.RobotNames(name, f"{name}/") for name in settings.fleet] or [
+            messages.RobotNames("", settings.frame_prefix)
         ]
         bodies = _bodies(settings, world, _starts(settings, world, waypoints), names)
-        planner = Planner(world)
+        planner = PathPlanner(world)
         self._obstacles = Obstacles(world, waypoints, bodies[0][0])
         self._calls = Calls()
         self._stop = threading.Event()
@@ -175,11 +175,13 @@ def _about(settings: Settings) -> str:
     return f"{settings.map.stem}, {settings.physics}, {pace}{navigation}{localisation}{robots}"
 
 
-def _move_base(settings: Settings, world: OccupancyMap, planner: Planner) -> Optional[MoveBase]:
+def _move_base(
+    settings: Settings, world: OccupancyMap, planner: PathPlanner
+) -> Optional[MoveBaseDriver]:
     if not settings.navigation:
         return None
     costmap = Costmap(world, planner.grid)
-    return MoveBase(planner, costmap, settings.limits, settings.progress_timeout)
+    return MoveBaseDriver(planner, costmap, settings.limits, settings.progress_timeout)
 
 
 def _warn_of_another_clock() -> None:
@@ -216,7 +218,10 @@ def _starts(settings: Settings, world: OccupancyMap, waypoints: Waypoints) -> Li
 
 
 def _bodies(
-    settings: Settings, world: OccupancyMap, starts: Sequence[Pose], names: Sequence[messages.Names]
+    settings: Settings,
+    world: OccupancyMap,
+    starts: Sequence[Pose],
+    names: Sequence[messages.RobotNames],
 ) -> List[Tuple[Physics, Optional[CameraPublisher]]]:
     """Starts the kind of physics that is wanted, for each robot, and cameras if it has them."""
     if settings.physics == "kinematic":

@@ -13,7 +13,7 @@ from PIL import Image, UnidentifiedImageError
 from scipy.ndimage import distance_transform_edt
 
 from rosoclingo_simulator.errors import MapError
-from rosoclingo_simulator.simulator.grid import Grid
+from rosoclingo_simulator.simulator.grid import CellGrid
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
@@ -46,8 +46,8 @@ class OccupancyMap:
         """
         self.cells = cells.astype(np.int8)
         rows, columns = cells.shape
-        self.grid = Grid(x, y, resolution, rows, columns)
-        self.framed = Grid(x - resolution, y - resolution, resolution, rows + 2, columns + 2)
+        self.grid = CellGrid(x, y, resolution, rows, columns)
+        self.framed = CellGrid(x - resolution, y - resolution, resolution, rows + 2, columns + 2)
         self.solid = np.pad(self.cells != FREE, 1, constant_values=True)
         self.distances = distance_transform_edt(~self.solid).astype(np.float32) * resolution
 

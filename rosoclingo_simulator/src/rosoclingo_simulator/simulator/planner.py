@@ -8,7 +8,7 @@ from typing import Any, Optional, Tuple
 import numpy as np
 from scipy.ndimage import distance_transform_edt, uniform_filter1d
 
-from rosoclingo_simulator.simulator.grid import Grid
+from rosoclingo_simulator.simulator.grid import CellGrid
 from rosoclingo_simulator.simulator.occupancy import OccupancyMap
 from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, Pose
 
@@ -29,7 +29,7 @@ _SMOOTH_TIMES = 2
 _ESCAPE_METRES = 0.5  # how far the robot may be from where a path can begin
 
 
-class Planner:
+class PathPlanner:
     """Finds cheapest paths, where driving next to a wall costs more. Thread-safe.
 
     Attributes:
@@ -45,7 +45,7 @@ class Planner:
         fine = world.grid
         factor = max(1, round(_CELL_METRES / fine.resolution))
         rows, columns = -(-fine.rows // factor), -(-fine.columns // factor)
-        self.grid = Grid(fine.x, fine.y, fine.resolution * factor, rows, columns)
+        self.grid = CellGrid(fine.x, fine.y, fine.resolution * factor, rows, columns)
         self._distances = _coarse_distances(world, factor, self.grid)
 
     def plan(
@@ -203,7 +203,7 @@ def lengths(path: np.ndarray) -> np.ndarray:
     return np.concatenate(([0.0], np.cumsum(steps)))
 
 
-def _coarse_distances(world: OccupancyMap, factor: int, grid: Grid) -> np.ndarray:
+def _coarse_distances(world: OccupancyMap, factor: int, grid: CellGrid) -> np.ndarray:
     """Returns how far the cells' centres are from what is solid: the least of the map's cells."""
     rows, columns = grid.rows * factor, grid.columns * factor
     fine = np.zeros((rows, columns), np.float32)  # what is outside of the map is solid

@@ -27,7 +27,7 @@ class Publications:
     def __init__(
         self,
         simulation: Simulation,
-        names: messages.Names,
+        names: messages.RobotNames,
     ) -> None:
         """Opens the topics.
 

@@ -7,10 +7,10 @@ from typing import List, Optional, Sequence
 
 import numpy as np
 
-from rosoclingo_simulator.simulator.follower import STOP, Command, Follower, Limits
+from rosoclingo_simulator.simulator.follower import STOP, Follower, Limits, VelocityCommand
 from rosoclingo_simulator.simulator.kinematic import accelerated, rolled
 from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, STEP_SECONDS, Pose, Velocity
-from rosoclingo_simulator.simulator.planner import APART_METRES, Planner, lengths
+from rosoclingo_simulator.simulator.planner import APART_METRES, PathPlanner, lengths
 
 AWARE_METRES = 8.0
 """Robots that are farther apart than this do not matter to each other."""
@@ -69,7 +69,7 @@ class RightOfWay:
         since: When it began to give way, in seconds; None if it does not.
     """
 
-    planner: Planner
+    planner: PathPlanner
     limits: Limits
     follower: Optional[Follower] = None
     waits: bool = False
@@ -150,8 +150,8 @@ class RightOfWay:
 
 
 def careful(
-    command: Command, pose: Pose, velocity: Velocity, neighbours: Sequence[Neighbour]
-) -> Command:
+    command: VelocityCommand, pose: Pose, velocity: Velocity, neighbours: Sequence[Neighbour]
+) -> VelocityCommand:
     """Returns a command after which this robot and all others can still stop before they touch.
 
     Args:

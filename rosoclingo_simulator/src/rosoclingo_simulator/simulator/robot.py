@@ -11,7 +11,7 @@ from rosclingo.ros.low_latency import subscriber
 from rosoclingo_simulator.simulator import messages
 from rosoclingo_simulator.simulator.action import GoalServer
 from rosoclingo_simulator.simulator.calls import Calls
-from rosoclingo_simulator.simulator.follower import Command
+from rosoclingo_simulator.simulator.follower import VelocityCommand
 from rosoclingo_simulator.simulator.localisation import Localisation
 from rosoclingo_simulator.simulator.navigation import Navigation
 from rosoclingo_simulator.simulator.publications import Publications
@@ -32,7 +32,7 @@ class Robot:
     def __init__(
         self,
         simulation: Simulation,
-        names: messages.Names,
+        names: messages.RobotNames,
         camera: Optional[CameraPublisher],
         *,
         localisation: bool,
@@ -102,6 +102,6 @@ class Robot:
             return
         self._calls.submit(self._drive, command)
 
-    def _drive(self, command: Command) -> None:
+    def _drive(self, command: VelocityCommand) -> None:
         if not self.simulation.drive(command):
             rospy.logwarn_throttle(5.0, "commands are ignored while the robot drives to a goal")

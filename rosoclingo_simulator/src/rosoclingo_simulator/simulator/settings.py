@@ -14,7 +14,7 @@ from rosclingo.ros import parameters
 from rosoclingo_simulator.simulator.follower import Limits
 from rosoclingo_simulator.simulator.physics import LINEAR_SPEED, Pose
 
-KINDS = ("kinematic", "mujoco")
+PHYSICS_KINDS = ("kinematic", "mujoco")
 """What ``~physics`` may be."""
 
 DEFAULT_POSE = "-y -8 -x 7 -z 0 -R 0 -P 0 -Y 0"
@@ -75,9 +75,9 @@ def read_settings() -> Settings:
     packages = rospkg.RosPack()
     here = Path(packages.get_path("rosoclingo_simulator"))
     interfaces = Path(packages.get_path("rosoclingo_interfaces"))
-    physics = parameters.text("physics", KINDS[0])
-    if physics not in KINDS:
-        raise parameters.wrong("physics", f"expected {' or '.join(KINDS)}: {physics}")
+    physics = parameters.text("physics", PHYSICS_KINDS[0])
+    if physics not in PHYSICS_KINDS:
+        raise parameters.wrong("physics", f"expected {' or '.join(PHYSICS_KINDS)}: {physics}")
     return Settings(
         map=Path(parameters.text("map", str(here / "maps" / "office.yaml"))),
         waypoints=Path(parameters.text("waypoints", str(interfaces / "config" / "graph_wg.yaml"))),

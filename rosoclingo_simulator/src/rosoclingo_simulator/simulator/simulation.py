@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Optional, Sequence
 
-from rosoclingo_simulator.simulator.follower import STOP, Command
+from rosoclingo_simulator.simulator.follower import STOP, VelocityCommand
 from rosoclingo_simulator.simulator.laser import Scan, look
-from rosoclingo_simulator.simulator.move_base import MoveBase
+from rosoclingo_simulator.simulator.move_base import MoveBaseDriver
 from rosoclingo_simulator.simulator.physics import STEP_SECONDS, Physics
 from rosoclingo_simulator.simulator.right_of_way import AWARE_METRES, Neighbour
 
@@ -34,14 +34,14 @@ class Simulation:
     """
 
     physics: Physics
-    move_base: Optional[MoveBase] = None
+    move_base: Optional[MoveBaseDriver] = None
     begin: float = 0.0
     steps: int = 0
     scan: Optional[Scan] = None
-    command: Command = STOP
+    command: VelocityCommand = STOP
     watched: bool = False
     neighbours: Sequence[Neighbour] = ()
-    _told: Command = STOP
+    _told: VelocityCommand = STOP
     _told_until: float = 0.0
     _moved: float = 0.0
 
@@ -55,7 +55,7 @@ class Simulation:
         """The time of the simulated clock, in seconds."""
         return self.begin + self.time
 
-    def drive(self, command: Command) -> bool:
+    def drive(self, command: VelocityCommand) -> bool:
         """Drives as told, for half a second.
 
         Returns:

@@ -6,7 +6,7 @@ from typing import List, NamedTuple
 
 import numpy as np
 
-from rosoclingo_simulator.simulator.grid import Grid
+from rosoclingo_simulator.simulator.grid import CellGrid
 
 _PARALLEL = 1e-12  # the part along an axis of what is across it, for who divides by it
 _GAP = 1e-9  # metres; walls that are nearer to each other touch, so that no beam gets through
@@ -34,7 +34,7 @@ class Walls:
     A face is as long as the wall is straight, so that there are few of them.
     """
 
-    def __init__(self, solid: np.ndarray, grid: Grid) -> None:
+    def __init__(self, solid: np.ndarray, grid: CellGrid) -> None:
         """Looks for the faces.
 
         Args:

@@ -6,7 +6,7 @@ import itertools
 from typing import Iterable, Tuple
 
 from rosoclingo_simulator.errors import WorldError
-from rosoclingo_simulator.world.description import Area, Waypoint, World
+from rosoclingo_simulator.world.description import Area, World, WorldWaypoint
 from rosoclingo_simulator.world.geometry import Grid, distance
 
 _NEARLY = 1e-6  # m; what numbers such as 0.1 + 0.2 may be off
@@ -103,7 +103,7 @@ def _gap(first: Area, second: Area) -> float:
     )
 
 
-def _check_waypoint(world: World, point: Waypoint) -> None:
+def _check_waypoint(world: World, point: WorldWaypoint) -> None:
     where = f"waypoint {point.name} at [{point.x:g}, {point.y:g}]"
     rooms = [room for room in world.rooms if any(a.contains(point.x, point.y) for a in room.areas)]
     if not rooms:

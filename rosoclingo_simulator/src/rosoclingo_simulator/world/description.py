@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Mapping, Tuple
 
-KINDS = ("open", "corridor", "office")
+WORLD_KINDS = ("open", "corridor", "office")
 """What a waypoint or a room can be."""
 
 DEFAULT_FILES = {
@@ -48,7 +48,7 @@ class Area:
 
 
 @dataclass(frozen=True)
-class Waypoint:
+class WorldWaypoint:
     """A place where a robot can be told to go.
 
     Attributes:
@@ -106,7 +106,7 @@ class World:
     thickness: float
     height: float
     clearance: float
-    waypoints: Mapping[str, Waypoint]
+    waypoints: Mapping[str, WorldWaypoint]
     connections: Tuple[Tuple[str, str], ...]
     starts: Mapping[str, str]
     rooms: Tuple[Room, ...]

@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 
 from rosoclingo_simulator.world.description import Area, World
 from rosoclingo_simulator.world.geometry import Grid
-from rosoclingo_simulator.world.text import FLOORS, WALL, Colour, numbers, origin
+from rosoclingo_simulator.world.text import FLOORS, WALL, TextColour, numbers, origin
 
 _FLOOR_HEIGHT = 0.002  # m; enough for the floors' colours to be above the ground
 
@@ -64,7 +64,7 @@ def gazebo_world(world: World, grid: Grid) -> str:
 
 
 def _box(
-    element: str, name: str, area: Area, height: float, colour: Optional[Colour] = None
+    element: str, name: str, area: Area, height: float, colour: Optional[TextColour] = None
 ) -> Iterator[str]:
     yield f"        <{element} name={quoteattr(name)}>"
     yield f"          <pose>{numbers(*area.centre, height / 2, 0, 0, 0)}</pose>"

@@ -7,7 +7,7 @@ from typing import Iterator
 
 from rosoclingo_simulator.world.description import Area, Room, World
 from rosoclingo_simulator.world.geometry import Grid
-from rosoclingo_simulator.world.text import FLOORS, WALL, Colour, numbers, origin
+from rosoclingo_simulator.world.text import FLOORS, WALL, TextColour, numbers, origin
 
 # Types of visualization_msgs/Marker, which is not needed to make the file.
 _CUBE, _TEXT = 1, 9
@@ -17,7 +17,7 @@ _WALL_HEIGHT = 0.4  # m; lower than it is, to look over it
 _LETTERS = 0.5  # m
 # How far along a room its name is: not where the names of waypoints and the numbers of steps are.
 _PART = {"open": 0.3, "corridor": 0.6, "office": 0.25}
-_INK: Colour = (0.35, 0.35, 0.4)
+_INK: TextColour = (0.35, 0.35, 0.4)
 
 
 def marker_file(world: World, grid: Grid) -> str:
@@ -54,7 +54,7 @@ def _sign(room: Room) -> Area:
     return Area(x - _LETTERS, y - _LETTERS, x + _LETTERS, y + _LETTERS)
 
 
-def _marker(namespace: str, number: int, kind: int, colour: Colour) -> Iterator[str]:
+def _marker(namespace: str, number: int, kind: int, colour: TextColour) -> Iterator[str]:
     yield "- header: {frame_id: map}"
     yield f"  ns: {namespace}"
     yield f"  id: {number}"

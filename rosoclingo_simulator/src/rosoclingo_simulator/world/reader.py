@@ -12,7 +12,14 @@ import yaml
 from rosoclingo_interfaces.navigation import strict_yaml
 from rosoclingo_simulator.errors import WorldError
 from rosoclingo_simulator.world.checks import check
-from rosoclingo_simulator.world.description import DEFAULT_FILES, KINDS, Area, Room, Waypoint, World
+from rosoclingo_simulator.world.description import (
+    DEFAULT_FILES,
+    WORLD_KINDS,
+    Area,
+    Room,
+    World,
+    WorldWaypoint,
+)
 
 _NAME = re.compile(r"_*[a-z]\w*", re.ASCII)  # a constant of clingo
 
@@ -68,7 +75,7 @@ def _world(path: Path) -> World:
     return world
 
 
-def _waypoints(value: Any, connections: Tuple[Tuple[str, str], ...]) -> Dict[str, Waypoint]:
+def _waypoints(value: Any, connections: Tuple[Tuple[str, str], ...]) -> Dict[str, WorldWaypoint]:
     entries = {
         _constant(name, "waypoints"): _mapping(
             entry, f"waypoint {name}", ("kind", "at"), ("theta",)
@@ -86,7 +93,7 @@ def _waypoints(value: Any, connections: Tuple[Tuple[str, str], ...]) -> Dict[str
             theta = _into(name, places, connections) if kind == "office" else 0.0
         theta = _number(theta, f"waypoint {name}: theta")
         x, y = places[name]
-        found[name] = Waypoint(name, kind, x, y, theta)
+        found[name] = WorldWaypoint(name, kind, x, y, theta)
     return found
 
 
@@ -212,6 +219,6 @@ def _constant(value: Any, where: str) -> str:
 
 
 def _kind(value: Any, where: str) -> str:
-    if value not in KINDS:
-        raise WorldError(f"{where}: there is no kind {value!r}; there are {', '.join(KINDS)}")
+    if value not in WORLD_KINDS:
+        raise WorldError(f"{where}: there is no kind {value!r}; there are {', '.join(WORLD_KINDS)}")
     return str(value)

@@ -6,10 +6,10 @@ from typing import Dict, Tuple
 
 from rosoclingo_simulator.world.description import World
 
-Colour = Tuple[float, float, float]
+TextColour = Tuple[float, float, float]
 
-WALL: Colour = (0.62, 0.64, 0.66)
-FLOORS: Dict[str, Colour] = {
+WALL: TextColour = (0.62, 0.64, 0.66)
+FLOORS: Dict[str, TextColour] = {
     "open": (0.93, 0.9, 0.8),
     "corridor": (0.87, 0.91, 0.94),
     "office": (0.96, 0.96, 0.94),

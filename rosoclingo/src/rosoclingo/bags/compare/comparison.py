@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby, takewhile, zip_longest
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
-from rosoclingo.bags.compare.history import OPEN, Cell, Goal, History
+from rosoclingo.bags.compare.history import OPEN_GOAL, Cell, GoalHistory, History
 from rosoclingo.bags.compare.pairing import Moved, moved, with_ids_of
 from rosoclingo.bags.read.run import Output, Run
 from rosoclingo.loop.values.journal import ActionPublished, StatusSet
@@ -51,13 +51,13 @@ class GoalPair:
 
     id: str
     request: str
-    expected: Optional[Goal]
-    seen: Optional[Goal]
+    expected: Optional[GoalHistory]
+    seen: Optional[GoalHistory]
     same: bool
 
 
 @dataclass(frozen=True)
-class Row:
+class ComparisonRow:
     """A line of the comparison: the expected and the seen output at one place.
 
     Attributes:
@@ -98,7 +98,7 @@ class Comparison:
 
     level: Level
     goals: Tuple[GoalPair, ...]
-    rows: Tuple[Row, ...]
+    rows: Tuple[ComparisonRow, ...]
     steps: int
     seen_steps: int
     same_plan: bool
@@ -172,10 +172,10 @@ def _numbers(old: History, new: History) -> Dict[str, int]:
 
 def _pair(goal: str, old: History, new: History, level: Level, is_cut: bool) -> GoalPair:
     expected, seen = old.goals[goal], new.goals.get(goal)
-    if is_cut and expected.outcome == OPEN:  # it may have ended since
+    if is_cut and expected.outcome == OPEN_GOAL:  # it may have ended since
         if seen is not None:
             statuses = seen.statuses[: len(expected.statuses)]
-            seen = Goal(statuses, OPEN, min(expected.steps, seen.steps))
+            seen = GoalHistory(statuses, OPEN_GOAL, min(expected.steps, seen.steps))
         elif not expected.statuses:  # nothing had come of it yet
             seen = expected
     same = (
@@ -198,14 +198,14 @@ def _added(old: History, new: History, is_cut: bool) -> List[str]:
     return [goal for goal in goals if goal not in old.requests]
 
 
-def _rows(old: History, new: History) -> List[Row]:
+def _rows(old: History, new: History) -> List[ComparisonRow]:
     expected = [old.cell(output) for output in _sorted(old)]
     seen = [new.cell(output) for output in _sorted(new)]
-    rows: List[Row] = []
+    rows: List[ComparisonRow] = []
     place = 0
     for left, right in _align(expected, seen):
         inputs = old.inputs.get(place, ()) if left else ()
-        rows.append(Row(left, right, tuple(old.input(entry).text for entry in inputs)))
+        rows.append(ComparisonRow(left, right, tuple(old.input(entry).text for entry in inputs)))
         place += left is not None
     return rows
 
@@ -228,7 +228,9 @@ def _place(history: History, output: Output) -> Tuple[Any, ...]:
     return (event.actuator, event.action) if isinstance(event, ActionPublished) else ()
 
 
-def _inputs_before_difference(old: History, new: History, rows: Sequence[Row]) -> Tuple[Moved, ...]:
+def _inputs_before_difference(
+    old: History, new: History, rows: Sequence[ComparisonRow]
+) -> Tuple[Moved, ...]:
     alike = list(takewhile(lambda row: row.same, rows))
     return moved(_inputs(old, len(alike)), _inputs(new, len(alike)))
 
@@ -258,7 +260,9 @@ def _align(
         yield from zip_longest(old[left:left_end], new[right:right_end])
 
 
-def _with_stall(rows: List[Row], history: History, stalls: Sequence[Stall]) -> List[Row]:
+def _with_stall(
+    rows: List[ComparisonRow], history: History, stalls: Sequence[Stall]
+) -> List[ComparisonRow]:
     """Says at which row the replay waited in vain for the first time; the rest follows from it."""
     if not stalls:
         return rows
@@ -272,4 +276,4 @@ def _with_stall(rows: List[Row], history: History, stalls: Sequence[Stall]) -> L
             if count == place:
                 return [*rows[:number], replace(row, stall=text), *rows[number + 1 :]]
             count += 1
-    return [*rows, Row(None, None, (), text)]
+    return [*rows, ComparisonRow(None, None, (), text)]

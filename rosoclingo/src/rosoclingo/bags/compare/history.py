@@ -10,12 +10,12 @@ from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Output, Run
 from rosoclingo.loop.values import journal
 
-OPEN = "open"
+OPEN_GOAL = "open"
 """The outcome of a goal that has not ended."""
 
 
 @dataclass(frozen=True)
-class Goal:
+class GoalHistory:
     """The statuses and outcome of a goal in one run.
 
     Attributes:
@@ -25,7 +25,7 @@ class Goal:
     """
 
     statuses: Tuple[str, ...] = ()
-    outcome: str = OPEN
+    outcome: str = OPEN_GOAL
     steps: int = 0
 
 
@@ -59,7 +59,7 @@ class History:
         """
         self.requests = run.requests
         self.numbers = {goal: number for number, goal in enumerate(run.requests, 1)}
-        self.goals = {goal: Goal() for goal in run.requests}
+        self.goals = {goal: GoalHistory() for goal in run.requests}
         self.steps = 0
         self.timeline: List[Output] = []
         self.places: List[int] = []
@@ -83,7 +83,7 @@ class History:
             elif isinstance(event, journal.CommandDone) and event.resets_to is not None:
                 acted = None  # steps count from 0 again
         for identifier, goal in self.goals.items():
-            if goal.outcome == OPEN:
+            if goal.outcome == OPEN_GOAL:
                 steps = self.steps - self._begins.get(identifier, 0)
                 self.goals[identifier] = replace(goal, steps=steps)
 
@@ -132,9 +132,9 @@ class History:
 
     def _take_status(self, event: journal.StatusSet, step: Optional[int]) -> None:
         word = event.status.value
-        self.goals[event.goal] = Goal(
+        self.goals[event.goal] = GoalHistory(
             (*self.goals[event.goal].statuses, word if step is None else f"{word} in step {step}"),
-            OPEN if event.status is journal.Status.ACCEPTED else word,
+            OPEN_GOAL if event.status is journal.Status.ACCEPTED else word,
             self.steps - self._begins.get(event.goal, 0),
         )
 

@@ -11,7 +11,7 @@ from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.text import compact
 from rosoclingo.loop.values.journal import CancelArrived, Event, GoalArrived, StatusSet
 
-Inputs = Tuple[Sequence[Cell], Sequence[Cell]]
+InputCells = Tuple[Sequence[Cell], Sequence[Cell]]
 """What a run has taken before a place, and after it."""
 
 
@@ -63,7 +63,7 @@ def with_ids_of(expected: Run, seen: Run) -> Run:
     return Run(entries, seen.has_journal)
 
 
-def moved(expected: Inputs, seen: Inputs) -> Tuple[Moved, ...]:
+def moved(expected: InputCells, seen: InputCells) -> Tuple[Moved, ...]:
     """Returns the inputs that only one run had taken before a place, or both in other steps.
 
     Args:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import List, Optional, Sequence
 
-from rosoclingo.bags.compare.comparison import Comparison, GoalPair, Level, Row
-from rosoclingo.bags.compare.history import Cell, Goal
+from rosoclingo.bags.compare.comparison import Comparison, ComparisonRow, GoalPair, Level
+from rosoclingo.bags.compare.history import Cell, GoalHistory
 from rosoclingo.bags.compare.pairing import Moved
 from rosoclingo.bags.text import lines as safe_lines
 from rosoclingo.bags.text import one_line
@@ -53,7 +53,7 @@ def describe_goal(pair: GoalPair) -> List[str]:
     return [f"  expected  {_goal(pair.expected)}", f"  seen      {_goal(pair.seen)}"]
 
 
-def _goal(goal: Optional[Goal]) -> str:
+def _goal(goal: Optional[GoalHistory]) -> str:
     if goal is None:
         return "it did not come"
     said = f"{', '.join(goal.statuses) or 'no status'}; {goal.outcome}"
@@ -75,7 +75,7 @@ def _lengths(comparison: Comparison) -> List[str]:
     return [f"steps with actions: expected {comparison.steps}, seen {comparison.seen_steps}"]
 
 
-def _steps(rows: Sequence[Row]) -> List[str]:
+def _steps(rows: Sequence[ComparisonRow]) -> List[str]:
     """Returns the rows that differ with some around them, in columns."""
     different = [place for place, row in enumerate(rows) if not row.same]
     if not different:
@@ -133,7 +133,7 @@ def _time(word: str, cell: Optional[Cell], in_time: bool) -> str:
     return f"{word}{step}" if in_time else f"{word} later{step}"
 
 
-def _step(row: Row) -> str:
+def _step(row: ComparisonRow) -> str:
     steps = [cell.step for cell in (row.expected, row.seen) if cell and cell.step is not None]
     return "/".join(map(str, dict.fromkeys(steps)))
 

@@ -9,13 +9,13 @@ from typing import Callable
 from rosoclingo.bags.errors import BagSizeError, BagVersionError, DamagedBagError, NoBagError
 from rosoclingo.bags.read.decompress import ExpansionError
 from rosoclingo.bags.read.records import Records
-from rosoclingo.bags.wire import Connection
+from rosoclingo.bags.wire import PublisherConnection
 
 _MAGIC = re.compile(rb"#ROSBAG V(\d+)\.(\d+)\r?\n")
 _LONGEST_MAGIC = 32  # bytes
 
 
-def read_bag(file: Path, wanted: Callable[[Connection], bool]) -> Records:
+def read_bag(file: Path, wanted: Callable[[PublisherConnection], bool]) -> Records:
     """Reads a bag; one that is damaged, as far as that goes.
 
     Args:

@@ -7,7 +7,7 @@ from typing import Any, Dict, Optional
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from rosoclingo.bags.topics import MD5SUMS
-from rosoclingo.bags.wire import Connection, Message, rosbags_type
+from rosoclingo.bags.wire import Message, PublisherConnection, rosbags_type
 
 _LONGEST_DEFINITION = 2**16  # characters, with comments; the parser's time grows with the square
 
@@ -16,9 +16,9 @@ class Decoder:
     """Reads messages of the types in :data:`~rosoclingo.bags.topics.MD5SUMS`."""
 
     def __init__(self) -> None:
-        self._stores: Dict[Connection, Any] = {}
+        self._stores: Dict[PublisherConnection, Any] = {}
 
-    def refuse(self, connection: Connection, kind: str) -> Optional[str]:
+    def refuse(self, connection: PublisherConnection, kind: str) -> Optional[str]:
         """Returns why a connection's messages cannot be read as those of a type, or None.
 
         The MD5 sum decides: definitions whose comments differ have the same.

@@ -11,9 +11,9 @@ from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
 from rosoclingo.bags.read.records import Records
-from rosoclingo.bags.read.without_journal import TOPICS, Historian, Said
+from rosoclingo.bags.read.without_journal import TOPICS, Historian, TopicMessage
 from rosoclingo.bags.topics import LOOP_TYPES, owner
-from rosoclingo.bags.wire import Connection, Message
+from rosoclingo.bags.wire import Message, PublisherConnection
 from rosoclingo.errors import LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.values.journal import NodeResumed, decode
@@ -48,7 +48,7 @@ class _Reading:
         self._name = self._choose(name)
         self._remarks = bag.remarks
         self._lost: Counter[str] = Counter()
-        self._readable: Set[Connection] = set()
+        self._readable: Set[PublisherConnection] = set()
 
     def recording(self) -> Recording:
         """Reads the recording of the chosen node."""
@@ -173,7 +173,7 @@ class _Reading:
 
     def _read_topics(self) -> Tuple[Entry, ...]:
         recorded = [
-            Said(owner(one.connection.topic)[1], (one.time - self._begin) * 1e-9, message)
+            TopicMessage(owner(one.connection.topic)[1], (one.time - self._begin) * 1e-9, message)
             for one, message in self._messages(*(f"{self._name}/{topic}" for topic in TOPICS))
         ]
         return tuple(Historian().entries(recorded))

@@ -18,7 +18,7 @@ from typing import BinaryIO, Callable, Dict, List, Mapping
 
 from rosoclingo.bags.read.decompress import Expander, ExpansionError
 from rosoclingo.bags.topics import resolved
-from rosoclingo.bags.wire import Connection, Message
+from rosoclingo.bags.wire import Message, PublisherConnection
 
 _LENGTH = 4  # bytes of a length and of a number, the lowest first
 _TIME = struct.Struct("<II")
@@ -51,7 +51,7 @@ class Records:
         size: Size of the bag in bytes.
     """
 
-    def __init__(self, file: BinaryIO, wanted: Callable[[Connection], bool]) -> None:
+    def __init__(self, file: BinaryIO, wanted: Callable[[PublisherConnection], bool]) -> None:
         """Reads all records.
 
         Args:
@@ -62,7 +62,7 @@ class Records:
             ExpansionError: A chunk expands to too much; the text says which.
         """
         self.messages: List[Message] = []
-        self.connections: Dict[int, Connection] = {}
+        self.connections: Dict[int, PublisherConnection] = {}
         self.header: Mapping[bytes, bytes] = {}
         self.losses: List[str] = []
         self.size = os.fstat(file.fileno()).st_size
@@ -159,7 +159,7 @@ class Records:
 
     def _connect(self, number: int, header: Mapping[bytes, bytes], data: bytes) -> None:
         entries = _entries(data)
-        self.connections[number] = Connection(
+        self.connections[number] = PublisherConnection(
             resolved(_text(header, b"topic")),
             _text(entries, b"type"),
             _text(entries, b"md5sum"),

@@ -30,7 +30,7 @@ _SWAPPED_SECONDS = 0.2  # how much too early or too late an answer may be record
 _HORIZON = re.compile(r"plan (\d+) steps?")
 
 
-class Said(NamedTuple):
+class TopicMessage(NamedTuple):
     """A message of one of :data:`TOPICS`.
 
     Attributes:
@@ -44,7 +44,7 @@ class Said(NamedTuple):
     message: Any
 
 
-def in_order(recorded: Iterable[Said]) -> List[Said]:
+def in_order(recorded: Iterable[TopicMessage]) -> List[TopicMessage]:
     """Returns messages in the bag's order, but each answer between its action and what followed.
 
     While the loop waits for an answer, it changes the status of a goal, or tells the same actuator
@@ -52,9 +52,9 @@ def in_order(recorded: Iterable[Said]) -> List[Said]:
     actions just before the answer show that it was recorded too late. An answer just before an
     action, of an actuator that has none to answer, was recorded too early.
     """
-    ordered: List[Said] = []
+    ordered: List[TopicMessage] = []
     pending: Dict[str, int] = {}  # how many actions of an actuator have no answer
-    early: Dict[str, Said] = {}  # what an actuator said that had no action to answer
+    early: Dict[str, TopicMessage] = {}  # what an actuator said that had no action to answer
     for said in recorded:
         place = len(ordered)
         if said.topic == "out":
@@ -74,7 +74,9 @@ def in_order(recorded: Iterable[Said]) -> List[Said]:
     return ordered
 
 
-def _place(ordered: Sequence[Said], answer: Said, pending: Mapping[str, int]) -> int:
+def _place(
+    ordered: Sequence[TopicMessage], answer: TopicMessage, pending: Mapping[str, int]
+) -> int:
     """Returns where an answer belongs that came last.
 
     Args:
@@ -117,7 +119,7 @@ class Historian:
         self._goals: Dict[str, float] = {}  # open ones: when they were sent, in seconds
         self._statuses: Dict[str, Status] = {}
 
-    def entries(self, recorded: Iterable[Said]) -> Iterator[Entry]:
+    def entries(self, recorded: Iterable[TopicMessage]) -> Iterator[Entry]:
         """Yields the events that messages make known; these come in the order of the bag."""
         number = 0
         for said in in_order(recorded):

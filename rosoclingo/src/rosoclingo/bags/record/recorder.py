@@ -21,7 +21,7 @@ from rosoclingo.bags.read.run_end import RunEnd
 from rosoclingo.bags.record.arrivals import Journal
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS, loop_topics, solver_topics
-from rosoclingo.bags.wire import Connection, Message
+from rosoclingo.bags.wire import Message, PublisherConnection
 from rosoclingo.errors import LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.values.journal import decode
@@ -118,8 +118,8 @@ class Recorder:
                 self._subscribe(solver_topics(loop.solvers.values()))
 
 
-def _connection(header: Dict[str, str]) -> Connection:
-    return Connection(
+def _connection(header: Dict[str, str]) -> PublisherConnection:
+    return PublisherConnection(
         rospy.resolve_name(header["topic"]),
         header["type"],
         header["md5sum"],

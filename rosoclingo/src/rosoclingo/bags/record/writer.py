@@ -13,7 +13,7 @@ from rosbags.rosbag1.writer import WriterError
 
 from rosclingo.free_file import refusal
 from rosoclingo.bags.errors import BagWriteError
-from rosoclingo.bags.wire import Connection, Message, rosbags_type
+from rosoclingo.bags.wire import Message, PublisherConnection, rosbags_type
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _HEADER = 4096  # bytes of the header and its padding, without their two lengths
@@ -45,7 +45,7 @@ class BagWriter:
         """
         self.count = 0
         self._file = file
-        self._connections: Dict[Connection, interfaces.Connection] = {}
+        self._connections: Dict[PublisherConnection, interfaces.Connection] = {}
         try:
             self._writer = Writer(file)
             if compression != "none":
@@ -118,7 +118,7 @@ class BagWriter:
             file.flush()
             _lengthen_header(self._file)
 
-    def _connect(self, connection: Connection) -> interfaces.Connection:
+    def _connect(self, connection: PublisherConnection) -> interfaces.Connection:
         return self._writer.add_connection(
             connection.topic,
             rosbags_type(connection.type),

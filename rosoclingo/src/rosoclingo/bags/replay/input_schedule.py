@@ -8,11 +8,13 @@ from rosclingo.wire.commands import Result
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.inputs import begins_a_wait, is_refused
-from rosoclingo.loop.inputs.replay_inbox import Due, Kind, Phase
+from rosoclingo.loop.inputs.replay_inbox import Phase, ScheduledInput, ScheduledKind
 from rosoclingo.loop.values import journal
 
 
-def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True) -> List[Due]:
+def input_schedule(
+    run: Run, *, kills: bool = False, same_encodings: bool = True
+) -> List[ScheduledInput]:
     """Returns the schedule of the inputs that the loop has taken, in its order; then the rest.
 
     That are the outcomes of searches, and how long actions took.
@@ -22,7 +24,7 @@ def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True
         kills: Whether nodes that have died are among them.
         same_encodings: Whether they are for the encodings that were recorded.
     """
-    found: List[Due] = []
+    found: List[ScheduledInput] = []
     moment = (0, Phase.BEFORE)
     decision = step = 0
     phase: Optional[Phase] = None  # if the loop waits, or has ended
@@ -42,12 +44,14 @@ def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True
                 moment = min(moment, (decision, Phase.BEFORE))
                 acts = False
             if kills:
-                kill = Due(decision, Phase.BEFORE, Kind.KILL, event.node)
+                kill = ScheduledInput(decision, Phase.BEFORE, ScheduledKind.KILL, event.node)
                 found.insert(sum(due.moment <= kill.moment for due in found), kill)
         elif isinstance(event, journal.StatusSet) and entry.number in run.recalls:
             if event.goal in undecided:  # the loop has taken the goal, and nothing had come of it
                 place = undecided[event.goal]
-                found.insert(place, Due(*found[place].moment, Kind.RECALL, event.goal))
+                found.insert(
+                    place, ScheduledInput(*found[place].moment, ScheduledKind.RECALL, event.goal)
+                )
                 undecided = {goal: n + (n >= place) for goal, n in undecided.items()}
                 continue
             if phase is not None:
@@ -55,7 +59,7 @@ def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True
             else:  # not before what the command has done already, as to move to the next step
                 has_begun = acts or entry.step != step
                 moment = max(moment, (decision + has_begun, Phase.BEFORE))
-            found.append(Due(*moment, Kind.RECALL, event.goal))
+            found.append(ScheduledInput(*moment, ScheduledKind.RECALL, event.goal))
         elif isinstance(event, journal.StatusSet):
             acts |= bool(event.slot)
             if event.status is not journal.Status.ACCEPTED:
@@ -73,25 +77,25 @@ def input_schedule(run: Run, *, kills: bool = False, same_encodings: bool = True
             if isinstance(event, journal.GoalArrived):
                 undecided[event.goal] = len(found)
             kind, identifier, text = journal.key_of(event)
-            found.append(Due(*moment, Kind(kind), identifier, text))
+            found.append(ScheduledInput(*moment, ScheduledKind(kind), identifier, text))
     found = found if phase is not Phase.END else [_at_the_end(due, decision) for due in found]
     return found + _outcomes(run.recorded, same_encodings)
 
 
-def rest(dues: Sequence[Due], decision: int) -> List[Due]:
+def rest(dues: Sequence[ScheduledInput], decision: int) -> List[ScheduledInput]:
     """Returns the rest of a schedule for a node that restarts before a decision."""
     return [
         due._replace(decision=due.decision - decision) for due in dues if due.decision >= decision
     ]
 
 
-def _outcomes(entries: Sequence[Entry], same_encodings: bool) -> List[Due]:
+def _outcomes(entries: Sequence[Entry], same_encodings: bool) -> List[ScheduledInput]:
     """Returns the outcomes of time-dependent searches, if the journal has them, and durations.
 
     Searches that were finished are left out if the program is not the same: it may have other
     plans.
     """
-    found: List[Due] = []
+    found: List[ScheduledInput] = []
     knows_searches = False  # older journals do not tell
     decision = 0
     for event in (entry.event for entry in entries):
@@ -100,14 +104,18 @@ def _outcomes(entries: Sequence[Entry], same_encodings: bool) -> List[Due]:
         elif isinstance(event, journal.SearchEnded):
             knows_searches = True
             if same_encodings or event.how not in journal.PROGRAMS_OWN:
-                found.append(Due(decision, Phase.DURING, Kind.SEARCH, "", journal.to_text(event)))
+                found.append(
+                    ScheduledInput(
+                        decision, Phase.DURING, ScheduledKind.SEARCH, "", journal.to_text(event)
+                    )
+                )
         elif isinstance(event, journal.PlanFound):
             knows_searches |= event.quality is not None
         elif isinstance(event, journal.ActionTook):
             number, seconds = str(event.number), repr(event.seconds)
-            found.append(Due(decision, Phase.WAIT, Kind.TIME, number, seconds))
+            found.append(ScheduledInput(decision, Phase.WAIT, ScheduledKind.TIME, number, seconds))
     if knows_searches:
-        found.append(Due(decision + 1, Phase.WAIT, Kind.SEARCH, ""))
+        found.append(ScheduledInput(decision + 1, Phase.WAIT, ScheduledKind.SEARCH, ""))
     return found
 
 
@@ -132,7 +140,7 @@ def _moment(
     return decision, Phase.DURING
 
 
-def _before(due: Due, decision: int) -> Due:
+def _before(due: ScheduledInput, decision: int) -> ScheduledInput:
     """Reschedules an input that was taken in a wait to the moment before the decision to wait."""
     return due._replace(phase=Phase.BEFORE) if due.decision == decision else due
 
@@ -147,7 +155,7 @@ def _phase(event: journal.Event, before: Optional[Phase]) -> Optional[Phase]:
     return None if is_loop or isinstance(event, journal.CommandDone) else before
 
 
-def _at_the_end(due: Due, decision: int) -> Due:
+def _at_the_end(due: ScheduledInput, decision: int) -> ScheduledInput:
     """Reschedules an input that was taken after the last decision to the loop's end."""
     is_late = due.decision > decision
     return due._replace(decision=decision, phase=Phase.END) if is_late else due

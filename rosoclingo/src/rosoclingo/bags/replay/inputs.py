@@ -12,12 +12,12 @@ from typing import List, Set
 
 from rosclingo.errors import TermError
 from rosoclingo.bags.read.run import Run
-from rosoclingo.loop.inputs.replay_inbox import Key
+from rosoclingo.loop.inputs.replay_inbox import InputKey
 from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.atoms import canonical
 
 
-class Point(enum.Enum):
+class LoopActivity(enum.Enum):
     """The activity of the loop when it took an input."""
 
     WAITING = "waiting"
@@ -40,7 +40,7 @@ class RecordedInput:
     """
 
     event: journal.Arrival
-    point: Point
+    point: LoopActivity
     position: int
     command: str
     gap: float
@@ -48,7 +48,7 @@ class RecordedInput:
     restarts: int = 0
 
     @property
-    def key(self) -> Key:
+    def key(self) -> InputKey:
         """The key that identifies the input in the journal."""
         return journal.key_of(self.event)
 
@@ -97,13 +97,13 @@ def inputs(run: Run) -> List[RecordedInput]:
     return found
 
 
-def _point(event: journal.Arrival, waits: bool, has_taken: bool) -> Point:
+def _point(event: journal.Arrival, waits: bool, has_taken: bool) -> LoopActivity:
     """Returns the activity of the loop when it took an input."""
     if has_taken:
-        return Point.BUSY
+        return LoopActivity.BUSY
     if waits:
-        return Point.WAITING
-    return Point.SEARCHING if event.seconds > 0 else Point.BUSY
+        return LoopActivity.WAITING
+    return LoopActivity.SEARCHING if event.seconds > 0 else LoopActivity.BUSY
 
 
 def begins_a_wait(event: journal.Event) -> bool:

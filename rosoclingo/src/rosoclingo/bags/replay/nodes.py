@@ -13,14 +13,14 @@ from rosoclingo.bags.replay.connection import Connection
 from rosoclingo.bags.replay.input_schedule import rest
 from rosoclingo.bags.replay.startup import SOLVERS, Start
 from rosoclingo.loop.inputs import replay_inbox
-from rosoclingo.loop.inputs.replay_inbox import Due, Kind, Phase
+from rosoclingo.loop.inputs.replay_inbox import Phase, ScheduledInput, ScheduledKind
 from rosoclingo.loop.values import journal
 
 _CONNECT_SECONDS = 60.0  # how long the nodes may take to start on a busy machine
 _POLL_SECONDS = 0.02
 
 
-class Nodes:
+class ReplayNodes:
     """Starts the processes of a replay, and kills and restarts nodes as the recording says.
 
     Attributes:
@@ -33,7 +33,7 @@ class Nodes:
         system: LocalMaster,
         processes: Sequence[Start],
         connection: Connection,
-        dues: Sequence[Due],
+        dues: Sequence[ScheduledInput],
     ) -> None:
         """Prepares what :meth:`start` starts.
 
@@ -49,7 +49,9 @@ class Nodes:
         self._system = system
         self._starts = dict(zip((journal.LOOP, *SOLVERS), processes))
         self._connection = connection
-        self._dues = [due for due in dues if due.kind is not Kind.KILL or due.id in self._starts]
+        self._dues = [
+            due for due in dues if due.kind is not ScheduledKind.KILL or due.id in self._starts
+        ]
 
     def start(self) -> None:
         """Starts all processes, and returns when the connection is complete.
@@ -70,7 +72,7 @@ class Nodes:
 
     def due(self, decision: int) -> Optional[str]:
         """Returns the node that is to be killed before a decision, counted since the loop began."""
-        kill = next((due for due in self._dues if due.kind is Kind.KILL), None)
+        kill = next((due for due in self._dues if due.kind is ScheduledKind.KILL), None)
         return kill.id if kill is not None and kill.decision == decision else None
 
     def kill(self, decision: int, node: str) -> None:
@@ -79,7 +81,7 @@ class Nodes:
         Raises:
             ReplayError: Another loop does not start.
         """
-        self._dues.remove(Due(decision, Phase.BEFORE, Kind.KILL, node))
+        self._dues.remove(ScheduledInput(decision, Phase.BEFORE, ScheduledKind.KILL, node))
         start = self._starts[node]
         self._system.kill(start.name)
         self.killed += 1

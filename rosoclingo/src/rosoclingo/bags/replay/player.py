@@ -18,7 +18,7 @@ from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.connection import Connection
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.bags.replay.nodes import Nodes
+from rosoclingo.bags.replay.nodes import ReplayNodes
 from rosoclingo.bags.replay.progress import ReplayProgress
 from rosoclingo.bags.replay.replays import ExactReplay, FreeReplay, Replay
 from rosoclingo.bags.replay.startup import Start
@@ -97,7 +97,7 @@ def play(
         dues = []  # without a journal, the gate holds nothing
         if run.has_journal:
             dues = input_schedule(run, kills=kills, same_encodings=same_encodings)
-        nodes = Nodes(name, system, processes, connection, dues)
+        nodes = ReplayNodes(name, system, processes, connection, dues)
         nodes.start()
         patience = _patience(run, progress, rate, timeout)
         play_on = _Player(connection, replay, system, nodes, patience)
@@ -122,7 +122,7 @@ class _Player:
         connection: Connection,
         replay: ExactReplay,
         system: LocalMaster,
-        nodes: Nodes,
+        nodes: ReplayNodes,
         patience: float,
     ) -> None:
         self.entries: List[Entry] = []

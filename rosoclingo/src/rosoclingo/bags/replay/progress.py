@@ -16,7 +16,7 @@ from rosoclingo.bags.replay.inputs import (
     is_refused,
 )
 from rosoclingo.bags.replay.without_journal import guess_waits
-from rosoclingo.loop.inputs.replay_inbox import Key, Kind
+from rosoclingo.loop.inputs.replay_inbox import InputKey, ScheduledKind
 from rosoclingo.loop.values import journal
 
 _SETTLED_SECONDS = 1.0  # a loop that waits has nothing to do any more
@@ -56,7 +56,7 @@ class ReplayProgress:
         self.skipped = 0
         self.passed = -1
         self.awaited = Awaited(run)
-        self.on_way: Counter[Key] = Counter()
+        self.on_way: Counter[InputKey] = Counter()
         self.acting: Dict[str, None] = {}
         self.is_held = False
         self.settled = False
@@ -98,14 +98,14 @@ class ReplayProgress:
         elif isinstance(event, journal.ActionPublished):
             self.acting[event.actuator] = None
         elif isinstance(event, journal.StatusSet) and event.status is not journal.Status.ACCEPTED:
-            self._take((Kind.GOAL, event.goal, ""))  # if it was refused
+            self._take((ScheduledKind.GOAL, event.goal, ""))  # if it was refused
             if event.reason is not journal.Reason.RECALLED:
                 # actionlib passes on none to an ended goal.
-                self._take((Kind.CANCEL, event.goal, ""))
+                self._take((ScheduledKind.CANCEL, event.goal, ""))
         if output is not None:
             self.awaited.came(output.key)
 
-    def _take(self, key: Key) -> None:
+    def _take(self, key: InputKey) -> None:
         if self.on_way[key] > 0:
             self.on_way[key] -= 1
             if not self.on_way[key]:
@@ -150,10 +150,12 @@ class ReplayProgress:
     def send(self, planned: RecordedInput, now: float) -> RecordedInput:
         """Records that the next input is sent now, and returns it."""
         kind, identifier, _ = planned.key
-        if not (kind == Kind.CANCEL and identifier in self.end.ended_goals):  # else it is lost
+        if not (
+            kind == ScheduledKind.CANCEL and identifier in self.end.ended_goals
+        ):  # else it is lost
             self.on_way[planned.key] += 1
             self.settled = False
-        if kind == Kind.MESSAGE:
+        if kind == ScheduledKind.MESSAGE:
             self.acting.pop(identifier, None)
         self._sent_at, self.sent_kind = now, kind
         self._step()

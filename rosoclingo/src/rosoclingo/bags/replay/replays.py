@@ -10,9 +10,9 @@ from abc import ABC, abstractmethod
 from typing import AbstractSet, Optional
 
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.replay.inputs import Point, RecordedInput
+from rosoclingo.bags.replay.inputs import LoopActivity, RecordedInput
 from rosoclingo.bags.replay.progress import ReplayProgress
-from rosoclingo.loop.inputs.replay_inbox import Kind
+from rosoclingo.loop.inputs.replay_inbox import ScheduledKind
 from rosoclingo.loop.values import journal
 
 
@@ -111,8 +111,10 @@ class ExactReplay(Replay):
         if is_lost or not progress.is_time(planned, now):
             return None
         kind, identifier, _ = planned.key
-        is_on_way = progress.on_way[Kind.GOAL, identifier, ""] and identifier not in self._arrived
-        if kind == Kind.CANCEL and is_on_way and not progress.has_arrived(now):
+        is_on_way = (
+            progress.on_way[ScheduledKind.GOAL, identifier, ""] and identifier not in self._arrived
+        )
+        if kind == ScheduledKind.CANCEL and is_on_way and not progress.has_arrived(now):
             return None  # it would overtake its goal
         return progress.send(planned, now)
 
@@ -148,6 +150,6 @@ class FreeReplay(Replay):
 
     def _is_at(self, planned: RecordedInput) -> bool:
         progress = self.progress
-        if planned.point is Point.SEARCHING and not progress.on_way:
+        if planned.point is LoopActivity.SEARCHING and not progress.on_way:
             return progress.settled or progress.command == planned.command
-        return progress.settled or planned.point is Point.BUSY
+        return progress.settled or planned.point is LoopActivity.BUSY

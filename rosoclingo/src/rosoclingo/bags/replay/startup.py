@@ -15,7 +15,7 @@ from rosoclingo.bags.model import Recording
 from rosoclingo.bags.replay.disk import from_disk, is_unchanged
 from rosoclingo.bags.topics import NODE
 from rosoclingo.errors import LaunchedError
-from rosoclingo.launched.about import LOOP, SINGLE, SOLVER, Launched
+from rosoclingo.launched.about import LOOP_NODE, SINGLE_NODE, SOLVER_NODE, Launched
 from rosoclingo.launched.unpack import unpack
 
 SOLVERS = ("controller", "planner")
@@ -105,26 +105,26 @@ def starts(
     if single is not None:
         if is_changed:
             raise ReplayError("--single is one node; leave out --controller and --planner")
-        return [_node(recording.name, SINGLE, [*settings, *_split(single)])]
+        return [_node(recording.name, SINGLE_NODE, [*settings, *_split(single)])]
     loop = recording.programs.get(recording.name)
     given = {"controller": controller, "planner": planner}
     if loop is None and None in given.values():
         raise ReplayError(f"the bag does not say what {recording.name} was started with; {_REMEDY}")
-    if loop is not None and loop.program == SINGLE:
+    if loop is not None and loop.program == SINGLE_NODE:
         if is_changed:
             raise ReplayError("the bag is of a system of one node: use --single for its arguments")
         return [_recorded(loop, folder, settings)]
-    if loop is not None and loop.program != LOOP:
+    if loop is not None and loop.program != LOOP_NODE:
         raise ReplayError(f"the bag has an unknown program, {loop.program!r}; {_REMEDY}")
     names = _solver_names(recording, loop)
     remappings = [f"_{role}:={names[role]}" for role in SOLVERS]
-    made = [_node(recording.name, LOOP, [*remappings, *settings])]
+    made = [_node(recording.name, LOOP_NODE, [*remappings, *settings])]
     for role in SOLVERS:
         line = given[role]
         program = recording.programs.get(names[role])
         if line is not None:
-            made.append(_node(names[role], SOLVER, _split(line)))
-        elif program is not None and program.program == SOLVER:
+            made.append(_node(names[role], SOLVER_NODE, _split(line)))
+        elif program is not None and program.program == SOLVER_NODE:
             made.append(_recorded(program, folder))
         else:
             raise ReplayError(

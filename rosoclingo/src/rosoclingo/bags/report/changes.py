@@ -9,7 +9,7 @@ from typing import Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.bags.model import Entry
-from rosoclingo.bags.report.run import Cause, Change
+from rosoclingo.bags.report.run import Cause, PlanChange
 
 Planned = Dict[int, Set[str]]
 """For each step, its actions, as ``actuator: action``."""
@@ -31,7 +31,7 @@ def after_reset(plan: Planned, step: int) -> Planned:
     return {number - step: actions for number, actions in plan.items() if number > step}
 
 
-def change(found: Entry, before: Planned, after: Planned) -> Optional[Change]:
+def change(found: Entry, before: Planned, after: Planned) -> Optional[PlanChange]:
     """Returns the change that a plan makes, without causes; None if there is none.
 
     Args:
@@ -44,7 +44,7 @@ def change(found: Entry, before: Planned, after: Planned) -> Optional[Change]:
         return None
     first = min(differ)
     old, new = before.get(first, set()), after.get(first, set())
-    return Change(
+    return PlanChange(
         seconds=found.seconds,
         step=found.step,
         horizon=found.horizon,
@@ -58,8 +58,8 @@ def change(found: Entry, before: Planned, after: Planned) -> Optional[Change]:
 
 
 def explained(
-    changes: Mapping[int, Change], plans: Sequence[int], causes: Sequence[Tuple[int, Cause]]
-) -> Tuple[Change, ...]:
+    changes: Mapping[int, PlanChange], plans: Sequence[int], causes: Sequence[Tuple[int, Cause]]
+) -> Tuple[PlanChange, ...]:
     """Returns changes with their causes.
 
     Args:

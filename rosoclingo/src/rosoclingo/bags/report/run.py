@@ -90,7 +90,7 @@ class MessageRun:
 
 
 @dataclass(frozen=True)
-class Search:
+class SearchRecord:
     """A search for a plan.
 
     Attributes:
@@ -148,7 +148,7 @@ class Cause:
 
 
 @dataclass(frozen=True)
-class Change:
+class PlanChange:
     """A plan that differs from the rest of the one before.
 
     Attributes:
@@ -194,7 +194,7 @@ class AnswerRun:
 
 
 @dataclass(frozen=True)
-class Restart:
+class NodeRestart:
     """A node that was replaced after it had died or been ended.
 
     Attributes:
@@ -241,12 +241,12 @@ class Statistics:
     actions: Tuple[ActionRun, ...]
     messages: Tuple[MessageRun, ...]
     received: int
-    searches: Tuple[Search, ...]
+    searches: Tuple[SearchRecord, ...]
     steps: Tuple[StepRun, ...]
     plans: int
-    changes: Tuple[Change, ...]
+    changes: Tuple[PlanChange, ...]
     answers: Tuple[AnswerRun, ...]
-    restarts: Tuple[Restart, ...]
+    restarts: Tuple[NodeRestart, ...]
 
 
 def numbered(request: str, number: int) -> str:

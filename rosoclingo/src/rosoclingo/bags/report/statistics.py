@@ -16,11 +16,11 @@ from rosoclingo.bags.report.run import (
     ActionRun,
     AnswerRun,
     Cause,
-    Change,
     GoalRun,
     MessageRun,
-    Restart,
-    Search,
+    NodeRestart,
+    PlanChange,
+    SearchRecord,
     Statistics,
     StepRun,
     numbered,
@@ -75,12 +75,12 @@ class _Reading:
         self.actions: List[ActionRun] = []
         self.messages: List[MessageRun] = []
         self.received = 0
-        self.searches: List[Search] = []
+        self.searches: List[SearchRecord] = []
         self.steps: List[StepRun] = []
         self.plans: List[int] = []  # their positions
         self.answers: List[AnswerRun] = []
-        self.restarts: List[Restart] = []
-        self.changes: Dict[int, Change] = {}  # without causes, by the numbers of the plans
+        self.restarts: List[NodeRestart] = []
+        self.changes: Dict[int, PlanChange] = {}  # without causes, by the numbers of the plans
         self._position = 0
         self._last = 0.0  # when the event before was
         self._plan: Planned = {}
@@ -228,7 +228,7 @@ class _Reading:
         if event.is_search:
             result = event.result.value if event.result else ""
             self.searches.append(
-                Search(entry.seconds, event.seconds, result, entry.step, entry.horizon)
+                SearchRecord(entry.seconds, event.seconds, result, entry.step, entry.horizon)
             )
             self.steps[-1] = replace(
                 step,
@@ -279,7 +279,7 @@ class _Reading:
     def _on_resumed(self, entry: Entry, event: journal.NodeResumed) -> None:
         last = self._last if self._position else entry.seconds
         self.restarts.append(
-            Restart(entry.seconds, entry.step, event.node, event.reason, event.seconds, last)
+            NodeRestart(entry.seconds, entry.step, event.node, event.reason, event.seconds, last)
         )
 
     def _on_end(self, _: Entry, event: journal.LoopEnded) -> None:

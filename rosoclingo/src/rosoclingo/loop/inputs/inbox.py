@@ -67,19 +67,19 @@ class Inbox:
     Attributes:
         recorded: What a replay dictates besides inputs.
         improves: Whether a better plan is looked for while nothing comes, as long as that takes.
-        hurry: Callback that pauses background work on this machine: the loop's thread calls it
-            with true when an input has come that it waited for, and with false when it waits
-            again, or takes longer than a reaction does.
+        pause_background_work: Callback that pauses background work on this machine: the loop's
+            thread calls it with true when an input has come that it waited for, and with false
+            when it waits again, or takes longer than a reaction does.
     """
 
     def __init__(self) -> None:
         self.recorded = Recorded()
         self.improves = True
-        self.hurry: Callable[[bool], None] = lambda _: None
-        self._hurries_since: Optional[float] = None
+        self.pause_background_work: Callable[[bool], None] = lambda _: None
+        self._reacting_since: Optional[float] = None
         self._changed = threading.Condition()  # guards the other fields; held for moments only
         self._items: List[Item] = []
-        self._looks: List[Callable[[], None]] = []
+        self._callbacks: List[Callable[[], None]] = []
         self._closed = False
         self._end: Optional[str] = None
 
@@ -104,7 +104,7 @@ class Inbox:
         """Whether a cancel request recalls its goal when it comes."""
         return True
 
-    def look(self, function: Callable[[], None]) -> bool:
+    def call_soon(self, function: Callable[[], None]) -> bool:
         """Schedules a callback on the loop's thread, which runs it when it polls the inbox next.
 
         It polls between two commands, while it waits, and in a search, and never while it changes
@@ -118,19 +118,19 @@ class Inbox:
         """
         with self._changed:
             if self._end is None:
-                self._looks.append(function)
+                self._callbacks.append(function)
                 self._changed.notify_all()
             return self._end is None
 
-    def show(self) -> None:
-        """Calls the functions of :meth:`look`; called by the loop's thread."""
-        since = self._hurries_since
+    def run_callbacks(self) -> None:
+        """Calls the functions of :meth:`call_soon`; called by the loop's thread."""
+        since = self._reacting_since
         if since is not None and time.monotonic() - since > _LONGEST_HURRY:
-            self._end_hurry()
-        if self._looks:
+            self._end_reaction()
+        if self._callbacks:
             with self._changed:
-                looks, self._looks = self._looks, []
-            for function in looks:
+                callbacks, self._callbacks = self._callbacks, []
+            for function in callbacks:
                 function()
 
     def close(self) -> None:
@@ -175,7 +175,7 @@ class Inbox:
 
     def take(self) -> List[Item]:
         """Returns all items in order of arrival and removes them; does not wait."""
-        self.show()
+        self.run_callbacks()
         if not self._items:
             return []
         with self._changed:
@@ -194,7 +194,7 @@ class Inbox:
 
     def end(self, reason: str) -> None:
         """Closes the queue, as the loop has ended: it takes those that are there, and no others."""
-        self._end_hurry()
+        self._end_reaction()
         with self._changed:
             self._end = reason
 
@@ -208,18 +208,18 @@ class Inbox:
             Whether one of these is the case.
         """
         if not self._items:
-            self._end_hurry()
+            self._end_reaction()
         with self._changed:
             has_something = self._changed.wait_for(self._has_something, timeout)
-        if self._items and self._hurries_since is None:
-            self._hurries_since = time.monotonic()
-            self.hurry(True)
+        if self._items and self._reacting_since is None:
+            self._reacting_since = time.monotonic()
+            self.pause_background_work(True)
         return has_something
 
-    def _end_hurry(self) -> None:
-        if self._hurries_since is not None:
-            self._hurries_since = None
-            self.hurry(False)
+    def _end_reaction(self) -> None:
+        if self._reacting_since is not None:
+            self._reacting_since = None
+            self.pause_background_work(False)
 
     def _has_something(self) -> bool:
-        return bool(self._items or self._looks or self._closed)
+        return bool(self._items or self._callbacks or self._closed)

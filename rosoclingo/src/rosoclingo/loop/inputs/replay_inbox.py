@@ -27,7 +27,7 @@ class Phase(enum.IntEnum):
     END = 3  # when the loop had ended instead of another decision
 
 
-class Kind(str, enum.Enum):
+class ScheduledKind(str, enum.Enum):
     """Kinds of scheduled inputs, and of other events that a replay has to repeat."""
 
     GOAL = "goal"
@@ -39,11 +39,11 @@ class Kind(str, enum.Enum):
     TIME = "time"  # no input: how long an action took
 
 
-Key = Tuple[str, str, str]
+InputKey = Tuple[str, str, str]
 """What identifies an input, see :func:`.key_of`."""
 
 
-class Due(NamedTuple):
+class ScheduledInput(NamedTuple):
     """A scheduled input: what a replay's loop takes, and when.
 
     Attributes:
@@ -58,7 +58,7 @@ class Due(NamedTuple):
 
     decision: int
     phase: Phase
-    kind: Kind
+    kind: ScheduledKind
     id: str
     text: str = ""
 
@@ -68,9 +68,13 @@ class Due(NamedTuple):
         return self.decision, self.phase
 
     @property
-    def key(self) -> Key:
+    def key(self) -> InputKey:
         """The key of the input that has to have arrived."""
-        return Kind.CANCEL if self.kind is Kind.RECALL else self.kind, self.id, self.text
+        return (
+            ScheduledKind.CANCEL if self.kind is ScheduledKind.RECALL else self.kind,
+            self.id,
+            self.text,
+        )
 
 
 def _read_search(text: str) -> SearchEnded:
@@ -85,12 +89,12 @@ def _read_search(text: str) -> SearchEnded:
     return event
 
 
-def encode(dues: Sequence[Due]) -> str:
+def encode(dues: Sequence[ScheduledInput]) -> str:
     """Encodes a schedule as text, for :func:`decode`."""
     return json.dumps(dues, separators=(",", ":"))
 
 
-def decode(text: object) -> List[Due]:
+def decode(text: object) -> List[ScheduledInput]:
     """Reads the value of the parameter ``~replay``.
 
     Raises:
@@ -100,13 +104,13 @@ def decode(text: object) -> List[Due]:
         if not isinstance(text, str):
             raise TypeError("no text")
         dues = [
-            Due(int(decision), Phase(phase), Kind(kind), str(name), str(value))
+            ScheduledInput(int(decision), Phase(phase), ScheduledKind(kind), str(name), str(value))
             for decision, phase, kind, name, value in json.loads(text)
         ]
         for due in dues:
-            if due.kind is Kind.SEARCH and due.text:
+            if due.kind is ScheduledKind.SEARCH and due.text:
                 _read_search(due.text)
-            if due.kind is Kind.TIME:
+            if due.kind is ScheduledKind.TIME:
                 int(due.id), float(due.text)
         return dues
     except (TypeError, ValueError) as err:
@@ -121,26 +125,26 @@ class ReplayInbox(Inbox):
     Thread-safe. What it does not know of is let through.
     """
 
-    def __init__(self, dues: Sequence[Due]) -> None:
+    def __init__(self, dues: Sequence[ScheduledInput]) -> None:
         """Begins before the first decision.
 
         Args:
             dues: What will come, in the order in which the loop is to take it.
         """
         super().__init__()
-        searches = [due for due in dues if due.kind is Kind.SEARCH]
+        searches = [due for due in dues if due.kind is ScheduledKind.SEARCH]
         self.recorded: RecordedOutcomes = RecordedOutcomes(
             [(due.decision, _read_search(due.text)) for due in searches if due.text],
-            {int(due.id): float(due.text) for due in dues if due.kind is Kind.TIME},
+            {int(due.id): float(due.text) for due in dues if due.kind is ScheduledKind.TIME},
             knows_searches=bool(searches),
         )
-        others = (Kind.SEARCH, Kind.TIME)
-        self._dues: Deque[Due] = deque(due for due in dues if due.kind not in others)
+        others = (ScheduledKind.SEARCH, ScheduledKind.TIME)
+        self._dues: Deque[ScheduledInput] = deque(due for due in dues if due.kind not in others)
         self._expected = Counter(due.key for due in dues if due.kind in _INPUTS)
-        self._kills = sum(due.kind is Kind.KILL for due in dues)
-        self._held: Dict[Key, Deque[Taken]] = {}  # has come, and is not taken yet
+        self._kills = sum(due.kind is ScheduledKind.KILL for due in dues)
+        self._held: Dict[InputKey, Deque[Taken]] = {}  # has come, and is not taken yet
         self._moment = -1, Phase.WAIT
-        self._missing: Counter[Key] = Counter()  # is due, and has not come
+        self._missing: Counter[InputKey] = Counter()  # is due, and has not come
         self._is_open = False
 
     def put(self, item: Item) -> None:
@@ -237,9 +241,9 @@ class ReplayInbox(Inbox):
                 if self._closed:
                     return
 
-    def _next_kill(self) -> Optional[Due]:
+    def _next_kill(self) -> Optional[ScheduledInput]:
         due = itertools.takewhile(lambda due: due.moment <= self._moment, self._dues)
-        return next((one for one in due if one.kind is Kind.KILL), None)
+        return next((one for one in due if one.kind is ScheduledKind.KILL), None)
 
     def take(self) -> List[Item]:
         """Returns what is due; does not wait."""
@@ -251,10 +255,10 @@ class ReplayInbox(Inbox):
                     return items
                 self._dues.popleft()
                 held = self._held[due.key]
-                item = held[0] if due.kind is Kind.RECALL else held.popleft()
+                item = held[0] if due.kind is ScheduledKind.RECALL else held.popleft()
                 if not held:
                     del self._held[due.key]
-            if due.kind is Kind.RECALL:
+            if due.kind is ScheduledKind.RECALL:
                 assert isinstance(item, Cancel)
                 item.goal.recall()  # not under the lock, which actionlib may wait for
             else:
@@ -267,26 +271,27 @@ class ReplayInbox(Inbox):
                 lambda: self._has_something() or self._next() is not None, timeout
             )
 
-    def _next(self) -> Optional[Due]:
+    def _next(self) -> Optional[ScheduledInput]:
         """Returns the next thing if it is due and has come."""
         if self._dues and self._dues[0].moment <= self._moment and self._has(self._dues[0]):
             return self._dues[0]
         return None
 
-    def _has(self, due: Due) -> bool:
+    def _has(self, due: ScheduledInput) -> bool:
         return bool(self._held.get(due.key))
 
-    def _find_missing(self) -> Counter[Key]:
+    def _find_missing(self) -> Counter[InputKey]:
         """Returns what is due, before the next kill, and has not come."""
         due = list(
             itertools.takewhile(
-                lambda due: due.moment <= self._moment and due.kind is not Kind.KILL, self._dues
+                lambda due: due.moment <= self._moment and due.kind is not ScheduledKind.KILL,
+                self._dues,
             )
         )
-        needed = Counter(one.key for one in due if one.kind is not Kind.RECALL)
+        needed = Counter(one.key for one in due if one.kind is not ScheduledKind.RECALL)
         # The cancel request that recalls a goal comes once, and is taken later.
-        needed |= Counter({one.key: 1 for one in due if one.kind is Kind.RECALL})
+        needed |= Counter({one.key: 1 for one in due if one.kind is ScheduledKind.RECALL})
         return needed - Counter({key: len(self._held.get(key, ())) for key in needed})
 
 
-_INPUTS = (Kind.GOAL, Kind.CANCEL, Kind.MESSAGE)
+_INPUTS = (ScheduledKind.GOAL, ScheduledKind.CANCEL, ScheduledKind.MESSAGE)

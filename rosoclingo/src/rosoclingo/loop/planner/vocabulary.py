@@ -17,7 +17,7 @@ from rosoclingo.loop.planner.demand import Demand, Pair
 from rosoclingo.loop.values.atoms import EVENT
 from rosoclingo.loop.values.words import BUSY
 
-Messages = Dict[str, Set[str]]
+KnownMessages = Dict[str, Set[str]]
 """The values of messages that are known, for each id."""
 
 ANY_EVENT = "_,_"
@@ -45,7 +45,7 @@ class Vocabulary:
     _grounded: int = 0  # how many steps were grounded when they were seen
 
     def __post_init__(self) -> None:
-        self._messages: Messages = {}  # that it has seen
+        self._messages: KnownMessages = {}  # that it has seen
         self._sorted = 0  # how many pairs there were when these were looked for
 
     def learn(self, externals: Iterable[str], grounded: int) -> None:
@@ -214,7 +214,7 @@ def no_request_like(request: str, known: Sequence[str]) -> str:
     return f"there is no request like {shorten(request)}{example}"
 
 
-def suggest(source: str, content: str, known: Messages) -> str:
+def suggest(source: str, content: str, known: KnownMessages) -> str:
     """Asks "did you mean" a known message that is like an unknown one; empty if none is.
 
     >>> suggest("info", "opne(3)", {"info": {"open(3)", "open(4)"}, "robot": {"success"}})
@@ -235,8 +235,8 @@ def suggest(source: str, content: str, known: Messages) -> str:
     return f"; did you mean id {shorten(source)}, value {shorten(meant)}?" if meant else ""
 
 
-def _messages(pairs: Iterable[Tuple[str, str]], others: Collection[str]) -> Messages:
-    messages: Messages = {}
+def _messages(pairs: Iterable[Tuple[str, str]], others: Collection[str]) -> KnownMessages:
+    messages: KnownMessages = {}
     for source, content in pairs:
         if source not in others and content not in _OWN:
             messages.setdefault(source, set()).add(content)

@@ -31,7 +31,7 @@ EXPECTED = "expected"
 
 
 @dataclass(frozen=True)
-class Arrival:
+class ExpectedArrival:
     """The time at which a goal is expected to be served.
 
     Attributes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Optional, Sequence
 
-from rosoclingo.loop.values.arrivals import Arrival
+from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal
@@ -45,7 +45,7 @@ class Environment:
         step: int,
         horizon: int,
         actions: Sequence[Action],
-        arrivals: Sequence[Arrival] = (),
+        arrivals: Sequence[ExpectedArrival] = (),
     ) -> None:
         """Publishes the plan from the current step on.
 

@@ -7,7 +7,7 @@ from typing import Optional, Tuple
 
 from rosoclingo.loop.values.atoms import Action
 
-Said = Tuple[str, str]
+ActuatorMessage = Tuple[str, str]
 """The node that has said something, and the value."""
 
 
@@ -52,8 +52,8 @@ class Execution:
     aborted: bool = False
     answer: Optional[str] = None
     outcome: Optional[str] = None
-    tokened: Optional[Said] = None
-    plain: Optional[Said] = None
+    tokened: Optional[ActuatorMessage] = None
+    plain: Optional[ActuatorMessage] = None
     owed: str = ""
     acts: bool = True
     goes_on: bool = False

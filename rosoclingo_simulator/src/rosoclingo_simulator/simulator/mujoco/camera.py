@@ -12,7 +12,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
 from rosclingo.ros.parameters import integer, number
-from rosoclingo_simulator.simulator.messages import BASE_HEIGHT, Names
+from rosoclingo_simulator.simulator.messages import BASE_HEIGHT, RobotNames
 from rosoclingo_simulator.simulator.mujoco.headless import OpenGLError
 from rosoclingo_simulator.simulator.mujoco.mujoco_physics import MujocoPhysics
 from rosoclingo_simulator.simulator.mujoco.rendering import Eye, focal_length, mounting
@@ -27,7 +27,7 @@ class CameraPublisher:
     All but the constructor and :meth:`transforms` is for one thread, the one that moves the robot.
     """
 
-    def __init__(self, physics: MujocoPhysics, names: Names) -> None:
+    def __init__(self, physics: MujocoPhysics, names: RobotNames) -> None:
         """Opens the topics; OpenGL only when the first picture is wanted.
 
         Args:

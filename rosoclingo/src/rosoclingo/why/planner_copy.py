@@ -16,7 +16,7 @@ from rosoclingo.loop.values.atoms import Plan, event
 from rosoclingo.loop.values.journal import TERMINAL_STATUSES
 
 
-class Answer(enum.Enum):
+class CopyAnswer(enum.Enum):
     """The result of a hypothetical query."""
 
     PLAN = "plan"
@@ -60,7 +60,7 @@ class Verdict:
         core: If there is none: facts that exclude it, whatever the others are. None if unknown.
     """
 
-    answer: Answer
+    answer: CopyAnswer
     plan: Optional[Possible] = None
     core: Optional[FrozenSet[str]] = None
 

@@ -26,11 +26,11 @@ from rosclingo.wire.commands import (
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError, QuestionError
 from rosoclingo.loop.values.atoms import COMMIT, PASSED, SAVE, Action, Plan, event
-from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
+from rosoclingo.why.copy_by_regrounding import RebuildingCopy
 from rosoclingo.why.doubts import DOUBTS, OBSTACLES, doubts, one_of_each, prevents, sentence
-from rosoclingo.why.rebuilding import RebuildingCopy
+from rosoclingo.why.planner_copy import CopyAnswer, Deadline, Possible, Verdict
 from rosoclingo.why.rules import is_relaxed
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.situation import PlannerSituation
 
 _MOST_DOUBTS = 3  # that an answer names
 
@@ -39,9 +39,13 @@ class RetellingCopy(RebuildingCopy):
     """A planner copy that replays the events to an encoding, and plans where it has to replan."""
 
     def __init__(
-        self, options: Options, situation: Situation, deadline: Deadline, last: Optional[int] = None
+        self,
+        options: Options,
+        situation: PlannerSituation,
+        deadline: Deadline,
+        last: Optional[int] = None,
     ) -> None:
-        """Reads the encoding; for the arguments see :class:`.rebuilding.RebuildingCopy`."""
+        """Reads the encoding; for arguments see :class:`.copy_by_regrounding.RebuildingCopy`."""
         super().__init__(options, situation, deadline, last=last)
         answers = self._engine.run([GetPrograms()]).answers
         parts = [part for a in answers if isinstance(a, Programs) for part in a.parts]
@@ -79,7 +83,7 @@ class RetellingCopy(RebuildingCopy):
         return frozenset((a[0], a[1]) for n, a in terms if n == "possible" and len(a) == 2)
 
     def doubts(self, told: FrozenSet[str]) -> Tuple[Tuple[str, ...], Tuple[str, ...]]:
-        """Says what prevents a plan; see :class:`.copy.Copy`."""
+        """Says what prevents a plan; see :class:`.planner_copy.Copy`."""
         if not self._has_doubts:
             return (), ()
         self._ask(told, frozenset(), ())
@@ -99,7 +103,7 @@ class RetellingCopy(RebuildingCopy):
         *,
         best: bool = False,
     ) -> Verdict:
-        """Looks for the best plan; see :class:`.copy.Copy`.
+        """Looks for the best plan; see :class:`.planner_copy.Copy`.
 
         Raises:
             QuestionError: There are demands, for which the encoding has no atoms.
@@ -109,7 +113,7 @@ class RetellingCopy(RebuildingCopy):
         verdict = super().ask(told)
         plan = verdict.plan
         if plan is not None and any(plan.end_of(slot) is None for slot in goals):
-            return Verdict(Answer.NONE)
+            return Verdict(CopyAnswer.NONE)
         return verdict
 
     def _ask(
@@ -136,7 +140,7 @@ class RetellingCopy(RebuildingCopy):
             self._replay(happened, last)
             before = self._model(last, told)
             if before is None:
-                return Verdict(Answer.CONTRADICTION)
+                return Verdict(CopyAnswer.CONTRADICTION)
             past, last = before.ends, 0
             holds = [event("save", fluent, 0) for fluent in before.holds]
             self._begin(told, sorted(holds))
@@ -146,7 +150,7 @@ class RetellingCopy(RebuildingCopy):
                 return Verdict(self._without_plan())
         plan = _moved(found, self.step - last)
         plan = replace(plan, ends=(*(end for end in past if end[2] <= self.step), *plan.ends))
-        return Verdict(Answer.PLAN if plan.horizon <= self.last else Answer.NONE, plan)
+        return Verdict(CopyAnswer.PLAN if plan.horizon <= self.last else CopyAnswer.NONE, plan)
 
     def _model(self, step: int, told: FrozenSet[str]) -> Optional[Possible]:
         """Returns any plan after a step: all of them have the same fluents in that step."""
@@ -191,11 +195,11 @@ class RetellingCopy(RebuildingCopy):
         self._asked = before
         return None
 
-    def _without_plan(self) -> Answer:
+    def _without_plan(self) -> CopyAnswer:
         """Returns whether there is an answer set at least."""
         asked = self._asked
         is_consistent = asked is None or self._has_answer_set(asked)
-        return Answer.NONE if is_consistent else Answer.CONTRADICTION
+        return CopyAnswer.NONE if is_consistent else CopyAnswer.CONTRADICTION
 
 
 def _first(symbols: Sequence[str], told: FrozenSet[str], step: int) -> int:

@@ -22,9 +22,9 @@ from rosoclingo.errors import InterruptedQuestionError
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import SAVE, query
 from rosoclingo.loop.values.journal import TERMINAL_STATUSES
-from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
+from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.situation import PlannerSituation
 
 # asks(Z): a plan for one horizon from A to Z is wanted, whichever. wants(S,B): in it, the goal ends
 # that slot S has had since step B. Without some facts, that may be before the current step A.
@@ -46,7 +46,11 @@ class AssumingCopy(Copy):
     """A copy for encodings that declare their events as externals of each step."""
 
     def __init__(
-        self, options: Options, situation: Situation, deadline: Deadline, last: Optional[int] = None
+        self,
+        options: Options,
+        situation: PlannerSituation,
+        deadline: Deadline,
+        last: Optional[int] = None,
     ) -> None:
         """Grounds all steps.
 
@@ -105,7 +109,7 @@ class AssumingCopy(Copy):
         *,
         best: bool = False,
     ) -> Verdict:
-        """Looks for a shortest plan; see :class:`.copy.Copy`."""
+        """Looks for a shortest plan; see :class:`.planner_copy.Copy`."""
         self._make_free(told)
         facts = [Assumption(atom, atom in told) for atom in self._free]
         wishes = [*self._wants(goals, told), *demands, *self._ties(())]
@@ -119,7 +123,7 @@ class AssumingCopy(Copy):
             if outcome.result is Result.SAT:
                 if best:
                     outcome = self._search(asking, best=True)
-                return Verdict(Answer.PLAN, self._plan(outcome.symbols, horizon, told))
+                return Verdict(CopyAnswer.PLAN, self._plan(outcome.symbols, horizon, told))
         raise AssertionError("a plan for some horizon is none for any")
 
     def ask_any(
@@ -129,16 +133,16 @@ class AssumingCopy(Copy):
         goals: FrozenSet[str] = frozenset(),
         demands: Tuple[Assumption, ...] = (),
     ) -> Verdict:
-        """Looks for any plan with some events, and any of others; see :class:`.copy.Copy`."""
+        """Looks for a plan with some events and any of others; see :class:`.planner_copy.Copy`."""
         optional = frozenset(atom for group in others for atom in group) - told
         self._make_free(told | optional)
         facts = [Assumption(atom, atom in told) for atom in self._free if atom not in optional]
         asking = [*self._asking(), *self._wants(goals, told), *demands, *facts]
         asking += self._ties([group for group in others if len(group) > 1])
         if self._search(asking, best=False).result is Result.SAT:
-            return Verdict(Answer.PLAN)
+            return Verdict(CopyAnswer.PLAN)
         core = (a.name for a in self._engine.core if a.value is not is_relaxed(a.name))
-        return Verdict(Answer.NONE, core=frozenset(core))
+        return Verdict(CopyAnswer.NONE, core=frozenset(core))
 
     def _ties(self, groups: Sequence[Sequence[str]]) -> List[Assumption]:
         """Returns assumptions: of each of these groups, all events are true, or none."""
@@ -175,14 +179,14 @@ class AssumingCopy(Copy):
         horizons = range(self.step, self._grounded + 1)
         return [asks, *(Assumption(query(h), h == horizon) for h in horizons)]
 
-    def _without_plan(self, facts: List[Assumption]) -> Answer:
+    def _without_plan(self, facts: List[Assumption]) -> CopyAnswer:
         """Distinguishes, without a plan, whether the encoding has an answer set at all."""
         nobody = [Assumption(query(h), False) for h in range(self.step, self._grounded + 1)]
         idle = [Assumption(name, False) for name in self._wishes]
         asks = Assumption(f"{_ASKS}({self._grounded})", False)
         asking = [*facts, *idle, *nobody, asks, *self._ties(())]
         result = self._search(asking, best=False).result
-        return Answer.NONE if result is Result.SAT else Answer.CONTRADICTION
+        return CopyAnswer.NONE if result is Result.SAT else CopyAnswer.CONTRADICTION
 
     def _search(self, assumptions: Sequence[Assumption], *, best: bool) -> Outcome:
         """Searches for any answer set, or for the best one."""

@@ -6,12 +6,12 @@ from dataclasses import replace
 from typing import FrozenSet, Optional, Tuple
 
 from rosclingo.wire.commands import Assumption
-from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
-from rosoclingo.why.facts import Fact, Facts, Kind, atoms
-from rosoclingo.why.reason import Reason, Search
+from rosoclingo.why.facts import Fact, FactKind, Facts, atoms
+from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Verdict
+from rosoclingo.why.reason import MinimalReason, ReasonSearch
 from rosoclingo.why.relaxation import Relaxation
 from rosoclingo.why.rules import NO_RULES, Rules
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.situation import PlannerSituation
 
 
 class Case:
@@ -29,7 +29,7 @@ class Case:
     def __init__(
         self,
         copy: Copy,
-        situation: Situation,
+        situation: PlannerSituation,
         deadline: Deadline,
         *,
         says_ends: bool,
@@ -59,7 +59,7 @@ class Case:
         if self._only is not None or not self._says_ends:
             return self._only or frozenset()
         # Of a goal that has ended in the same slot, the request is history.
-        requests = {fact for fact in self.facts.free if fact.kind is Kind.REQUEST}
+        requests = {fact for fact in self.facts.free if fact.kind is FactKind.REQUEST}
         known = {fact.source for fact in requests}
         asked = {fact.source for fact in requests & facts}
         return frozenset(s for s, _ in self.situation.goals if s in asked or s not in known)
@@ -76,7 +76,7 @@ class Case:
         wanted = frozenset(
             fact
             for fact in self.facts.free
-            if fact.kind is Kind.REQUEST and slot in ("", fact.source)
+            if fact.kind is FactKind.REQUEST and slot in ("", fact.source)
         )
         free = tuple(fact for fact in self.facts.free if fact not in wanted)
         self.facts = Facts(free, self.facts.history, self.facts.fixed | atoms(wanted))
@@ -93,20 +93,20 @@ class Case:
         told = atoms(facts) | self.facts.fixed
         groups = [fact.atoms for fact in sorted(others, key=str)]
         verdict = self.copy.ask_any(told, groups, self.goals(facts), self.demands)
-        return None if verdict is None else verdict.answer is Answer.PLAN
+        return None if verdict is None else verdict.answer is CopyAnswer.PLAN
 
-    def explain(self, wrong: Answer) -> Reason:
+    def explain(self, wrong: CopyAnswer) -> MinimalReason:
         """Returns the reason for an answer: facts, or else constraints.
 
         Args:
             wrong: The answer with all facts.
         """
-        ask_any = self.ask_any if wrong is Answer.NONE else lambda facts, others: None
-        reason = Search(self.ask, self.facts, self.deadline, wrong, ask_any).run()
+        ask_any = self.ask_any if wrong is CopyAnswer.NONE else lambda facts, others: None
+        reason = ReasonSearch(self.ask, self.facts, self.deadline, wrong, ask_any).run()
         if reason.is_complete and reason.has_only_goals:
             told = atoms(reason.facts) | self.facts.fixed
             goals = self.goals(reason.facts)
-            obstacles, doubts = self.copy.doubts(told) if wrong is Answer.NONE else ((), ())
+            obstacles, doubts = self.copy.doubts(told) if wrong is CopyAnswer.NONE else ((), ())
             if obstacles or doubts:
                 return replace(reason, obstacles=obstacles, doubts=doubts)
             relaxation = Relaxation(

@@ -13,10 +13,10 @@ from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import QuestionError
 from rosoclingo.loop.values.atoms import Action, Plan, event
 from rosoclingo.why.answers import Contrast
-from rosoclingo.why.copy import Answer, Deadline, Possible, Verdict
+from rosoclingo.why.copy_by_replay import RetellingCopy
 from rosoclingo.why.facts import Fact, Facts, atoms
-from rosoclingo.why.reason import Reason, Search
-from rosoclingo.why.retelling import RetellingCopy
+from rosoclingo.why.planner_copy import CopyAnswer, Deadline, Possible, Verdict
+from rosoclingo.why.reason import MinimalReason, ReasonSearch
 
 
 class Instead:
@@ -84,7 +84,7 @@ class Instead:
             plan = self._copy.ask(with_done).plan
             return self._copy.possible(with_done), plan.holds if plan else ()
 
-    def _why_impossible(self, action: Action, done: List[Action]) -> Reason:
+    def _why_impossible(self, action: Action, done: List[Action]) -> MinimalReason:
         commits = frozenset(_commit(a, a.step) for a in done)
         facts = Facts(
             self._facts.free, (), self._facts.fixed | atoms(self._facts.history) | commits
@@ -94,9 +94,9 @@ class Instead:
             with self._copy.at(action.step - 1):
                 possible = self._copy.possible(atoms(some) | facts.fixed)
             can = (action.actuator, action.name) in possible
-            return Verdict(Answer.PLAN if can else Answer.NONE)
+            return Verdict(CopyAnswer.PLAN if can else CopyAnswer.NONE)
 
-        return Search(ask, facts, self._deadline).run()
+        return ReasonSearch(ask, facts, self._deadline).run()
 
     def _with(
         self, holds: Tuple[str, ...], done: List[Action], actions: List[Action], step: int

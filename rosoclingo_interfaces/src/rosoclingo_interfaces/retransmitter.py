@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 from typing import Any, Callable, Dict, FrozenSet, Iterable, Tuple
 
-Key = Tuple[str, str, int]
+AnswerKey = Tuple[str, str, int]
 """What an answer is to: actuator, run and number."""
 
 _FIRST_SECONDS = 0.5  # after which an answer is sent again; then after twice as long, and so on
@@ -21,7 +21,7 @@ class _Sent:
     pause: float
 
 
-class Insistent:
+class Retransmitter:
     """Retransmitter: repeats sent answers until it is known that they were taken. Thread-safe.
 
     A publisher cannot know that its subscriber has died: what it sends then is lost. The one that
@@ -38,11 +38,11 @@ class Insistent:
         self._send = send
         self._first_seconds = first_seconds
         self._changed = threading.Condition()  # guards the answers; held for moments only
-        self._sent: Dict[Key, _Sent] = {}
-        self._open: FrozenSet[Key] = frozenset()  # what is to be answered
+        self._sent: Dict[AnswerKey, _Sent] = {}
+        self._open: FrozenSet[AnswerKey] = frozenset()  # what is to be answered
         threading.Thread(target=self._run, name="answers", daemon=True).start()
 
-    def add(self, key: Key, answer: Any) -> None:
+    def add(self, key: AnswerKey, answer: Any) -> None:
         """Schedules the retransmission of an answer, which is about to be sent for the first time.
 
         One that nobody waits for any more, because its run is over, is sent once.
@@ -54,7 +54,7 @@ class Insistent:
             self._sent[key] = _Sent(answer, time.monotonic() + pause, pause)
             self._changed.notify()
 
-    def keep(self, keys: Iterable[Key]) -> None:
+    def keep(self, keys: Iterable[AnswerKey]) -> None:
         """Sets the actions that still need an answer, and drops the answers to all others."""
         with self._changed:
             self._open = frozenset(keys)

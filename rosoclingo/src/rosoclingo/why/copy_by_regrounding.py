@@ -21,9 +21,9 @@ from rosoclingo.errors import InterruptedQuestionError, PlannerError
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import PASSED, SAVE, query
 from rosoclingo.single.dialects import Dialect2, PaperDialect
-from rosoclingo.why.copy import Answer, Copy, Deadline, Verdict
+from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable
-from rosoclingo.why.situation import Situation
+from rosoclingo.why.situation import PlannerSituation
 
 
 class RebuildingCopy(Copy):
@@ -32,7 +32,7 @@ class RebuildingCopy(Copy):
     def __init__(
         self,
         options: Options,
-        situation: Situation,
+        situation: PlannerSituation,
         deadline: Deadline,
         dialect: Type[Dialect2] = Dialect2,
         last: Optional[int] = None,
@@ -72,7 +72,7 @@ class RebuildingCopy(Copy):
         *,
         best: bool = False,
     ) -> Verdict:
-        """Searches for a shortest plan, which is always the best; see :class:`.copy.Copy`."""
+        """Searches for a shortest plan, always the best; see :class:`.planner_copy.Copy`."""
         key = (told, goals, demands, self.step, self.last)
         if key not in self._cache:
             try:
@@ -81,7 +81,7 @@ class RebuildingCopy(Copy):
                 # What contradicts itself declares nothing any more.
                 if self._planner.has_answer_set(self.deadline.is_over) is not False:
                     raise
-                self._cache[key] = Verdict(Answer.CONTRADICTION)
+                self._cache[key] = Verdict(CopyAnswer.CONTRADICTION)
         return self._cache[key]
 
     def _begin(self, told: FrozenSet[str], saved: Sequence[str] = ()) -> None:
@@ -112,11 +112,11 @@ class RebuildingCopy(Copy):
             if outcome.result is Result.SAT:
                 plan = self._plan(outcome.symbols, horizon, told)
                 if all(plan.end_of(slot) is not None for slot in goals):
-                    return Verdict(Answer.PLAN, plan)
+                    return Verdict(CopyAnswer.PLAN, plan)
                 is_consistent = True
         if is_consistent or self._has_answer_set(self.last):
-            return Verdict(Answer.NONE)
-        return Verdict(Answer.CONTRADICTION)
+            return Verdict(CopyAnswer.NONE)
+        return Verdict(CopyAnswer.CONTRADICTION)
 
     def _exclude(self, demand: Assumption) -> None:
         """Adds a constraint that enforces a demand."""

@@ -12,7 +12,7 @@ from rosoclingo.loop.values.solver import Forwarding, Solver
 _TRIES = 1000
 
 
-class Insistent(Forwarding):
+class RetryingSolver(Forwarding):
     """Retries searches: a solver's newest goal preempts the one before, of whichever client."""
 
     def __init__(self, solver: Solver, name: str, warn: Callable[[str], None]) -> None:
