@@ -26,11 +26,11 @@ from rosclingo.solver.options import Options
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.mode.controller import Controller
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import MessageArrived
 from rosoclingo.single.algorithm1 import Algorithm1
 
 DYN_RESET, RECORDING, SINGLE = "dynamic.incremental.dyn_reset", "dynamic.incremental.recording", ""

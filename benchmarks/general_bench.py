@@ -23,8 +23,8 @@ import rospy
 from harness import HarnessError, Report, RosSystem, Row, Samples, measure, milliseconds
 from rosclingo.ros.client import Client
 from rosclingo.wire.commands import GetStats, Stats
+from rosoclingo.loop.journal import CommandDone, decode
 from rosoclingo.loop.values.added import EMPTY_PARTS
-from rosoclingo.loop.values.journal import CommandDone, decode
 from rosoclingo.msg import ROSoClingoEvent, ROSoClingoOut
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -18,9 +18,9 @@ from rosclingo.ros.low_latency import publisher, subscriber
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Result, Truth
+from rosoclingo.loop.journal import LoopWaits, decode
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import Plan, event
-from rosoclingo.loop.values.journal import LoopWaits, decode
 from rosoclingo.msg import (
     ROSoClingoAction,
     ROSoClingoEvent,

@@ -30,13 +30,13 @@ from rosclingo.wire.commands import Assumed, Command, Improvement, Outcome, Repl
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.mode.controller import Controller
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import Plan, event
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import MessageArrived
 from rosoclingo.loop.values.solver import Forwarding
 from rosoclingo.single.algorithm1 import Algorithm1
 

@@ -28,7 +28,7 @@ from harness import HarnessError, RosSystem
 from mailbot import FOLDER, MODES, ROOT
 from rosclingo.ros.local_master import executable
 from rosclingo.ros.low_latency import publisher, subscriber
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoEvent, ROSoClingoGoal, ROSoClingoIn
 
 EXAMPLE = ROOT / "rosoclingo" / "example"

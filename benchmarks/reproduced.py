@@ -11,7 +11,7 @@ from rosclingo.errors import RosclingoError
 from rosoclingo.check.findings import Finding, Words
 from rosoclingo.check.run import Runner
 from rosoclingo.desk import plan
-from rosoclingo.loop.values.journal import encode
+from rosoclingo.loop.journal import encode
 
 
 def is_reproduced(finding: Finding) -> bool:

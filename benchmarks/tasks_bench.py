@@ -38,7 +38,7 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE
-from rosoclingo.loop.values.words import FAILURE, SOLVER
+from rosoclingo.loop.words import FAILURE, SOLVER
 from rosoclingo.pddl.domain import read_domain, read_problem
 from rosoclingo.pddl.expressions import PddlError, read_file
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files

@@ -73,7 +73,7 @@ def by_sums(tables: Sequence[str]) -> Found:
     """Finds the best agenda with ``lib/agenda.lp``."""
     engine = _engine(ROOT / "lib" / "agenda.lp", tables)
     begin = time.process_time()
-    _ground(engine)
+    _ground(engine, "agenda")
     outcome = engine.solve()
     duration = time.process_time() - begin
     asked = (split_term(text)[1][0] for text in outcome.symbols if text.startswith("ground(chosen"))
@@ -93,7 +93,7 @@ def by_differences(tables: Sequence[str], *parts: str) -> Found:
     """
     engine = _engine(ENCODINGS / "agenda_dl.lp", tables, "dl")
     begin = time.process_time()
-    _ground(engine)
+    _ground(engine, "plan")
     best = outcome = engine.solve()
     while outcome.result is Result.SAT:
         best = outcome
@@ -112,8 +112,8 @@ def _engine(encoding: Path, tables: Sequence[str], theory: str = "") -> Engine:
     return engine
 
 
-def _ground(engine: Engine) -> None:
-    engine.apply(Ground((Part("base"), Part("tables"), Part("plan", (_SEARCH,)))))
+def _ground(engine: Engine, part: str) -> None:
+    engine.apply(Ground((Part("base"), Part("tables"), Part(part, (_SEARCH,)))))
 
 
 def _end(outcome: Outcome) -> int:

@@ -33,7 +33,7 @@ from rosoclingo.loop.values.atoms import Plan
 from rosoclingo.why.copy_by_replay import RetellingCopy
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.planner_copy import Deadline
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 MAILBOT = Path(__file__).resolve().parents[1] / "rosoclingo_aspprograms" / "mailbot"
 OFFICE = Options((str(MAILBOT / "instances" / "graph_wg.lp"), str(MAILBOT / "mailbot.lp")))
@@ -65,8 +65,8 @@ class Case(NamedTuple):
         other: An action that could be done next in the first one.
     """
 
-    open: PlannerSituation
-    situation: PlannerSituation
+    open: Situation
+    situation: Situation
     other: str
 
     def ask(self, name: str) -> str:
@@ -95,7 +95,7 @@ def draw(seed: int, *, acts: bool) -> Case:
     told = [f"event(1,{request},0)"]
     step = 0
     if acts:
-        copy = RetellingCopy(OFFICE, PlannerSituation(last=_LAST), Deadline(60.0))
+        copy = RetellingCopy(OFFICE, Situation(last=_LAST), Deadline(60.0))
         plan = copy.ask(frozenset(told)).plan
         assert plan is not None
         actions = Plan(plan.actions).actions_from(1)
@@ -105,7 +105,7 @@ def draw(seed: int, *, acts: bool) -> Case:
             told.append(f"event(commit,do(mailbot,{action.name}),{step})")
             told.append(f"event(mailbot,success,{step})")
     goals = (("1", request),)
-    before = PlannerSituation(tuple(told), step, step, _LAST, goals=goals)
+    before = Situation(tuple(told), step, step, _LAST, goals=goals)
     corridor = _DOORS[destination]
     at = _RING.index(corridor)
     cut = [(corridor, destination)]
@@ -120,7 +120,7 @@ def draw(seed: int, *, acts: bool) -> Case:
         told.append(f"event(info,passed,{step})")
         step += 1
         told.append("event(info,blocked({},{}),{})".format(*way, step))
-    situation = PlannerSituation(tuple(told), step, step, _LAST, goals=goals)
+    situation = Situation(tuple(told), step, step, _LAST, goals=goals)
     return Case(before, situation, f"do(mailbot,go({pick.choice(_RING)}),{before.step + 1})")
 
 

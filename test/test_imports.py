@@ -19,7 +19,8 @@ FLOORS = {
     "rosclingo": ["start", "free_file", "errors", "wire", "solver", "ros"],
     "rosoclingo": [
         "errors", "launched", "downward", "seed",
-        "loop.values", "loop.planner", "loop.inputs", "loop.mode", "loop.execution", "loop",
+        "loop.words", "loop.quality", "loop.journal", "loop.values", "loop.planner", "loop.inputs",
+        "loop.mode", "loop.execution", "loop",
         "drawing", "commands", "single", "store",
         "why", "bags.text", "ros",  # below the other bags: no live node imports a replay
         "bags.errors", "bags.wire", "bags.topics", "bags.model",

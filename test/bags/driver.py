@@ -13,7 +13,7 @@ from typing import Any, Callable, Dict, List, Optional
 from actionlib_msgs.msg import GoalID
 
 from rosclingo.ros.low_latency import publisher, subscriber
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
     ROSoClingoEvent,

@@ -15,9 +15,9 @@ from rosclingo.solver.patches import atoms_after
 # In a process of its own, which clingo would end.
 HALF_A_CHARACTER = r"""
 from clingo import ast
-from rosclingo.solver.controls import Messages
+from rosclingo.solver.controls import ClingoMessages
 
-messages = Messages()
+messages = ClingoMessages()
 try:
     ast.parse_string("a.\n\u00e4.", lambda _: None, logger=messages)
 except RuntimeError:

@@ -15,11 +15,11 @@ from rosclingo.wire.commands import Truth
 from rosoclingo.errors import ControllerError, ShutdownError
 from rosoclingo.loop import beginning, diagnosis, publishing, statuses
 from rosoclingo.loop.improving import improve
+from rosoclingo.loop.journal import Reason
 from rosoclingo.loop.search import search, settle
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.atoms import event, query
-from rosoclingo.loop.values.journal import Reason
-from rosoclingo.loop.values.words import SOLVER
+from rosoclingo.loop.words import SOLVER
 
 _TRUTHS = frozenset(truth.value for truth in Truth)
 

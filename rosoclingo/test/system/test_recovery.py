@@ -15,7 +15,7 @@ from typing import List
 from terminals import Terminal, Terminals, package, terminals, wait_for
 
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.loop.values.journal import MessageArrived, NodeResumed
+from rosoclingo.loop.journal import MessageArrived, NodeResumed
 
 __all__ = ["terminals"]
 

@@ -22,7 +22,7 @@ from terminals import Terminal, Terminals, package, terminals, wait_for
 
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     ActionPublished,
     CommandDone,
     Ended,

@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosoclingo.bags.record.writer import BagWriter
 from rosoclingo.bags.topics import LOOP_TYPES, SOLVER_TYPES
 from rosoclingo.bags.wire import Message, PublisherConnection, rosbags_type
-from rosoclingo.loop.values.journal import encode
+from rosoclingo.loop.journal import encode
 
 ROOT = Path(__file__).resolve().parents[3]
 BEGIN = 1_700_000_000 * 10**9  # ns

@@ -14,13 +14,13 @@ from rosoclingo.commands import ROSCommands
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.desk.system import Request
 from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived, StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.mode.controller import Decider
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import MessageArrived, StatusSet
 from rosoclingo.loop.values.solver import Solver
 
 PACKAGE = Path(__file__).resolve().parents[2]

@@ -10,10 +10,10 @@ from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import EXAMPLES, Parts, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
+from rosoclingo.loop.journal import AnswerArrived, Event, MessageArrived, Status, StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal, GoalClient
-from rosoclingo.loop.values.journal import AnswerArrived, Event, MessageArrived, Status, StatusSet
 from rosoclingo.store.store import Store
 from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 

@@ -8,7 +8,7 @@ from typing import List, Sequence
 from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.report.run import Statistics
 from rosoclingo.bags.report.statistics import compute
-from rosoclingo.loop.values.journal import Fields, decode
+from rosoclingo.loop.journal import Fields, decode
 
 
 class Journal:

@@ -6,7 +6,7 @@ from typing import List, Sequence, Tuple
 
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
-from rosoclingo.loop.values.journal import Fields, Record, decode
+from rosoclingo.loop.journal import Fields, Record, decode
 
 Made = Tuple[str, str, str, int]
 """Kind, id, text and step."""

@@ -32,11 +32,11 @@ from rosoclingo.why.question import (
     read,
     read_reply,
 )
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 from rosoclingo.why.task import Encoding, QuestionTask, answer
 
 LINE = Encoding(Options((str(PACKAGE / "example/line.lp"),)), limit=20)
-SITUATION = PlannerSituation(
+SITUATION = Situation(
     told=("event(1,visit(6),0)", "event(info,close(5),0)"), last=3, goals=(("1", "visit(6)"),)
 )
 WHY = (
@@ -50,7 +50,7 @@ GARBAGE = "connection.recv_bytes(); connection.send_bytes(b'%s'); connection.rec
 
 
 def task(question: Question = PLAN, seconds: float = PATIENCE, **others: Any) -> QuestionTask:
-    return QuestionTask(LINE, PlannerSituation(**{**vars(SITUATION), **others}), question, seconds)
+    return QuestionTask(LINE, Situation(**{**vars(SITUATION), **others}), question, seconds)
 
 
 def wait_for(condition: Callable[[], bool]) -> None:
@@ -192,7 +192,7 @@ def test_the_other_dialects(dialect: Any) -> None:
     name = "line_1.0" if dialect is Dialect1 else "line_paper"
     encoding = Encoding(Options((str(PACKAGE / f"example/{name}.lp"),)), dialect=dialect.name)
     told = ("event(1,visit(6),1)", "event(info,close(5),1)")
-    situation = PlannerSituation(told, 1, 3, 3, goals=(("1", "visit(6)"),))
+    situation = Situation(told, 1, 3, 3, goals=(("1", "visit(6)"),))
     sent = QuestionTask(encoding, situation, PLAN, PATIENCE)
     reply = read_reply(answer(pickle.dumps(sent)))
     assert reply.text.startswith("There is no plan for visit(6) because info says close(5).")
@@ -200,7 +200,7 @@ def test_the_other_dialects(dialect: Any) -> None:
 
 def test_up_to_which_step_is_planned() -> None:
     def last(limit: Optional[int], last: int, *, tells: bool = False) -> object:
-        situation = PlannerSituation(last=last, tells=tells).up_to(limit)
+        situation = Situation(last=last, tells=tells).up_to(limit)
         return situation.last, situation.is_limit
 
     assert last(20, 3) == (20, True)
@@ -218,7 +218,7 @@ def test_the_horizon_is_the_reason_only_if_it_is_the_last_one() -> None:
         (None, "There is a plan for visit(6) of 5 steps."),
         (20, "There is a plan for visit(6) of 5 steps."),
     ):
-        situation = PlannerSituation(SITUATION.told[:1], last=1, goals=SITUATION.goals)
+        situation = Situation(SITUATION.told[:1], last=1, goals=SITUATION.goals)
         encoding = Encoding(LINE.options, limit=limit)
         goal = Question(QuestionKind.GOAL, ("1",)) if limit == 3 else PLAN
         sent = QuestionTask(encoding, situation, goal, PATIENCE)

@@ -33,8 +33,7 @@ from rosoclingo.loop.inputs.replay_inbox import (
     decode,
     encode,
 )
-from rosoclingo.loop.planner import layers
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     IMPROVING,
     ActionTook,
     CommandDone,
@@ -47,7 +46,8 @@ from rosoclingo.loop.values.journal import (
     SearchEnded,
     to_text,
 )
-from rosoclingo.loop.values.quality import Quality
+from rosoclingo.loop.planner import layers
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.solver import Forwarding
 
 AT_ONCE = 1e-6  # seconds

@@ -12,8 +12,8 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
-from rosoclingo.loop.values import journal
-from rosoclingo.loop.values.words import ABORT
+from rosoclingo.loop import journal
+from rosoclingo.loop.words import ABORT
 
 DYNAMIC = sorted(file.stem for file in (PACKAGE / "modes").glob("dynamic.*.lp"))
 RECORDING = "dynamic.incremental.recording"

@@ -16,7 +16,7 @@ from rosoclingo.bags.compare.text_report import describe, speed, summary
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.bags.replay.inputs import inputs
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     CommandDone,
     GoalArrived,
     PlanFound,

@@ -20,7 +20,7 @@ from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule, rest
 from rosoclingo.loop.inputs.replay_inbox import Phase, ReplayInbox, ScheduledKind
-from rosoclingo.loop.values.journal import ARRIVALS, LOOP, NodeResumed, key_of
+from rosoclingo.loop.journal import ARRIVALS, LOOP, NodeResumed, key_of
 from rosoclingo.store.store import Store
 
 REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)", "visit(3)"]

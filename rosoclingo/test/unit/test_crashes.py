@@ -27,10 +27,10 @@ from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, find_mode, make_parts
 from rosoclingo.errors import StoreError
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.mode.controller import Controller
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import MessageArrived
-from rosoclingo.loop.values.quality import Quality
 from rosoclingo.loop.values.solver import Forwarding, Solver
 from rosoclingo.store import stored_loop
 from rosoclingo.store.store import Store

@@ -21,11 +21,11 @@ from rosclingo.wire.commands import (
     Reply,
     Result,
 )
+from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 from rosoclingo.loop.planner import demand
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.planner.vocabulary import ToldVocabulary
 from rosoclingo.loop.values.atoms import event
-from rosoclingo.loop.values.journal import CommandDone, Event, PlanFound
 from rosoclingo.loop.values.solver import Forwarding
 
 TOLD = str(PACKAGE / "example/line_demand.lp")

@@ -12,7 +12,7 @@ from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.inputs import LoopActivity, RecordedInput, inputs
 from rosoclingo.bags.replay.progress import ReplayProgress
 from rosoclingo.bags.replay.replays import ExactReplay, FreeReplay
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     CancelArrived,
     GoalArrived,
     LoopEnded,

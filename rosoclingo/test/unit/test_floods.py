@@ -13,7 +13,7 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Assumed, Improvement, Outcome, Result
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
-from rosoclingo.loop.values.journal import MessageDropped
+from rosoclingo.loop.journal import MessageDropped
 from rosoclingo.loop.values.solver import Forwarding
 
 LOOK = 0.01  # seconds between two looks at what has come

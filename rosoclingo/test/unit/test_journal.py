@@ -7,7 +7,7 @@ from typing import Set, Tuple, Type
 import pytest
 
 from rosclingo.wire.commands import Result
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     ActionPublished,
     ActionTook,
     AnswerArrived,
@@ -33,7 +33,7 @@ from rosoclingo.loop.values.journal import (
     encode,
     naming,
 )
-from rosoclingo.loop.values.quality import Quality
+from rosoclingo.loop.quality import Quality
 
 EVENTS = [
     (GoalArrived("g", "visit(1)", ("a", "b"), 0.5),

@@ -21,8 +21,8 @@ from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode, encode
+from rosoclingo.loop.journal import ActionTook
 from rosoclingo.loop.publishing import publish_abort
-from rosoclingo.loop.values.journal import ActionTook
 from rosoclingo.store.store import Store
 
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))

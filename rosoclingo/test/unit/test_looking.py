@@ -14,9 +14,9 @@ from rosoclingo.desk import system as desk
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import Phase, ReplayInbox, ScheduledInput, ScheduledKind
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import MessageArrived
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 RECORDING = "dynamic.incremental.recording"
 # A request of which nothing becomes, so that the goal waits.
@@ -48,13 +48,13 @@ def test_who_looks_wakes_the_loop_and_is_no_item(inbox: Inbox) -> None:
     assert (inbox.take(), seen) == ([], [1, 2, 3])
 
 
-def situation(one: System) -> Tuple[PlannerSituation, str]:
+def situation(one: System) -> Tuple[Situation, str]:
     """Has the loop say what it knows; and returns in which thread it did."""
-    found: List[Tuple[PlannerSituation, str]] = []
+    found: List[Tuple[Situation, str]] = []
     is_there = threading.Event()
 
     def look() -> None:
-        found.append((PlannerSituation.of(one.loop.state), threading.current_thread().name))
+        found.append((Situation.of(one.loop.state), threading.current_thread().name))
         is_there.set()
 
     assert one.inbox.call_soon(look)
@@ -92,7 +92,7 @@ class Asked(desk.System):
         self.asked.append(("wait", [goal.request for goal in goals]))
 
     def miss_plan(self, goals: Sequence[Goal]) -> None:
-        self.asked.append(("miss", PlannerSituation.of(self.loop.state).goals))
+        self.asked.append(("miss", Situation.of(self.loop.state).goals))
 
     def finish_reasons(self) -> None:
         self.asked.append(("finish", [list(goal.words) for goal in self.goals]))

@@ -20,9 +20,7 @@ from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode, encode
-from rosoclingo.loop.planner.planner import PlannerState
-from rosoclingo.loop.values.atoms import query
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     CommandDone,
     Ended,
     Event,
@@ -30,8 +28,10 @@ from rosoclingo.loop.values.journal import (
     PlanFound,
     SearchEnded,
 )
-from rosoclingo.loop.values.journal import decode as decode_event
-from rosoclingo.loop.values.journal import encode as encode_event
+from rosoclingo.loop.journal import decode as decode_event
+from rosoclingo.loop.journal import encode as encode_event
+from rosoclingo.loop.planner.planner import PlannerState
+from rosoclingo.loop.values.atoms import query
 from rosoclingo.loop.values.snapshot import plain, remade
 from rosoclingo.loop.values.solver import Forwarding, Solver
 

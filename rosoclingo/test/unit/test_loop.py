@@ -15,7 +15,7 @@ from rosclingo.wire.commands import Result, Truth
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import ControllerError, ShutdownError
 from rosoclingo.loop.beginning import reset
-from rosoclingo.loop.values.journal import MessageArrived
+from rosoclingo.loop.journal import MessageArrived
 
 Make = Callable[..., System]
 LINE = str(PACKAGE / "example/line.lp")

@@ -13,8 +13,8 @@ import pytest
 from crashes import Life, Runs, World, outcome
 
 from rosoclingo.errors import DamagedStoreError, StoreError
+from rosoclingo.loop.journal import Status, StatusSet
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import Status, StatusSet
 from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.high_water import HighWaterMark, decode, encode
 from rosoclingo.store.loss import Loss, describe, summarize

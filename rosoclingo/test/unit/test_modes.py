@@ -14,7 +14,7 @@ from rosclingo.wire.commands import Externals, GetExternals, GetStats, Ground, P
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import LoopError
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
 
 PACKAGE = Path(__file__).resolve().parents[2]
 BLOCKS = [str(PACKAGE / "example" / name) for name in ("instance.lp", "itoh.lp")]

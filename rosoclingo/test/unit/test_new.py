@@ -26,7 +26,7 @@ from rosoclingo.desk.bag import write_bag
 from rosoclingo.desk.command_line import parse
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.system import System
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
 from rosoclingo.scaffold import command
 from rosoclingo.scaffold import package as scaffold
 from rosoclingo.scaffold.package import PackageError, find_library, render, write

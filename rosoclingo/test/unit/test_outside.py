@@ -19,9 +19,9 @@ from rosclingo.solver.worker import Worker
 from rosclingo.wire.commands import Reply, Truth
 from rosoclingo.commands import ROSCommands
 from rosoclingo.errors import PlannerError
+from rosoclingo.loop.journal import MessageArrived, PlanFound, Record, Status
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import canonical
-from rosoclingo.loop.values.journal import MessageArrived, PlanFound, Record, Status
 
 Make = Callable[..., System]
 INCREMENTAL = [f"dynamic.incremental.{kind}" for kind in ("recording", "reset", "dyn_reset")]

@@ -22,7 +22,7 @@ from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.plan import main, run
 from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.drawing.errors import PictureError
-from rosoclingo.loop.values.journal import CommandDone, encode
+from rosoclingo.loop.journal import CommandDone, encode
 
 LINE = f"{EXAMPLES}/line.lp"
 MODES = ["fixed.recording", "incremental.recording", "incremental.reset", "incremental.dyn_reset"]

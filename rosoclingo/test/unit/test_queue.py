@@ -11,8 +11,8 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
+from rosoclingo.loop.journal import Event, Status, StatusSet
 from rosoclingo.loop.values.goals import Goal, Goals
-from rosoclingo.loop.values.journal import Event, Status, StatusSet
 
 FIRST = {
     "line": "#program state(t). #external event(queue,first(visit((4;5))),t).",

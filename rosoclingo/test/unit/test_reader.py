@@ -27,7 +27,7 @@ from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.replay.startup import check
 from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS
 from rosoclingo.bags.wire import Message, rosbags_type
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     CancelArrived,
     CommandDone,
     NodeResumed,

@@ -30,7 +30,7 @@ from rosoclingo.loop.inputs.replay_inbox import (
     decode,
     encode,
 )
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     LOOP,
     ActionPublished,
     CancelArrived,

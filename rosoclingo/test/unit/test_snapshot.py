@@ -15,9 +15,8 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Part, Result
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
-from rosoclingo.loop import waiting
+from rosoclingo.loop import journal, waiting
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.snapshot import decode, encode
 

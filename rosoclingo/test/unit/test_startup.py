@@ -20,7 +20,7 @@ from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
 from rosoclingo.errors import LaunchedError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.unpack import unpack
-from rosoclingo.loop.values.journal import LoopWaits
+from rosoclingo.loop.journal import LoopWaits
 
 FILES = {"/home/me/ws/task.lp": '#include "parts/map.lp".', "/home/me/ws/parts/map.lp": "a."}
 

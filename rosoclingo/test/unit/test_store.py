@@ -24,9 +24,7 @@ from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError, StoreError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.started_with import started_with
-from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     LOOP,
     LoopWaits,
     MessageArrived,
@@ -36,6 +34,8 @@ from rosoclingo.loop.values.journal import (
     Status,
     StatusSet,
 )
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.goals import Goal
 from rosoclingo.store.commands import RecordedSolver
 from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.fields import ChangedRows, read

@@ -10,10 +10,10 @@ import pytest
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import System
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import AnswerArrived, MessageArrived
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.execution import Execution
-from rosoclingo.loop.values.journal import AnswerArrived, MessageArrived
 
 LINE = f"{EXAMPLES}/line.lp"
 MODE = "dynamic.incremental.dyn_reset"

@@ -44,7 +44,7 @@ from rosoclingo.why.planner_copy import CopyAnswer, Deadline, Verdict
 from rosoclingo.why.query import Case
 from rosoclingo.why.reason import MinimalReason, ReasonSearch
 from rosoclingo.why.rules import is_relaxed
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 LINES = {
     dialect: str(PACKAGE / f"example/line{name}.lp")
@@ -114,7 +114,7 @@ class Draw:
             place += answer == "success"
         for cell in pick.sample(range(2, 7), pick.randint(0, 3)):
             told.append(f"event(info,close({cell}),{step})")
-        self.situation = PlannerSituation(
+        self.situation = Situation(
             tuple(told),
             step=step,
             last=pick.choice([9, 4]) + step,
@@ -191,7 +191,7 @@ def test_why_this_and_not_that(dialect: Dialect, seed: int) -> None:
 
 def test_the_answer_is_said() -> None:
     told = ("event(1,visit(6),0)", "event(2,visit(2),0)", "event(info,close(3),0)")
-    situation = PlannerSituation(
+    situation = Situation(
         (*told, "event(info,close(5),1)", "event(info,open(3),1)", "event(info,passed,0)"),
         step=1,
         last=12,
@@ -220,7 +220,7 @@ def test_the_answer_is_said() -> None:
 
 
 def test_its_turn_comes_later() -> None:
-    situation = PlannerSituation(
+    situation = Situation(
         ("event(1,visit(6),0)", "event(2,visit(3),0)"),
         last=9,
         goals=(("1", "visit(6)"), ("2", "visit(3)")),
@@ -245,7 +245,7 @@ def test_its_turn_comes_later() -> None:
     ],
 )
 def test_an_action_that_is_planned_for_another_step(action: str, has: str) -> None:
-    situation = PlannerSituation(told=("event(1,visit(3),0)",), last=9, goals=(("1", "visit(3)"),))
+    situation = Situation(told=("event(1,visit(3),0)",), last=9, goals=(("1", "visit(3)"),))
     explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
     text = explainer.why(f"do(robot,{action},1)").text
     assert text.startswith(f"The plan has no such action in step 1, but {has}. If robot were not ")
@@ -277,7 +277,7 @@ def test_what_an_action_rests_on_is_given(tmp_path: Path) -> None:
     file = tmp_path / "door.lp"
     file.write_text(DOOR)
     told = ("event(info,key,0)", "event(info,passed,0)", "event(info,rain,0)")
-    situation = PlannerSituation((*told, "event(commit,do(r,open),1)"), step=1, last=3)
+    situation = Situation((*told, "event(commit,do(r,open),1)"), step=1, last=3)
     answer = Explainer(Options((str(file),)), situation, seconds=SECONDS).no_plan()
     assert answer.reason is not None
     assert [member.fact.content for member in answer.reason.members] == ["open"]
@@ -296,7 +296,7 @@ def test_what_was_done_for_another_goal_is_given() -> None:
         told.append(f"event(info,passed,{step - 1})")
         told.append(f"event(commit,do(robot,go({cell})),{step})")
         told.append(f"event(robot,{answer},{step})")
-    situation = PlannerSituation(tuple(told), step=4, last=12, goals=(("2", "visit(2)"),))
+    situation = Situation(tuple(told), step=4, last=12, goals=(("2", "visit(2)"),))
     answer = Explainer(Options((LINE,)), situation, seconds=SECONDS).no_plan()
     assert answer.reason is not None
     named = [member.fact.content for member in answer.reason.members]
@@ -311,7 +311,7 @@ def test_what_was_done_for_another_goal_is_given() -> None:
 
 def test_a_goal_that_has_ended_is_history() -> None:
     told = ("event(1,visit(2),0)", "event(1,cancel,1)", "event(1,visit(3),9)", "event(1,cancel,9)")
-    facts = Facts.of(PlannerSituation(told, step=9, goals=(("1", "visit(3)"),)), ["1", "2"])
+    facts = Facts.of(Situation(told, step=9, goals=(("1", "visit(3)"),)), ["1", "2"])
     assert [str(fact) for fact in facts.history] == [told[0], told[1]]
     assert [str(fact) for fact in facts.free] == [told[3], told[2]]
 
@@ -320,7 +320,7 @@ def test_what_was_saved_of_a_goal_is_that_goal() -> None:
     """Numbers of slots may be those of places, too."""
     told = ("at(r,9)", "carries(r,3)", "origin(1,3)", "origin(3,2)", "blocked(1,8)", "blocked(7,2)")
     saved = tuple(f"event(save,{fluent},0)" for fluent in told)
-    situation = PlannerSituation(saved, last=9, goals=(("1", "bring(3,2)"), ("3", "bring(2,9)")))
+    situation = Situation(saved, last=9, goals=(("1", "bring(3,2)"), ("3", "bring(2,9)")))
     facts = Facts.of(situation, ["1", "2", "3"])
     assert [(fact.kind.value, fact.content, len(fact.atoms)) for fact in facts.free] == [
         ("request", "bring(2,9)", 2),
@@ -336,7 +336,7 @@ def test_what_was_saved_of_a_goal_that_has_ended_is_history() -> None:
     told = ("at(r,9)", "carries(r,1)", "origin(1,3)", "origin(2,7)", "blocked(4,8)")
     saved = tuple(f"event(save,{fluent},0)" for fluent in told)
     done = ("event(commit,do(r,deliver(1)),1)", "event(r,success,1)")
-    situation = PlannerSituation((*saved, *done), step=1, last=9, goals=(("2", "bring(7,2)"),))
+    situation = Situation((*saved, *done), step=1, last=9, goals=(("2", "bring(7,2)"),))
     facts = Facts.of(situation, ["1", "2", "3"])
     assert [(fact.kind.value, fact.content, fact.atoms) for fact in facts.free] == [
         ("request", "bring(7,2)", (saved[3],)),
@@ -350,7 +350,7 @@ def test_a_number_that_could_be_a_slot_is_none_if_the_encoding_says_so() -> None
     """Of a tank with 0 to 2 fillings, 1 was saved: that belongs to no goal."""
     saved = ("event(save,tank(1),0)", "event(save,wanted(1,visit(3)),0)")
     savable = [f"event(save,tank({filling}),0)" for filling in range(3)]
-    situation = PlannerSituation(saved, goals=(("1", "visit(3)"),))
+    situation = Situation(saved, goals=(("1", "visit(3)"),))
     facts = Facts.of(situation, ["1", "2"], savable)
     assert [(fact.kind.value, fact.content) for fact in facts.free] == [
         ("request", "visit(3)"),
@@ -360,7 +360,7 @@ def test_a_number_that_could_be_a_slot_is_none_if_the_encoding_says_so() -> None
 
 def test_what_was_saved_before_a_goal_came_is_not_of_that_goal() -> None:
     told = ("event(save,tank(1),0)", "event(1,visit(3),2)")
-    facts = Facts.of(PlannerSituation(told, step=2, goals=(("1", "visit(3)"),)), ["1", "2"])
+    facts = Facts.of(Situation(told, step=2, goals=(("1", "visit(3)"),)), ["1", "2"])
     assert [(fact.kind.value, fact.atoms) for fact in facts.free] == [
         ("request", (told[1],)),
         ("saved", (told[0],)),
@@ -375,7 +375,7 @@ def test_a_slot_that_had_another_goal_before_has_a_reason() -> None:
         told.append(f"event(commit,do(robot,go({cell})),{step})")
         told.append(f"event(robot,success,{step})")
     told.append("event(info,passed,3)")
-    situation = PlannerSituation(tuple(told), step=4, last=12, goals=(("1", "visit(2)"),))
+    situation = Situation(tuple(told), step=4, last=12, goals=(("1", "visit(2)"),))
     answer = Explainer(Options((LINE,)), situation, seconds=SECONDS).no_plan()
     assert answer.reason is not None
     named = [member.fact.content for member in answer.reason.members]
@@ -386,7 +386,7 @@ def test_a_goal_that_would_have_ended_in_an_idle_step() -> None:
     """At its start, the robot is where it is to go back to; since then, steps have gone by."""
     saved = ("event(save,at(3),0)", "event(save,closed(2),0)", "event(save,want(1,1),0)")
     passed = tuple(f"event(info,passed,{step})" for step in range(4))
-    situation = PlannerSituation((*saved, *passed), step=4, last=12, goals=(("1", "visit(1)"),))
+    situation = Situation((*saved, *passed), step=4, last=12, goals=(("1", "visit(1)"),))
     explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
     assert explainer.goal("1").text == (
         "There is no plan for visit(1) because at(3) and closed(2). Each is needed: without the "
@@ -399,7 +399,7 @@ def test_a_place_that_could_be_a_slot_belongs_to_no_goal() -> None:
     saved = ("event(save,floor(2),0)", "event(save,want(2,3),0)")
     savable = [f"event(save,floor({n}),0)" for n in (1, 2)]
     savable += [f"event(save,want({n},{cell}),0)" for n in (1, 2, 3) for cell in range(9)]
-    facts = Facts.of(PlannerSituation(saved, goals=(("2", "visit(3)"),)), ["1", "2", "3"], savable)
+    facts = Facts.of(Situation(saved, goals=(("2", "visit(3)"),)), ["1", "2", "3"], savable)
     assert [(fact.kind.value, fact.content, fact.atoms) for fact in facts.free] == [
         ("request", "visit(3)", saved[1:]),
         ("saved", "floor(2)", saved[:1]),
@@ -424,18 +424,14 @@ def test_a_fact_that_makes_plans_possible_is_no_reason(tmp_path: Path) -> None:
     gate.write_text(GATE)
     options = Options((LINE, str(gate)))
     told = ["event(1,visit(6),0)", "event(info,push,0)", "event(info,unlatch,0)"]
-    blocked = PlannerSituation(
-        (*told, "event(info,close(5),0)"), last=9, goals=(("1", "visit(6)"),)
-    )
+    blocked = Situation((*told, "event(info,close(5),0)"), last=9, goals=(("1", "visit(6)"),))
     explainer = Explainer(options, blocked, seconds=SECONDS)
     for text in (explainer.goal("1").text, explainer.no_plan().text):
         assert text == (
             "There is no plan for visit(6), although info says unlatch, because info says "
             "close(5). Without that, there would be a plan of 5 steps."
         )
-    latched = PlannerSituation(
-        (*told[:2], "event(info,close(5),0)"), last=9, goals=(("1", "visit(6)"),)
-    )
+    latched = Situation((*told[:2], "event(info,close(5),0)"), last=9, goals=(("1", "visit(6)"),))
     found = Explainer(options, latched, seconds=SECONDS).goal("1")
     assert found.no_plan is not None
     assert found.no_plan.reason is not None
@@ -470,7 +466,7 @@ def test_a_rule_is_named_where_no_fact_is_the_reason(dialect: Any, tmp_path: Pat
     battery = tmp_path / "battery.lp"
     battery.write_text(BATTERY.replace("{more}", ""))
     told = ("event(1,visit(6),0)", "event(2,visit(3),0)", "event(info,close(1),0)")
-    situation = PlannerSituation(told, last=12, goals=(("1", "visit(6)"), ("2", "visit(3)")))
+    situation = Situation(told, last=12, goals=(("1", "visit(6)"), ("2", "visit(3)")))
     explainer = Explainer(Options((LINE, str(battery))), situation, seconds=SECONDS)
     explainer._must_rebuild = dialect is None
     text = (
@@ -489,7 +485,7 @@ def test_the_smallest_set_of_rules_is_named(tmp_path: Path) -> None:
     battery = tmp_path / "battery.lp"
     more = f"%! it goes slowly{SLOWLY}%! cell 5 is not for robots\n:- do(robot,go(5),t)."
     battery.write_text(BATTERY.replace("{more}", more))
-    situation = PlannerSituation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
+    situation = Situation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
     explainer = Explainer(Options((LINE, str(battery))), situation, seconds=SECONDS)
     assert explainer.no_plan().text == (
         "There is no plan for visit(6) because cell 5 is not for robots and the battery does "
@@ -506,7 +502,7 @@ def test_a_rule_without_a_name_is_quoted_with_its_place(tmp_path: Path) -> None:
         row for row in BATTERY.replace("{more}", SLOWLY).splitlines() if "%!" not in row
     )
     battery.write_text(text)
-    situation = PlannerSituation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
+    situation = Situation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
     explainer = Explainer(Options((str(line), str(battery))), situation, seconds=SECONDS)
     found = explainer.no_plan()
     assert found.reason is not None
@@ -575,7 +571,7 @@ def test_what_is_known_of_rules_is_said_when_the_time_is_over(
 
     monkeypatch.setattr(AssumingCopy, "ask", with_time(AssumingCopy.ask))
     monkeypatch.setattr(AssumingCopy, "ask_any", with_time(AssumingCopy.ask_any))
-    situation = PlannerSituation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
+    situation = Situation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
     found = Explainer(Options(files), situation, seconds=SECONDS).no_plan()
     way = ":- do(robot,go(X),t), holds(at(Y),t-1), |X-Y| != 1."
     row = texts["line.lp"].splitlines().index(way) + 1
@@ -591,7 +587,7 @@ def test_a_rule_of_an_encoding_that_is_told_its_events_is_named(tmp_path: Path) 
     rule = "#program walk(k,d).\n%! cell 6 is not for robots\n:- goes(k,6,T), not newer(k)."
     file.write_text(f"{(PACKAGE / 'example/line_demand.lp').read_text()}\n{rule}\n")
     told = ("event(1,visit(6),0)", "event(info,close(1),0)")
-    situation = PlannerSituation(told, last=20, goals=(("1", "visit(6)"),), tells=True)
+    situation = Situation(told, last=20, goals=(("1", "visit(6)"),), tells=True)
     found = Explainer(Options((str(file),)), situation, seconds=SECONDS).no_plan()
     assert found.is_contradictory
     assert found.text.endswith(
@@ -600,7 +596,7 @@ def test_a_rule_of_an_encoding_that_is_told_its_events_is_named(tmp_path: Path) 
 
 
 def test_a_constraint_is_quoted_why_an_action_is_not_possible() -> None:
-    situation = PlannerSituation(("event(1,visit(3),0)",), last=9, goals=(("1", "visit(3)"),))
+    situation = Situation(("event(1,visit(3),0)",), last=9, goals=(("1", "visit(3)"),))
     explainer = Explainer(Options((LINE,)), situation, seconds=SECONDS)
     text = explainer.why_not("do(robot,go(5),1)").text
     assert text.startswith("If robot were to do go(5) in step 1, there would be no plan, whatever ")
@@ -616,7 +612,7 @@ def test_the_least_change_is_named(tmp_path: Path) -> None:
     assert rule in text
     line = tmp_path / "line.lp"
     line.write_text(text.replace(rule, f"hops(t) {rule}"))
-    situation = PlannerSituation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
+    situation = Situation(("event(1,visit(6),0)",), last=12, goals=(("1", "visit(6)"),))
     explainer = Explainer(Options((str(line), str(battery))), situation, seconds=SECONDS)
     assert "because the battery does not last. " in explainer.no_plan().text
 
@@ -624,7 +620,7 @@ def test_the_least_change_is_named(tmp_path: Path) -> None:
 def test_a_plan_that_nobody_has_executed_begins_anew() -> None:
     """The last that has happened surprises nobody, so that the plan from before would stand."""
     told = ("event(1,visit(4),0)", "event(info,passed,0)", "event(robot,success,3)")
-    situation = PlannerSituation(told, step=4, last=20, goals=(("1", "visit(4)"),))
+    situation = Situation(told, step=4, last=20, goals=(("1", "visit(4)"),))
     options = Options((str(PACKAGE / "example/line_demand.lp"),))
     plan = Explainer(options, situation, seconds=SECONDS).no_plan().plan
     assert plan is not None
@@ -634,7 +630,7 @@ def test_a_plan_that_nobody_has_executed_begins_anew() -> None:
 
 @pytest.mark.parametrize("dialect", [Dialect1, PaperDialect])
 def test_what_is_demanded_does_not_contradict_the_program(dialect: Dialect) -> None:
-    situation = PlannerSituation(("event(1,visit(4),1)",), 1, 9, 9, (("1", "visit(4)"),))
+    situation = Situation(("event(1,visit(4),1)",), 1, 9, 9, (("1", "visit(4)"),))
     options = Options((LINES[dialect],))
     copy = RebuildingCopy(options, situation, Deadline(SECONDS), dialect)
     demand = Assumption("do(robot,go(5),2)", True)
@@ -644,7 +640,7 @@ def test_what_is_demanded_does_not_contradict_the_program(dialect: Dialect) -> N
 def test_an_encoding_that_excludes_all_is_named(tmp_path: Path) -> None:
     file = tmp_path / "never.lp"
     file.write_text("#program query(t). #external query(t). :- query(t).")
-    answer = Explainer(Options((str(file),)), PlannerSituation(last=3), seconds=SECONDS).no_plan()
+    answer = Explainer(Options((str(file),)), Situation(last=3), seconds=SECONDS).no_plan()
     assert answer.text == "There is no plan, whatever was told: the encoding excludes it."
 
 
@@ -653,7 +649,7 @@ def test_a_contradiction_is_named(tmp_path: Path) -> None:
     rules = "#program state(t). :- event(info,close(2),t), event(1,visit(X),T), T < t."
     file.write_text(f"{Path(LINE).read_text()}\n{rules}\n")
     told = ("event(1,visit(6),0)", "event(info,close(4),1)", "event(info,close(2),1)")
-    situation = PlannerSituation((*told, "event(info,passed,0)"), 1, 9, 9, (("1", "visit(6)"),))
+    situation = Situation((*told, "event(info,passed,0)"), 1, 9, 9, (("1", "visit(6)"),))
     answer = Explainer(Options((str(file),)), situation, seconds=SECONDS).no_plan()
     assert answer.is_contradictory
     assert answer.reason is not None
@@ -678,14 +674,14 @@ def test_there_is_no_answer_without_time() -> None:
     ],
 )
 def test_a_wrong_question_is_refused(ask: Callable[[Explainer], object], words: str) -> None:
-    situation = PlannerSituation(("event(1,visit(6),0)",), last=9, goals=(("1", "visit(6)"),))
+    situation = Situation(("event(1,visit(6),0)",), last=9, goals=(("1", "visit(6)"),))
     with pytest.raises(QuestionError, match=words):
         ask(Explainer(Options((LINE,)), situation, seconds=SECONDS))
 
 
 def test_an_answer_can_be_written_as_json() -> None:
     told = ("event(1,visit(6),0)", "event(info,close(5),0)")
-    situation = PlannerSituation(told, last=9, goals=(("1", "visit(6)"),))
+    situation = Situation(told, last=9, goals=(("1", "visit(6)"),))
     answer = Explainer(Options((LINE,)), situation, seconds=SECONDS).no_plan()
     assert decode(WhyNoPlan, encode(answer)) == answer
 
@@ -715,7 +711,7 @@ def test_what_is_found_in_part_suffices() -> None:
     told += ["event(1,visit(6),0)", "event(2,visit(3),0)"]
     told = [atom for atom in told if "open(5)" not in atom and "open(3)" not in atom]
     goals = (("1", "visit(6)"), ("2", "visit(3)"))
-    situation, deadline = PlannerSituation(tuple(told), last=9, goals=goals), Deadline(SECONDS)
+    situation, deadline = Situation(tuple(told), last=9, goals=goals), Deadline(SECONDS)
     copy = AssumingCopy(Options((LINE,)), situation, deadline)
     sizes = []
     for enough in (*range(1, 20, 4), 100):
@@ -743,7 +739,7 @@ def test_phrases_are_read(tmp_path: Path) -> None:
     phrases = Phrases.read(parse_files((LINE, str(file))))
     assert phrases.of("close(f(3))") == "cell f(3) is closed"
     assert phrases.of("pair(a,b)") == "pair(a,b)"
-    situation = PlannerSituation(
+    situation = Situation(
         ("event(1,visit(6),0)", "event(info,close(5),0)"), last=9, goals=(("1", "visit(6)"),)
     )
     text = Explainer(Options((LINE, str(file))), situation, seconds=SECONDS).no_plan().text
@@ -760,7 +756,7 @@ def test_the_situation_of_a_loop(system: Callable[..., System]) -> None:
     end = time.monotonic() + TIMEOUT
     while not (made.loop.state.externals.is_true(commit) or time.monotonic() > end):
         time.sleep(0.01)
-    situation = PlannerSituation.of(made.loop.state, 30)  # the loop waits for an answer
+    situation = Situation.of(made.loop.state, 30)  # the loop waits for an answer
     assert commit in situation.told
     assert situation.goals == (("1", "visit(4)"),)
     assert [actuator for actuator, _ in situation.silent] == ["robot"]
@@ -784,7 +780,7 @@ def test_a_long_run_is_told_as_what_holds(system: Callable[..., System]) -> None
         assert made.goal(f"visit({cell})").wait() == "succeeded"
     made.goal("visit(3)")
     made.world.wait_for(lambda world: len(world.actions) == 25)
-    situation = PlannerSituation.of(made.loop.state)  # the loop waits for an answer
+    situation = Situation.of(made.loop.state)  # the loop waits for an answer
     step = made.loop.state.step
     assert situation.step + situation.offset == step
     assert situation.step <= 2
@@ -812,7 +808,7 @@ def test_the_situation_of_a_control_log() -> None:
         return Ground((Part(name, values),))
 
     true, false = Truth.TRUE, Truth.FALSE
-    situation = PlannerSituation.after(
+    situation = Situation.after(
         [
             AssignExternal("event(1,visit(2),0)", true),
             Restart(),
@@ -831,7 +827,7 @@ def test_the_situation_of_a_control_log() -> None:
             AssignExternal("query(7)", true),
         ]
     )
-    assert situation == PlannerSituation(
+    assert situation == Situation(
         told=(
             "event(1,visit(6),0)",
             "event(info,close(4),0)",
@@ -876,7 +872,7 @@ def test_a_slot_whose_goal_has_just_ended(
     made.start()
     assert made.goal(request).wait() == "succeeded"
     made.world.wait_for(lambda world: not made.loop.state.executions.silent())
-    situation = PlannerSituation.of(made.loop.state).up_to(30)
+    situation = Situation.of(made.loop.state).up_to(30)
     assert situation.used == ("1",)
     explainer = Explainer(Options((str(file),), options), situation, seconds=SECONDS)
     plan = explainer.what_if([f"goal:{then}"]).plan

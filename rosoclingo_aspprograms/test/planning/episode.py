@@ -9,9 +9,9 @@ from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import SINGLE, make_parts
 from rosoclingo.desk.system import Request, System
+from rosoclingo.loop.journal import PlanFound, Record, StatusSet
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import PlanFound, Record, StatusSet
-from rosoclingo.loop.values.words import SOLVER
+from rosoclingo.loop.words import SOLVER
 from rosoclingo_aspprograms.validator import Map, Validator
 
 PACKAGE = Path(__file__).resolve().parents[2]

@@ -10,9 +10,9 @@ from test_actions import ACTIONS, World
 
 from rosclingo.solver.options import Options
 from rosoclingo.desk.system import Request
-from rosoclingo.loop.values.journal import PlanFound
+from rosoclingo.loop.journal import PlanFound
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 MODE = "dynamic.incremental.dyn_reset"
 
@@ -271,6 +271,6 @@ def test_why_another_action_is_not_done(action: str, text: str, tmp_path: Path) 
     file = tmp_path / "task.lp"
     file.write_text(f'#include "{ACTIONS}".\n#program base.\n{MAP}')
     goal = ("1", "visit(3)")
-    situation = PlannerSituation(told=(f"event(1,{goal[1]},0)",), last=20, goals=(goal,))
+    situation = Situation(told=(f"event(1,{goal[1]},0)",), last=20, goals=(goal,))
     answer = Explainer(Options((str(file),)), situation).why_not(action)
     assert text in answer.text

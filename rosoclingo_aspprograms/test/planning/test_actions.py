@@ -17,7 +17,7 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import Request, System
 from rosoclingo.loop.planner import layers
-from rosoclingo.loop.values.words import SOLVER
+from rosoclingo.loop.words import SOLVER
 
 HOSPITAL = str(PACKAGE / "hospital" / "hospital.lp")
 SMALL = str(PACKAGE / "hospital" / "instances" / "small.lp")

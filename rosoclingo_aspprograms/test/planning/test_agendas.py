@@ -62,6 +62,7 @@ class Office:
         self.planner.begin()
         dice = random.Random(f"{requests} {robots}")
         pairs = [dice.sample(range(1, SIDE**2 + 1), 2) for _ in range(requests + 1)]
+        self.pairs = pairs
         self.requests = [f"bring({origin},{destination})" for origin, destination in pairs]
 
     def tell(self, events: Sequence[Tuple[str, str]], step: int = 0) -> None:

@@ -16,9 +16,9 @@ from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import Outcome, Result
 from rosoclingo.loop import improving
+from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import Plan
-from rosoclingo.loop.values.journal import Ended, SearchEnded
 
 AT_ONCE = 1e-6  # seconds
 

@@ -12,7 +12,7 @@ from rosoclingo.check import model, static
 from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.single.dialects import Dialect2
 from rosoclingo.why.explainer import Explainer
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 TASK = """
 robot(r).
@@ -128,7 +128,7 @@ def test_a_mistake_is_named(mistake: str, tmp_path: Path) -> None:
     assert all(one.is_hint for one in found)
     if why:
         request = "bring(a,far)" if "far" in why else "bring(a,b)"
-        told = PlannerSituation(
+        told = Situation(
             told=(f"event(1,{request},0)",), last=20, goals=(("1", request),), tells=True
         )
         assert why in Explainer(options, told, seconds=600).goal("1").text
@@ -148,7 +148,7 @@ def test_an_action_on_a_condition(tmp_path: Path) -> None:
     )
     assert list(model.look(options, read_alphabet(options))) == []
     options = write(tmp_path, drop, f"{drop} canceled(ID,k),")
-    told = PlannerSituation(
+    told = Situation(
         told=("event(1,bring(a,b),0)",), last=20, goals=(("1", "bring(a,b)"),), tells=True
     )
     assert "nothing makes thing(1) b" in Explainer(options, told, seconds=20).goal("1").text
@@ -157,13 +157,13 @@ def test_an_action_on_a_condition(tmp_path: Path) -> None:
 def test_facts_have_words(tmp_path: Path) -> None:
     """The library says what a variable is; the encoding may say it better."""
     options = write(tmp_path, "request(", "says(bell(X),bell,X) :- X = (works;off).\nrequest(")
-    told = PlannerSituation(
+    told = Situation(
         told=("event(info,bell(off),0)", "event(1,bring(a,b),0)"),
         last=20,
         goals=(("1", "bring(a,b)"),),
         tells=True,
     )
-    saved = PlannerSituation(
+    saved = Situation(
         told=("event(save,is(bell,off),0)", "event(1,bring(a,b),0)"),
         last=20,
         goals=(("1", "bring(a,b)"),),

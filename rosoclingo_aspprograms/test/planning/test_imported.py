@@ -21,7 +21,7 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.system import Request, System
-from rosoclingo.loop.values.words import SOLVER
+from rosoclingo.loop.words import SOLVER
 from rosoclingo.pddl.domain import read_domain, read_problem
 from rosoclingo.pddl.expressions import PddlError, read_file
 from rosoclingo.pddl.files import ImportOptions, import_task, write_files

@@ -14,10 +14,10 @@ import pytest
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
+from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner import layers, seeding
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, Planner
 from rosoclingo.loop.values.atoms import Plan, event
-from rosoclingo.loop.values.journal import Ended, SearchEnded
 from rosoclingo.loop.values.recorded import Recorded
 from rosoclingo.seed.downward import NONE, SeedProcess
 

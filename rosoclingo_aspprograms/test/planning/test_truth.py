@@ -23,8 +23,8 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.term_text import split_term
 from rosoclingo.desk.parts import EXAMPLES, make_parts, shared
 from rosoclingo.desk.system import Request, System
+from rosoclingo.loop.journal import Status, StatusSet
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import Status, StatusSet
 
 ROOMS = str(Path(__file__).with_name("rooms.lp"))
 IN_2_0_STYLE = str(shared() / "test" / "modes" / "dynamic_2_0.lp")

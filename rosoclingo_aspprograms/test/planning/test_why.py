@@ -27,7 +27,7 @@ from rosoclingo.loop.values.atoms import Plan
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.facts import FactKind
 from rosoclingo.why.reason import MinimalReason
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 from rosoclingo_aspprograms.validator import Edge, Map
 
 MAPS = range(*map(int, os.environ.get("WHY_MAPS", "0:0").split(":")))
@@ -137,7 +137,7 @@ def test_what_is_named_suffices_and_each_of_it_is_needed(seed: int, tmp_path: Pa
         edges = [*noise, *order]
         request = f"event(1,{building.request},{building.pick.randint(0, len(edges))})"
         told = [f"event(info,{building.blocked(e)},{step})" for step, e in enumerate(edges)]
-        situation = PlannerSituation(
+        situation = Situation(
             (request, *told), step=len(told), last=60, goals=(("1", building.request),)
         )
         answer = Explainer(building.options, situation, seconds=SECONDS).goal("1")
@@ -149,7 +149,7 @@ def test_what_is_named_suffices_and_each_of_it_is_needed(seed: int, tmp_path: Pa
         assert len(reason.members) == smallest(building, told)
 
 
-def drawn(seed: int, folder: Path) -> Tuple[Building, PlannerSituation, List[str], List[Edge]]:
+def drawn(seed: int, folder: Path) -> Tuple[Building, Situation, List[str], List[Edge]]:
     """Returns a random state without a plan so far: goals, and ways that are blocked."""
     building = Building(seed, folder)
     pick = building.pick
@@ -160,7 +160,7 @@ def drawn(seed: int, folder: Path) -> Tuple[Building, PlannerSituation, List[str
     told = [f"event({slot},{request},0)" for slot, request in enumerate(requests, 1)]
     told += [f"event(info,{building.blocked(edge)},0)" for edge in edges]
     goals = tuple((str(slot), request) for slot, request in enumerate(requests, 1))
-    return building, PlannerSituation(tuple(told), last=60, goals=goals), requests, edges
+    return building, Situation(tuple(told), last=60, goals=goals), requests, edges
 
 
 def length(building: Building, place: str, requests: Sequence[str], blocked: Iterable[Edge]) -> int:
@@ -228,7 +228,7 @@ def test_what_would_be(seed: int, tmp_path: Path) -> None:
 
 def run(
     mode: str, happens: Dict[int, Sequence[str]], steps: int, planner: Options = IN_OFFICE
-) -> Tuple[PlannerSituation, Episode]:
+) -> Tuple[Situation, Episode]:
     """Returns the situation of a run in the office, after so many actions."""
     graph = Map.read(Path(OFFICE))
     episode = Episode(mode, graph, list(planner.files), options=planner.clingo)
@@ -251,7 +251,7 @@ def run(
         return bool(episode._items)
 
     episode.play(turn)
-    return PlannerSituation.of(episode.loop.state, 60), episode
+    return Situation.of(episode.loop.state, 60), episode
 
 
 def test_a_blocked_room_is_said_in_words() -> None:
@@ -314,7 +314,7 @@ def test_where_the_robot_has_gone_is_named() -> None:
 
 def test_an_action_that_is_asked_about_may_be_impossible_or_planned() -> None:
     told = ("event(1,bring(o9,o14),0)", "event(info,blocked(open1,c6),0)")
-    situation = PlannerSituation(told, last=60, goals=(("1", "bring(o9,o14)"),))
+    situation = Situation(told, last=60, goals=(("1", "bring(o9,o14)"),))
     explainer = Explainer(IN_OFFICE, situation, seconds=SECONDS)
     assert explainer.why_not("do(mailbot,go(c6),1)").text == (
         "mailbot cannot go to c6 in step 1 because the way between open1 and c6 is blocked. "
@@ -345,7 +345,7 @@ def test_a_refill_that_is_put_off() -> None:
     files = (str(garden / "instances/garden.lp"), str(garden / "plants.lp"))
     goals = (("1", "water((3,4))"), ("2", "water((2,2))"))
     told = tuple(f"event({slot},{request},0)" for slot, request in goals)
-    situation = PlannerSituation(told, last=40, goals=goals)
+    situation = Situation(told, last=40, goals=goals)
     explainer = Explainer(Options(files, ("-c", "full=1")), situation, seconds=SECONDS)
     plan = explainer.no_plan().plan
     assert plan is not None
@@ -388,7 +388,7 @@ def test_a_long_history_makes_no_other_answer(seed: int, monkeypatch: pytest.Mon
     short, episode = run(SINGLE, happens, 24, options)
     assert short.offset + short.step == episode.loop.state.step > 20
     monkeypatch.setattr("rosoclingo.why.situation._HISTORY", 1000)
-    full = PlannerSituation.of(episode.loop.state, 60)
+    full = Situation.of(episode.loop.state, 60)
     assert full.offset == 0
     assert len(full.told) > len(short.told)
     explainers = [Explainer(options, told, seconds=SECONDS) for told in (short, full)]

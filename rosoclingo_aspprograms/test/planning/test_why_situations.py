@@ -49,7 +49,7 @@ from rosoclingo.why.answers import WhyGoal, WhyNoPlan, later
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.facts import Fact, FactKind, Facts, atoms
 from rosoclingo.why.reason import MinimalReason
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 from rosoclingo_aspprograms.validator import Map
 
 SECONDS = 600.0  # no more than a bound
@@ -121,7 +121,7 @@ def some_messages(pick: random.Random, alphabet: Alphabet) -> List[Pair]:
     return some + pick.sample(good, min(len(good), pick.randint(0, 2)))
 
 
-def situation_of(task: str, seed: int, options: Options) -> Optional[PlannerSituation]:
+def situation_of(task: str, seed: int, options: Options) -> Optional[Situation]:
     """Returns the situation in which a random run is stopped; None if it has ended before.
 
     Often, that is when more has come than the planner has planned for.
@@ -132,7 +132,7 @@ def situation_of(task: str, seed: int, options: Options) -> Optional[PlannerSitu
     failure = run.run()
     situation = run.situation  # in which there was no plan
     if failure is None and (situation is None or pick.random() < 0.3):
-        situation = PlannerSituation.of(run.loop.state)
+        situation = Situation.of(run.loop.state)
     if situation is None:
         return None
     news = pick.sample(run.messages, min(len(run.messages), pick.randint(0, 3)))
@@ -182,7 +182,7 @@ class FreshPlanner:
         skips: Says which constraints of the encoding do not hold.
     """
 
-    def __init__(self, options: Options, situation: PlannerSituation) -> None:
+    def __init__(self, options: Options, situation: Situation) -> None:
         self._options = options
         self._situation = situation
         self.skips: Callable[[Constraint], bool] = lambda constraint: False
@@ -251,7 +251,7 @@ class Office:
 
     savable = ()
 
-    def __init__(self, situation: PlannerSituation) -> None:
+    def __init__(self, situation: Situation) -> None:
         self._graph = Map.read(Path(OFFICE))
         self._situation = situation
         self.slots = ["1", "2", "3"]
@@ -341,7 +341,7 @@ class Office:
 class Judge:
     """Compares answers with what planners say that are told the same."""
 
-    def __init__(self, planner: Any, situation: PlannerSituation, pick: random.Random) -> None:
+    def __init__(self, planner: Any, situation: Situation, pick: random.Random) -> None:
         self._planner = planner
         self._situation = situation
         self._pick = pick

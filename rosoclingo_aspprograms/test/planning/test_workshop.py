@@ -19,9 +19,9 @@ from rosclingo.wire.term_text import split_term
 from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.desk.system import Request
+from rosoclingo.loop.journal import StatusSet
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import StatusSet
-from rosoclingo.loop.values.words import ABORT, FAILURE, SUCCESS
+from rosoclingo.loop.words import ABORT, FAILURE, SUCCESS
 
 WORKSHOP = PACKAGE / "workshop" / "workshop.lp"
 DYNAMIC = [FIXED, *INCREMENTAL]

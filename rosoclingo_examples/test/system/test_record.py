@@ -16,7 +16,7 @@ from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.topics import loop_topics
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     ActionPublished,
     GoalArrived,
     MessageArrived,

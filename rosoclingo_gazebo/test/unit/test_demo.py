@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     ActionPublished,
     Event,
     GoalArrived,

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Iterable, Optional
 
 from rosclingo.solver.terms import parse_term, quote
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     CommandDone,
     Event,
     MessageArrived,
     MessageDropped,
     naming,
 )
-from rosoclingo.loop.values.words import INFO
+from rosoclingo.loop.words import INFO
 from rosoclingo_interfaces.errors import LineError
 
 TAKEN = ""

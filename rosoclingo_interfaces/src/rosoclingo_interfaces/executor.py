@@ -9,7 +9,7 @@ from typing import Callable, Dict, FrozenSet, Optional
 
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.solver.terms import parse_term
-from rosoclingo.loop.values.words import ABORT, FAILURE, SOLVER, UNKNOWN
+from rosoclingo.loop.words import ABORT, FAILURE, SOLVER, UNKNOWN
 from rosoclingo_interfaces.errors import ActionError, CanceledError, LedgerError
 from rosoclingo_interfaces.execution import CURRENT, ActionExecution, Clock
 from rosoclingo_interfaces.interface import AFTER_CRASH, AGAIN, FAIL, ActionInterface, answer_text

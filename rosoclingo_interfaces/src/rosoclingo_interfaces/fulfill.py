@@ -10,7 +10,7 @@ import rospy
 
 from rosclingo.ros import parameters
 from rosoclingo.desk.answers import ANSWERS, Answers
-from rosoclingo.loop.values.words import SUCCESS
+from rosoclingo.loop.words import SUCCESS
 from rosoclingo_interfaces.interface import AGAIN, ActionInterface, ActuatorAnswer
 from rosoclingo_interfaces.node import run
 

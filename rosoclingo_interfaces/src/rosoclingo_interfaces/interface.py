@@ -9,7 +9,7 @@ import clingo
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo.loop.mode.dispatch import bind, find
-from rosoclingo.loop.values.words import FAILURE, SUCCESS, UNKNOWN
+from rosoclingo.loop.words import FAILURE, SUCCESS, UNKNOWN
 from rosoclingo_interfaces.errors import ActionError
 from rosoclingo_interfaces.execution import ActionExecution, current
 

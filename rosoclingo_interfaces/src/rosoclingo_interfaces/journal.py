@@ -6,7 +6,7 @@ import time
 from typing import List
 
 from rosclingo.ros.low_latency import subscriber
-from rosoclingo.loop.values.journal import Event, decode
+from rosoclingo.loop.journal import Event, decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_interfaces.prompt import Prompt
 from rosoclingo_interfaces.topics import publishers, topic

@@ -10,7 +10,7 @@ import rospy
 
 from rosclingo.errors import TermError
 from rosclingo.ros.init import init_node, on_shutdown
-from rosoclingo.loop.values.words import INFO
+from rosoclingo.loop.words import INFO
 from rosoclingo.msg import ROSoClingoIn
 from rosoclingo_interfaces.announcements import TAKEN, parse_line, verdict
 from rosoclingo_interfaces.errors import LineError

@@ -6,7 +6,7 @@ from typing import List, Optional
 
 import pytest
 
-from rosoclingo.loop.values.journal import Event, Fields, decode
+from rosoclingo.loop.journal import Event, Fields, decode
 from rosoclingo_interfaces.announcements import TAKEN, verdict
 
 MESSAGE = decode(Fields("message", "info", "blocked(c3,c4)"))

@@ -15,7 +15,7 @@ from rosclingo.ros.init import init_node, run_node
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.drawing.graph import Graph, read_graph
 from rosoclingo.drawing.shapes import draw
-from rosoclingo.drawing.situation import Situation
+from rosoclingo.drawing.situation import MapSituation
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
     ROSoClingoActionResult,
@@ -53,7 +53,7 @@ class MarkerNode:
         self._frame = frame
         self._robot = robot
         self._lock = threading.Lock()  # guards the situation, and keeps drawings in order
-        self._situation = Situation(graph.starts)
+        self._situation = MapSituation(graph.starts)
         self._markers = publisher("~markers", MarkerArray, latch=True, queue_size=10)
         self._publish()
         hear = self._situation

@@ -11,7 +11,7 @@ from rosclingo.errors import TermError
 from rosoclingo.drawing.errors import GraphError
 from rosoclingo.drawing.graph import Graph, read_graph
 from rosoclingo.drawing.shapes import DELIVERED, PACKAGE, Shape, draw
-from rosoclingo.drawing.situation import Package, Situation
+from rosoclingo.drawing.situation import MapSituation, Package
 from rosoclingo_rviz.messages import marker_array
 
 REPOSITORY = Path(__file__).resolve().parents[3]
@@ -24,24 +24,24 @@ GRAPH = Graph(
 
 
 @pytest.fixture
-def situation() -> Situation:
-    return Situation(GRAPH.starts)
+def situation() -> MapSituation:
+    return MapSituation(GRAPH.starts)
 
 
-def act(situation: Situation, action: str, answer: str = "success") -> None:
+def act(situation: MapSituation, action: str, answer: str = "success") -> None:
     situation.begin_action("r", action)
     situation.hear("r", answer)
 
 
-def drawn(situation: Situation, group: str) -> List[Shape]:
+def drawn(situation: MapSituation, group: str) -> List[Shape]:
     return [shape for shape in draw(GRAPH, situation) if shape.group == group]
 
 
-def texts(situation: Situation, group: str) -> List[str]:
+def texts(situation: MapSituation, group: str) -> List[str]:
     return [shape.text for shape in drawn(situation, group) if shape.kind == "text"]
 
 
-def places(situation: Situation) -> List[Tuple[str, str]]:
+def places(situation: MapSituation) -> List[Tuple[str, str]]:
     """Returns for each package its label, and its place or robot."""
     return [(package.label, package.place or package.robot) for package in situation.packages]
 
@@ -93,7 +93,7 @@ def test_a_file_that_is_not_there() -> None:
         read_graph(["none.lp"])
 
 
-def test_the_graph_is_drawn_with_names(situation: Situation) -> None:
+def test_the_graph_is_drawn_with_names(situation: MapSituation) -> None:
     assert texts(situation, "names") == ["a", "b", "c"]
     (ways,) = drawn(situation, "ways")
     assert [point[:2] for point in ways.points] == [(0, 0), (4, 0), (4, 0), (8, 0)]
@@ -102,7 +102,9 @@ def test_the_graph_is_drawn_with_names(situation: Situation) -> None:
     assert not drawn(situation, "blocked ways")
 
 
-def test_a_way_that_is_announced_as_blocked_is_red_until_it_is_free(situation: Situation) -> None:
+def test_a_way_that_is_said_to_be_blocked_is_red_until_it_is_free(
+    situation: MapSituation,
+) -> None:
     situation.hear("info", "blocked(b,a)")
     (blocked,) = drawn(situation, "blocked ways")
     assert [point[:2] for point in blocked.points] == [(0, 0), (4, 0)]
@@ -114,7 +116,7 @@ def test_a_way_that_is_announced_as_blocked_is_red_until_it_is_free(situation: S
     assert not drawn(situation, "blocked ways")
 
 
-def test_a_way_where_the_robot_fails_is_blocked(situation: Situation) -> None:
+def test_a_way_where_the_robot_fails_is_blocked(situation: MapSituation) -> None:
     act(situation, "go(b)")
     act(situation, "go(c)", "failure")
     assert situation.positions == {"r": "b"}
@@ -123,7 +125,7 @@ def test_a_way_where_the_robot_fails_is_blocked(situation: Situation) -> None:
     assert situation.blocked == {frozenset("bc")}
 
 
-def test_an_answer_that_overtakes_its_action_counts(situation: Situation) -> None:
+def test_an_answer_that_overtakes_its_action_counts(situation: MapSituation) -> None:
     situation.hear("r", "success")
     situation.begin_action("r", "go(b)")
     assert situation.positions == {"r": "b"}
@@ -131,7 +133,7 @@ def test_an_answer_that_overtakes_its_action_counts(situation: Situation) -> Non
     assert situation.positions == {"r": "b"}
 
 
-def test_what_others_say_is_no_answer(situation: Situation) -> None:
+def test_what_others_say_is_no_answer(situation: MapSituation) -> None:
     situation.begin_action("r", "go(b)")
     situation.hear("arm", "success")
     situation.hear("r", "battery(low)")
@@ -140,7 +142,7 @@ def test_what_others_say_is_no_answer(situation: Situation) -> None:
     assert situation.positions == {"r": "a"}
 
 
-def test_the_plan_shows_its_steps_on_both_sides_of_a_way(situation: Situation) -> None:
+def test_the_plan_shows_its_steps_on_both_sides_of_a_way(situation: MapSituation) -> None:
     situation.set_plan(
         ["do(r,go(b),3)", "do(r,pickup(1),4)", "do(r,go(a),5)", "do(r,go(b),7)", "do(r,go(c),8)"]
     )
@@ -154,27 +156,27 @@ def test_the_plan_shows_its_steps_on_both_sides_of_a_way(situation: Situation) -
     assert not drawn(situation, "plan")
 
 
-def test_a_static_modes_plan_is_shown(situation: Situation) -> None:
+def test_a_static_modes_plan_is_shown(situation: MapSituation) -> None:
     situation.begin_action("solver", "[do(r,go(b),1),do(r,go(c),2)]")
     assert len(drawn(situation, "plan")) == 2
     situation.begin_action("solver", "[]")
     assert not drawn(situation, "plan")
 
 
-def test_the_plan_goes_on_where_the_robot_is(situation: Situation) -> None:
+def test_the_plan_goes_on_where_the_robot_is(situation: MapSituation) -> None:
     situation.set_plan(["do(r,go(b),1)", "do(r,go(c),2)", "do(other,go(a),2)", "do(r,go(x),3)"])
     act(situation, "go(b)")
     (arrow,) = drawn(situation, "plan")
     assert [point[0] for point in arrow.points] == [4, 8]
 
 
-def test_what_was_done_is_not_ahead_any_more(situation: Situation) -> None:
+def test_what_was_done_is_not_ahead_any_more(situation: MapSituation) -> None:
     situation.set_plan(["do(r,pickup(1),1)", "do(r,go(b),2)", "do(r,pickup(1),3)"])
     act(situation, "pickup(1)")
     assert [step.number for step in situation.steps] == [2, 3]
 
 
-def test_a_package_is_carried_and_delivered(situation: Situation) -> None:
+def test_a_package_is_carried_and_delivered(situation: MapSituation) -> None:
     situation.begin_goal("goal", "bring(a,c)")
     situation.begin_goal("another goal", "clean(b)")
     assert places(situation) == [("a to c", "a")]
@@ -195,7 +197,7 @@ def test_a_package_is_carried_and_delivered(situation: Situation) -> None:
 
 
 @pytest.mark.parametrize("text", ["bring(a,c,urgent)", "bring(a,c,by(60))"])
-def test_a_package_that_is_due(situation: Situation, text: str) -> None:
+def test_a_package_that_is_due(situation: MapSituation, text: str) -> None:
     situation.begin_goal("goal", text)
     assert places(situation) == [("a to c", "a")]
     act(situation, "pickup(1)")
@@ -207,7 +209,7 @@ def test_a_package_that_is_due(situation: Situation, text: str) -> None:
     assert places(situation) == [("a to c", "c")]
 
 
-def test_no_marker_changes_whether_it_moves_along(situation: Situation) -> None:
+def test_no_marker_changes_whether_it_moves_along(situation: MapSituation) -> None:
     locked: Dict[Tuple[str, int], bool] = {}
 
     def show() -> None:
@@ -229,7 +231,7 @@ def test_no_marker_changes_whether_it_moves_along(situation: Situation) -> None:
     assert {True, False} == set(locked.values())
 
 
-def test_a_goal_that_ends_before_the_last_answer_is_heard(situation: Situation) -> None:
+def test_a_goal_that_ends_before_the_last_answer_is_heard(situation: MapSituation) -> None:
     situation.begin_goal("goal", "bring(a,c)")
     act(situation, "pickup(1)")
     situation.end_goal("goal", succeeded=True)
@@ -237,7 +239,7 @@ def test_a_goal_that_ends_before_the_last_answer_is_heard(situation: Situation) 
     assert places(situation) == [("a to c", "c")]
 
 
-def test_a_canceled_package_goes_back_and_vanishes(situation: Situation) -> None:
+def test_a_canceled_package_goes_back_and_vanishes(situation: MapSituation) -> None:
     situation.begin_goal("goal", "bring(a,c)")
     act(situation, "pickup(1)")
     act(situation, "go(b)")
@@ -248,7 +250,7 @@ def test_a_canceled_package_goes_back_and_vanishes(situation: Situation) -> None
     assert places(situation) == []
 
 
-def test_of_two_packages_at_a_place_the_plan_tells_which(situation: Situation) -> None:
+def test_of_two_packages_at_a_place_the_plan_tells_which(situation: MapSituation) -> None:
     situation.begin_goal("first", "bring(a,c)")
     situation.begin_goal("second", "bring(a,b)")
     situation.set_plan(["do(r,pickup(2),1)", "do(r,go(b),2)", "do(r,deliver(2),3)"])
@@ -256,7 +258,7 @@ def test_of_two_packages_at_a_place_the_plan_tells_which(situation: Situation) -
     assert places(situation) == [("a to c", "a"), ("a to b", "r")]
 
 
-def test_the_papers_actions_name_origin_and_destination(situation: Situation) -> None:
+def test_the_papers_actions_name_origin_and_destination(situation: MapSituation) -> None:
     situation.begin_goal("first", "bring(a,c)")
     situation.begin_goal("second", "bring(a,b)")
     act(situation, "pickup(a,b)")
@@ -266,20 +268,20 @@ def test_the_papers_actions_name_origin_and_destination(situation: Situation) ->
     assert places(situation) == [("a to c", "a"), ("a to b", "b")]
 
 
-def test_an_abort_leaves_the_action_that_it_ends(situation: Situation) -> None:
+def test_an_abort_leaves_the_action_that_it_ends(situation: MapSituation) -> None:
     situation.begin_action("r", "go(b)")
     act(situation, "abort", "failure")
     assert situation.blocked == {frozenset(("a", "b"))}
 
 
-def test_a_package_of_an_unknown_goal_is_shown_on_the_robot(situation: Situation) -> None:
+def test_a_package_of_an_unknown_goal_is_shown_on_the_robot(situation: MapSituation) -> None:
     act(situation, "pickup(3)")
     assert situation.packages == [Package("package 3", "", "", "", robot="r", slot="3")]
     act(situation, "deliver(3)")
     assert situation.packages == []
 
 
-def test_only_the_latest_delivered_packages_are_kept(situation: Situation) -> None:
+def test_only_the_latest_delivered_packages_are_kept(situation: MapSituation) -> None:
     for number in range(15):
         situation.begin_goal(str(number), f"bring(a,b{number})")
         situation.end_goal(str(number), succeeded=True)
@@ -289,7 +291,7 @@ def test_only_the_latest_delivered_packages_are_kept(situation: Situation) -> No
 
 
 @pytest.mark.parametrize("text", ["go(", "", "X", "do(r,go(b),1/0)"])
-def test_a_text_that_is_no_term_changes_nothing(situation: Situation, text: str) -> None:
+def test_a_text_that_is_no_term_changes_nothing(situation: MapSituation, text: str) -> None:
     for tell in (
         lambda: situation.hear("r", text),
         lambda: situation.hear(text, "success"),

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Mapping, Tuple
 
 from rosoclingo.launched.about import Launched
-from rosoclingo.loop.values.journal import Record
+from rosoclingo.loop.journal import Record
 
 
 @dataclass(frozen=True)

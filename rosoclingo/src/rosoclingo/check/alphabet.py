@@ -25,7 +25,7 @@ from rosoclingo.loop.planner.demand import Pair
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.planner.vocabulary import ANY_EVENT
 from rosoclingo.loop.values.ids import is_own
-from rosoclingo.loop.values.words import BUSY, INFO, SUCCESS
+from rosoclingo.loop.words import BUSY, INFO, SUCCESS
 
 _STEPS = (1, 2, 3)  # those that are grounded, and compared
 _HAPPENS = "rosoclingo_check_event"

@@ -29,8 +29,8 @@ from rosoclingo.check.invariants import findings
 from rosoclingo.check.run import DOES, CheckedRun
 from rosoclingo.desk.command_line import make_parser, parse
 from rosoclingo.desk.why import explain
+from rosoclingo.loop.journal import STATUSES, MessageDropped, Status
 from rosoclingo.loop.values.atoms import canonical
-from rosoclingo.loop.values.journal import STATUSES, MessageDropped, Status
 from rosoclingo.why.answers import WhyGoal, WhyNoPlan
 from rosoclingo.why.question import WhyAnswer
 

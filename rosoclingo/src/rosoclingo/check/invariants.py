@@ -11,11 +11,11 @@ from typing import Callable, Dict, Iterator, List, Optional, Sequence
 
 from rosoclingo.check.findings import Finding
 from rosoclingo.check.run import CheckedRun, FoundPlan
+from rosoclingo.loop import journal
 from rosoclingo.loop.diagnosis import NO_PLAN
-from rosoclingo.loop.values import journal
+from rosoclingo.loop.journal import STATUSES, TERMINAL_STATUSES, Status
 from rosoclingo.loop.values.atoms import Action
-from rosoclingo.loop.values.journal import STATUSES, TERMINAL_STATUSES, Status
-from rosoclingo.loop.values.words import SOLVER
+from rosoclingo.loop.words import SOLVER
 
 _NO_ANSWER_SET = "the program has no answer set"
 _LAST_STEP = "ended after its last step"

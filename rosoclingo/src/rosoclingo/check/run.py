@@ -21,12 +21,12 @@ from rosoclingo.desk.inputs import MESSAGE
 from rosoclingo.desk.parts import Parts, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.desk.system import Request
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Event, Status
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.atoms import Action, event
-from rosoclingo.loop.values.journal import Event, Status
-from rosoclingo.loop.values.words import BUSY, SUCCESS
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.loop.words import BUSY, SUCCESS
+from rosoclingo.why.situation import Situation
 
 _SHARE = 0.1  # of the time for all runs, which one may take
 
@@ -115,7 +115,7 @@ class CheckedRun:
     elapsed: int
     asked: FrozenSet[str]
     heard: Tuple[Tuple[str, ...], ...]
-    situation: Optional[PlannerSituation] = None
+    situation: Optional[Situation] = None
     is_cut: bool = False
 
     @property

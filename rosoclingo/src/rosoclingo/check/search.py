@@ -13,8 +13,8 @@ from rosoclingo.check.invariants import findings
 from rosoclingo.check.run import CheckedRun, Runner
 from rosoclingo.check.twins import TwinInputs
 from rosoclingo.desk.inputs import AFTER, IN, MESSAGE, STEP, Input, Moment
+from rosoclingo.loop.journal import CommandDone
 from rosoclingo.loop.values.ids import CANCEL, GOAL
-from rosoclingo.loop.values.journal import CommandDone
 
 _ALONE = 6  # requests that are asked for alone
 _MOST_GOALS, _MOST_OTHERS = 3, 2  # in an episode

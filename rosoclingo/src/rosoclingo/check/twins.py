@@ -13,9 +13,9 @@ from rosoclingo.check.findings import Finding
 from rosoclingo.check.invariants import planned_ends
 from rosoclingo.check.run import DOES, CheckedRun, FoundPlan
 from rosoclingo.desk.inputs import MESSAGE, STEP, Input
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
 from rosoclingo.loop.values.ids import CANCEL, GOAL
-from rosoclingo.loop.values.words import TIMEOUT, UNKNOWN
+from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
 _CLOCK = re.compile(r"clock\(\d+\)")  # a fluent that says how much time has gone by
 TwinInputs = Tuple[Input, ...]

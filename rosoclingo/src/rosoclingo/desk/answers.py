@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Dict, List, Optional, Pattern, Sequence
 
-from rosoclingo.loop.values.words import FAILURE, SUCCESS
+from rosoclingo.loop.words import FAILURE, SUCCESS
 
 NO_ANSWER = "none"
 ANSWERS = (SUCCESS, FAILURE, NO_ANSWER)

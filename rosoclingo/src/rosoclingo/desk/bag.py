@@ -18,7 +18,7 @@ from rosoclingo.bags.wire import Message, PublisherConnection, rosbags_type
 from rosoclingo.desk.parts import shared
 from rosoclingo.desk.system import System
 from rosoclingo.launched.about import LOOP_NODE, SOLVER_NODE
-from rosoclingo.loop.values.journal import encode
+from rosoclingo.loop.journal import encode
 
 _NAME = "/rosoclingo"
 _TEXT, _EVENT = LOOP_TYPES["about"], LOOP_TYPES["journal"]

@@ -8,7 +8,7 @@ from typing import Dict, List, Optional, Sequence, Tuple
 from rosclingo.errors import RosclingoError
 from rosoclingo.desk.simulation import DeskSimulation
 from rosoclingo.desk.system import Request
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
 from rosoclingo.loop.values.atoms import Action
 
 DROPPED = "dropped a message: "

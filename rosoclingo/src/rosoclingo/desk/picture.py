@@ -22,8 +22,8 @@ from rosoclingo.drawing.canvas import draw_shapes, plain, save
 from rosoclingo.drawing.errors import GraphError
 from rosoclingo.drawing.graph import Graph, read_graph
 from rosoclingo.drawing.shapes import draw
-from rosoclingo.drawing.situation import Situation
-from rosoclingo.loop.values.journal import MessageArrived
+from rosoclingo.drawing.situation import MapSituation
+from rosoclingo.loop.journal import MessageArrived
 
 _WIDTH, _ROW = 14.0, 0.5  # inches
 _LETTER, _MOST_WIDTH = 0.07, 60.0  # likewise: of a label, and of a picture whose labels all fit
@@ -64,7 +64,7 @@ def draw_plan(
     if graph is None:
         _draw_bars(desk, plan, title, file)
         return
-    situation = Situation(graph.starts)
+    situation = MapSituation(graph.starts)
     for goal in desk.goals:
         situation.begin_goal(goal.id, goal.request)
     for entry in desk.journal:

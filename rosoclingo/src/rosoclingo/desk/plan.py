@@ -26,9 +26,9 @@ from rosoclingo.desk.system import Request
 from rosoclingo.desk.why import explain
 from rosoclingo.drawing.errors import picture_errors
 from rosoclingo.errors import ControllerError
+from rosoclingo.loop import journal
 from rosoclingo.loop.diagnosis import ELSEWHERE, NO_PLAN
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.ids import GOAL
 from rosoclingo.loop.values.snapshot import encode
 from rosoclingo.profile.text import Profile

@@ -22,9 +22,9 @@ from rosoclingo.desk.system import System
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.ids import CANCEL, GOAL
-from rosoclingo.loop.values.words import ABORT, SOLVER, SUCCESS
 from rosoclingo.loop.waiting import LOOK_SECONDS
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
+from rosoclingo.why.situation import Situation
 
 AnswerFunction = Callable[[str, str], Optional[str]]
 """Returns the answer to an actuator's action, or None for none at all."""
@@ -79,7 +79,7 @@ class DeskSimulation(System):
         self.left: List[Input] = list(inputs)
         self.strange: List[str] = []
         self.is_too_long = False
-        self.situation: Optional[PlannerSituation] = None
+        self.situation: Optional[Situation] = None
         self._answer = answer or Answers().next
         self._seconds = seconds
         self._most_steps = most_steps
@@ -125,7 +125,7 @@ class DeskSimulation(System):
 
     def miss_plan(self, goals: Sequence[Goal]) -> None:
         """Remembers the situation; when the loop has ended, no goal is open any more."""
-        self.situation = PlannerSituation.of(self.loop.state)
+        self.situation = Situation.of(self.loop.state)
 
     def take_situation(self, failure: Optional[RosclingoError]) -> None:
         """Remembers the situation at the end, unless there was one without a plan.
@@ -136,7 +136,7 @@ class DeskSimulation(System):
             failure: Why it has ended by itself.
         """
         if self.situation is None and failure is None and not (self.silent or self.is_too_long):
-            self.situation = PlannerSituation.of(self.loop.state)
+            self.situation = Situation.of(self.loop.state)
 
     def publish(self, actuator: str, action: str) -> None:
         """Starts a simulated action, and decides now how it ends."""

@@ -15,8 +15,8 @@ from typing import Any, Callable, Dict, List, Mapping, Set
 from rosclingo.wire.commands import Result
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.report.changes import Planned, after_reset, change, planned
-from rosoclingo.loop.values import journal
-from rosoclingo.loop.values.journal import Status
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Status
 
 
 class RunStory:

@@ -20,13 +20,13 @@ from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 from rosclingo.errors import RosclingoError
 from rosoclingo.bags.model import Entry
 from rosoclingo.errors import ShutdownError
+from rosoclingo.loop import journal
 from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.loop import Loop
-from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal, GoalClient
-from rosoclingo.loop.values.journal import MessageArrived
-from rosoclingo.loop.values.words import ABORT, SOLVER, SUCCESS
+from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 
 
 class Request(Goal, GoalClient):

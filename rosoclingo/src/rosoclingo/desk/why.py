@@ -14,11 +14,11 @@ from rosoclingo.single.dialects import Dialect2, detect
 from rosoclingo.why.answers import WhyNoPlan
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.question import Question, QuestionKind, WhyAnswer
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 
 def explain(
-    situation: PlannerSituation, chosen: argparse.Namespace, lost: Sequence[Request]
+    situation: Situation, chosen: argparse.Namespace, lost: Sequence[Request]
 ) -> Tuple[List[WhyAnswer], List[str]]:
     """Says why goals are not reached, or why there is no plan at all.
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import DefaultDict, Iterator, List, Tuple
 
 from rosoclingo.drawing.graph import Graph, MapPoint
-from rosoclingo.drawing.situation import Package, Situation
+from rosoclingo.drawing.situation import MapSituation, Package
 
 Colour = Tuple[float, float, float]
 
@@ -53,7 +53,7 @@ class Shape:
     robot: str = ""
 
 
-def draw(graph: Graph, situation: Situation) -> List[Shape]:
+def draw(graph: Graph, situation: MapSituation) -> List[Shape]:
     """Returns the shapes of a situation; waypoints outside of the graph are left out."""
     middle, size = ((0.0, 0.0, _ROBOT_HEIGHT / 2),), 2 * _ROBOT_RADIUS
     return [
@@ -69,7 +69,7 @@ def draw(graph: Graph, situation: Situation) -> List[Shape]:
     ]
 
 
-def _graph(graph: Graph, situation: Situation) -> Iterator[Shape]:
+def _graph(graph: Graph, situation: MapSituation) -> Iterator[Shape]:
     places = graph.places
     for group, blocked, size, colour in (
         ("ways", False, 0.08, EDGE),
@@ -89,7 +89,7 @@ def _graph(graph: Graph, situation: Situation) -> Iterator[Shape]:
         yield Shape("names", "text", ((x - 0.5, y + 0.5, _ABOVE),), _LETTERS, NAME, name)
 
 
-def _plan(graph: Graph, situation: Situation) -> Iterator[Shape]:
+def _plan(graph: Graph, situation: MapSituation) -> Iterator[Shape]:
     """Draws an arrow for each move, and the numbers of all steps that use it."""
     moves: DefaultDict[Tuple[str, str], List[int]] = defaultdict(list)
     errands: DefaultDict[str, List[str]] = defaultdict(list)
@@ -125,7 +125,7 @@ def _beside(begin: MapPoint, end: MapPoint) -> MapPoint:
     return (begin[0] + end[0]) / 2 + y * aside, (begin[1] + end[1]) / 2 - x * aside
 
 
-def _packages(graph: Graph, situation: Situation) -> Iterator[Shape]:
+def _packages(graph: Graph, situation: MapSituation) -> Iterator[Shape]:
     heaps: DefaultDict[Tuple[str, str], List[Package]] = defaultdict(list)
     for package in situation.packages:
         if package.robot or package.place in graph.places:

@@ -8,7 +8,7 @@ from typing import Dict, FrozenSet, List, Mapping, Optional, Sequence, Set, Tupl
 import clingo
 
 from rosclingo.solver.terms import parse_term
-from rosoclingo.loop.values.words import ABORT, FAILURE, INFO, SOLVER, SUCCESS
+from rosoclingo.loop.words import ABORT, FAILURE, INFO, SOLVER, SUCCESS
 
 _MOST_DELIVERED = 10  # packages that are shown where they were delivered
 
@@ -47,7 +47,7 @@ class Step:
     action: clingo.Symbol
 
 
-class Situation:
+class MapSituation:
     """The situation on the map, which follows from the published messages in order.
 
     Not thread-safe. Every method that takes text raises TermError if it is no ground term.

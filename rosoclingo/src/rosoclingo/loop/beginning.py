@@ -6,10 +6,10 @@ from typing import List, Optional, Sequence, Tuple
 
 from rosclingo.wire.term_text import last_number
 from rosoclingo.errors import PlannerError
+from rosoclingo.loop.journal import Status
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.atoms import event
 from rosoclingo.loop.values.ids import why_no_slot
-from rosoclingo.loop.values.journal import Status
 
 
 def begin(state: State, slots: Sequence[str]) -> None:

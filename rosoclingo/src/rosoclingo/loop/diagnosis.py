@@ -16,12 +16,12 @@ from rosclingo.wire.commands import Ground, Part, Restart, Truth
 from rosclingo.wire.term_text import split_term
 from rosoclingo.errors import LoopError, PlannerError
 from rosoclingo.loop import beginning
+from rosoclingo.loop.journal import Status
 from rosoclingo.loop.planner.demand import step_parts
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.added import EMPTY_PARTS
 from rosoclingo.loop.values.atoms import event, query
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import Status
 
 _SECONDS = 10.0  # how long it is looked for which goal cannot be reached, if all end anyway
 _MOST_EVENTS = 50  # of which it is tried whether the program has an answer set without it

@@ -16,6 +16,7 @@ from rosclingo.wire.commands import Result
 from rosoclingo.errors import ControllerError, OutsideError, PlannerError, ShutdownError
 from rosoclingo.loop import diagnosis, statuses
 from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.journal import LoopEnded, Reason
 from rosoclingo.loop.mode.controller import Decider, Info
 from rosoclingo.loop.mode.dispatch import DispatchError, bind
 from rosoclingo.loop.mode.named_steps import STEP_COMMANDS
@@ -23,7 +24,6 @@ from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.state import State, StateSnapshot
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal, GoalClient
-from rosoclingo.loop.values.journal import LoopEnded, Reason
 from rosoclingo.loop.values.snapshot import decode, encode
 from rosoclingo.loop.values.solver import Solver
 from rosoclingo.seed.downward import NONE

@@ -7,22 +7,22 @@ from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
+from rosoclingo.loop import journal
 from rosoclingo.loop.backoff import Backoff, Pace
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.execution.progress import Progress
 from rosoclingo.loop.execution.tokens import resolve
 from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, Taken, arrival_of, item_of
+from rosoclingo.loop.journal import MessageArrived
 from rosoclingo.loop.planner.demand import Pair
 from rosoclingo.loop.planner.externals import PlannerExternals
-from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.atoms import canonical, event
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal, Goals
 from rosoclingo.loop.values.ids import RESERVED, why_no_message
-from rosoclingo.loop.values.journal import MessageArrived
 from rosoclingo.loop.values.snapshot import take_over
-from rosoclingo.loop.values.words import BUSY, FAILURE, INFO, QUEUE, TIMEOUT, UNKNOWN
+from rosoclingo.loop.words import BUSY, FAILURE, INFO, QUEUE, TIMEOUT, UNKNOWN
 
 _FEEDBACK_SECONDS = 1.0  # how often goals are told how much waits
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it

@@ -6,10 +6,10 @@ from typing import List, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.errors import PlannerError
+from rosoclingo.loop.journal import ActionPublished
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.atoms import Action, event
-from rosoclingo.loop.values.journal import ActionPublished
-from rosoclingo.loop.values.words import ABORT, BUSY
+from rosoclingo.loop.words import ABORT, BUSY
 
 
 def split(state: State, actions: Sequence[Action]) -> Tuple[List[Action], List[Action]]:

@@ -6,11 +6,11 @@ from rosclingo.errors import shorten
 from rosclingo.wire.commands import Outcome, Result, Truth
 from rosoclingo.errors import PlannerError, ShutdownError
 from rosoclingo.loop import diagnosis, statuses
+from rosoclingo.loop.journal import PlanFound, Reason
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.added import HAS, SEEN
 from rosoclingo.loop.values.atoms import Plan, query
 from rosoclingo.loop.values.ids import why_no_actuator
-from rosoclingo.loop.values.journal import PlanFound, Reason
 
 _FIRST_DOUBT = 8  # searches without a plan, after which the program itself is looked at
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Callable, Dict, List, Optional, Tuple
 
+from rosoclingo.loop import journal
 from rosoclingo.loop.execution.durations import Durations, DurationsState
 from rosoclingo.loop.execution.executions import Executions, ExecutionsState
 from rosoclingo.loop.execution.progress import Progress
@@ -13,14 +14,13 @@ from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.mail import Mail, MailSnapshot
 from rosoclingo.loop.planner.externals import ExternalsState, PlannerExternals
 from rosoclingo.loop.planner.planner import Planner, PlannerState
-from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import event
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.values.snapshot import take_over
-from rosoclingo.loop.values.words import BUSY
 from rosoclingo.loop.waiting import Waiting
+from rosoclingo.loop.words import BUSY
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ and are set as the plan has them then.
 from __future__ import annotations
 
 from rosclingo.wire.term_text import split_term
+from rosoclingo.loop.journal import STATUSES, TERMINAL_STATUSES, Status
 from rosoclingo.loop.state import State
-from rosoclingo.loop.values.journal import STATUSES, TERMINAL_STATUSES, Status
-from rosoclingo.loop.values.words import TIMEOUT, UNKNOWN
+from rosoclingo.loop.words import TIMEOUT, UNKNOWN
 
 
 def update(state: State, step: int) -> None:

@@ -7,11 +7,11 @@ from typing import Callable, Optional
 
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.execution.executions import Executions
+from rosoclingo.loop.journal import Event, LoopWaits, MessageArrived, Reason, Status
 from rosoclingo.loop.mail import Mail
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goals
-from rosoclingo.loop.values.journal import Event, LoopWaits, MessageArrived, Reason, Status
-from rosoclingo.loop.values.words import TIMEOUT
+from rosoclingo.loop.words import TIMEOUT
 
 LOOK_SECONDS = 1.0
 """How often solvers and actuators are checked, while waiting."""

@@ -13,13 +13,13 @@ from std_msgs.msg import String
 
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.low_latency import publisher
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal, GoalClient
-from rosoclingo.loop.values.quality import Quality
 from rosoclingo.msg import (
     ROSoClingoDispatch,
     ROSoClingoEvent,

@@ -8,7 +8,7 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
 
-from rosoclingo.loop.values.journal import Status, StatusSet
+from rosoclingo.loop.journal import Status, StatusSet
 from rosoclingo.msg import ROSoClingoResult
 from rosoclingo.store.store import KnownGoal
 

@@ -18,16 +18,16 @@ from rosclingo.ros.init import on_shutdown
 from rosclingo.ros.low_latency import subscriber
 from rosclingo.solver.about import about
 from rosoclingo.errors import SeedPlannerError, ShutdownError, StoreError
+from rosoclingo.loop import journal
 from rosoclingo.loop.execution.tokens import TOKENS_HEADER
 from rosoclingo.loop.inputs.inbox import Inbox, Item, arrival_of
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox
+from rosoclingo.loop.journal import AnswerArrived, MessageArrived
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.mode.controller import Decider
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
-from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.atoms import canonical
 from rosoclingo.loop.values.goals import Goal, GoalClient
-from rosoclingo.loop.values.journal import AnswerArrived, MessageArrived
 from rosoclingo.loop.values.solver import Solver
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoAnswer, ROSoClingoIn, ROSoClingoResult
 from rosoclingo.ros.encodings import Encodings

@@ -17,14 +17,14 @@ import rospy
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import on_shutdown
 from rosoclingo.errors import QuestionError
+from rosoclingo.loop.journal import Event, Explained
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import Event, Explained
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.srv import Why, WhyRequest, WhyResponse
 from rosoclingo.why.process import CLOSED, AnsweringProcess
 from rosoclingo.why.question import Question, QuestionKind, ReplyStatus, WhyReply, read
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 from rosoclingo.why.task import QuestionTask
 
 _SECONDS_AT_END = 5.0  # how long goals wait for a reason before they end
@@ -57,9 +57,7 @@ class Questions:
         self._closed = threading.Event()
         self._noted: Optional[Tuple[str, str]] = None  # the last question with its answer
         self._lock = threading.Lock()  # guards the next one
-        self._wanted: Dict[
-            Question, Tuple[PlannerSituation, Sequence[Goal]]
-        ] = {}  # without being asked
+        self._wanted: Dict[Question, Tuple[Situation, Sequence[Goal]]] = {}  # without being asked
         self._reasons: Set[Future[None]] = set()  # of the loop's thread
         on_shutdown(self.close)
         self._service = rospy.Service("~why", Why, self._on_request)
@@ -94,7 +92,7 @@ class Questions:
             return
         with self._lock:
             is_new = question not in self._wanted
-            self._wanted[question] = PlannerSituation.of(self._state), goals
+            self._wanted[question] = Situation.of(self._state), goals
         if is_new:
             self._reasons = {reason for reason in self._reasons if not reason.done()}
             with contextlib.suppress(RuntimeError):  # the thread takes nothing any more
@@ -120,11 +118,11 @@ class Questions:
         if time.monotonic() > due:
             text = f"other questions have taken more than {self._seconds:g} s; ask again"
             return WhyReply(ReplyStatus.UNANSWERED, text)
-        situations: List[PlannerSituation] = []
+        situations: List[Situation] = []
         taken = threading.Event()
 
         def take() -> None:
-            situations.append(PlannerSituation.of(self._state))
+            situations.append(Situation.of(self._state))
             taken.set()
 
         if not self._inbox.call_soon(take):
@@ -151,7 +149,7 @@ class Questions:
         elif reply is not CLOSED:
             rospy.loginfo("why %s: %s", question, reply.text)
 
-    def _ask(self, question: Question, situation: PlannerSituation) -> WhyReply:
+    def _ask(self, question: Question, situation: Situation) -> WhyReply:
         """Forwards a question to the process, and adds the answer to the journal."""
         if self._closed.is_set():
             return CLOSED

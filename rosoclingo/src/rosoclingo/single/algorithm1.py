@@ -19,11 +19,11 @@ from rosclingo.errors import OptionsError
 from rosclingo.solver.options import constants
 from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import Result
+from rosoclingo.loop.journal import Status
 from rosoclingo.loop.mode.controller import Info
 from rosoclingo.loop.publishing import publish_abort
 from rosoclingo.loop.state import State
 from rosoclingo.loop.statuses import set_status
-from rosoclingo.loop.values.journal import Status
 from rosoclingo.loop.values.snapshot import decode, encode
 from rosoclingo.single.dialects import Dialect2, PaperDialect
 

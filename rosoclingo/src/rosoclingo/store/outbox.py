@@ -10,13 +10,13 @@ from dataclasses import dataclass, field, replace
 from typing import Callable, Deque, List, Optional, Sequence, Tuple
 
 from rosoclingo.errors import StoreError
+from rosoclingo.loop.journal import NumberedRecord, Reason, Record, Status, StatusSet
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal, GoalClient
-from rosoclingo.loop.values.journal import NumberedRecord, Reason, Record, Status, StatusSet
-from rosoclingo.loop.values.quality import Quality
 from rosoclingo.store.store import Changes, Store
 
 _Release = Tuple[str, Callable[[], None]]

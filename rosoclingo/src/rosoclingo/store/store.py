@@ -12,12 +12,12 @@ from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Seque
 
 from rosclingo.wire.commands import Command
 from rosoclingo.errors import DamagedStoreError, StoreError
+from rosoclingo.loop import journal
 from rosoclingo.loop.inputs.inbox import Cancel, Item, arrival_of, item_of
+from rosoclingo.loop.journal import Fields as JournalFields
+from rosoclingo.loop.journal import NumberedRecord, Status, StatusSet
 from rosoclingo.loop.loop import LoopSnapshot
-from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import Fields as JournalFields
-from rosoclingo.loop.values.journal import NumberedRecord, Status, StatusSet
 from rosoclingo.store import commands as planner_commands
 from rosoclingo.store.database import Database, Rows, log_put_aside
 from rosoclingo.store.fields import ChangedRows, read

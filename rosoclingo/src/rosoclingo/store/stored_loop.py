@@ -14,12 +14,7 @@ from rosclingo.wire.commands import Result
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, arrival_of
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox
-from rosoclingo.loop.loop import Loop, LoopSnapshot
-from rosoclingo.loop.mode.controller import Decider, Info
-from rosoclingo.loop.state import State
-from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.goals import Goal, GoalClient
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     LOOP,
     CommandDone,
     Event,
@@ -28,6 +23,11 @@ from rosoclingo.loop.values.journal import (
     Status,
     StatusSet,
 )
+from rosoclingo.loop.loop import Loop, LoopSnapshot
+from rosoclingo.loop.mode.controller import Decider, Info
+from rosoclingo.loop.state import State
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.loop.values.solver import Solver
 from rosoclingo.store.commands import RecordedSolver
 from rosoclingo.store.lasting_controller import LastingController

@@ -1,6 +1,6 @@
 """Explains plans: why there is none, why a goal waits, why this action and not that, what if.
 
-A :class:`.situation.PlannerSituation` is what the planner was told, and what the loop knows beside.
+A :class:`.situation.Situation` is what the planner was told, and what the loop knows beside.
 It is taken from the loop, or from the planner's control log, and can be sent to another process.
 There, a :class:`.explainer.Explainer` answers by a planner of its own, a *copy*, that is told the
 same or less: nothing here touches the planner that plans.

@@ -19,12 +19,12 @@ from rosclingo.wire.commands import (
     Truth,
 )
 from rosoclingo.errors import InterruptedQuestionError
+from rosoclingo.loop.journal import TERMINAL_STATUSES
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.values.atoms import SAVE, query
-from rosoclingo.loop.values.journal import TERMINAL_STATUSES
 from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 # asks(Z): a plan for one horizon from A to Z is wanted, whichever. wants(S,B): in it, the goal ends
 # that slot S has had since step B. Without some facts, that may be before the current step A.
@@ -48,7 +48,7 @@ class AssumingCopy(Copy):
     def __init__(
         self,
         options: Options,
-        situation: PlannerSituation,
+        situation: Situation,
         deadline: Deadline,
         last: Optional[int] = None,
     ) -> None:

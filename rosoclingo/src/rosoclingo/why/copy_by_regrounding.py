@@ -23,7 +23,7 @@ from rosoclingo.loop.values.atoms import PASSED, SAVE, query
 from rosoclingo.single.dialects import Dialect2, PaperDialect
 from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Verdict
 from rosoclingo.why.rules import is_relaxed, relaxable
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 
 class RebuildingCopy(Copy):
@@ -32,7 +32,7 @@ class RebuildingCopy(Copy):
     def __init__(
         self,
         options: Options,
-        situation: PlannerSituation,
+        situation: Situation,
         deadline: Deadline,
         dialect: Type[Dialect2] = Dialect2,
         last: Optional[int] = None,

@@ -30,7 +30,7 @@ from rosoclingo.why.copy_by_regrounding import RebuildingCopy
 from rosoclingo.why.doubts import DOUBTS, OBSTACLES, doubts, one_of_each, prevents, sentence
 from rosoclingo.why.planner_copy import CopyAnswer, Deadline, Possible, Verdict
 from rosoclingo.why.rules import is_relaxed
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 _MOST_DOUBTS = 3  # that an answer names
 
@@ -41,7 +41,7 @@ class RetellingCopy(RebuildingCopy):
     def __init__(
         self,
         options: Options,
-        situation: PlannerSituation,
+        situation: Situation,
         deadline: Deadline,
         last: Optional[int] = None,
     ) -> None:

@@ -23,7 +23,7 @@ from rosoclingo.why.phrases import Phrases
 from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Possible, Verdict
 from rosoclingo.why.query import Case
 from rosoclingo.why.rules import Rules
-from rosoclingo.why.situation import PlannerSituation, moved
+from rosoclingo.why.situation import Situation, moved
 
 AnswerT = TypeVar("AnswerT", WhyNoPlan, WhyGoal, Contrast, WhatIf)
 _ON_DEMAND = {("event", 3), ("search", 2)}
@@ -40,7 +40,7 @@ class Explainer:
     def __init__(
         self,
         options: Options,
-        situation: PlannerSituation,
+        situation: Situation,
         dialect: Type[Dialect2] = Dialect2,
         *,
         seconds: float = 5.0,
@@ -147,7 +147,7 @@ class Explainer:
         deadline = Deadline(self._seconds, self._stopped)
         return self._case(self._copy(deadline), self._situation, deadline)
 
-    def _case(self, copy: Copy, situation: PlannerSituation, deadline: Deadline) -> Case:
+    def _case(self, copy: Copy, situation: Situation, deadline: Deadline) -> Case:
         return Case(copy, situation, deadline, says_ends=self._says_ends, rules=self._rules)
 
     def _copy(self, deadline: Deadline, last: Optional[int] = None) -> Copy:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Dict, FrozenSet, Iterable, List, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
-from rosoclingo.loop.values.words import BUSY
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.loop.words import BUSY
+from rosoclingo.why.situation import Situation
 
 
 class FactKind(enum.Enum):
@@ -63,9 +63,7 @@ class Facts:
     fixed: FrozenSet[str]
 
     @classmethod
-    def of(
-        cls, situation: PlannerSituation, slots: Sequence[str], savable: Iterable[str] = ()
-    ) -> Facts:
+    def of(cls, situation: Situation, slots: Sequence[str], savable: Iterable[str] = ()) -> Facts:
         """Sorts the events of a situation into facts.
 
         Args:
@@ -97,9 +95,7 @@ def atoms(facts: Iterable[Fact]) -> FrozenSet[str]:
 class _Sorter:
     """Groups events into facts."""
 
-    def __init__(
-        self, situation: PlannerSituation, slots: Sequence[str], savable: Iterable[str]
-    ) -> None:
+    def __init__(self, situation: Situation, slots: Sequence[str], savable: Iterable[str]) -> None:
         self._slots = set(slots)
         self._open = dict(situation.goals)
         self._told = [(atom, *_event(atom)) for atom in situation.told]

@@ -12,8 +12,8 @@ from typing import AbstractSet, Callable, Dict, FrozenSet, Iterator, List, Optio
 from rosclingo.wire.commands import Assumption
 from rosclingo.wire.term_text import last_number, split_term
 from rosoclingo.errors import InterruptedQuestionError
+from rosoclingo.loop.journal import TERMINAL_STATUSES
 from rosoclingo.loop.values.atoms import Plan, event
-from rosoclingo.loop.values.journal import TERMINAL_STATUSES
 
 
 class CopyAnswer(enum.Enum):

@@ -11,7 +11,7 @@ from rosoclingo.why.planner_copy import Copy, CopyAnswer, Deadline, Verdict
 from rosoclingo.why.reason import MinimalReason, ReasonSearch
 from rosoclingo.why.relaxation import Relaxation
 from rosoclingo.why.rules import NO_RULES, Rules
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 
 class Case:
@@ -29,7 +29,7 @@ class Case:
     def __init__(
         self,
         copy: Copy,
-        situation: PlannerSituation,
+        situation: Situation,
         deadline: Deadline,
         *,
         says_ends: bool,

@@ -26,7 +26,7 @@ _HISTORY = 20  # steps that a copy is told one by one
 
 
 @dataclass(frozen=True)
-class PlannerSituation:
+class Situation:
     """The events and state from which a planner copy is made. Immutable and picklable.
 
     Attributes:
@@ -58,7 +58,7 @@ class PlannerSituation:
     offset: int = 0
 
     @classmethod
-    def of(cls, state: State, last: Optional[int] = None) -> PlannerSituation:
+    def of(cls, state: State, last: Optional[int] = None) -> Situation:
         """Returns the situation of a loop; called by the loop's thread.
 
         A copy would take long to be told a long history. What it needs to know of that is what held
@@ -85,7 +85,7 @@ class PlannerSituation:
         known = known_to_hold(state) if state.step > _HISTORY else None
         return situation if known is None else situation.since(*known)
 
-    def since(self, step: int, fluents: Iterable[str]) -> PlannerSituation:
+    def since(self, step: int, fluents: Iterable[str]) -> Situation:
         """Returns the situation as it would be after a reset at a step.
 
         Args:
@@ -105,7 +105,7 @@ class PlannerSituation:
             offset=self.offset + step,
         )
 
-    def up_to(self, limit: Optional[int]) -> PlannerSituation:
+    def up_to(self, limit: Optional[int]) -> Situation:
         """Returns the same with the last step that a copy should plan for.
 
         Args:
@@ -123,7 +123,7 @@ class PlannerSituation:
         return replace(self, last=last, is_limit=limit is not None and last >= limit)
 
     @classmethod
-    def after(cls, commands: Iterable[Command], last: Optional[int] = None) -> PlannerSituation:
+    def after(cls, commands: Iterable[Command], last: Optional[int] = None) -> Situation:
         """Returns the situation of a planner from the commands in its control log.
 
         Which goals are open is not known then: in each slot, it is the last one.

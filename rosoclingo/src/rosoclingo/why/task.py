@@ -14,7 +14,7 @@ from rosoclingo.loop.values.snapshot import encode
 from rosoclingo.single.dialects import Dialect1, Dialect2, PaperDialect
 from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.question import MORE_TIME, Question, ReplyStatus, WhyReply
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 _DIALECTS = {dialect.name: dialect for dialect in (Dialect2, Dialect1, PaperDialect)}
 
@@ -48,7 +48,7 @@ class QuestionTask:
     """
 
     encoding: Encoding
-    situation: PlannerSituation
+    situation: Situation
     question: Question
     seconds: float
 

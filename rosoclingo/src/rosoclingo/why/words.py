@@ -11,7 +11,7 @@ from rosoclingo.why.facts import FactKind
 from rosoclingo.why.phrases import Phrases, join
 from rosoclingo.why.planner_copy import Possible
 from rosoclingo.why.reason import MinimalReason
-from rosoclingo.why.situation import PlannerSituation
+from rosoclingo.why.situation import Situation
 
 _THAT = ("that", "any one of these")
 _THESE = ("that", "these")
@@ -107,7 +107,7 @@ def _given(reason: MinimalReason) -> str:
     return f", given what had happened up to step {max(f.step for f in reason.given)}"
 
 
-def goal(answer: WhyGoal, situation: PlannerSituation, phrases: Phrases) -> WhyGoal:
+def goal(answer: WhyGoal, situation: Situation, phrases: Phrases) -> WhyGoal:
     """Adds the sentences."""
     sentences = []
     if answer.no_plan is not None and answer.no_plan.text:
@@ -122,7 +122,7 @@ def goal(answer: WhyGoal, situation: PlannerSituation, phrases: Phrases) -> WhyG
     return replace(answer, text=" ".join(sentences))
 
 
-def with_queue(answer: WhyNoPlan, situation: PlannerSituation) -> WhyNoPlan:
+def with_queue(answer: WhyNoPlan, situation: Situation) -> WhyNoPlan:
     """Adds the goals without a slot to an answer about all goals."""
     if not situation.queued:
         return answer
@@ -130,7 +130,7 @@ def with_queue(answer: WhyNoPlan, situation: PlannerSituation) -> WhyNoPlan:
     return replace(answer, text=f"{answer.text} {join(situation.queued)} {waits}.")
 
 
-def queued(request: str, situation: PlannerSituation, phrases: Phrases, slots: int) -> WhyGoal:
+def queued(request: str, situation: Situation, phrases: Phrases, slots: int) -> WhyGoal:
     """Returns the answer for a goal that has no slot.
 
     Args:
@@ -230,7 +230,7 @@ def _ordinal(number: int) -> str:
     return words[number - 1] if number <= len(words) else f"number {number}"
 
 
-def _silence(situation: PlannerSituation, phrases: Phrases) -> List[str]:
+def _silence(situation: Situation, phrases: Phrases) -> List[str]:
     """Returns a sentence for each actuator that has not answered."""
     doing = {}
     for atom in situation.told:

@@ -7,7 +7,7 @@ import threading
 from dataclasses import dataclass, field
 from typing import Dict, List, Mapping, Sequence, Tuple
 
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     ActionPublished,
     Event,
     GoalArrived,
@@ -16,7 +16,7 @@ from rosoclingo.loop.values.journal import (
     Status,
     StatusSet,
 )
-from rosoclingo.loop.values.words import SUCCESS
+from rosoclingo.loop.words import SUCCESS
 from rosoclingo_aspprograms.validator import Map, Validator, arguments
 from rosoclingo_examples.orders import Bring
 from rosoclingo_gazebo.demo.trace import DriveEventKind, DriveTrace, TracePoint

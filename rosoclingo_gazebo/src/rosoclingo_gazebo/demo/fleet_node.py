@@ -19,7 +19,7 @@ from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo.drawing.graph import read_graph
 from rosoclingo.launched.about import Launched
-from rosoclingo.loop.values.journal import decode
+from rosoclingo.loop.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.client import RequestClient

@@ -16,7 +16,7 @@ from std_msgs.msg import Bool
 
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import subscriber
-from rosoclingo.loop.values.journal import Record, decode
+from rosoclingo.loop.journal import Record, decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.client import RequestClient

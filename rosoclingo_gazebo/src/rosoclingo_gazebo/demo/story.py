@@ -6,14 +6,14 @@ import re
 import threading
 from typing import Callable, Dict, List, Set
 
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     ActionPublished,
     GoalArrived,
     MessageArrived,
     Record,
     StatusSet,
 )
-from rosoclingo.loop.values.words import SUCCESS
+from rosoclingo.loop.words import SUCCESS
 from rosoclingo_aspprograms.validator import Map, Validator
 from rosoclingo_examples.orders import Bring
 from rosoclingo_gazebo.demo.trace import DriveEventKind, DriveTrace, TracePoint

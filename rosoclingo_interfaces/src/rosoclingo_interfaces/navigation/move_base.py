@@ -11,7 +11,7 @@ import rospy
 
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import publisher
-from rosoclingo.loop.values.words import INFO
+from rosoclingo.loop.words import INFO
 from rosoclingo.msg import ROSoClingoIn
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.execution import ActionExecution

@@ -11,7 +11,7 @@ from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 from rosoclingo.bags.compare.history import OPEN_GOAL, Cell, GoalHistory, History
 from rosoclingo.bags.compare.pairing import Moved, moved, with_ids_of
 from rosoclingo.bags.read.run import Output, Run
-from rosoclingo.loop.values.journal import ActionPublished, StatusSet
+from rosoclingo.loop.journal import ActionPublished, StatusSet
 
 _MOST_TO_ALIGN = 2000  # rows; longer ones are compared one by one
 

@@ -8,7 +8,7 @@ from typing import Dict, List, Optional, Tuple, Union
 from rosclingo.wire.term_text import last_number
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Output, Run
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
 
 OPEN_GOAL = "open"
 """The outcome of a goal that has not ended."""

@@ -9,7 +9,7 @@ from typing import Deque, Dict, Optional, Sequence, Tuple
 from rosoclingo.bags.compare.history import Cell
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.text import compact
-from rosoclingo.loop.values.journal import CancelArrived, Event, GoalArrived, StatusSet
+from rosoclingo.loop.journal import CancelArrived, Event, GoalArrived, StatusSet
 
 InputCells = Tuple[Sequence[Cell], Sequence[Cell]]
 """What a run has taken before a place, and after it."""

@@ -16,7 +16,7 @@ from rosoclingo.bags.topics import LOOP_TYPES, owner
 from rosoclingo.bags.wire import Message, PublisherConnection
 from rosoclingo.errors import LaunchedError
 from rosoclingo.launched.about import Launched
-from rosoclingo.loop.values.journal import NodeResumed, decode
+from rosoclingo.loop.journal import NodeResumed, decode
 
 _OWN_TYPES = {kind for kind in LOOP_TYPES.values() if kind.startswith("rosoclingo/")}
 _RUNS = ("journal", "goal", "in", "out")  # topics of which one at least shows that there is a run

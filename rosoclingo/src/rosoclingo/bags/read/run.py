@@ -9,8 +9,8 @@ from typing import Dict, List, Optional, Sequence, Set, Tuple, Union
 from rosclingo.wire.term_text import last_number
 from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.bags.read.run_end import RunEnd
-from rosoclingo.loop.values import journal
-from rosoclingo.loop.values.journal import Reason
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Reason
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from typing import Set
 
-from rosoclingo.loop.values.journal import Event, GoalArrived, LoopEnded, Status, StatusSet
+from rosoclingo.loop.journal import Event, GoalArrived, LoopEnded, Status, StatusSet
 
 
 class RunEnd:

@@ -14,9 +14,9 @@ from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Seq
 
 from rosclingo.wire.term_text import split_list
 from rosoclingo.bags.model import Entry
-from rosoclingo.loop.values import journal
-from rosoclingo.loop.values.journal import Event, Reason, Status
-from rosoclingo.loop.values.words import SOLVER
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Event, Reason, Status
+from rosoclingo.loop.words import SOLVER
 
 TOPICS = ("goal", "in", "out", "cancel", "status", "feedback", "result")
 """What the events are made from."""

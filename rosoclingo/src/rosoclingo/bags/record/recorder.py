@@ -24,7 +24,7 @@ from rosoclingo.bags.topics import LOOP_TYPES, MD5SUMS, loop_topics, solver_topi
 from rosoclingo.bags.wire import Message, PublisherConnection
 from rosoclingo.errors import LaunchedError
 from rosoclingo.launched.about import Launched
-from rosoclingo.loop.values.journal import decode
+from rosoclingo.loop.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
 
 _FLUSH_SECONDS = 0.4  # how much of a run is lost, at most, when the recorder is killed

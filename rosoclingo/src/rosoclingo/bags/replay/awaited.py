@@ -6,7 +6,7 @@ from collections import Counter
 from typing import List, Optional
 
 from rosoclingo.bags.read.run import Output, Run
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
 
 
 class Awaited:

@@ -22,7 +22,7 @@ from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.player import Replayed, play
 from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
 from rosoclingo.bags.text import PROGRESS, say
-from rosoclingo.loop.values.journal import CommandDone, Event, PlanFound
+from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 
 
 def main() -> NoReturn:

@@ -12,7 +12,7 @@ from std_msgs.msg import Empty
 
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.bags.model import Entry
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoEvent, ROSoClingoGoal, ROSoClingoIn
 
 

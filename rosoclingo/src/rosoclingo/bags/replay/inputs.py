@@ -12,8 +12,8 @@ from typing import List, Set
 
 from rosclingo.errors import TermError
 from rosoclingo.bags.read.run import Run
+from rosoclingo.loop import journal
 from rosoclingo.loop.inputs.replay_inbox import InputKey
-from rosoclingo.loop.values import journal
 from rosoclingo.loop.values.atoms import canonical
 
 

@@ -12,9 +12,9 @@ from rosoclingo.bags.errors import ReplayError
 from rosoclingo.bags.replay.connection import Connection
 from rosoclingo.bags.replay.input_schedule import rest
 from rosoclingo.bags.replay.startup import SOLVERS, Start
+from rosoclingo.loop import journal
 from rosoclingo.loop.inputs import replay_inbox
 from rosoclingo.loop.inputs.replay_inbox import Phase, ScheduledInput, ScheduledKind
-from rosoclingo.loop.values import journal
 
 _CONNECT_SECONDS = 60.0  # how long the nodes may take to start on a busy machine
 _POLL_SECONDS = 0.02

@@ -22,7 +22,7 @@ from rosoclingo.bags.replay.nodes import ReplayNodes
 from rosoclingo.bags.replay.progress import ReplayProgress
 from rosoclingo.bags.replay.replays import ExactReplay, FreeReplay, Replay
 from rosoclingo.bags.replay.startup import Start
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
 
 # Searches are long, and what they have found is seen from what follows.
 _NOT_COMPARED = (

@@ -16,8 +16,8 @@ from rosoclingo.bags.replay.inputs import (
     is_refused,
 )
 from rosoclingo.bags.replay.without_journal import guess_waits
+from rosoclingo.loop import journal
 from rosoclingo.loop.inputs.replay_inbox import InputKey, ScheduledKind
-from rosoclingo.loop.values import journal
 
 _SETTLED_SECONDS = 1.0  # a loop that waits has nothing to do any more
 _LOST_SECONDS = 5.0  # what a loop that waits has not taken by then is lost, on a busy machine too

@@ -12,8 +12,8 @@ from typing import AbstractSet, Optional
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.inputs import LoopActivity, RecordedInput
 from rosoclingo.bags.replay.progress import ReplayProgress
+from rosoclingo.loop import journal
 from rosoclingo.loop.inputs.replay_inbox import ScheduledKind
-from rosoclingo.loop.values import journal
 
 
 class Replay(ABC):

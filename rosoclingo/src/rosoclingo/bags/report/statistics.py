@@ -26,7 +26,7 @@ from rosoclingo.bags.report.run import (
     numbered,
 )
 from rosoclingo.bags.text import compact
-from rosoclingo.loop.values import journal
+from rosoclingo.loop import journal
 
 _RECENT = 1000  # a message is dropped soon after it has come
 

@@ -20,7 +20,7 @@ from rosoclingo.loop.planner.demand import Pair
 from rosoclingo.loop.values.atoms import Action, event
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
-from rosoclingo.loop.values.words import ABORT, BUSY
+from rosoclingo.loop.words import ABORT, BUSY
 
 
 @dataclass

@@ -7,15 +7,15 @@ from typing import Callable
 from rosoclingo.loop.execution.durations import Durations
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.execution.progress import Progress
+from rosoclingo.loop.journal import ActionTook, Event
 from rosoclingo.loop.planner.externals import PlannerExternals
 from rosoclingo.loop.values.arrivals import EXPECTED, arrival_lines, expected_arrivals
 from rosoclingo.loop.values.atoms import Plan, event
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goals
-from rosoclingo.loop.values.journal import ActionTook, Event
 from rosoclingo.loop.values.recorded import Recorded
-from rosoclingo.loop.values.words import INFO, SUCCESS
+from rosoclingo.loop.words import INFO, SUCCESS
 
 _MOVED_SECONDS = 5.0  # what goes on for too long moves an expected time by so much until it is told
 _MOVED_STEP_SECONDS = 1.0  # likewise at each answer and each step

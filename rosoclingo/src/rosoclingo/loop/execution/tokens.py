@@ -25,8 +25,8 @@ from typing import List, Sequence, Tuple
 from rosclingo.errors import TermError, shorten
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.inputs.inbox import Item, Taken
+from rosoclingo.loop.journal import AnswerArrived, MessageArrived
 from rosoclingo.loop.values.atoms import canonical
-from rosoclingo.loop.values.journal import AnswerArrived, MessageArrived
 
 TOKENS_HEADER = "answers_with_tokens"
 """A field of a connection's header on ``~in``: the node sends its answers with tokens, too."""

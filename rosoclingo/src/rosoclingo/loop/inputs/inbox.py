@@ -7,8 +7,7 @@ import time
 from dataclasses import dataclass
 from typing import Callable, List, Optional, Union
 
-from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import (
+from rosoclingo.loop.journal import (
     AnswerArrived,
     Arrival,
     CancelArrived,
@@ -17,6 +16,7 @@ from rosoclingo.loop.values.journal import (
     MessageArrived,
     Status,
 )
+from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.recorded import Recorded
 
 

@@ -14,7 +14,7 @@ from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, 
 
 from rosclingo.errors import ParameterError
 from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, Taken, arrival_of
-from rosoclingo.loop.values.journal import AnswerArrived, SearchEnded, from_text, key_of
+from rosoclingo.loop.journal import AnswerArrived, SearchEnded, from_text, key_of
 from rosoclingo.loop.values.recorded import RecordedOutcomes
 
 

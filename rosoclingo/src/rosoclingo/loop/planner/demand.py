@@ -235,9 +235,15 @@ class Demand:
         arguments = (str(self._count), str(step))
         return self.ground([Part(name, arguments) for name in names])
 
-    def asks(self, symbols: Sequence[str]) -> bool:
-        """Whether an answer set asks for a part that is not grounded yet."""
-        asking = (text for text in symbols if text.startswith((_ASKS, _ASKS_LAST)))
+    def asks(self, symbols: Sequence[str], *, completes: bool = True) -> bool:
+        """Whether an answer set asks for a part that is not grounded yet.
+
+        Args:
+            symbols: The answer set.
+            completes: Whether parts count, too, that only complete its plan.
+        """
+        asks = (_ASKS, _ASKS_LAST) if completes else (_ASKS,)
+        asking = (text for text in symbols if text.startswith(asks))
         shown = (text for text, _ in shown_choices(symbols))
         return any(text not in self._grounded for text in chain(asking, shown))
 

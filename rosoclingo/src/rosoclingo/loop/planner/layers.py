@@ -26,11 +26,11 @@ from typing import Callable, Iterator, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import number, split_term
+from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner.interleaving import Interleaving
 from rosoclingo.loop.planner.neighbourhoods import Neighbourhood
 from rosoclingo.loop.planner.seeding import Seed
-from rosoclingo.loop.values.journal import Ended, SearchEnded
-from rosoclingo.loop.values.quality import Quality
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.solver import Solver
 
 _LAYERS, _LAYERS_BEFORE, _LAYERS_WITH = "layers(", "layers_before(", "layers_with("

@@ -11,11 +11,11 @@ from dataclasses import replace
 from typing import Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
+from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner.interleaving import Interleaving
 from rosoclingo.loop.planner.local_search import below
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.atoms import query
-from rosoclingo.loop.values.journal import Ended, SearchEnded
-from rosoclingo.loop.values.quality import Quality
 from rosoclingo.loop.values.solver import Solver
 
 

@@ -10,6 +10,7 @@ from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tupl
 
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
+from rosoclingo.loop.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
 from rosoclingo.loop.planner.demand import Demand, Pair, needed_horizon, step_parts
 from rosoclingo.loop.planner.layers import LayersState
 from rosoclingo.loop.planner.looking_ahead import look_ahead, look_for_cheaper
@@ -17,17 +18,16 @@ from rosoclingo.loop.planner.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.planner.requests import Requests, read_externals
 from rosoclingo.loop.planner.searching import Searching, read_summary
 from rosoclingo.loop.planner.shortening import shorten
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS, STILL, STILL_PART
 from rosoclingo.loop.values.atoms import QUERY, Action, Plan, query
-from rosoclingo.loop.values.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
-from rosoclingo.loop.values.quality import Quality
 from rosoclingo.loop.values.recorded import Recorded
 from rosoclingo.loop.values.solver import Solver
 from rosoclingo.seed.downward import NONE, find_seed_planner
 
 DEFAULT_PATIENCE = -1.0
 """The value for what every user wants: a second, if better plans are looked for while robots act,
-and 0.03 s for a plan of many tasks, which is not proven the best soon; else 0."""
+and 0.01 s for a plan of many tasks, which is not proven the best soon; else 0."""
 
 ONE_BY_ONE_SECONDS = 2.0
 """How long nodes and ``plan.py`` search one horizon after the other, by default."""

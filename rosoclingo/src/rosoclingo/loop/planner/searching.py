@@ -16,6 +16,7 @@ from typing import Any, Callable, List, Optional, Sequence, Tuple
 from rosclingo.errors import shorten
 from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError
+from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
 from rosoclingo.loop.planner.demand import Demand
 from rosoclingo.loop.planner.layers import LayeredSearch, LayersState, WantedLayers
 from rosoclingo.loop.planner.local_search import Incumbent, LocalSearch
@@ -26,8 +27,7 @@ from rosoclingo.loop.planner.neighbourhoods import (
     says_choices,
 )
 from rosoclingo.loop.planner.seeding import ProcessSeed
-from rosoclingo.loop.values.journal import IMPROVING, Ended, SearchEnded
-from rosoclingo.loop.values.quality import Quality
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.recorded import Recorded
 from rosoclingo.loop.values.solver import Solver
 
@@ -149,11 +149,12 @@ class Searching:
                 bound = found.bound if found else ()
             if found is not None and bound is not None:
                 found = dataclasses.replace(found, bound=bound)
-            parts = self._demand.asked_for(outcome.symbols) if self._demand else []
             # An encoding that looks for better plans asks for something in each new one, and has
             # decided then what that costs.
-            if parts or not self._demand.improves:
+            is_new = bool(self._demand) and self._demand.asks(outcome.symbols, completes=False)
+            if is_new or not self._demand.improves:
                 quality = found
+            parts = self._demand.asked_for(outcome.symbols) if self._demand else []
             if not parts:
                 return dataclasses.replace(outcome, interrupted=bound is not None), quality
             self._ground(parts)
@@ -290,14 +291,20 @@ class Searching:
         Returns:
             How that has ended, and how good the answer set is, if that is known.
         """
-        ended = self._recorded.search_due(Ended.CUT, Ended.FINISHED, number=number)
+        ended = self._recorded.search_due(Ended.CUT, Ended.FINISHED, Ended.REFUTED, number=number)
         if ended is None:
             outcome, quality = self._solve_in_time(stopped, compares=compares, best=best)
-            if outcome.result is not wire.Result.SAT or not self._depends_on_time():
+            if not self._depends_on_time():
+                return outcome, quality
+            if outcome.result is wire.Result.UNSAT and self._demand.may_relax:
+                self._note(SearchEnded(Ended.REFUTED, round=number))
+            if outcome.result is not wire.Result.SAT:
                 return outcome, quality
             how = Ended.CUT if outcome.interrupted else Ended.FINISHED
             ended = SearchEnded(how, outcome.symbols, quality, number)
         self._note(ended)
+        if ended.how is Ended.REFUTED:
+            return wire.Outcome(wire.Result.UNSAT), None
         is_cut = ended.how is Ended.CUT
         outcome = wire.Outcome(wire.Result.SAT, interrupted=is_cut, symbols=ended.symbols)
         return outcome, ended.quality

@@ -10,10 +10,10 @@ import time
 from typing import Callable, List, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
+from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.added import STILL_PART
 from rosoclingo.loop.values.atoms import Action, Plan
-from rosoclingo.loop.values.journal import Ended, SearchEnded
-from rosoclingo.loop.values.quality import Quality
 from rosoclingo.loop.values.solver import Solver
 
 _JUMP_SECONDS = 1.0  # how long a plan may be looked for that is shorter by several steps

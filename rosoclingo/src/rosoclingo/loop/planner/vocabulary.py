@@ -15,7 +15,7 @@ from rosclingo.errors import shorten
 from rosclingo.wire.term_text import number, split_term
 from rosoclingo.loop.planner.demand import Demand, Pair
 from rosoclingo.loop.values.atoms import EVENT
-from rosoclingo.loop.values.words import BUSY
+from rosoclingo.loop.words import BUSY
 
 KnownMessages = Dict[str, Set[str]]
 """The values of messages that are known, for each id."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from typing import Optional, Sequence
 
+from rosoclingo.loop.journal import Record
+from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.loop.values.journal import Record
-from rosoclingo.loop.values.quality import Quality
 
 
 class Environment:

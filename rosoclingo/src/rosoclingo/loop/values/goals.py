@@ -8,7 +8,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Callable, Deque, Dict, Iterable, List, Optional, Sequence, Tuple
 
-from rosoclingo.loop.values.journal import TERMINAL_STATUSES, Reason, Status, StatusSet
+from rosoclingo.loop.journal import TERMINAL_STATUSES, Reason, Status, StatusSet
 from rosoclingo.loop.values.snapshot import take_over
 
 

@@ -17,7 +17,7 @@ from typing import Collection, Optional, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire.term_text import split_term
-from rosoclingo.loop.values.words import INFO, QUEUE, SOLVER
+from rosoclingo.loop.words import INFO, QUEUE, SOLVER
 
 RESERVED = {
     "commit": "stands for what was published",

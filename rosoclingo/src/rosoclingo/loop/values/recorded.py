@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from typing import Deque, Mapping, Optional, Sequence, Tuple
 
-from rosoclingo.loop.values.journal import IMPROVING, Ended, SearchEnded
+from rosoclingo.loop.journal import IMPROVING, Ended, SearchEnded
 
 
 class Recorded:

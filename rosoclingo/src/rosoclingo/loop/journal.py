@@ -19,7 +19,7 @@ from typing import Any, Callable, Mapping, NamedTuple, Optional, Tuple, Union
 from rosclingo.errors import shorten
 from rosclingo.wire.commands import Result
 from rosclingo.wire.term_text import last_number
-from rosoclingo.loop.values.quality import Quality
+from rosoclingo.loop.quality import Quality
 
 
 class Status(str, enum.Enum):
@@ -219,6 +219,7 @@ class Ended(str, enum.Enum):
     AHEAD = "ahead"  # it has searched several horizons in turn, see LOOKING_AHEAD
     AHEAD_CALLED = "ahead, interrupted"  # likewise, by an input
     AHEAD_REFUTED = "ahead, no plan"  # likewise, and there is no plan with any of them
+    REFUTED = "no plan"  # there is none, and it may be searched again with more choices
     LAYERED = "layers"  # it has found out how many layers there are to be, and what they grant
 
 
