@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import random
 from pathlib import Path
-from typing import Dict, List
+from typing import Dict, List, Tuple
 
 import pytest
 from draws import draws
@@ -20,6 +20,7 @@ from rosoclingo.loop import improving
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE
 from rosoclingo.loop.values.atoms import Plan
+from rosoclingo.loop.values.recorded import RecordedOutcomes
 from rosoclingo_aspprograms.validator import Edge, Map
 
 CONSTRUCTED = "constructed"
@@ -274,3 +275,35 @@ def test_an_input_leaves_a_better_plan_to_the_next_search(tmp_path: Path) -> Non
     plan = office.plan()
     assert is_constructed(plan)
     assert len(served(plan)) == 21
+
+
+def test_a_search_that_is_relaxed_is_in_a_replay(tmp_path: Path) -> None:
+    """Its outcome is recorded, too, so that a replay's searches have the same numbers."""
+    noted: List[Tuple[int, SearchEnded]] = []
+    searches: List[int] = []
+    closed: List[Tuple[str, str]] = []
+    for name in ("recorded", "replayed"):
+        folder = tmp_path / name
+        folder.mkdir()
+        office = Office(24, 1, folder, DEFAULT_PATIENCE)
+        recorded = RecordedOutcomes(noted, {}, knows_searches=True)
+        if name == "replayed":
+            office.planner.recorded = recorded
+        else:
+            office.planner.note = lambda event: noted.append((recorded.decision, event))  # noqa: B023
+        recorded.decision = 0
+        office.ask(1, 22)
+        first = order(office.plan())
+        if not closed:
+            places = {office.pairs[int(slot) - 1][0] for slot in first[:2]}
+            closed = [("info", f"blocked({place},c({place}))") for place in sorted(places)]
+        recorded.decision = 1
+        office.tell(closed)
+        office.ask(23, 23)
+        office.plan()
+        recorded.decision = 2
+        office.ask(24, 24)
+        assert served(office.plan())
+        searches.append(office.planner.demand.searches)
+    assert Ended.REFUTED in [event.how for _, event in noted]
+    assert searches[0] == searches[1]
