@@ -272,5 +272,5 @@ def test_why_another_action_is_not_done(action: str, text: str, tmp_path: Path) 
     file.write_text(f'#include "{ACTIONS}".\n#program base.\n{MAP}')
     goal = ("1", "visit(3)")
     situation = Situation(told=(f"event(1,{goal[1]},0)",), last=20, goals=(goal,))
-    answer = Explainer(Options((str(file),)), situation).why_not(action)
+    answer = Explainer(Options((str(file),)), situation, seconds=60.0).why_not(action)
     assert text in answer.text
