@@ -213,11 +213,12 @@ class LoopNode:
         header = message._connection_header
         if TOKENS_HEADER in header and message.id in self._environment.told:
             return  # for those who listen; it comes with its token, too
-        self._put(MessageArrived(message.id, message.value, header.get("callerid", "")))
+        sender = header.get("callerid", "")
+        self._put(MessageArrived(message.id, message.value, sender=sender))
 
     def _on_answer(self, message: ROSoClingoAnswer) -> None:
         sender = message._connection_header.get("callerid", "")
-        self._put(AnswerArrived(message.run, message.number, message.value, sender))
+        self._put(AnswerArrived(message.run, message.number, message.value, sender=sender))
 
     def _put(self, item: Item) -> None:
         with contextlib.suppress(StoreError):  # the loop ends with that
