@@ -380,7 +380,7 @@ class _Reader(ast.Transformer):
         self._seen.declared.add((statement.name, statement.arity))
 
     def _asks(self, term: ast.AST) -> None:
-        """Takes note of the part P if the term is ``ground(P)`` or ``ground_last(P)``."""
+        """Records the part that a term ``ground(P)`` or ``ground_last(P)`` asks for."""
         if {("ground", 1), ("ground_last", 1)} & set(signatures(term)):
             self._seen.asked.update(signatures(term.arguments[0]))
 

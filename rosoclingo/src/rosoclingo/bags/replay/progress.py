@@ -26,7 +26,7 @@ _MOST_ON_THEIR_WAY = 1000  # inputs that are sent and not taken; publishers have
 
 
 class ReplayProgress:
-    """What a replay has sent, and what the replayed run has done. Not thread-safe.
+    """Progress of a replay: the inputs sent, and the replayed journal so far. Not thread-safe.
 
     Attributes:
         planned: The inputs, in order.

@@ -96,7 +96,7 @@ class Executions(ExecutionsState):
         return one if one is not None and one.acts else None
 
     def is_published(self, action: Action) -> bool:
-        """Whether an action was published since the last reset."""
+        """Returns whether an action was published since the last reset."""
         return action in self.published
 
     def begin(self, action: Action, kind: str = "", seconds: int = 0) -> None:
@@ -161,7 +161,7 @@ class Executions(ExecutionsState):
         return one if one.acts else None
 
     def can_be_aborted(self, actuator: str) -> bool:
-        """Whether an actuator that can be busy has not answered; may ask the planner."""
+        """Returns whether an unanswered action may last beyond the step; may ask the planner."""
         one = self.acting(actuator)
         return one is not None and one.is_open and self._can_be_busy(actuator)
 
@@ -191,23 +191,23 @@ class Executions(ExecutionsState):
 
     @property
     def pending_actions(self) -> bool:
-        """Whether the step has to wait for an actuator's answer; may ask the planner."""
+        """Tells whether the step waits for an actuator's answer; may ask the planner."""
         return self.is_awaited and not self.is_over
 
     @property
     def leaves_some_busy(self) -> bool:
-        """Whether the step may end although an actuator has not answered; may ask the planner."""
+        """Tells whether the step may end while some actuators act on; may ask the planner."""
         return self.is_awaited and self.is_over
 
     @property
     def is_over(self) -> bool:
-        """Whether the step may end: an actuator is through with it, and all others can be busy."""
+        """Tells whether the step may end: one actuator is through, and all others may act on."""
         is_through = any(not _is_awaited(one) for one in self._of_step)
         return is_through and all(self._can_be_busy(one.actuator) for one in self._awaited)
 
     @property
     def is_awaited(self) -> bool:
-        """Whether an actuator that is not known to be busy has still to answer."""
+        """Tells whether the answer of an actuator is missing that is not known to act on."""
         return any(self._awaited)
 
     @property
@@ -220,7 +220,7 @@ class Executions(ExecutionsState):
 
     @property
     def keeps_answers(self) -> bool:
-        """Whether a busy actuator has answered, which the planner is told in the next step."""
+        """Tells whether an answer has come that the planner learns only in the next step."""
         return any(one.is_busy and not one.is_open for one in self._of_step)
 
     # From step to step.
@@ -306,5 +306,5 @@ class Executions(ExecutionsState):
 
 
 def _is_awaited(one: Execution) -> bool:
-    """Whether an execution of the step is not answered, and not known to go on in the next one."""
+    """Returns whether an action is unanswered, and not known to last beyond the step."""
     return one.is_open and not one.is_busy

@@ -80,7 +80,7 @@ def _resolve_answer(
 
 
 def _is_news(executions: Executions, message: MessageArrived, dropped: List[str]) -> bool:
-    """Whether a message is new, and no duplicate of an answer with a token."""
+    """Returns whether a message is new, and no duplicate of an answer with a token."""
     said = (message.sender, _canonical(message.value))
     one = executions.last.get(_canonical(message.source))
     if one is None:

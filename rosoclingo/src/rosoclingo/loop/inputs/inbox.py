@@ -58,7 +58,7 @@ def item_of(event: Event, goals: Callable[[str], Optional[Goal]]) -> Optional[It
     return event
 
 
-_LONGEST_HURRY = 0.2  # seconds
+_LONGEST_REACTION = 0.2  # seconds
 
 
 class Inbox:
@@ -125,7 +125,7 @@ class Inbox:
     def run_callbacks(self) -> None:
         """Calls the functions of :meth:`call_soon`; called by the loop's thread."""
         since = self._reacting_since
-        if since is not None and time.monotonic() - since > _LONGEST_HURRY:
+        if since is not None and time.monotonic() - since > _LONGEST_REACTION:
             self._end_reaction()
         if self._callbacks:
             with self._changed:
