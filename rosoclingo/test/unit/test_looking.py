@@ -135,7 +135,7 @@ def test_who_waits_is_in_a_hurry_when_something_comes(monkeypatch: pytest.Monkey
     assert said == [True, False]
     inbox.put(MessageArrived("robot", "success"))
     assert inbox.wait(0.0)
-    monkeypatch.setattr("rosoclingo.loop.inputs.inbox._LONGEST_HURRY", -1.0)
+    monkeypatch.setattr("rosoclingo.loop.inputs.inbox._LONGEST_REACTION", -1.0)
     inbox.run_callbacks()  # as a search does now and then, and who waits for reasons
     inbox.run_callbacks()
     assert said == [True, False, True, False]
