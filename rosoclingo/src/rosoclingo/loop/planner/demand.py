@@ -4,8 +4,8 @@ An encoding opts in by the parts that it has: ``event(s,c)`` and ``event(s,c,t)`
 ``search(k,t)`` for what is grounded before a search, and with it ``improve(k,t)`` if the search is
 for a better plan, ``prefer(k,t)`` if it is to begin with what is left of the plan before,
 ``at_once(k,t)`` if its plan is to go out at once, or ``relax(k,t)`` if one with fewer choices has
-found no plan. Then
-it may ask for parts: by externals ``ground(P)``, and by terms ``ground(P)`` in its answer sets.
+found no plan. Then it may ask for parts: by externals ``ground(P)``, and by terms ``ground(P)`` and
+``ground_last(P)`` in its answer sets.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 from itertools import chain
-from typing import Deque, Dict, Iterable, List, Optional, Sequence, Set, Tuple
+from typing import Deque, Dict, Iterable, Iterator, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import shorten
 from rosclingo.wire.commands import AssignExternal, Command, Ground, Part, Truth
@@ -242,10 +242,8 @@ class Demand:
             symbols: The answer set.
             completes: Whether parts count, too, that only complete its plan.
         """
-        asks = (_ASKS, _ASKS_LAST) if completes else (_ASKS,)
-        asking = (text for text in symbols if text.startswith(asks))
         shown = (text for text, _ in shown_choices(symbols))
-        return any(text not in self._grounded for text in chain(asking, shown))
+        return any(text not in self._grounded for text in chain(_asking(symbols, completes), shown))
 
     def can_wait(self, symbols: Sequence[str]) -> bool:
         """Whether the next search may complete the plan that an answer set has chosen."""
@@ -261,8 +259,7 @@ class Demand:
         Raises:
             PlannerError: It asks for what is no part or must not be asked for.
         """
-        asks = (_ASKS, _ASKS_LAST) if completes else (_ASKS,)
-        asking = ((text, split_term(text)[1]) for text in symbols if text.startswith(asks))
+        asking = ((text, split_term(text)[1]) for text in _asking(symbols, completes))
         asked = [(text, arguments[0]) for text, arguments in asking if len(arguments) == 1]
         asked += [(text, text) for text, _ in shown_choices(symbols)]
         parts = []
@@ -278,6 +275,11 @@ class Demand:
             self._grounded.add(text)
             parts.append(Part(name, tuple(arguments)))
         return parts
+
+
+def _asking(symbols: Sequence[str], completes: bool) -> Iterator[str]:
+    asks = (_ASKS, _ASKS_LAST) if completes else (_ASKS,)
+    return (text for text in symbols if text.startswith(asks))
 
 
 def step_parts(step: int) -> List[Part]:
