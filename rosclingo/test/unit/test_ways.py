@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from typing import Dict, List, Tuple
+from typing import Dict, List, Tuple, Union
 
 import numpy as np
 import pytest
@@ -22,6 +22,8 @@ far(g,a,b,N) :- N = @shortest_distance(way,g,a,b).
 leg(g,a,b,M,W,N) :- (M,W,N) = @shortest_route(way,g,a,b).
 """
 Ways = Dict[Tuple[int, int], int]
+Graph = Union[int, str]
+CLOSED = 0
 
 
 @pytest.fixture
@@ -29,17 +31,17 @@ def engine() -> Engine:
     return Engine(Options())
 
 
-def add(engine: Engine, ways: Ways, graph: int) -> Reply:
-    facts = " ".join(f"way({a},{b},{n},{graph})." for (a, b), n in sorted(ways.items()))
-    name = f"graph{graph}"
+def add(engine: Engine, ways: Ways, graph: Graph) -> Reply:
+    facts = " ".join(f"way({a},{b},{n or '#sup'},{graph})." for (a, b), n in sorted(ways.items()))
+    name = "graph" + "".join(filter(str.isalnum, str(graph)))
     return engine.run([Add(name, (), facts), Ground((Part(name),))])
 
 
-def ask(engine: Engine, graph: int, begin: int, end: int) -> Reply:
+def ask(engine: Engine, graph: Graph, begin: int, end: int) -> Reply:
     return engine.run([Ground((Part("ask", (str(graph), str(begin), str(end))),))])
 
 
-def found(engine: Engine, name: str, graph: int, begin: int, end: int) -> List[List[int]]:
+def found(engine: Engine, name: str, graph: Graph, begin: int, end: int) -> List[List[int]]:
     """Returns the last arguments of the atoms of a predicate about a way."""
     start = f"{name}({graph},{begin},{end},"
     symbols = [text for text in engine.solve().symbols if text.startswith(start)]
@@ -57,7 +59,7 @@ def test_ways_are_the_shortest_ones(engine: Engine, seed: int, longest: int) -> 
     """Graphs come one after the other, and are asked for in any order."""
     dice = random.Random(seed)
     assert engine.run([Add("base", (), ASK), Ground((Part("base"),))]).failure is None
-    graphs: Dict[int, Ways] = {}
+    graphs: Dict[Graph, Ways] = {}
     for graph in range(6):
         graphs[graph] = draw(dice, dice.randint(2, 8), longest)
         assert add(engine, graphs[graph], graph).failure is None
@@ -65,7 +67,35 @@ def test_ways_are_the_shortest_ones(engine: Engine, seed: int, longest: int) -> 
             check(engine, dice, dice.randint(0, graph), graphs)
 
 
-def check(engine: Engine, dice: random.Random, graph: int, graphs: Dict[int, Ways]) -> None:
+@pytest.mark.parametrize("adds", [False, True])
+@pytest.mark.parametrize("seed", range(6))
+def test_a_graph_may_be_another_one_with_changes(engine: Engine, seed: int, adds: bool) -> None:
+    """Ways are closed or take longer; others are new or take less. Changes may be changed."""
+    dice = random.Random(seed)
+    assert engine.run([Add("base", (), ASK), Ground((Part("base"),))]).failure is None
+    base = draw(dice, 9, seed % 3 + 1)
+    graphs: Dict[Graph, Ways] = {0: base}
+    add(engine, base, 0)
+    name: Graph = 0
+    for number in range(6):
+        name = f"({dice.choice(sorted(graphs, key=str))},{number})"
+        before = graphs[_base(name)]
+        pairs = dice.sample(sorted(before), min(len(before), dice.randint(0, 9)))
+        changes = {pair: dice.choice([CLOSED, before[pair] + dice.randint(0, 2)]) for pair in pairs}
+        if adds:
+            changes.update(dice.sample(sorted(draw(dice, 9, 3).items()), 2))
+        assert add(engine, changes, name).failure is None
+        graphs[name] = {pair: n for pair, n in {**before, **changes}.items() if n != CLOSED}
+        for _ in range(12):
+            check(engine, dice, dice.choice(sorted(graphs, key=str)), graphs)
+
+
+def _base(name: str) -> Graph:
+    base = name[1 : name.rindex(",")]
+    return int(base) if base.isdigit() else base
+
+
+def check(engine: Engine, dice: random.Random, graph: Graph, graphs: Dict[Graph, Ways]) -> None:
     ways = graphs[graph]
     begin, end = dice.randint(0, 8), dice.randint(0, 8)
     assert ask(engine, graph, begin, end).failure is None
@@ -93,6 +123,7 @@ def check(engine: Engine, dice: random.Random, graph: int, graphs: Dict[int, Way
         ("way(a,b,0,g).", "way(a,b,0,g) says a length that is no whole number from 1 on"),
         ("way(a,b,far,g).", "way(a,b,far,g) says a length that is no whole number from 1 on"),
         ("{ way(a,b,1,g) }.", "way(a,b,1,g) is no fact"),
+        ("way(a,b,#sup,g).", "way(a,b,#sup,g) says a length that is no whole number from 1 on"),
     ],
 )
 def test_what_is_no_graph_is_refused(engine: Engine, facts: str, said: str) -> None:

@@ -18,6 +18,19 @@ later part asks for it by a term instead:
 >>> engine.run([wire.Add("base", (), program), *parts]).failure
 >>> engine.solve().symbols[3:]
 ('far(5)', 'leg(5,b,3)', 'leg(3,c,0)')
+
+A graph (G,H) has the ways of graph G, but where its own facts say something else: a length, or
+``#sup`` for a way that is closed. So what changes can be said without all that stays:
+
+>>> program = '''
+... way(b,c,#sup,(today,closed)).
+... #program again.
+... far(N) :- N = @shortest_distance(way,(today,closed),a,c).
+... '''
+>>> parts = wire.Ground((wire.Part("more"),)), wire.Ground((wire.Part("again"),))
+>>> engine.run([wire.Add("more", (), program), *parts]).failure
+>>> [text for text in engine.solve().symbols if text.startswith("far")]
+['far(5)', 'far(7)']
 """
 
 from __future__ import annotations
@@ -42,12 +55,15 @@ ARITY = 4
 _MOST_GRAPHS = 4  # of each predicate that are kept
 _FAR = 2**31  # more than clingo's numbers
 
+_Facts = List[Tuple[clingo.Symbol, clingo.Symbol, int]]
+_Ways = List[Tuple[int, int]]
+
 
 class ShortestWays:
     """Finds shortest ways in the graphs of one solver. One thread makes the calls.
 
     The facts of a graph have to be grounded before it is asked for, and are not added to later.
-    The graphs that were asked for last are kept; others are read again if they are asked for.
+    Distances are kept for the graphs that were asked for last.
     """
 
     def __init__(self, atoms: Callable[[], SymbolicAtoms]) -> None:
@@ -58,8 +74,8 @@ class ShortestWays:
         """
         self._atoms = atoms
         self._last: Dict[str, SymbolicAtom] = {}  # for each predicate, what was read last
+        self._facts: Dict[str, Dict[int, _Facts]] = {}
         self._graphs: Dict[str, OrderedDict[int, _Graph]] = {}
-        self._dropped: Dict[str, Set[int]] = {}  # graphs that were read and are not kept
         self._asked: Tuple[int, int] = 0, 0  # the predicate and the graph that were asked for last
         self._found: Optional[_Graph] = None  # that graph
 
@@ -71,8 +87,8 @@ class ShortestWays:
     def forget(self) -> None:
         """Forgets all graphs, which are read anew: after a cleanup of the solver's atoms."""
         self._last.clear()
+        self._facts.clear()
         self._graphs.clear()
-        self._dropped.clear()
         self._found = None
 
     def distance(
@@ -86,7 +102,7 @@ class ShortestWays:
 
         Args:
             predicate: The name of the graph's facts, a constant.
-            graph: Their last argument.
+            graph: Their last argument; a tuple (G,H) for G with the changes that its facts say.
             begin: A place.
             end: Another one, or the same.
 
@@ -134,40 +150,49 @@ class ShortestWays:
         if not is_name or predicate.arguments:
             raise ValueError(f"{shorten(str(predicate))} is no name of a predicate")
         name = predicate.name
+        facts = self._facts.setdefault(name, {})
         graphs = self._graphs.setdefault(name, OrderedDict())
-        dropped = self._dropped.setdefault(name, set())
+        try:
+            self._read(name, facts, graphs)
+            found = self._find(facts, graphs, graph)
+        except ValueError:
+            self.forget()  # so that it is refused again
+            raise
+        while len(graphs) > _MOST_GRAPHS:
+            graphs.popitem(last=False)
+        return found
+
+    def _find(
+        self, facts: Dict[int, _Facts], graphs: OrderedDict[int, _Graph], graph: clingo.Symbol
+    ) -> Optional[_Graph]:
+        """Returns a graph, which is made if it is not kept; None if nothing is said of it."""
         key = _key(graph)
-        if key in dropped:
-            self._last.pop(name)
-            graphs.clear()
-            dropped.clear()
-        if key not in graphs:
-            try:
-                self._read(name, graphs)
-            except ValueError:
-                self.forget()  # so that it is refused again
-                raise
+        base = self._find(facts, graphs, graph.arguments[0]) if _has_base(graph) else None
+        said = facts.get(key)
+        if said is None:
+            return base
         if key in graphs:
             graphs.move_to_end(key)
-        while len(graphs) > _MOST_GRAPHS:
-            dropped.add(graphs.popitem(last=False)[0])
-        return graphs.get(key)
+        else:
+            graphs[key] = _Graph(said, base)
+        return graphs[key]
 
-    def _read(self, name: str, graphs: OrderedDict[int, _Graph]) -> None:
+    def _read(self, name: str, facts: Dict[int, _Facts], graphs: OrderedDict[int, _Graph]) -> None:
         """Reads the facts that have come since the last time."""
         for atom in atoms_after(self._last.get(name), self._atoms(), name, ARITY):
             self._last[name] = atom
             begin, end, length, graph = atom.symbol.arguments
             if not atom.is_fact:
                 raise ValueError(f"{shorten(str(atom.symbol))} is no fact")
-            if length.type is not SymbolType.Number or length.number < 1:
+            is_closed = length.type is SymbolType.Supremum and _has_base(graph)
+            if not is_closed and (length.type is not SymbolType.Number or length.number < 1):
                 raise ValueError(
                     f"{shorten(str(atom.symbol))} says a length that is no whole number from 1 on"
                 )
-            found = graphs.get(_key(graph))
-            if found is None:
-                found = graphs[_key(graph)] = _Graph()
-            found.add(begin, end, length.number)
+            key = _key(graph)
+            if key not in facts:
+                facts[key] = []
+            facts[key].append((begin, end, _FAR if is_closed else length.number))
 
 
 def _key(symbol: clingo.Symbol) -> int:
@@ -176,22 +201,40 @@ def _key(symbol: clingo.Symbol) -> int:
     return key
 
 
+def _has_base(graph: clingo.Symbol) -> bool:
+    """Tells whether a graph is another one with changes, by its name: a tuple (G,H)."""
+    return graph.type is SymbolType.Function and not graph.name and len(graph.arguments) == 2
+
+
 class _Graph:
-    """A graph whose places have numbers."""
+    """A graph whose places have numbers; another graph with changes, or one of its own."""
 
-    def __init__(self) -> None:
-        self._places: List[clingo.Symbol] = []
-        self._numbers: Dict[int, int] = {}
-        self._from: List[List[Tuple[int, int]]] = []  # for each place, where one comes from
-        self._to: List[List[Tuple[int, int]]] = []  # where one can go
+    def __init__(self, facts: _Facts, base: Optional[_Graph]) -> None:
+        """Makes a graph.
+
+        Args:
+            facts: Its ways, or those that are not as in another one.
+            base: That other one.
+        """
+        self._base = base
+        self._places: List[clingo.Symbol] = list(base._places) if base else []
+        self._numbers: Dict[int, int] = dict(base._numbers) if base else {}
+        self._from: List[_Ways] = list(base._from) if base else []  # where one comes from
+        self._to: List[_Ways] = list(base._to) if base else []  # where one can go
         self._tables: Dict[int, _Table] = {}  # by the destination
-
-    def add(self, begin: clingo.Symbol, end: clingo.Symbol, length: int) -> None:
-        """Adds a way."""
-        first, last = self._number(begin), self._number(end)
-        self._tables.clear()
-        self._from[last].append((first, length))
-        self._to[first].append((last, length))
+        said: Dict[Tuple[int, int], int] = {}
+        for begin, end, length in facts:
+            pair = self._number(begin), self._number(end)
+            said[pair] = min(length, said.get(pair, length))
+        for (first, last), length in said.items():
+            if base is not None:
+                if length < min((n for to, n in self._to[first] if to == last), default=_FAR):
+                    self._base = None  # there may be shorter ways than before
+                self._from[last] = [way for way in self._from[last] if way[0] != first]
+                self._to[first] = [way for way in self._to[first] if way[0] != last]
+            if length < _FAR:
+                self._from[last].append((first, length))
+                self._to[first].append((last, length))
 
     def _number(self, place: clingo.Symbol) -> int:
         number = self._numbers.setdefault(_key(place), len(self._places))
@@ -206,30 +249,67 @@ class _Graph:
         first, last = self._numbers.get(_key(begin)), self._numbers.get(_key(end))
         if first is None or last is None:
             return None
-        distance = self._table(last).distance(first)
+        distance = self._table(first, last).distance(first)
         return distance if distance < _FAR else None
 
     def route(self, begin: clingo.Symbol, end: clingo.Symbol) -> List[clingo.Symbol]:
         """Returns the legs of a shortest way."""
-        left = self.distance(begin, end)
-        if left is None:
+        if self.distance(begin, end) is None:
             return []
-        table, here, legs = self._table(self._numbers[_key(end)]), self._numbers[_key(begin)], []
-        while left > 0:
-            name, here = min(
-                (self._places[place], place)
-                for place, length in self._to[here]
-                if table.distances[place] + length == left
-            )
-            legs.append(Function("", [Number(left), name, Number(table.distances[here])]))
-            left = table.distances[here]
-        return legs
+        first, last = self._numbers[_key(begin)], self._numbers[_key(end)]
+        table = self._table(first, last)
+        places = self._walk(table, first, last, in_order=True)
+        left = [table.distances[place] for place in (first, *places)]
+        return [
+            Function("", [Number(before), self._places[place], Number(after)])
+            for before, place, after in zip(left, places, left[1:])
+        ]
 
-    def _table(self, end: int) -> _Table:
-        table = self._tables.get(end)
-        if table is None:
-            table = self._tables[end] = _Table(end, self._from)
-        return table
+    def _table(self, first: int, last: int) -> _Table:
+        """Returns a table that knows how far it is from one place to another.
+
+        Ways that are closed or have become longer change nothing where a shortest one of before is
+        still open.
+        """
+        own = self._tables.get(last)
+        if own is None and self._base is not None and max(first, last) < len(self._base._places):
+            before = self._base._table(first, last)
+            if before.distance(first) >= _FAR or self._walk(before, first, last):
+                return before
+        if own is None:
+            own = self._tables[last] = _Table(last, self._from)
+        return own
+
+    def _walk(self, table: _Table, first: int, last: int, *, in_order: bool = False) -> List[int]:
+        """Returns the places of a shortest way by a table; none if all of these are closed.
+
+        Args:
+            table: Says how far it is.
+            first: The place where it begins.
+            last: The destination.
+            in_order: Whether each leg is the first one by the name of its place.
+        """
+        walked, tried = [first], [self._legs(table, first, in_order)]
+        failed: Set[int] = set()
+        while walked and walked[-1] != last:
+            if not tried[-1]:
+                failed.add(walked.pop())
+                tried.pop()
+                continue
+            place = tried[-1].pop()
+            if place not in failed:
+                walked.append(place)
+                tried.append(self._legs(table, place, in_order))
+        return walked[1:]
+
+    def _legs(self, table: _Table, place: int, in_order: bool) -> List[int]:
+        """Returns where a shortest way may go next, the one to try first at the end."""
+        distances = table.distances
+        left = distances[place]
+        legs = [to for to, length in self._to[place] if distances[to] + length == left]
+        if in_order and len(legs) > 1:
+            legs.sort(key=lambda to: self._places[to], reverse=True)
+        return legs
 
 
 class _Table:
@@ -239,7 +319,7 @@ class _Table:
         distances: Of all places; upper bounds where it is farther than that.
     """
 
-    def __init__(self, end: int, ways: List[List[Tuple[int, int]]]) -> None:
+    def __init__(self, end: int, ways: List[_Ways]) -> None:
         self._ways = ways  # for each place, where one comes from
         self.distances = [_FAR] * len(ways)
         self.distances[end] = 0
