@@ -297,6 +297,18 @@ def test_values_count_in_the_search(engine: Engine) -> None:
     assert engine.solve() == sat()
 
 
+def test_release_all_externals_of_a_signature(engine: Engine) -> None:
+    program = "#external p(1..3,a). #external -p(1,a). #external p(1). q(X) :- p(X,a)."
+    engine.run([Add("base", (), program), Ground((Part("base"),))])
+    assert engine.run([ReleaseExternal("p/2"), ReleaseExternal("none/7")]).failure is None
+    assert list(externals(engine)) == ["-p(1,a)", "p(1)"]
+    assert engine.run([ReleaseExternal("-p/2")]).failure is None
+    assert list(externals(engine)) == ["p(1)"]
+    for wrong in ("p/", "p/2/1", "P/2", "3/1"):
+        failure = engine.run([ReleaseExternal(wrong)]).failure
+        assert failure is not None, wrong
+
+
 @pytest.mark.parametrize("cleanup", [False, True])
 def test_release_external(cleanup: bool, engine: Engine) -> None:
     add(engine, DECLARED)

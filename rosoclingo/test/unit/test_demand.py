@@ -312,6 +312,19 @@ def test_others_are_driven_as_before(system: Callable[..., System], tmp_path: Pa
     assert any(isinstance(c, AssignExternal) and "visit" in c.name for c in solver.commands)
 
 
+EXAMPLES = """
+rslot(1).
+#external event(1,work).
+#external event(info,noise).
+#program event(s,c).
+#program event(s,c,t).
+told(s,c,t).
+#program query(t).
+#external query(t).
+:- query(t), not told(1,work,0).
+#show status(1,succeeded,t) : told(1,work,0).
+#show do(robot,work,t) : told(1,work,0).
+"""
 HARD = """
 rslot(1).
 #program event(s,c).
@@ -348,6 +361,22 @@ def test_a_search_that_has_found_a_plan_ends_after_a_while(
     assert [plan.is_best for plan in plans] == [False]
 
 
+def test_examples_are_known_and_released(tmp_path: Path) -> None:
+    """Each search takes some time for each external that there is."""
+    file = tmp_path / "examples.lp"
+    file.write_text(EXAMPLES)
+    solver = Counting(Engine(Options((str(file),))))
+    planner = Planner(solver)
+    for slots in (None, ["1"]):
+        assert planner.begin(slots=slots) == ["1"]
+        assert not any(atom.startswith("event(") for atom in planner.externals())
+        solver.commands.clear()
+        assert planner.tell([event("1", "work", 0), event("info", "noise", 0)]) == []
+        assert not any(isinstance(command, AssignExternal) for command in solver.commands)
+        assert planner.tell([event("info", "work", 0)]) != []
+    assert planner.search(0, 1, lambda: False).result is Result.SAT
+
+
 def test_many_events_are_asked_about_at_once() -> None:
     solver = Counting(Engine(Options((TOLD,))))
     planner = Planner(solver)
@@ -355,7 +384,8 @@ def test_many_events_are_asked_about_at_once() -> None:
     solver.commands.clear()
     pairs = [("1", f"visit({cell})") for cell in range(100)]
     planner.declare(pairs)
-    assert [type(command) for command in solver.commands] == [Ground, GetExternals]
+    asked = [type(one) for one in solver.commands if not isinstance(one, AssignExternal)]
+    assert asked == [Ground, Ground, GetExternals]
     known = [pair for pair in pairs if planner.demand.declared[pair]]
     assert known == [("1", f"visit({cell})") for cell in range(1, 7)]
 

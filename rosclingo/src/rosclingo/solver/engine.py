@@ -12,6 +12,7 @@
 from __future__ import annotations
 
 import os
+import re
 from typing import Any, Callable, Dict, List, Optional, Sequence, Set, Tuple, cast
 
 import clingo
@@ -34,6 +35,7 @@ from rosclingo.wire import commands as wire
 
 _MOST_ROUNDS = 10_000  # of grounding what the program asks for
 _RESULTS = {True: wire.Result.SAT, False: wire.Result.UNSAT, None: wire.Result.UNKNOWN}
+_SIGNATURE = re.compile(r"(-?)(_*[a-z][A-Za-z0-9_']*)/([0-9]{1,9})")  # as in p/2
 _CLINGO_VALUES = {wire.Truth.TRUE: True, wire.Truth.FALSE: False, wire.Truth.FREE: None}
 
 
@@ -353,7 +355,14 @@ class Engine:
         self._control.assign_external(symbol, _CLINGO_VALUES[command.value])
 
     def _release_external(self, command: wire.ReleaseExternal) -> None:
-        self._control.release_external(self._external(command.name))
+        signature = _SIGNATURE.fullmatch(command.name)
+        if signature is None:
+            self._control.release_external(self._external(command.name))
+            return
+        sign, name, arity = signature.groups()
+        atoms = self._control.symbolic_atoms.by_signature(name, int(arity), not sign)
+        for atom in [atom for atom in atoms if atom.is_external]:
+            self._control.release_external(atom.literal)
 
     def _external(self, name: str) -> clingo.Symbol:
         symbol = parse_term(name)

@@ -26,6 +26,9 @@ from rosoclingo.loop.values.atoms import EVENT
 Pair = Tuple[str, str]
 """Source and content of an event."""
 
+TOLD = "event/2"
+"""The signature of the externals that say which pairs are known."""
+
 _EVENT, _TOLD, _SEARCH = ("event", 2), ("event", 3), ("search", 2)
 _IMPROVE, _PREFER, _RELAX = ("improve", 2), ("prefer", 2), ("relax", 2)
 _AT_ONCE = ("at_once", 2)
@@ -48,6 +51,7 @@ class Demand:
         tells: Whether the encoding is told its events by grounding.
         declared: Whether it knows a pair, for each that it was asked about.
         examples: Requests that it has declared as examples.
+        example_slots: The slots for which it has.
         messages: Messages likewise, with which those are compared that it does not know.
         improves: Whether a better plan can be looked for while the one that was found is executed.
         prefers: Whether a search can begin with what is left of the plan before.
@@ -61,6 +65,7 @@ class Demand:
     tells: bool = False
     declared: Dict[Pair, bool] = field(default_factory=dict)
     examples: List[str] = field(default_factory=list)
+    example_slots: List[str] = field(default_factory=list)
     messages: List[Pair] = field(default_factory=list)
     improves: bool = False
     prefers: bool = False
@@ -139,7 +144,9 @@ class Demand:
             return
         events = (split_term(atom)[1] for atom in externals if atom.startswith(EVENT))
         pairs = [(event[0], event[1]) for event in events if len(event) == _EVENT[1]]
-        self.examples = [content for source, content in pairs if source in slots]
+        requests = [pair for pair in pairs if pair[0] in slots]
+        self.examples = [content for _, content in requests]
+        self.example_slots = sorted({slot for slot, _ in requests})
         self.messages = [pair for pair in pairs if pair[0] not in slots]
 
     # What it is told.
@@ -177,7 +184,13 @@ class Demand:
 
     def questions(self, pairs: Sequence[Pair]) -> List[Pair]:
         """Returns the pairs of which it is not known whether the encoding knows them."""
-        return [pair for pair in dict.fromkeys(pairs) if pair not in self.declared]
+        new = [pair for pair in dict.fromkeys(pairs) if pair not in self.declared]
+        self.declared.update((pair, True) for pair in new if self._is_example(pair))
+        return [pair for pair in new if pair not in self.declared]
+
+    def _is_example(self, pair: Pair) -> bool:
+        source, content = pair
+        return pair in self.messages or (source in self.example_slots and content in self.examples)
 
     def ask(self, pairs: Sequence[Pair]) -> List[Command]:
         """Returns the commands that fail at a pair which the encoding does not know.

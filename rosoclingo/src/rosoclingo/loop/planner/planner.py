@@ -11,7 +11,7 @@ from typing import Callable, Dict, Iterable, List, Optional, Sequence, Set, Tupl
 from rosclingo.wire import commands as wire
 from rosclingo.wire.term_text import split_term
 from rosoclingo.loop.journal import IMPROVING, LOOKING_AHEAD, Ended, SearchEnded
-from rosoclingo.loop.planner.demand import Demand, Pair, needed_horizon, step_parts
+from rosoclingo.loop.planner.demand import TOLD, Demand, Pair, needed_horizon, step_parts
 from rosoclingo.loop.planner.layers import LayersState
 from rosoclingo.loop.planner.looking_ahead import look_ahead, look_for_cheaper
 from rosoclingo.loop.planner.neighbourhoods import Neighbourhoods
@@ -165,8 +165,13 @@ class Planner(PlannerState):
             self.run(self.demand.ground(first))
         else:
             self.run(wire.Ground((*base, *first)))
-        if slots is not None:
-            return list(slots)
+        ids = list(slots) if slots is not None else self._learn_slots()
+        if self.demand.tells:
+            self.run(wire.ReleaseExternal(TOLD))  # each search takes some time for each external
+        return ids
+
+    def _learn_slots(self) -> List[str]:
+        """Returns the ids that the encoding has for goals, and learns its examples."""
         externals = self.externals()
         declared = [atom for atom in externals if atom.startswith(SLOT)]
         ids = [split_term(atom)[1][0] for atom in declared]

@@ -100,11 +100,10 @@ class Requests:
             PlannerError: The solver refuses a whole request.
         """
         rest = demand.questions(pairs)
-        contents = {content for (_, content), known in demand.declared.items() if known}
-        is_likely = all(content in contents for _, content in rest)  # in other slots they are known
+        has_unknown = False
         while rest:
             asking, *questions = demand.ask(rest)
-            if len(rest) > _MANY and not is_likely:
+            if len(rest) > _MANY and has_unknown:
                 known = read_externals(self.run([asking, wire.GetExternals()])[0])
                 for pair in rest:
                     demand.learn(pair, f"{EVENT}{','.join(pair)})" in known)
@@ -113,7 +112,7 @@ class Requests:
             if failure is not None and failure.index < 1:
                 raise PlannerError(f"the planner refused a request: {failure.message}")
             count = len(rest) if failure is None else failure.index - 1
-            is_likely = failure is None
+            has_unknown = failure is not None
             for pair in rest[:count]:
                 demand.learn(pair, True)
             for pair in rest[count : count + 1]:
