@@ -28,9 +28,8 @@ FLOORS = {
         "profile", "desk", "scaffold", "check", "pddl",
     ],
     "rosoclingo_interfaces": [
-        "errors", "store_file", "prompt", "topics", "journal", "announcements",
-        "ledger", "execution", "interface", "executor", "clock", "retransmitter", "node",
-        "fulfill", "pickup_deliver", "un_block", "navigation",
+        "errors", "store_file", "prompt", "announcements", "watchdog", "navigation",
+        "ledger", "execution", "interface", "executor", "retransmitter", "ros", "node",
     ],
     "rosoclingo_rviz": ["errors", "messages", "node"],
     "rosoclingo_simulator": ["errors", "world", "simulator"],

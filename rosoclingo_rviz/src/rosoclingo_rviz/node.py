@@ -23,7 +23,7 @@ from rosoclingo.msg import (
     ROSoClingoOut,
     ROSoClingoPlan,
 )
-from rosoclingo_interfaces.topics import topic
+from rosoclingo_interfaces.ros.topics import topic
 from rosoclingo_rviz.messages import marker_array, read_markers
 
 _USAGE = """\

@@ -27,7 +27,7 @@ from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import give_up, init_node, spin
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
-from rosoclingo_interfaces.topics import publishers
+from rosoclingo_interfaces.ros.topics import publishers
 from rosoclingo_simulator.errors import PhysicsError
 from rosoclingo_simulator.simulator import messages
 from rosoclingo_simulator.simulator.calls import Calls

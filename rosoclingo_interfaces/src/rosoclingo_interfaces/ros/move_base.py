@@ -16,12 +16,12 @@ from rosoclingo.msg import ROSoClingoIn
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.execution import ActionExecution
 from rosoclingo_interfaces.interface import ActionInterface
-from rosoclingo_interfaces.navigation.client import Base
 from rosoclingo_interfaces.navigation.cross_track import PathPoint, Way
 from rosoclingo_interfaces.navigation.watch import DriveTimeLimit, DriveWatch
 from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints, read_waypoints
-from rosoclingo_interfaces.node import run
-from rosoclingo_interfaces.topics import topic
+from rosoclingo_interfaces.ros.move_base_client import Base
+from rosoclingo_interfaces.ros.node import run
+from rosoclingo_interfaces.ros.topics import topic
 
 _POLL_SECONDS = 0.2  # of wall time: how often it is seen whether a server is there again
 

@@ -14,10 +14,10 @@ from rosoclingo.loop.words import INFO
 from rosoclingo.msg import ROSoClingoIn
 from rosoclingo_interfaces.announcements import TAKEN, parse_line, verdict
 from rosoclingo_interfaces.errors import LineError
-from rosoclingo_interfaces.journal import JournalReader
-from rosoclingo_interfaces.node import publish_about
 from rosoclingo_interfaces.prompt import Prompt
-from rosoclingo_interfaces.topics import topic, wait_for_subscribers
+from rosoclingo_interfaces.ros.journal import JournalReader
+from rosoclingo_interfaces.ros.node import publish_about
+from rosoclingo_interfaces.ros.topics import topic, wait_for_subscribers
 
 _SECONDS_TO_TAKE = 5.0  # how long rosoclingo's word is waited for
 

@@ -17,12 +17,12 @@ from std_srvs.srv import Empty
 
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.reminder import Reminder
-from rosoclingo_interfaces.clock import SILENCE_SECONDS, Watchdog
-from rosoclingo_interfaces.clock import reason as clock_stands_still
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.navigation.cross_track import PathPoint
 from rosoclingo_interfaces.navigation.watch import DriveWatch
 from rosoclingo_interfaces.navigation.waypoints import Waypoint
+from rosoclingo_interfaces.ros.clock import reason as clock_stands_still
+from rosoclingo_interfaces.watchdog import SILENCE_SECONDS, Watchdog
 
 # All in wall time.
 _POLL_SECONDS = 0.05  # how often a wait looks at its conditions

@@ -9,7 +9,7 @@ from rosclingo.ros.low_latency import subscriber
 from rosoclingo.loop.journal import Event, decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_interfaces.prompt import Prompt
-from rosoclingo_interfaces.topics import publishers, topic
+from rosoclingo_interfaces.ros.topics import publishers, topic
 
 _SECONDS_TO_CONNECT = 2.0
 _SECONDS_TO_SETTLE = 1.0  # at most, for what has happened before

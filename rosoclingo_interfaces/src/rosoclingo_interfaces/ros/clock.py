@@ -1,46 +1,18 @@
-"""Watchdog of ROS's clock, or of another value that should change; says why it stands still."""
+"""Warns while the clock of ROS stands still, and says why it does."""
 
 from __future__ import annotations
 
 import threading
-import time
-from typing import Any, Callable
+from typing import Callable
 
 import rospy
 
 from rosclingo.ros.init import on_shutdown
-from rosoclingo_interfaces.topics import publishers
-
-SILENCE_SECONDS = 5.0
-"""A clock that says the same for so long, in wall time, stands still."""
+from rosoclingo_interfaces.ros.topics import publishers
+from rosoclingo_interfaces.watchdog import SILENCE_SECONDS, Watchdog
 
 _POLL_SECONDS = 0.5  # how often it is looked at, in wall time
 _REMINDER_SECONDS = 10.0  # how often it is said that it stands still, likewise
-
-
-class Watchdog:
-    """Watches a value in wall time, because a simulator's clock stands still when it ends."""
-
-    def __init__(
-        self, value: Callable[[], Any], clock: Callable[[], float] = time.monotonic
-    ) -> None:
-        """Begins to watch.
-
-        Args:
-            value: Returns the value.
-            clock: The time in seconds.
-        """
-        self._value = value
-        self._clock = clock
-        self._last = value()
-        self._since = clock()
-
-    def still(self) -> float:
-        """Returns for how many seconds the value has not changed, as far as calls have seen."""
-        value = self._value()
-        if value != self._last:
-            self._last, self._since = value, self._clock()
-        return self._clock() - self._since
 
 
 def watch(waits: Callable[[], bool]) -> None:

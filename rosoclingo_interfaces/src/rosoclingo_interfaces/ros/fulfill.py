@@ -12,7 +12,7 @@ from rosclingo.ros import parameters
 from rosoclingo.desk.answers import ANSWERS, Answers
 from rosoclingo.loop.words import SUCCESS
 from rosoclingo_interfaces.interface import AGAIN, ActionInterface, ActuatorAnswer
-from rosoclingo_interfaces.node import run
+from rosoclingo_interfaces.ros.node import run
 
 
 class Fulfill(ActionInterface):

@@ -6,7 +6,7 @@ from typing import Mapping, NoReturn, Union
 
 from rosclingo.ros import parameters
 from rosoclingo_interfaces.interface import AGAIN, ActionInterface
-from rosoclingo_interfaces.node import run
+from rosoclingo_interfaces.ros.node import run
 
 
 class PickupDeliver(ActionInterface):
