@@ -31,7 +31,8 @@ FLOORS = {
         "errors", "store_file", "prompt", "announcements", "watchdog", "navigation",
         "ledger", "execution", "interface", "executor", "retransmitter", "ros", "node",
     ],
-    "rosoclingo_rviz": ["errors", "messages", "node"],
+    "rosoclingo_examples": ["orders", "ros"],
+    "rosoclingo_rviz": ["errors", "ros"],
     "rosoclingo_simulator": ["errors", "world", "simulator"],
     "rosoclingo_gazebo": ["navigation", "demo"],
 }  # fmt: skip

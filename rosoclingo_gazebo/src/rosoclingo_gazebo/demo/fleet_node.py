@@ -22,8 +22,8 @@ from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
-from rosoclingo_examples.client import RequestClient
 from rosoclingo_examples.orders import Orders
+from rosoclingo_examples.ros.client import RequestClient
 from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.program import run_demo

@@ -19,8 +19,8 @@ from rosclingo.ros.low_latency import subscriber
 from rosoclingo.loop.journal import Record, decode
 from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
-from rosoclingo_examples.client import RequestClient
 from rosoclingo_examples.orders import Orders
+from rosoclingo_examples.ros.client import RequestClient
 from rosoclingo_gazebo.demo.killer import Killer
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.program import run_demo

@@ -1,4 +1,4 @@
-"""The ROS half of the clients: sends requests, follows them, and detects a lost server."""
+"""Sends requests to rosoclingo, follows them, and detects a lost server."""
 
 from __future__ import annotations
 

@@ -10,8 +10,8 @@ import rospy
 
 from rosclingo.ros import parameters
 from rosclingo.ros.init import give_up, init_node, on_shutdown
-from rosoclingo_examples.client import RequestClient
 from rosoclingo_examples.orders import Orders, parse_line
+from rosoclingo_examples.ros.client import RequestClient
 from rosoclingo_interfaces.errors import LedgerError, LineError
 from rosoclingo_interfaces.prompt import Prompt
 

@@ -24,7 +24,7 @@ from rosoclingo.msg import (
     ROSoClingoPlan,
 )
 from rosoclingo_interfaces.ros.topics import topic
-from rosoclingo_rviz.messages import marker_array, read_markers
+from rosoclingo_rviz.ros.messages import marker_array, read_markers
 
 _USAGE = """\
 usage: graph_markers.py _instance:="FILE..." [_PARAMETER:=VALUE]... [ROS remappings]
