@@ -34,7 +34,7 @@ FLOORS = {
     "rosoclingo_examples": ["orders", "ros"],
     "rosoclingo_rviz": ["errors", "ros"],
     "rosoclingo_simulator": ["errors", "world", "simulator"],
-    "rosoclingo_gazebo": ["navigation", "demo"],
+    "rosoclingo_gazebo": ["demo", "ros"],
 }  # fmt: skip
 NEED_ROS = {
     "rosclingo.ros", "rosoclingo.ros", "rosoclingo.bags.record", "rosoclingo.bags.replay",

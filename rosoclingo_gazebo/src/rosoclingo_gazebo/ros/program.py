@@ -1,8 +1,9 @@
-"""Runs a demo as a program: prints a summary, draws it, and ends with an exit status."""
+"""Runs a demo as a program: waits, prints a summary, draws it, and ends with an exit status."""
 
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Callable, List, NoReturn, Protocol
@@ -11,6 +12,8 @@ import rospy
 
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import init_node
+
+_POLL_SECONDS = 0.05  # how often the main thread looks at what it waits for
 
 
 class DemoProgram(Protocol):
@@ -50,3 +53,22 @@ def run_demo(name: str, usage: str, make: Callable[[], DemoProgram]) -> NoReturn
         print(f"wrong: {line}", file=sys.stderr)
     rospy.signal_shutdown("the demo has ended")
     sys.exit(1 if wrong else 0)
+
+
+def wait_for(condition: Callable[[], bool], seconds: float) -> bool:
+    """Waits until something holds, the node is shut down, or the time is over.
+
+    Args:
+        condition: What has to hold.
+        seconds: Longest time to wait, of wall time.
+
+    Returns:
+        Whether it holds.
+    """
+    end = time.monotonic() + seconds
+    pause = threading.Event()
+    while not condition():
+        if rospy.is_shutdown() or time.monotonic() > end:
+            return False
+        pause.wait(_POLL_SECONDS)
+    return True

@@ -26,8 +26,7 @@ from rosoclingo_examples.orders import Orders
 from rosoclingo_examples.ros.client import RequestClient
 from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
 from rosoclingo_gazebo.demo.picture import draw
-from rosoclingo_gazebo.demo.program import run_demo
-from rosoclingo_gazebo.demo.waiting import wait_for
+from rosoclingo_gazebo.ros.program import run_demo, wait_for
 from rosoclingo_simulator.simulator.occupancy import read_map
 
 _USAGE = f"""\

@@ -21,11 +21,10 @@ from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.orders import Orders
 from rosoclingo_examples.ros.client import RequestClient
-from rosoclingo_gazebo.demo.killer import Killer
 from rosoclingo_gazebo.demo.picture import draw
-from rosoclingo_gazebo.demo.program import run_demo
 from rosoclingo_gazebo.demo.story import DEMO_ROBOT, DemoStory
-from rosoclingo_gazebo.demo.waiting import wait_for
+from rosoclingo_gazebo.ros.killer import Killer
+from rosoclingo_gazebo.ros.program import run_demo, wait_for
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
 from rosoclingo_simulator.simulator.occupancy import read_map
 from rosoclingo_simulator.srv import Obstacle
