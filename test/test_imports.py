@@ -33,7 +33,9 @@ FLOORS = {
     ],
     "rosoclingo_examples": ["orders", "ros"],
     "rosoclingo_rviz": ["errors", "ros"],
-    "rosoclingo_simulator": ["errors", "world", "simulator"],
+    "rosoclingo_simulator": [
+        "errors", "calls", "pacer", "followed_clock", "world", "physics", "navigation", "ros",
+    ],
     "rosoclingo_gazebo": ["demo", "ros"],
 }  # fmt: skip
 NEED_ROS = {

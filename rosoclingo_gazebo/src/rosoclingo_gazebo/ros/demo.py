@@ -26,7 +26,7 @@ from rosoclingo_gazebo.demo.story import DEMO_ROBOT, DemoStory
 from rosoclingo_gazebo.ros.killer import Killer
 from rosoclingo_gazebo.ros.program import run_demo, wait_for
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
-from rosoclingo_simulator.simulator.occupancy import read_map
+from rosoclingo_simulator.physics.occupancy import read_map
 from rosoclingo_simulator.srv import Obstacle
 
 _USAGE = f"""\

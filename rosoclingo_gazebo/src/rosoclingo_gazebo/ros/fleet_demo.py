@@ -27,7 +27,7 @@ from rosoclingo_examples.ros.client import RequestClient
 from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.ros.program import run_demo, wait_for
-from rosoclingo_simulator.simulator.occupancy import read_map
+from rosoclingo_simulator.physics.occupancy import read_map
 
 _USAGE = f"""\
 usage: fleet_demo.py [_robots:=3] [_packages:=10] [_seed:=1] [_output:=FOLDER] [ROS remappings]

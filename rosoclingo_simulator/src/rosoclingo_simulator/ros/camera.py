@@ -12,10 +12,10 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
 from rosclingo.ros.parameters import integer, number
-from rosoclingo_simulator.simulator.messages import BASE_HEIGHT, RobotNames
-from rosoclingo_simulator.simulator.mujoco.headless import OpenGLError
-from rosoclingo_simulator.simulator.mujoco.mujoco_physics import MujocoPhysics
-from rosoclingo_simulator.simulator.mujoco.rendering import Eye, focal_length, mounting
+from rosoclingo_simulator.physics.mujoco.headless import OpenGLError
+from rosoclingo_simulator.physics.mujoco.mujoco_physics import MujocoPhysics
+from rosoclingo_simulator.physics.mujoco.rendering import Eye, focal_length, mounting
+from rosoclingo_simulator.ros.messages import BASE_HEIGHT, RobotNames
 
 _ROUNDING = 1e-6  # seconds, what times may be off
 _MOST_PIXELS = 4096  # of a side; what OpenGL allows is seldom less

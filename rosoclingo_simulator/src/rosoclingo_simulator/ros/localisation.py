@@ -10,11 +10,11 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse
 
 from rosclingo.ros.low_latency import publisher, subscriber
-from rosoclingo_simulator.simulator import messages
-from rosoclingo_simulator.simulator.calls import Calls
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap
-from rosoclingo_simulator.simulator.physics import Pose, normal_angle
-from rosoclingo_simulator.simulator.simulation import Simulation
+from rosoclingo_simulator.calls import Calls
+from rosoclingo_simulator.navigation.simulation import Simulation
+from rosoclingo_simulator.physics.occupancy import OccupancyMap
+from rosoclingo_simulator.physics.physics import Pose, normal_angle
+from rosoclingo_simulator.ros import messages
 
 _MOVED_METRES, _MOVED_RADIANS = 0.2, 0.5  # after which it says where the robot is
 

@@ -7,8 +7,8 @@ from typing import Tuple
 
 import numpy as np
 
-from rosoclingo_simulator.simulator.mujoco.headless import OpenGLError, mujoco, open_gl
-from rosoclingo_simulator.simulator.mujoco.mujoco_physics import MujocoPhysics
+from rosoclingo_simulator.physics.mujoco.headless import OpenGLError, mujoco, open_gl
+from rosoclingo_simulator.physics.mujoco.mujoco_physics import MujocoPhysics
 
 FARTHEST = 10.0
 """How far the depth camera sees, in metres."""

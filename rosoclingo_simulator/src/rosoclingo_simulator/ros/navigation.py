@@ -12,9 +12,9 @@ from nav_msgs.srv import GetPlan, GetPlanRequest, GetPlanResponse
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from rosclingo.ros.low_latency import publisher
-from rosoclingo_simulator.simulator import messages
-from rosoclingo_simulator.simulator.move_base import MoveBaseDriver
-from rosoclingo_simulator.simulator.simulation import Simulation
+from rosoclingo_simulator.navigation.move_base import MoveBaseDriver
+from rosoclingo_simulator.navigation.simulation import Simulation
+from rosoclingo_simulator.ros import messages
 
 
 class Navigation:

@@ -14,10 +14,10 @@ from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
-from rosoclingo_simulator.simulator.laser import ANGLES, LEAST_METRES, MOST_METRES, Scan
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap
-from rosoclingo_simulator.simulator.physics import LASER_HEIGHT, Pose, normal_angle
-from rosoclingo_simulator.simulator.simulation import SCAN_SECONDS
+from rosoclingo_simulator.navigation.simulation import SCAN_SECONDS
+from rosoclingo_simulator.physics.laser import ANGLES, LEAST_METRES, MOST_METRES, Scan
+from rosoclingo_simulator.physics.occupancy import OccupancyMap
+from rosoclingo_simulator.physics.physics import LASER_HEIGHT, Pose, normal_angle
 
 MAP = "map"
 """The frame that all robots share."""

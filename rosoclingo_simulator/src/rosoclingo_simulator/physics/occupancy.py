@@ -13,7 +13,7 @@ from PIL import Image, UnidentifiedImageError
 from scipy.ndimage import distance_transform_edt
 
 from rosoclingo_simulator.errors import MapError
-from rosoclingo_simulator.simulator.grid import CellGrid
+from rosoclingo_simulator.physics.grid import CellGrid
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 

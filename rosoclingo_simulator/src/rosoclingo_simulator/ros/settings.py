@@ -11,8 +11,8 @@ from typing import Dict
 import rospkg
 
 from rosclingo.ros import parameters
-from rosoclingo_simulator.simulator.follower import Limits
-from rosoclingo_simulator.simulator.physics import LINEAR_SPEED, Pose
+from rosoclingo_simulator.navigation.follower import Limits
+from rosoclingo_simulator.physics.physics import LINEAR_SPEED, Pose
 
 PHYSICS_KINDS = ("kinematic", "mujoco")
 """What ``~physics`` may be."""

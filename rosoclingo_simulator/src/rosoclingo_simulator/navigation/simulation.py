@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Optional, Sequence
 
-from rosoclingo_simulator.simulator.follower import STOP, VelocityCommand
-from rosoclingo_simulator.simulator.laser import Scan, look
-from rosoclingo_simulator.simulator.move_base import MoveBaseDriver
-from rosoclingo_simulator.simulator.physics import STEP_SECONDS, Physics
-from rosoclingo_simulator.simulator.right_of_way import AWARE_METRES, Neighbour
+from rosoclingo_simulator.navigation.follower import STOP, VelocityCommand
+from rosoclingo_simulator.navigation.move_base import MoveBaseDriver
+from rosoclingo_simulator.navigation.right_of_way import AWARE_METRES, Neighbour
+from rosoclingo_simulator.physics.laser import Scan, look
+from rosoclingo_simulator.physics.physics import STEP_SECONDS, Physics
 
 SCAN_SECONDS = 0.2
 """From one scan to the next, in simulated time."""

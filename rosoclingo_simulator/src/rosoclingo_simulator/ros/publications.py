@@ -11,10 +11,10 @@ from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
 from rosclingo.ros.low_latency import publisher
-from rosoclingo_simulator.simulator import messages
-from rosoclingo_simulator.simulator.laser import Scan
-from rosoclingo_simulator.simulator.physics import Pose, local, normal_angle
-from rosoclingo_simulator.simulator.simulation import Simulation
+from rosoclingo_simulator.navigation.simulation import Simulation
+from rosoclingo_simulator.physics.laser import Scan
+from rosoclingo_simulator.physics.physics import Pose, local, normal_angle
+from rosoclingo_simulator.ros import messages
 
 
 class Publications:

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rosoclingo_simulator.simulator.physics import Physics, Pose
+from rosoclingo_simulator.physics.physics import Physics, Pose
 
 LEAST_METRES, MOST_METRES = 0.12, 10.0
 """The laser's range."""

@@ -8,17 +8,17 @@ import rospy
 from geometry_msgs.msg import TransformStamped, Twist
 
 from rosclingo.ros.low_latency import subscriber
-from rosoclingo_simulator.simulator import messages
-from rosoclingo_simulator.simulator.action import GoalServer
-from rosoclingo_simulator.simulator.calls import Calls
-from rosoclingo_simulator.simulator.follower import VelocityCommand
-from rosoclingo_simulator.simulator.localisation import Localisation
-from rosoclingo_simulator.simulator.navigation import Navigation
-from rosoclingo_simulator.simulator.publications import Publications
-from rosoclingo_simulator.simulator.simulation import Simulation
+from rosoclingo_simulator.calls import Calls
+from rosoclingo_simulator.navigation.follower import VelocityCommand
+from rosoclingo_simulator.navigation.simulation import Simulation
+from rosoclingo_simulator.ros import messages
+from rosoclingo_simulator.ros.action import GoalServer
+from rosoclingo_simulator.ros.localisation import Localisation
+from rosoclingo_simulator.ros.navigation import Navigation
+from rosoclingo_simulator.ros.publications import Publications
 
 if TYPE_CHECKING:
-    from rosoclingo_simulator.simulator.mujoco.camera import CameraPublisher
+    from rosoclingo_simulator.ros.camera import CameraPublisher
 
 
 class Robot:

@@ -28,26 +28,26 @@ from rosclingo.ros.init import give_up, init_node, spin
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
 from rosoclingo_interfaces.ros.topics import publishers
+from rosoclingo_simulator.calls import Calls
 from rosoclingo_simulator.errors import PhysicsError
-from rosoclingo_simulator.simulator import messages
-from rosoclingo_simulator.simulator.calls import Calls
-from rosoclingo_simulator.simulator.costmap import Costmap
-from rosoclingo_simulator.simulator.followed_clock import FollowedClock
-from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.localisation import MapServer
-from rosoclingo_simulator.simulator.move_base import MoveBaseDriver
-from rosoclingo_simulator.simulator.obstacles import Obstacles
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap, read_map
-from rosoclingo_simulator.simulator.pacer import Pacer
-from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, STEP_SECONDS, Physics, Pose
-from rosoclingo_simulator.simulator.planner import PathPlanner
-from rosoclingo_simulator.simulator.robot import Robot
-from rosoclingo_simulator.simulator.settings import Settings, read_settings
-from rosoclingo_simulator.simulator.simulation import Fleet, Simulation
+from rosoclingo_simulator.followed_clock import FollowedClock
+from rosoclingo_simulator.navigation.costmap import Costmap
+from rosoclingo_simulator.navigation.move_base import MoveBaseDriver
+from rosoclingo_simulator.navigation.planner import PathPlanner
+from rosoclingo_simulator.navigation.simulation import Fleet, Simulation
+from rosoclingo_simulator.pacer import Pacer
+from rosoclingo_simulator.physics.kinematic import KinematicPhysics
+from rosoclingo_simulator.physics.obstacles import Obstacles
+from rosoclingo_simulator.physics.occupancy import OccupancyMap, read_map
+from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, STEP_SECONDS, Physics, Pose
+from rosoclingo_simulator.ros import messages
+from rosoclingo_simulator.ros.localisation import MapServer
+from rosoclingo_simulator.ros.robot import Robot
+from rosoclingo_simulator.ros.settings import Settings, read_settings
 from rosoclingo_simulator.srv import Obstacle, ObstacleRequest, ObstacleResponse
 
 if TYPE_CHECKING:
-    from rosoclingo_simulator.simulator.mujoco.camera import CameraPublisher
+    from rosoclingo_simulator.ros.camera import CameraPublisher
 
 _USAGE = """usage: simulator.py [_PARAMETER:=VALUE]... [ROS remappings]
 
@@ -231,8 +231,8 @@ def _bodies(
         raise PhysicsError("~physics:=mujoco has one robot: for ~fleet, set ~physics:=kinematic")
     try:
         # MuJoCo is optional, so what imports it comes late.
-        from rosoclingo_simulator.simulator.mujoco.camera import CameraPublisher  # noqa: PLC0415
-        from rosoclingo_simulator.simulator.mujoco.mujoco_physics import MujocoPhysics  # noqa: PLC0415
+        from rosoclingo_simulator.physics.mujoco.mujoco_physics import MujocoPhysics  # noqa: PLC0415
+        from rosoclingo_simulator.ros.camera import CameraPublisher  # noqa: PLC0415
     except ModuleNotFoundError as err:
         if err.name != "mujoco":
             raise

@@ -8,9 +8,9 @@ from typing import Dict, List, Tuple
 
 import numpy as np
 
-from rosoclingo_simulator.simulator import physics
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap
-from rosoclingo_simulator.simulator.physics import (
+from rosoclingo_simulator.physics import physics
+from rosoclingo_simulator.physics.occupancy import OccupancyMap
+from rosoclingo_simulator.physics.physics import (
     Box,
     Pose,
     Velocity,
@@ -18,7 +18,7 @@ from rosoclingo_simulator.simulator.physics import (
     local,
     normal_angle,
 )
-from rosoclingo_simulator.simulator.walls import Walls, without_zeros
+from rosoclingo_simulator.physics.walls import Walls, without_zeros
 
 _LONGEST_MOVE = 0.05  # metres between two looks for contact, far less than the robot's width
 _HALVINGS = 12  # of that, which finds the contact to a few hundredths of a millimetre

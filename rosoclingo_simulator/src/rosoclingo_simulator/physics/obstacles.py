@@ -12,8 +12,8 @@ from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term, quote
 from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
 from rosoclingo_simulator.errors import ObstacleError
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap
-from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, Box, Physics
+from rosoclingo_simulator.physics.occupancy import OccupancyMap
+from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, Box, Physics
 
 _LENGTH_METRES = 0.4  # of a box, along the way
 _GAP_METRES = 0.1  # left on either side, too narrow for the robot

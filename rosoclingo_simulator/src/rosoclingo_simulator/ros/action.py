@@ -18,11 +18,11 @@ from move_base_msgs.msg import (
 
 from rosclingo.ros.action_server import LowLatencyActionServer
 from rosclingo.ros.low_latency import publisher, subscriber
-from rosoclingo_simulator.simulator import messages
-from rosoclingo_simulator.simulator.calls import Calls
-from rosoclingo_simulator.simulator.laser import Scan
-from rosoclingo_simulator.simulator.move_base import End, MoveBaseDriver
-from rosoclingo_simulator.simulator.simulation import Simulation
+from rosoclingo_simulator.calls import Calls
+from rosoclingo_simulator.navigation.move_base import End, MoveBaseDriver
+from rosoclingo_simulator.navigation.simulation import Simulation
+from rosoclingo_simulator.physics.laser import Scan
+from rosoclingo_simulator.ros import messages
 
 
 class GoalServer:

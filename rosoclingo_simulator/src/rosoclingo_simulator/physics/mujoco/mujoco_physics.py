@@ -11,9 +11,9 @@ import numpy as np
 import rospkg
 
 from rosoclingo_simulator.errors import ObstacleError, PhysicsError
-from rosoclingo_simulator.simulator import physics
-from rosoclingo_simulator.simulator.mujoco.headless import mujoco
-from rosoclingo_simulator.simulator.physics import Box, Pose, between
+from rosoclingo_simulator.physics import physics
+from rosoclingo_simulator.physics.mujoco.headless import mujoco
+from rosoclingo_simulator.physics.physics import Box, Pose, between
 
 BOXES = 8
 """How many boxes there can be at a time: MuJoCo's models do not grow."""

@@ -8,9 +8,9 @@ from typing import Tuple
 
 import numpy as np
 
-from rosoclingo_simulator.simulator import physics
-from rosoclingo_simulator.simulator.physics import Pose, between, local, normal_angle
-from rosoclingo_simulator.simulator.planner import lengths
+from rosoclingo_simulator.navigation.planner import lengths
+from rosoclingo_simulator.physics import physics
+from rosoclingo_simulator.physics.physics import Pose, between, local, normal_angle
 
 VelocityCommand = Tuple[float, float]
 """Wanted speed and speed of turning, in m/s and rad/s."""

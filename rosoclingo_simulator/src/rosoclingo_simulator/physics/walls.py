@@ -6,7 +6,7 @@ from typing import List, NamedTuple
 
 import numpy as np
 
-from rosoclingo_simulator.simulator.grid import CellGrid
+from rosoclingo_simulator.physics.grid import CellGrid
 
 _PARALLEL = 1e-12  # the part along an axis of what is across it, for who divides by it
 _GAP = 1e-9  # metres; walls that are nearer to each other touch, so that no beam gets through

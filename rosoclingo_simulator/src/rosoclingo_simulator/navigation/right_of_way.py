@@ -7,10 +7,10 @@ from typing import List, Optional, Sequence
 
 import numpy as np
 
-from rosoclingo_simulator.simulator.follower import STOP, Follower, Limits, VelocityCommand
-from rosoclingo_simulator.simulator.kinematic import accelerated, rolled
-from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, STEP_SECONDS, Pose, Velocity
-from rosoclingo_simulator.simulator.planner import APART_METRES, PathPlanner, lengths
+from rosoclingo_simulator.navigation.follower import STOP, Follower, Limits, VelocityCommand
+from rosoclingo_simulator.navigation.planner import APART_METRES, PathPlanner, lengths
+from rosoclingo_simulator.physics.kinematic import accelerated, rolled
+from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, STEP_SECONDS, Pose, Velocity
 
 AWARE_METRES = 8.0
 """Robots that are farther apart than this do not matter to each other."""

@@ -6,10 +6,10 @@ from typing import Sequence
 
 import numpy as np
 
-from rosoclingo_simulator.simulator.grid import CellGrid
-from rosoclingo_simulator.simulator.laser import Scan
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap
-from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, Pose
+from rosoclingo_simulator.physics.grid import CellGrid
+from rosoclingo_simulator.physics.laser import Scan
+from rosoclingo_simulator.physics.occupancy import OccupancyMap
+from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, Pose
 
 _MARK_METRES = 4.0  # what is farther is not marked, because the beams are too far apart there
 _CLEAR_METRES = 5.0  # how far beams clear what was marked

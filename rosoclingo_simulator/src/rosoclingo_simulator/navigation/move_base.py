@@ -9,12 +9,12 @@ from typing import Optional, Sequence, Tuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from rosoclingo_simulator.simulator.costmap import Costmap
-from rosoclingo_simulator.simulator.follower import STOP, Follower, Limits, VelocityCommand
-from rosoclingo_simulator.simulator.laser import Scan
-from rosoclingo_simulator.simulator.physics import Pose
-from rosoclingo_simulator.simulator.planner import CLEARANCE, PathPlanner
-from rosoclingo_simulator.simulator.right_of_way import Neighbour, RightOfWay, careful
+from rosoclingo_simulator.navigation.costmap import Costmap
+from rosoclingo_simulator.navigation.follower import STOP, Follower, Limits, VelocityCommand
+from rosoclingo_simulator.navigation.planner import CLEARANCE, PathPlanner
+from rosoclingo_simulator.navigation.right_of_way import Neighbour, RightOfWay, careful
+from rosoclingo_simulator.physics.laser import Scan
+from rosoclingo_simulator.physics.physics import Pose
 
 _PLAN_SECONDS = 1.0  # between two plans, unless something is in the way
 _PROGRESS_METRES = 0.2  # moving less is no progress

@@ -8,9 +8,9 @@ from typing import Any, Optional, Tuple
 import numpy as np
 from scipy.ndimage import distance_transform_edt, uniform_filter1d
 
-from rosoclingo_simulator.simulator.grid import CellGrid
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap
-from rosoclingo_simulator.simulator.physics import ROBOT_RADIUS, Pose
+from rosoclingo_simulator.physics.grid import CellGrid
+from rosoclingo_simulator.physics.occupancy import OccupancyMap
+from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, Pose
 
 CLEARANCE = ROBOT_RADIUS + 0.04
 """How far a path keeps from all that is known to be there, in metres."""
