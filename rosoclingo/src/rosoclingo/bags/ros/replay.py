@@ -19,8 +19,8 @@ from rosoclingo.bags.compare.junit import Suite
 from rosoclingo.bags.errors import IncompleteBagError
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.replay.player import Replayed, play
 from rosoclingo.bags.replay.startup import check, has_same_encodings, starts
+from rosoclingo.bags.ros.player import Replayed, play
 from rosoclingo.bags.text import PROGRESS, say
 from rosoclingo.loop.journal import CommandDone, Event, PlanFound
 

@@ -16,12 +16,12 @@ from rosoclingo.bags.compare.comparison import Stall
 from rosoclingo.bags.errors import ReplayError
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.read.run import Run
-from rosoclingo.bags.replay.connection import Connection
 from rosoclingo.bags.replay.input_schedule import input_schedule
-from rosoclingo.bags.replay.nodes import ReplayNodes
 from rosoclingo.bags.replay.progress import ReplayProgress
 from rosoclingo.bags.replay.replays import ExactReplay, FreeReplay, Replay
 from rosoclingo.bags.replay.startup import Start
+from rosoclingo.bags.ros.connection import Connection
+from rosoclingo.bags.ros.replay_nodes import ReplayNodes
 from rosoclingo.loop import journal
 
 # Searches are long, and what they have found is seen from what follows.

@@ -9,9 +9,9 @@ import rospy
 
 from rosclingo.ros.local_master import LocalMaster, executable
 from rosoclingo.bags.errors import ReplayError
-from rosoclingo.bags.replay.connection import Connection
 from rosoclingo.bags.replay.input_schedule import rest
 from rosoclingo.bags.replay.startup import SOLVERS, Start
+from rosoclingo.bags.ros.connection import Connection
 from rosoclingo.loop import journal
 from rosoclingo.loop.inputs import replay_inbox
 from rosoclingo.loop.inputs.replay_inbox import Phase, ScheduledInput, ScheduledKind
