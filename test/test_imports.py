@@ -35,7 +35,7 @@ FLOORS = {
         "ledger", "execution", "interface", "executor", "retransmitter", "ros", "node",
     ],
     "rosoclingo_examples": ["orders", "ros"],
-    "rosoclingo_rviz": ["errors", "ros"],
+    "rosoclingo_rviz": ["ros"],
     "rosoclingo_simulator": [
         "errors", "calls", "pacer", "followed_clock", "world", "physics", "navigation", "ros",
     ],

@@ -11,8 +11,8 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from rosclingo.errors import RosclingoError
 from rosoclingo.drawing.shapes import Shape
-from rosoclingo_rviz.errors import MarkerFileError
 
 _TYPES: Dict[str, int] = {
     "lines": Marker.LINE_LIST,
@@ -23,6 +23,10 @@ _TYPES: Dict[str, int] = {
     "text": Marker.TEXT_VIEW_FACING,
 }
 _LISTS = ("lines", "dots", "arrow")  # whose points are in the marker's points
+
+
+class MarkerFileError(RosclingoError):
+    """A file that is no visualization_msgs/MarkerArray; the message names it and the remedy."""
 
 
 def read_markers(file: str) -> List[Marker]:
