@@ -12,7 +12,10 @@ from typing import DefaultDict, Iterator, List, Sequence
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-ROS = {"rospy", "actionlib", "rosgraph", "rosbag"}
+ROS = {  # but for rospkg, which looks for folders only
+    "rospy", "actionlib", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib", "rosmaster",
+    "rosparam", "rosservice", "rostopic", "tf", "tf2_ros",
+}  # fmt: skip
 
 # From the bottom up: each may import from those before it. Modules stand beside folders.
 FLOORS = {
@@ -24,22 +27,22 @@ FLOORS = {
         "drawing", "commands", "single", "store",
         "why", "bags.text", "ros",  # below the other bags: no live node imports a replay
         "bags.errors", "bags.wire", "bags.topics", "bags.model",
-        "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.report",
+        "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.ros", "bags.report",
         "profile", "desk", "scaffold", "check", "pddl",
     ],
     "rosoclingo_interfaces": [
-        "errors", "store_file", "prompt", "topics", "journal", "announcements",
-        "ledger", "execution", "interface", "executor", "clock", "retransmitter", "node",
-        "fulfill", "pickup_deliver", "un_block", "navigation",
+        "errors", "store_file", "prompt", "announcements", "watchdog", "navigation",
+        "ledger", "execution", "interface", "executor", "retransmitter", "ros", "node",
     ],
-    "rosoclingo_rviz": ["errors", "messages", "node"],
-    "rosoclingo_simulator": ["errors", "world", "simulator"],
-    "rosoclingo_gazebo": ["navigation", "demo"],
-}  # fmt: skip
-NEED_ROS = {
-    "rosclingo.ros", "rosoclingo.ros", "rosoclingo.bags.record", "rosoclingo.bags.replay",
+    "rosoclingo_examples": ["orders", "ros"],
+    "rosoclingo_rviz": ["ros"],
+    "rosoclingo_simulator": [
+        "errors", "calls", "pacer", "followed_clock", "world", "physics", "navigation", "ros",
+    ],
+    "rosoclingo_gazebo": ["demo", "ros"],
 }  # fmt: skip
 GENERATED = ("msg", "srv")
+PUBLIC = "rosoclingo_interfaces.node"  # by which programs of users import what is in ros/
 PRIVATE = ("rospy.impl", "clingo._internal", "clingo.core")  # which only patches import
 
 
@@ -54,13 +57,17 @@ def floor_of(package: str, module: str) -> str:
 
 
 def imports(file: Path) -> Iterator[str]:
-    """Yields the modules that a file imports."""
+    """Yields the modules that a file imports, also in a function, and by a name in quotes."""
     for node in ast.walk(ast.parse(file.read_text())):
         if isinstance(node, ast.Import):
             yield from (name.name for name in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{file}: a relative import"
             yield from (f"{node.module}.{name.name}" for name in node.names)
+        elif isinstance(node, ast.Call):
+            called = getattr(node.func, "attr", getattr(node.func, "id", ""))
+            if called in ("import_module", "__import__") and isinstance(node.args[0], ast.Constant):
+                yield str(node.args[0].value)
 
 
 def modules(package: str) -> Sequence[Path]:
@@ -85,18 +92,33 @@ def test_no_arrow_goes_up(package: str) -> None:
     assert not wrong
 
 
-@pytest.mark.parametrize("package", ["rosclingo", "rosoclingo"])
-def test_ros_is_needed_only_where_it_is_said(package: str) -> None:
+def needs_ros(target: str) -> bool:
+    """Tells if a module is of ROS, has messages, or is in one of our folders for ROS."""
+    first, *rest = target.split(".")
+    return first in ROS or any(part in ("ros", *GENERATED) for part in rest)
+
+
+def test_ros_is_imported_in_folders_of_this_name_only() -> None:
     wrong: List[str] = []
-    for file in modules(package):
-        module = ".".join(file.relative_to(ROOT / package / "src").with_suffix("").parts)
-        if any(module.startswith(f"{folder}.") for folder in NEED_ROS):
-            continue
-        ours = [t for t in imports(file) if t.split(".")[0] in FLOORS]
-        needs = [t for t in imports(file) if t.split(".")[0] in ROS]
-        needs += [t for t in ours if t.split(".")[1] in (*GENERATED, "ros")]
-        wrong += [f"{module} imports {target}" for target in needs]
+    for file in sorted(ROOT.glob("*/src/**/*.py")):
+        parts = file.relative_to(ROOT).with_suffix("").parts[2:]
+        if "ros" not in parts and ".".join(parts) != PUBLIC:
+            wrong += [f"{file} imports {target}" for target in imports(file) if needs_ros(target)]
     assert not wrong
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "import rospy as r", "import os, actionlib.action_client", "from rospy import loginfo",
+        "from std_msgs.msg import String", "from rosoclingo import msg",
+        "import rosclingo.ros.init", "importlib.import_module('rospy')", "__import__('rospy')",
+    ],
+)  # fmt: skip
+def test_each_form_of_an_import_is_seen(line: str, tmp_path: Path) -> None:
+    file = tmp_path / "some.py"
+    file.write_text(f"def late():\n    {line}\n")
+    assert any(map(needs_ros, imports(file)))
 
 
 def test_libraries_are_patched_in_one_place() -> None:

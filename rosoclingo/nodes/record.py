@@ -1,5 +1,5 @@
 #!/usr/bin/env python
 import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
-from rosoclingo.bags.record.recorder import main
+from rosoclingo.bags.ros.recorder import main
 
 main()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python
 import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
-from rosoclingo_examples.session import main
+from rosoclingo_examples.ros.session import main
 
 main("mailbot_manual", with_object=False)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python
 import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
-from rosoclingo_gazebo.demo.fleet_node import main
+from rosoclingo_gazebo.ros.fleet_demo import main
 
 main()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python
 import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
-from rosoclingo_gazebo.navigation.check import main
+from rosoclingo_gazebo.ros.navigation_check import main
 
 main()

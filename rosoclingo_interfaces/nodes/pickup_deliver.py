@@ -1,5 +1,5 @@
 #!/usr/bin/env python
 import rosclingo.start  # noqa: F401 (Ctrl-C ends it at once)
-from rosoclingo_interfaces.pickup_deliver import main
+from rosoclingo_interfaces.ros.pickup_deliver import main
 
 main()

@@ -24,8 +24,8 @@ from rosoclingo.msg import (
     ROSoClingoGoal,
     ROSoClingoResult,
 )
-from rosoclingo_examples.client import RequestClient
 from rosoclingo_examples.orders import Bring, Orders
+from rosoclingo_examples.ros.client import RequestClient
 from rosoclingo_interfaces.errors import LineError
 
 TIMEOUT = 180.0  # seconds; no more than a bound for what never comes

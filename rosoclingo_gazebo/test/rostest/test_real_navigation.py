@@ -11,7 +11,7 @@ import rospkg
 import rospy
 import rostest
 
-from rosoclingo_gazebo.navigation.check import LOCALISATION, NAVIGATION, missing, plugins
+from rosoclingo_gazebo.ros.navigation_check import LOCALISATION, NAVIGATION, missing, plugins
 
 TIMEOUT = 700.0  # seconds for a scenario; no more than a bound for what never comes
 SYSTEMS = ("single", "recording", "dyn_reset")

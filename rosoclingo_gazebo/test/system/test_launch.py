@@ -15,7 +15,7 @@ import pytest
 import yaml
 from terminals import Terminals, package, terminals
 
-from rosoclingo_gazebo.navigation.check import missing
+from rosoclingo_gazebo.ros.navigation_check import missing
 
 __all__ = ["terminals"]
 

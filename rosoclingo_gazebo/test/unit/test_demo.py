@@ -27,7 +27,7 @@ from rosoclingo_gazebo.demo.labels import LabelBox, place
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.story import BOOK, LETTER, DemoStory
 from rosoclingo_gazebo.demo.trace import DriveEventKind, DriveTrace
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap
+from rosoclingo_simulator.physics.occupancy import OccupancyMap
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 OFFICE = REPOSITORY / "rosoclingo_aspprograms" / "mailbot" / "instances" / "graph_wg.lp"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from rosoclingo_interfaces.clock import Watchdog
 from rosoclingo_interfaces.navigation.cross_track import PathPoint, Way
+from rosoclingo_interfaces.watchdog import Watchdog
 
 
 @pytest.mark.parametrize(

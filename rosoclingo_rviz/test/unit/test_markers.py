@@ -12,7 +12,7 @@ from rosoclingo.drawing.errors import GraphError
 from rosoclingo.drawing.graph import Graph, read_graph
 from rosoclingo.drawing.shapes import DELIVERED, PACKAGE, Shape, draw
 from rosoclingo.drawing.situation import MapSituation, Package
-from rosoclingo_rviz.messages import marker_array
+from rosoclingo_rviz.ros.messages import marker_array
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 INSTANCE = REPOSITORY / "rosoclingo_aspprograms" / "mailbot" / "instances" / "graph_wg.lp"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap, read_map
-from rosoclingo_simulator.simulator.planner import PathPlanner
+from rosoclingo_simulator.navigation.planner import PathPlanner
+from rosoclingo_simulator.physics.occupancy import OccupancyMap, read_map
 
 PACKAGE = Path(__file__).resolve().parents[2]
 

@@ -10,15 +10,15 @@ import pytest
 from draws import draws
 
 from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
-from rosoclingo_simulator.simulator.costmap import Costmap
-from rosoclingo_simulator.simulator.follower import Limits
-from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.move_base import End, MoveBaseDriver
-from rosoclingo_simulator.simulator.obstacles import Obstacles
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap
-from rosoclingo_simulator.simulator.physics import Pose
-from rosoclingo_simulator.simulator.planner import PathPlanner
-from rosoclingo_simulator.simulator.simulation import Simulation
+from rosoclingo_simulator.navigation.costmap import Costmap
+from rosoclingo_simulator.navigation.follower import Limits
+from rosoclingo_simulator.navigation.move_base import End, MoveBaseDriver
+from rosoclingo_simulator.navigation.planner import PathPlanner
+from rosoclingo_simulator.navigation.simulation import Simulation
+from rosoclingo_simulator.physics.kinematic import KinematicPhysics
+from rosoclingo_simulator.physics.obstacles import Obstacles
+from rosoclingo_simulator.physics.occupancy import OccupancyMap
+from rosoclingo_simulator.physics.physics import Pose
 
 PACKAGE = Path(__file__).resolve().parents[2]
 INSTANCE = PACKAGE.parent / "rosoclingo_aspprograms" / "mailbot" / "instances" / "graph_wg.lp"

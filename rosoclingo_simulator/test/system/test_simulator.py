@@ -29,7 +29,7 @@ def test_ctrl_c_ends_it(
 INTERRUPTED = """
 import os, signal, threading
 import rospy
-from rosoclingo_simulator.simulator.node import SimulatorNode, main
+from rosoclingo_simulator.ros.node import SimulatorNode, main
 
 run = SimulatorNode.run
 entered, goes_on = threading.Event(), threading.Event()
@@ -95,8 +95,8 @@ import ast, sys
 import rospy
 from rosclingo.errors import RosclingoError
 from rosclingo.ros.init import init_node
-from rosoclingo_simulator.simulator.node import SimulatorNode
-from rosoclingo_simulator.simulator.settings import read_settings
+from rosoclingo_simulator.ros.node import SimulatorNode
+from rosoclingo_simulator.ros.settings import read_settings
 
 init_node("simulator")
 for name, value in ast.literal_eval(sys.argv[1]):

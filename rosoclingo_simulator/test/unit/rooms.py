@@ -8,8 +8,8 @@ from typing import Iterable, Sequence, Tuple
 
 import numpy as np
 
-from rosoclingo_simulator.simulator.occupancy import FREE, OCCUPIED, OccupancyMap
-from rosoclingo_simulator.simulator.physics import Box
+from rosoclingo_simulator.physics.occupancy import FREE, OCCUPIED, OccupancyMap
+from rosoclingo_simulator.physics.physics import Box
 
 RADIUS = 0.18  # m, of the robot
 RESOLUTION = 0.05  # m

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from rooms import room
 
-from rosoclingo_simulator.simulator.costmap import Costmap
-from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.laser import look
-from rosoclingo_simulator.simulator.physics import Box, Pose
-from rosoclingo_simulator.simulator.planner import PathPlanner
+from rosoclingo_simulator.navigation.costmap import Costmap
+from rosoclingo_simulator.navigation.planner import PathPlanner
+from rosoclingo_simulator.physics.kinematic import KinematicPhysics
+from rosoclingo_simulator.physics.laser import look
+from rosoclingo_simulator.physics.physics import Box, Pose
 
 FLOOR = room()
 GRID = PathPlanner(FLOOR).grid

@@ -8,7 +8,7 @@ from typing import List, Optional
 
 import pytest
 
-from rosoclingo_simulator.simulator.followed_clock import FollowedClock
+from rosoclingo_simulator.followed_clock import FollowedClock
 
 STEP = 0.05
 TIMEOUT = 180.0  # seconds of wall time; no more than a bound for what never comes

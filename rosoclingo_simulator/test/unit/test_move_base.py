@@ -7,13 +7,13 @@ from typing import Callable, List, Tuple
 import pytest
 from rooms import RADIUS, WALLS, box_of, gap, room
 
-from rosoclingo_simulator.simulator.costmap import Costmap
-from rosoclingo_simulator.simulator.follower import Limits
-from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.move_base import DriveOutcome, End, MoveBaseDriver
-from rosoclingo_simulator.simulator.physics import Box, Pose
-from rosoclingo_simulator.simulator.planner import PathPlanner
-from rosoclingo_simulator.simulator.simulation import Simulation
+from rosoclingo_simulator.navigation.costmap import Costmap
+from rosoclingo_simulator.navigation.follower import Limits
+from rosoclingo_simulator.navigation.move_base import DriveOutcome, End, MoveBaseDriver
+from rosoclingo_simulator.navigation.planner import PathPlanner
+from rosoclingo_simulator.navigation.simulation import Simulation
+from rosoclingo_simulator.physics.kinematic import KinematicPhysics
+from rosoclingo_simulator.physics.physics import Box, Pose
 
 FLOOR = room()
 PLANNER = PathPlanner(FLOOR)

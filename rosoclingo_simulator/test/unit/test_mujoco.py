@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from rosoclingo_simulator.errors import ObstacleError, PhysicsError
-from rosoclingo_simulator.simulator.mujoco.mujoco_physics import BOXES, MujocoPhysics
-from rosoclingo_simulator.simulator.mujoco.rendering import Eye, focal_length, mounting
-from rosoclingo_simulator.simulator.physics import Box, Pose
+from rosoclingo_simulator.physics.mujoco.mujoco_physics import BOXES, MujocoPhysics
+from rosoclingo_simulator.physics.mujoco.rendering import Eye, focal_length, mounting
+from rosoclingo_simulator.physics.physics import Box, Pose
 
 PACKAGE = Path(__file__).parents[2]
 ROBOT = PACKAGE / "models" / "turtlebot.xml"
@@ -241,10 +241,10 @@ def test_physics_works_whatever_mujoco_gl_is_and_the_camera_says_what_helps(
 ) -> None:
     program = (
         "import sys; from pathlib import Path\n"
-        "from rosoclingo_simulator.simulator.mujoco.mujoco_physics import MujocoPhysics\n"
-        "from rosoclingo_simulator.simulator.physics import Pose\n"
-        "from rosoclingo_simulator.simulator.mujoco.rendering import Eye\n"
-        "from rosoclingo_simulator.simulator.mujoco.headless import OpenGLError\n"
+        "from rosoclingo_simulator.physics.mujoco.mujoco_physics import MujocoPhysics\n"
+        "from rosoclingo_simulator.physics.physics import Pose\n"
+        "from rosoclingo_simulator.physics.mujoco.rendering import Eye\n"
+        "from rosoclingo_simulator.physics.mujoco.headless import OpenGLError\n"
         "robot = MujocoPhysics(Path(sys.argv[1]), Pose(1, 0, 0), Path(sys.argv[2]))\n"
         "robot.step(0, 0, 0.1)\n"
         "try:\n"

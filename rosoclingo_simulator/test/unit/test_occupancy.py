@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rooms import WALLS, box_of, gap, room
 
 from rosoclingo_simulator.errors import MapError
-from rosoclingo_simulator.simulator.occupancy import FREE, OCCUPIED, UNKNOWN, read_map
+from rosoclingo_simulator.physics.occupancy import FREE, OCCUPIED, UNKNOWN, read_map
 
 ABOUT = {
     "image": "floor.pgm",

@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rooms import RADIUS, RESOLUTION, WALLS, beam, box_of, gap, room, write_world
 
-from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.mujoco.mujoco_physics import MujocoPhysics
-from rosoclingo_simulator.simulator.physics import Box, Physics, Pose
+from rosoclingo_simulator.physics.kinematic import KinematicPhysics
+from rosoclingo_simulator.physics.mujoco.mujoco_physics import MujocoPhysics
+from rosoclingo_simulator.physics.physics import Box, Physics, Pose
 
 STEP = 0.05  # s
 # MuJoCo's contacts give way, most at a wall's corner, and then push back.

@@ -13,9 +13,9 @@ from office import PACKAGE, WAYPOINTS
 from rooms import RADIUS, WALLS, box_of, gap, room
 
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
-from rosoclingo_simulator.simulator.occupancy import read_map
-from rosoclingo_simulator.simulator.physics import Pose
-from rosoclingo_simulator.simulator.planner import CLEARANCE, PathPlanner, lengths
+from rosoclingo_simulator.navigation.planner import CLEARANCE, PathPlanner, lengths
+from rosoclingo_simulator.physics.occupancy import read_map
+from rosoclingo_simulator.physics.physics import Pose
 
 PLANNER = PathPlanner(room())
 SOLID = [box_of(wall) for wall in WALLS]

@@ -14,17 +14,17 @@ from rooms import RADIUS, beam, box_of, room
 
 from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
 from rosoclingo_simulator.errors import ObstacleError
-from rosoclingo_simulator.simulator.costmap import Costmap
-from rosoclingo_simulator.simulator.follower import Limits
-from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.laser import look
-from rosoclingo_simulator.simulator.move_base import End, MoveBaseDriver
-from rosoclingo_simulator.simulator.obstacles import Obstacles
-from rosoclingo_simulator.simulator.occupancy import OccupancyMap
-from rosoclingo_simulator.simulator.physics import STEP_SECONDS, Box, Pose
-from rosoclingo_simulator.simulator.planner import PathPlanner
-from rosoclingo_simulator.simulator.right_of_way import Neighbour, careful
-from rosoclingo_simulator.simulator.simulation import Fleet, Simulation
+from rosoclingo_simulator.navigation.costmap import Costmap
+from rosoclingo_simulator.navigation.follower import Limits
+from rosoclingo_simulator.navigation.move_base import End, MoveBaseDriver
+from rosoclingo_simulator.navigation.planner import PathPlanner
+from rosoclingo_simulator.navigation.right_of_way import Neighbour, careful
+from rosoclingo_simulator.navigation.simulation import Fleet, Simulation
+from rosoclingo_simulator.physics.kinematic import KinematicPhysics
+from rosoclingo_simulator.physics.laser import look
+from rosoclingo_simulator.physics.obstacles import Obstacles
+from rosoclingo_simulator.physics.occupancy import OccupancyMap
+from rosoclingo_simulator.physics.physics import STEP_SECONDS, Box, Pose
 
 OPEN = (
     (-1.0, -2.0, 7.0, -1.8), (-1.0, 3.8, 7.0, 4.0), (-1.0, -2.0, -0.8, 4.0), (6.8, -2.0, 7.0, 4.0),

@@ -12,13 +12,13 @@ from rooms import WALLS, box_of, gap, room
 
 from rosclingo.errors import RosclingoError
 from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
+from rosoclingo_simulator.calls import Calls
 from rosoclingo_simulator.errors import ObstacleError
-from rosoclingo_simulator.simulator.calls import Calls
-from rosoclingo_simulator.simulator.kinematic import KinematicPhysics
-from rosoclingo_simulator.simulator.obstacles import Obstacles
-from rosoclingo_simulator.simulator.pacer import Pacer
-from rosoclingo_simulator.simulator.physics import Box, Pose
-from rosoclingo_simulator.simulator.settings import DEFAULT_POSE, parse_pose
+from rosoclingo_simulator.pacer import Pacer
+from rosoclingo_simulator.physics.kinematic import KinematicPhysics
+from rosoclingo_simulator.physics.obstacles import Obstacles
+from rosoclingo_simulator.physics.physics import Box, Pose
+from rosoclingo_simulator.ros.settings import DEFAULT_POSE, parse_pose
 
 FLOOR = room()
 SOLID = [box_of(wall) for wall in WALLS]

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from rosoclingo_simulator.simulator.grid import CellGrid
-from rosoclingo_simulator.simulator.walls import Walls
+from rosoclingo_simulator.physics.grid import CellGrid
+from rosoclingo_simulator.physics.walls import Walls
 
 SIZE, CELL, LONGEST = 12, 0.5, 5.0  # cells, metres, metres
 GRID = CellGrid(-1.0, 2.0, CELL, SIZE, SIZE)

@@ -1,5 +1,4 @@
 """Records runs in bags, replays them through the nodes, and shows them.
 
-Only the ROS halves of recording and replaying need ROS; reading, comparing and reporting run
-without it.
+Only recording and replaying need ROS; reading, comparing and reporting run without it.
 """

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from rosoclingo_gazebo.demo.labels import LabelBox, place
 from rosoclingo_gazebo.demo.trace import DriveEvent, DriveEventKind, DriveTrace, TracePoint
-from rosoclingo_simulator.simulator.occupancy import FREE, OccupancyMap
+from rosoclingo_simulator.physics.occupancy import FREE, OccupancyMap
 
 _INCHES = (12.0, 7.6)
 _DOTS_PER_INCH = 110

@@ -1,1 +1,1 @@
-"""The action go of a robot that drives, by move_base."""
+"""The ways of a robot that drives: waypoints, cross-track error, and what ends a drive."""

@@ -1,1 +1,1 @@
-"""Records a run in a bag, of which little is lost when the recorder is killed."""
+"""A bag while it is recorded, of which little is lost when the recorder is killed."""

@@ -1,1 +1,1 @@
-"""Replays a recorded run through the nodes, on a ROS master of its own."""
+"""The schedule of a replay: which inputs come when, and how far the run is."""

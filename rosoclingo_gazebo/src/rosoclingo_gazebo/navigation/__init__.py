@@ -1,1 +1,0 @@
-"""Support for ROS's own navigation in the office."""

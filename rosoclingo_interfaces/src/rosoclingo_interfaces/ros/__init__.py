@@ -1,0 +1,1 @@
+"""Nodes that do actions or announce blocked paths, their topics, and a client of move_base."""

@@ -1,0 +1,1 @@
+"""The node that draws a map and what goes on in it, and its messages."""

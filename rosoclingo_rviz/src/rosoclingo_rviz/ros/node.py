@@ -1,0 +1,116 @@
+"""The ROS node that draws a graph for rviz."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any, Callable, List, NoReturn
+
+import rospy
+from actionlib_msgs.msg import GoalStatus
+from visualization_msgs.msg import Marker, MarkerArray
+
+from rosclingo.errors import TermError
+from rosclingo.ros import parameters
+from rosclingo.ros.init import init_node, run_node
+from rosclingo.ros.low_latency import publisher, subscriber
+from rosoclingo.drawing.graph import Graph, read_graph
+from rosoclingo.drawing.shapes import draw
+from rosoclingo.drawing.situation import MapSituation
+from rosoclingo.msg import (
+    ROSoClingoActionGoal,
+    ROSoClingoActionResult,
+    ROSoClingoIn,
+    ROSoClingoOut,
+    ROSoClingoPlan,
+)
+from rosoclingo_interfaces.ros.topics import topic
+from rosoclingo_rviz.ros.messages import marker_array, read_markers
+
+_USAGE = """\
+usage: graph_markers.py _instance:="FILE..." [_PARAMETER:=VALUE]... [ROS remappings]
+
+Publishes ~markers for rviz: the graph of an instance with coordinates, blocked ways, the plan
+ahead, packages and robots. The package's README lists the parameters."""
+
+ROBOT_TOPICS = "{robot}"
+"""In the name of a robot's frame, it stands for the robot's name."""
+
+
+class MarkerNode:
+    """Follows rosoclingo's topics, and publishes a drawing after each change."""
+
+    def __init__(self, graph: Graph, background: List[Marker], frame: str, robot: str) -> None:
+        """Opens the topics, and publishes the first drawing.
+
+        Args:
+            graph: The graph to draw.
+            background: Markers to show as well.
+            frame: The frame of the map.
+            robot: The frame of a robot; ``{robot}`` in it stands for the robot's name.
+        """
+        self._graph = graph
+        self._background = background
+        self._frame = frame
+        self._robot = robot
+        self._lock = threading.Lock()  # guards the situation, and keeps drawings in order
+        self._situation = MapSituation(graph.starts)
+        self._markers = publisher("~markers", MarkerArray, latch=True, queue_size=10)
+        self._publish()
+        hear = self._situation
+        self._subscribers = [
+            self._subscribe("in", ROSoClingoIn, lambda m: hear.hear(m.id, m.value)),
+            self._subscribe("out", ROSoClingoOut, lambda m: hear.begin_action(m.id, m.action)),
+            self._subscribe("plan", ROSoClingoPlan, lambda m: hear.set_plan(m.actions)),
+            self._subscribe(
+                "goal",
+                ROSoClingoActionGoal,
+                lambda m: hear.begin_goal(m.goal_id.id, m.goal.request),
+            ),
+            self._subscribe(
+                "result",
+                ROSoClingoActionResult,
+                lambda m: hear.end_goal(
+                    m.status.goal_id.id, m.status.status == GoalStatus.SUCCEEDED
+                ),
+            ),
+        ]
+
+    def _subscribe(self, name: str, kind: Any, take: Callable[[Any], None]) -> rospy.Subscriber:
+        def on_message(message: Any) -> None:
+            with self._lock:
+                try:
+                    take(message)
+                except TermError as err:
+                    rospy.logwarn("ignored a message of %s: %s", topic(name), err)
+                    return
+                self._publish()
+
+        return subscriber(topic(name), kind, on_message)
+
+    def _publish(self) -> None:
+        shapes = draw(self._graph, self._situation)
+        message = marker_array(
+            shapes,
+            self._background,
+            self._frame,
+            lambda name: self._robot.replace(ROBOT_TOPICS, name),
+        )
+        self._markers.publish(message)
+
+
+def main() -> NoReturn:
+    """Runs the node until it is shut down, and ends the process.
+
+    The exit status is 0, or 2 if a parameter or a file is wrong.
+    """
+    init_node("graph_markers", usage=_USAGE)
+    run_node(_make)
+
+
+def _make() -> MarkerNode:
+    files = parameters.words("instance")
+    if not files:
+        raise parameters.wrong("instance", "name the instance's files")
+    background = [marker for file in parameters.words("world") for marker in read_markers(file)]
+    frame, robot = parameters.text("frame", "map"), parameters.text("robot_frame", "base_link")
+    return MarkerNode(read_graph(files), background, frame, robot)

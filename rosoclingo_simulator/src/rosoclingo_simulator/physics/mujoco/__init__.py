@@ -1,0 +1,1 @@
+"""Physics and pictures by MuJoCo, which are imported only if they are wanted."""

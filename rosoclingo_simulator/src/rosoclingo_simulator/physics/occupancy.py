@@ -1,0 +1,165 @@
+"""Reads an occupancy map in map_server's format: a YAML file and a picture."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any, Dict
+
+import numpy as np
+import yaml
+from PIL import Image, UnidentifiedImageError
+from scipy.ndimage import distance_transform_edt
+
+from rosoclingo_simulator.errors import MapError
+from rosoclingo_simulator.physics.grid import CellGrid
+
+FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+
+_EXACT_CELLS = 8  # up to so many cells away, a distance is measured instead of estimated
+_NEIGHBOURS = np.arange(-_EXACT_CELLS - 2, _EXACT_CELLS + 3)
+
+
+class OccupancyMap:
+    """An occupancy grid of a floor. Immutable; thread-safe.
+
+    What is not free is solid, and so is all that is outside of the map.
+
+    Attributes:
+        grid: Where the cells are.
+        cells: Each is ``FREE``, ``OCCUPIED`` or ``UNKNOWN``, as in ``nav_msgs/OccupancyGrid``.
+        framed: The cells, with a frame of solid ones around them.
+        solid: Which cells of ``framed`` are solid.
+        distances: From the centre of each cell of ``framed`` to that of the next solid one, in
+            metres.
+    """
+
+    def __init__(self, cells: np.ndarray, resolution: float, x: float, y: float) -> None:
+        """Makes a map.
+
+        Args:
+            cells: As the attribute; row 0 is at the least y.
+            resolution: Width of a cell, in metres.
+            x: The left edge, in metres.
+            y: The lower edge, in metres.
+        """
+        self.cells = cells.astype(np.int8)
+        rows, columns = cells.shape
+        self.grid = CellGrid(x, y, resolution, rows, columns)
+        self.framed = CellGrid(x - resolution, y - resolution, resolution, rows + 2, columns + 2)
+        self.solid = np.pad(self.cells != FREE, 1, constant_values=True)
+        self.distances = distance_transform_edt(~self.solid).astype(np.float32) * resolution
+
+    def distances_at(self, points: np.ndarray) -> np.ndarray:
+        """Returns how far points are from what is solid, in metres, give or take a cell."""
+        return self.distances[self.framed.cells(points)]
+
+    def clearance(self, x: float, y: float) -> float:
+        """Returns how far a point is from what is solid, in metres; 0 inside of it.
+
+        That is exact up to eight cells, and from there on not more than the true distance.
+        """
+        grid = self.framed
+        resolution = grid.resolution
+        column, row = (x - grid.x) / resolution, (y - grid.y) / resolution
+        if not (0 <= column < grid.columns and 0 <= row < grid.rows):
+            return 0.0
+        middle_row, middle_column = int(row), int(column)
+        estimate = float(self.distances[middle_row, middle_column])
+        if estimate > _EXACT_CELLS * resolution:
+            return estimate - math.sqrt(2) * resolution
+        # How far the nearest point of each cell around is, along each axis.
+        rows, columns = middle_row + _NEIGHBOURS, middle_column + _NEIGHBOURS
+        below = np.maximum(0.0, np.abs(rows + 0.5 - row) - 0.5) ** 2
+        aside = np.maximum(0.0, np.abs(columns + 0.5 - column) - 0.5) ** 2
+        solid = self.solid[
+            np.clip(rows, 0, grid.rows - 1)[:, None], np.clip(columns, 0, grid.columns - 1)
+        ]
+        squares = np.where(solid, below[:, None] + aside, np.inf)
+        return math.sqrt(float(squares.min())) * resolution
+
+
+def read_map(file: Path) -> OccupancyMap:
+    """Reads a map.
+
+    Args:
+        file: The YAML file, which names the picture.
+
+    Raises:
+        MapError: It cannot be read, or is no map of this kind.
+    """
+    values = _read_yaml(file)
+    picture = values.get("image")
+    if not isinstance(picture, str):
+        raise MapError(f"{file}: image: expected the name of a picture: {picture}")
+    resolution = _number(file, values, "resolution")
+    if resolution <= 0:
+        raise MapError(f"{file}: resolution: expected metres per pixel: {resolution}")
+    occupied = _number(file, values, "occupied_thresh")
+    free = _number(file, values, "free_thresh")
+    if not 0 <= free <= occupied <= 1:
+        raise MapError(
+            f"{file}: expected 0 <= free_thresh <= occupied_thresh <= 1: {free}, {occupied}"
+        )
+    negate = values.get("negate", 0)
+    if negate not in (0, 1):
+        raise MapError(f"{file}: negate: expected 0 or 1: {negate}")
+    mode = values.get("mode", "trinary")
+    if mode != "trinary":
+        raise MapError(f"{file}: mode: expected trinary: {mode}")
+    origin = values.get("origin")
+    if not (isinstance(origin, list) and len(origin) == 3 and all(map(_is_number, origin))):
+        raise MapError(f"{file}: origin: expected [x, y, yaw]: {origin}")
+    if origin[2] != 0:
+        raise MapError(f"{file}: origin: expected a yaw of 0: {origin[2]}")
+    grey = _read_picture(file.parent / picture)
+    probability = grey if negate else 1.0 - grey
+    cells = np.full(grey.shape, UNKNOWN, np.int8)
+    cells[probability > occupied] = OCCUPIED
+    cells[probability < free] = FREE
+    return OccupancyMap(cells[::-1], resolution, float(origin[0]), float(origin[1]))
+
+
+def _read_yaml(file: Path) -> Dict[str, Any]:
+    try:
+        values = yaml.safe_load(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as err:
+        raise MapError(f"cannot read the map {file}: {err}") from err
+    except yaml.YAMLError as err:
+        raise MapError(f"the map {file} is not YAML: {err}") from err
+    if not isinstance(values, dict):
+        raise MapError(f"{file}: expected the keys of a map, such as image and resolution")
+    return values
+
+
+def _read_picture(file: Path) -> np.ndarray:
+    """Returns how bright the pixels are, from 0 to 1."""
+    try:
+        with Image.open(file) as picture:
+            _check_length(file, picture.width * picture.height)
+            if picture.mode.startswith("I"):  # 16 bits, which Pillow does not scale
+                return np.asarray(picture, np.float64) / 65535.0
+            return np.asarray(picture.convert("L"), np.float64) / 255.0
+    except UnidentifiedImageError as err:
+        raise MapError(f"{file}: expected a picture such as a PGM file of kind P5 or P2") from err
+    except (OSError, ValueError, SyntaxError) as err:
+        raise MapError(f"cannot read the picture {file}: {err}") from err
+
+
+def _check_length(file: Path, pixels: int) -> None:
+    """Refuses a picture of kind P2 that is cut off; Pillow before 9.5 makes up the rest."""
+    data = file.read_bytes()
+    if data.startswith(b"P2") and len(re.sub(b"#.*", b"", data).split()) < 4 + pixels:
+        raise ValueError("the picture is cut off")
+
+
+def _number(file: Path, values: Dict[str, Any], key: str) -> float:
+    value = values.get(key)
+    if not _is_number(value):
+        raise MapError(f"{file}: {key}: expected a number: {value}")
+    return float(value)  # type: ignore[arg-type]  # it is a number
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

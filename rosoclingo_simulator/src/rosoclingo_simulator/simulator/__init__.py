@@ -1,1 +1,0 @@
-"""A simulator of a robot with navigation, for systems without Gazebo."""
