@@ -103,7 +103,7 @@ class ActionExecution:
         return self.wait_until(event, self.seconds + seconds)
 
     def wait_until(self, event: threading.Event, end: float) -> bool:
-        """Waits for an event until the action's time, :attr:`seconds`, is some.
+        """Waits for an event, at most until the action has gone on for so many :attr:`seconds`.
 
         Returns:
             Whether the event is set.

@@ -59,7 +59,7 @@ class Prompt:
             yield line.strip()
 
     def say(self, text: str, last: bool = False) -> None:
-        """Prints a line, above of what is being typed; after the last line, nothing is printed."""
+        """Prints a line above what is being typed; nothing, once the last line was typed."""
         with self._output:
             if self._has_ended:
                 return

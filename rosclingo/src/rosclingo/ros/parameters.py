@@ -140,7 +140,7 @@ def terms(name: str, default: Sequence[str] = ()) -> List[str]:
 
 
 def wrong(name: str, reason: object) -> ParameterError:
-    """Returns the error of a parameter that is wrong for a reason."""
+    """Returns the error that says why a parameter is wrong."""
     return ParameterError(f"parameter {rospy.resolve_name(f'~{name}')}: {reason}")
 
 

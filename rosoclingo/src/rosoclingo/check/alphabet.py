@@ -141,7 +141,7 @@ def _in_order(term: Any) -> Any:
 
 
 def _told_events(program: Program, options: Options) -> Set[Pair]:
-    """Returns the events that an encoding knows which is asked about each by ``event(s,c)``.
+    """Returns the events that an encoding with the part ``event(s,c)`` knows.
 
     The parameters of that part become variables, and its externals rules.
     """

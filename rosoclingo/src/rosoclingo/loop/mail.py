@@ -179,7 +179,7 @@ class Mail(MailState):
         self._told_at = now
 
     def end_attempt(self, *, acts: bool = False) -> None:
-        """Ends the attempt, as the loop waits or acts: inputs are taken at once again."""
+        """Ends an attempt to plan: the loop waits or acts, and takes inputs at once again."""
         self._backoff.reset()
         if acts:
             self._pace.reset()

@@ -61,7 +61,7 @@ def write(contents: Dict[Path, bytes]) -> None:
 
 
 def main() -> NoReturn:
-    """Writes the files of a description.
+    """Writes the files that are made from a building's description.
 
     The exit status is 0, or 2 if the command line or the description is wrong.
     """

@@ -312,7 +312,7 @@ class Searching:
     def _solve_in_time(
         self, stopped: Callable[[], bool], *, compares: bool, best: Optional[Incumbent]
     ) -> Tuple[wire.Outcome, Optional[Quality]]:
-        """Does the work of :meth:`_solve` within its time, after which ``interrupted`` is set."""
+        """Searches for as long as is allowed; ``interrupted`` is set if that was too short."""
         found: List[wire.Improvement] = []
         limit = self._patience if not self._recorded.knows_searches else 0.0
         begin = time.monotonic()
