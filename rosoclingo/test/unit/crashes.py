@@ -14,8 +14,8 @@ from rosoclingo.loop.journal import AnswerArrived, Event, MessageArrived, Status
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal, GoalClient
+from rosoclingo.store.sqlite_store import SqliteStore
 from rosoclingo.store.store import Store
-from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
 ENDS = ("rejected", "succeeded", "canceled", "aborted")
 MANY = 10_000  # lives, or decisions in one
@@ -120,17 +120,21 @@ class World:
                 self._to_send.remove(message)
 
 
-class Life(StoredInbox, System):
+class Life(System):
     """One life of the process."""
 
     def __init__(self, world: World, store: Store, make: Callable[..., Loop]) -> None:
         self._world = world
         self.store = store
         self.known: Dict[str, Goal] = {}
-        super().__init__(store, make)
+        super().__init__(make)
+
+    @property
+    def stored(self) -> SqliteStore:
+        assert isinstance(self.durability, SqliteStore)
+        return self.durability
 
     def wait(self, timeout: float) -> bool:
-        self.waits()
         if not self._items:
             self._world.turn(self)
         if not self._items:
@@ -146,16 +150,15 @@ class Life(StoredInbox, System):
 
     def live(self) -> None:
         """Lives until there is nothing to do."""
-        loop = self.loop
-        assert isinstance(loop, StoredLoop)
+        loop, stored = self.loop, self.stored
         for client in self._world.clients.values():
             client.note = loop.state.note  # as the node does
-        self.known = loop.resume(lambda known: self._world.clients[known.id])
+        self.known = stored.resume(loop.state, lambda known: self._world.clients[known.id])
         for key in self.known:  # as the first list of statuses says
             client = self._world.clients[key]
             if self.store.goals[key].accepted and not client.words:
                 client.changed(StatusSet(key, Status.ACCEPTED))
-        for known in loop.unsure():
+        for known in stored.unsure:
             client = self._world.clients[known.id]
             if not client.end():
                 client.changed(StatusSet(known.id, known.status, "", known.reason))
@@ -190,12 +193,8 @@ class Runs:
 
     def make(self, store: Store) -> Callable[..., Loop]:
         def loop(inbox: Any, environment: Any) -> Loop:
-            parts = self.parts
-            return StoredLoop(
-                parts.decider(), parts.planner, parts.commands, inbox, environment,
-                store=store, started_with=lambda: self.started_with,
-                wait_for_solvers=self.wait,
-            )  # fmt: skip
+            durability = SqliteStore(store, lambda: self.started_with, self.wait)
+            return self.parts.loop(inbox, environment, durability=durability)
 
         return loop
 

@@ -32,9 +32,8 @@ from rosoclingo.loop.mode.controller import Controller
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.solver import Forwarding, Solver
-from rosoclingo.store import stored_loop
+from rosoclingo.store import sqlite_store
 from rosoclingo.store.store import Store
-from rosoclingo.store.stored_loop import StoredLoop
 
 REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)"]
 CANCELS = {"3": "accepted", "4": ""}
@@ -306,7 +305,7 @@ def test_the_end_of_a_process_in_a_reset_that_waits(
     folder: Path, early: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The next process does not take for done what has failed, and resets anew."""
-    monkeypatch.setattr(stored_loop, "_LATEST_SECONDS", 0.0)
+    monkeypatch.setattr(sqlite_store, "_LATEST_SECONDS", 0.0)
     runs = Runs(folder, DYN_RESET)
     constants = ("steps=30", "resets=every", "r=1", f"early={early}")
     options = [word for constant in constants for word in ("-c", constant)]
@@ -356,14 +355,12 @@ def test_a_solver_that_ends_before_it_has_said_what_it_is(folder: Path) -> None:
 
     with closing(Store(file)) as store:
         life = Life(waiting, store, runs.make(store))
-        loop = life.loop
-        assert isinstance(loop, StoredLoop)
-        loop._started_with = started_with
+        life.stored._started_with = started_with
         waiting.turn(life)
         with pytest.raises(StoreError, match="did not say") as error:
             life.live()
-        loop.end(str(error.value))
-        assert loop.is_refused
+        life.loop.end(str(error.value))
+        assert life.stored.is_refused
     assert not waiting.clients["1"].words
     runs.run(waiting, file=file)
     assert waiting.clients["1"].end() == ["succeeded"]
@@ -415,12 +412,11 @@ def test_a_solver_comes_back_with_something_else(folder: Path) -> None:
     runs.parts = replace(runs.parts, planner=mortal)
     mortal.lost_at = {30}
     with closing(Store(file)) as store:
-        loop = (life := Life(disturbed, store, runs.make(store))).loop
-        assert isinstance(loop, StoredLoop)
+        life = Life(disturbed, store, runs.make(store))
         with pytest.raises(StoreError, match=r"something else: .*the file line.lp") as error:
             life.live()
-        loop.end(str(error.value))
-        assert loop.is_refused
+        life.loop.end(str(error.value))
+        assert life.stored.is_refused
     assert any(client.words and not client.end() for client in disturbed.clients.values())
     runs.started_with = before
     runs.run(disturbed, file=file)
@@ -445,8 +441,7 @@ def test_what_a_plan_costs_is_shown_again(folder: Path, monkeypatch: pytest.Monk
     (first,) = shown
     assert first is not None
     with closing(Store(file)) as store:
-        loop = Life(world, store, runs.make(store)).loop
-        assert isinstance(loop, StoredLoop)
-        loop.resume(lambda known: world.clients[known.id])
-        loop.prepare()
+        life = Life(world, store, runs.make(store))
+        life.stored.resume(life.loop.state, lambda known: world.clients[known.id])
+        life.loop.prepare()
     assert shown == [first, first]

@@ -189,7 +189,7 @@ def test_nothing_is_learned_from_a_time_in_which_nobody_listened(
 
     monkeypatch.setattr(Life, "world_now", lambda life: life._world.clock, raising=False)
     monkeypatch.setattr("crashes.Store", back_late)
-    monkeypatch.setattr("rosoclingo.store.stored_loop._SHORT_PAUSE_SECONDS", listens_after)
+    monkeypatch.setattr("rosoclingo.store.sqlite_store._SHORT_PAUSE_SECONDS", listens_after)
     runs, path = Runs(tmp_path, DYN_RESET, file), tmp_path / "a.store"
     crash = runs.run(TimedWorld(["visit(2)"])).index("before publication") + 3
     runs.run(world, [crash], file=path)

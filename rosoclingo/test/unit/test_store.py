@@ -24,6 +24,7 @@ from rosclingo.wire import commands as wire
 from rosoclingo.errors import PlannerError, StoreError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.started_with import started_with
+from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import (
     LOOP,
     LoopWaits,
@@ -36,12 +37,12 @@ from rosoclingo.loop.journal import (
 )
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal
-from rosoclingo.store.commands import RecordedSolver
+from rosoclingo.store.commands import RecordedSolver, SolverRetry
 from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.fields import ChangedRows, read
-from rosoclingo.store.outbox import Outbox
+from rosoclingo.store.outbox import HeldEffect, Outbox
+from rosoclingo.store.sqlite_store import SqliteStore
 from rosoclingo.store.store import Changes, Store
-from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
 
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
 REQUESTS = ["visit(2)", "visit(1)"]
@@ -118,17 +119,15 @@ def test_nothing_is_written_without_a_change() -> None:
 
 
 def test_a_command_that_fails_is_not_repeated() -> None:
-    def planner() -> RecordedSolver:
-        return RecordedSolver(Engine(Options()))
-
-    recorded = planner()
+    retry = SolverRetry("planner", lambda _: None, lambda _: None)
+    recorded = RecordedSolver(Engine(Options()), retry)
     add = wire.Add("base", (), "#external e. a :- e.")
     ground = wire.Ground((wire.Part("base"),))
     wrong = wire.AssignExternal("f", wire.Truth.TRUE)
     assert recorded.run([add, ground, wire.GetExternals(), wrong, add]).failure is not None
     assert recorded.take() == [add, ground]
-    other = planner()
-    other.written = lambda: ['<commands><ground><program name="step"/></ground></commands>']
+    written = ['<commands><ground><program name="step"/></ground></commands>']
+    other = RecordedSolver(Engine(Options()), retry, lambda: written)
     with pytest.raises(PlannerError, match=r"refused <ground>.*there is no program step/0"):
         other.restore()
 
@@ -325,11 +324,10 @@ def test_nothing_leaves_of_a_run_that_is_refused(tmp_path: Path) -> None:
     with contextlib.closing(Store(file)) as store:
         life = Life(world, store, runs.make(store))
         loop = life.loop
-        assert isinstance(loop, StoredLoop)
         with pytest.MonkeyPatch.context() as patch:
             for what in ("hear", "turn"):
                 patch.setattr(world, what, lambda *said: heard.append(said))
-            goals = loop.resume(lambda known: world.clients[known.id])
+            goals = life.stored.resume(loop.state, lambda known: world.clients[known.id])
             waiting = Goal("visit(4)", (), "3", late := Client())
             life.put(waiting)
             life.cancel(waiting)  # in another thread, as it were
@@ -359,11 +357,10 @@ def test_a_disk_that_is_full_from_the_beginning(tmp_path: Path, *, goes_on: bool
         if full:
             raise sqlite3.OperationalError("database or disk is full")
 
-    def fails(when: str) -> StoredLoop:
+    def fails(when: str) -> SqliteStore:
         with contextlib.closing(Store(file, point=point)) as store:
             life = Life(world, store, runs.make(store))
             loop = life.loop
-            assert isinstance(loop, StoredLoop)
             prepare, waits = loop.prepare, life.wait
 
             def begin() -> None:
@@ -380,7 +377,7 @@ def test_a_disk_that_is_full_from_the_beginning(tmp_path: Path, *, goes_on: bool
                 life.live()
             loop.end(str(error.value))
             full.clear()
-            return loop
+            return life.stored
 
     if goes_on:
         assert not fails("later").is_refused
@@ -417,9 +414,8 @@ def test_of_which_ends_clients_may_not_know(
                 event = NumberedRecord(NodeResumed(node), 0, 0, 2 * number + (node != LOOP), when)
                 store.write(Changes(records=[event]))
     with contextlib.closing(Store(file)) as store:
-        loop = Life(World([]), store, runs.make(store)).loop
-        assert isinstance(loop, StoredLoop)
-        assert [one.id for one in loop.unsure()] == unsure
+        life = Life(World([]), store, runs.make(store))
+        assert [one.id for one in life.stored.unsure] == unsure
 
 
 def test_a_goal_that_cannot_be_stored(tmp_path: Path) -> None:
@@ -597,7 +593,8 @@ def test_how_long_is_waited_for_a_solver(
         monkeypatch.setitem(sys.modules, module, MagicMock())
     monkeypatch.delitem(sys.modules, "rosoclingo.ros.storing")
     storing = importlib.import_module("rosoclingo.ros.storing")
-    monkeypatch.setattr("rospy.get_param", lambda name, *_: {"~solver_timeout": seconds}[name])
+    given = {"~store": str(tmp_path / "a.store"), "~resume": "", "~solver_timeout": seconds}
+    monkeypatch.setattr("rospy.get_param", lambda name, *_: given[name])
     waited: List[float] = []
     lost = ServiceError("there is no planner")
 
@@ -605,14 +602,10 @@ def test_how_long_is_waited_for_a_solver(
         waited.append(time)
         raise lost
 
-    runs = Runs(tmp_path, DYN_RESET)
-    with contextlib.closing(Store(tmp_path / "a.store")) as store:
-        inbox = StoredInbox(store)
-        stored = storing.Storing(store, inbox, dict, wait)
-        parts = runs.parts
-        loop = stored.loop(parts.decider(), parts.planner, parts.commands, Environment())
+    with contextlib.closing(storing.open_durability(dict, wait)) as durability:
+        durability.connect(Inbox(), Engine(Options()), Environment())
         with pytest.raises(ServiceError, match="there is no planner"):
-            loop.wait_for_solver(lost)
+            durability.wait_for_solver(lost)
     assert waited == ([seconds] if seconds else [])
 
 
@@ -646,7 +639,7 @@ def test_who_waits_for_an_action_has_it_first(
     outbox = Outbox(environment, store)
     outbox.begin()
     outbox.note(Record(LoopWaits()))
-    outbox.later("plan", lambda: environment.heard.append("plan"))
+    outbox.add(HeldEffect("plan", lambda: environment.heard.append("plan")))
     outbox.show_executions("run", ())
     outbox.publish("robot", "go")
     outbox.note(Record(LoopWaits()))

@@ -22,7 +22,7 @@ def improve(state: State) -> bool:
     is_replay = known.knows_searches
     if not (known.is_search_due(improves=True) if is_replay else _may_improve(state)):
         return False
-    inbox.begin_improving()
+    inbox.durability.about_to_wait()  # the search may last
     if not is_replay and not inbox.stays_quiet(_QUIET_SECONDS):
         return False  # answers come in bursts, and it takes a while until a search can be stopped
     outcome = state.planner.improve(state.step, lambda: is_called(state), horizon=state.horizon)

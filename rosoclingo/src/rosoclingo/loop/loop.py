@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Dict
+from typing import Any, Callable, Dict, Optional
 
 import clingo
 
@@ -15,6 +15,7 @@ from rosclingo.errors import RosclingoError, ServiceError
 from rosclingo.wire.commands import Result
 from rosoclingo.errors import ControllerError, OutsideError, PlannerError, ShutdownError
 from rosoclingo.loop import diagnosis, statuses
+from rosoclingo.loop.durability import Durability
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import LoopEnded, Reason
 from rosoclingo.loop.mode.controller import Decider, Info
@@ -63,6 +64,7 @@ class Loop:
         inbox: Inbox,
         environment: Environment,
         *,
+        durability: Optional[Durability] = None,
         action_timeout: float = 0.0,
         abort_unreachable: bool = False,
         patience: float = 0.0,
@@ -77,6 +79,7 @@ class Loop:
             commands: Class with a method for each command, such as ``ROSCommands``.
             inbox: Where messages, goals and cancel requests come in.
             environment: Where actions and log messages go.
+            durability: Stores the run; None for nowhere.
             action_timeout: From when on nobody waits for an action's answer, in seconds since
                 it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
@@ -89,13 +92,15 @@ class Loop:
         Raises:
             SeedPlannerError: There is no such seed planner.
         """
-        self._parts = (controller, planner)
+        self._durability = durability or Durability()
+        planner, environment = self._durability.connect(inbox, planner, environment)
+        self._solver = planner
         self.state = State(
             Planner(planner, patience, one_by_one_seconds, seed_planner),
             inbox,
             environment,
             self._check,
-            controller.prepare,
+            self._prepare_controller,
             action_timeout=action_timeout,
             abort_unreachable=abort_unreachable,
         )
@@ -129,11 +134,7 @@ class Loop:
 
     def snapshot(self) -> str:
         """Returns all that the loop knows, as JSON; called by its thread between two steps."""
-        return encode(self.parts())
-
-    def parts(self) -> LoopSnapshot:
-        """Returns the same as values, some of which the loop goes on to change."""
-        return LoopSnapshot(self._controller.snapshot(), self.state.snapshot())
+        return encode(LoopSnapshot(self._controller.snapshot(), self.state.snapshot()))
 
     def restore(self, saved: str, client: Callable[[str], GoalClient]) -> Dict[str, Goal]:
         """Goes on where another loop was, in the place of :meth:`prepare`.
@@ -161,11 +162,24 @@ class Loop:
         return self._controller.dynamic
 
     def prepare(self) -> None:
-        """Prepares the controller, and shows that nobody was told anything in this run."""
-        self._controller.prepare()
+        """Prepares the controller, and shows that nobody was told anything in this run.
+
+        Or goes on with a stored run.
+        """
+        if self._durability.begin(self.state, self._controller, self._commands):
+            return
+        self._prepare_controller()
         self.state.show_executions(again=True)
         if not self.dynamic:
             self.state.mail.refuse("the controller's mode is static: it takes no goals")
+        self._durability.commit()
+
+    def _prepare_controller(self) -> None:
+        self._durability.retry(self._controller.prepare)
+
+    def _restore_controller(self) -> None:
+        # A decision that has failed has changed nothing of it.
+        self._controller.restore(self._controller.snapshot())
 
     def step(self) -> None:
         """Makes one decision and carries it out; waits if the mode is through.
@@ -174,6 +188,7 @@ class Loop:
             ControllerError: The controller does not say what to do, or names no command.
         """
         state = self.state
+        self._durability.begin_step()
         state.mail.begin_decision()
         if state.mail.inbox.closed:
             raise ShutdownError(Reason.SHUTDOWN)
@@ -194,7 +209,9 @@ class Loop:
             asked=state.horizon,
             planned_actions=state.actions_left(state.step) > 0,
         )
-        command = self._controller.decide(info)
+        command = self._durability.retry(
+            lambda: self._controller.decide(info), self._restore_controller
+        )
         state.planner.note_last_horizon(self._controller.last_horizon)
         ahead = self._guess(command, info)
         begins = command.type is clingo.SymbolType.Function and command.name == _BEGINS_ACTIONS
@@ -202,16 +219,14 @@ class Loop:
             self._controller.look_ahead(ahead)  # while the planner works
         state.result = None
         mail.begin_command()
+        self._durability.begin_command(command)
         begin = time.perf_counter()
         self._call(command, info)
         state.note_command(str(command), time.perf_counter() - begin)
         state.show_plan()
-        self._let_out()
+        self._durability.end_command()
         if begins:
             self._controller.look_ahead(ahead)  # while the robots act, who wait for nothing else
-
-    def _let_out(self) -> None:
-        """Hook of subclasses that hold a command's effects: releases them."""
 
     def _guess(self, command: clingo.Symbol, info: Info) -> Info:
         """Predicts the controller's infos after a command."""
@@ -247,8 +262,8 @@ class Loop:
         return {"step": 0, "asked": 0} if name == "initialize" else {}
 
     def _check(self) -> None:
-        for part in self._parts:
-            part.check()
+        self._durability.retry(self._controller.check, self._restore_controller)
+        self._solver.check()
 
     def _call(self, command: clingo.Symbol, info: Info) -> None:
         try:
@@ -270,10 +285,14 @@ class Loop:
     def end(self, reason: str, *, from_outside: bool = False) -> None:
         """Aborts the open goals, and rejects those that are still to come.
 
+        Does nothing if the run can go on later.
+
         Args:
             reason: Why the loop ends.
             from_outside: Whether the cause is no part of the run, so that a replay does not end.
         """
+        if self._durability.interrupts(reason):
+            return
         mail = self.state.mail
         if not mail.inbox.closed:
             self._environment.finish_reasons()
@@ -285,3 +304,4 @@ class Loop:
         mail.refuse(reason)
         mail.take()
         self.state.goals.abort_all(reason)
+        self._durability.commit(ended=reason)

@@ -257,6 +257,12 @@ class Mail(MailState):
 
     def _waits(self) -> None:
         self._note(journal.LoopWaits(for_a_replay=True))
+        self.inbox.durability.about_to_wait()
+
+    def wait(self, seconds: float) -> None:
+        """Waits until there is an input, at most for some seconds."""
+        self.inbox.durability.about_to_wait()
+        self.inbox.wait(seconds)
 
     def take(self, *, may_ask: bool = False) -> None:
         """Takes inputs from the inbox, and drops invalid ones.
@@ -278,10 +284,13 @@ class Mail(MailState):
             self._goals.tell_positions()
 
     def _come(self) -> List[Item]:
+        self.inbox.durability.flush()
         if self._holds:
             self.inbox.run_callbacks()
             return []
-        return self.inbox.take()
+        items = self.inbox.take()
+        self.inbox.durability.took(items)
+        return items
 
     def _take_all(self, new: List[Taken], dropped: List[str], may_ask: bool) -> None:
         held, self._held = self._held, []

@@ -101,7 +101,7 @@ class Waiting:
                 if self._is_told_to_stop():
                     return
                 continue
-            mail.inbox.wait(max(0.0, self._look_at - self._environment.now()))
+            mail.wait(max(0.0, self._look_at - self._environment.now()))
             self._look()
             mail.take(may_ask=True)
 
@@ -120,7 +120,7 @@ class Waiting:
         while self._executions.pending_actions:
             if mail.inbox.closed:
                 raise ShutdownError(Reason.SHUTDOWN)
-            mail.inbox.wait(max(0.0, self._look_at - self._environment.now()))
+            mail.wait(max(0.0, self._look_at - self._environment.now()))
             self._look()
             mail.take(may_ask=True)
 
@@ -192,7 +192,7 @@ class Waiting:
         self._mail.end_attempt()
         while not inbox.closed:
             self._mail.take()
-            inbox.wait(LOOK_SECONDS)
+            self._mail.wait(LOOK_SECONDS)
         raise ShutdownError(Reason.SHUTDOWN)
 
     def begin_planning(self) -> None:

@@ -8,9 +8,9 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
 
+from rosoclingo.loop.durability import KnownGoal
 from rosoclingo.loop.journal import Status, StatusSet
 from rosoclingo.msg import ROSoClingoResult
-from rosoclingo.store.store import KnownGoal
 
 _PENDING = (GoalStatus.PENDING, GoalStatus.RECALLING)
 _BY_ACTIVE = (Status.ACCEPTED, Status.SUCCEEDED, Status.ABORTED)

@@ -19,6 +19,7 @@ from rosclingo.ros.low_latency import subscriber
 from rosclingo.solver.about import about
 from rosoclingo.errors import SeedPlannerError, ShutdownError, StoreError
 from rosoclingo.loop import journal
+from rosoclingo.loop.durability import Durability, KnownGoal
 from rosoclingo.loop.execution.tokens import TOKENS_HEADER
 from rosoclingo.loop.inputs.inbox import Inbox, Item, arrival_of
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox
@@ -34,11 +35,9 @@ from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.environment import ActionClient, RosEnvironment
 from rosoclingo.ros.goal_statuses import status_of
 from rosoclingo.ros.questions import Questions
-from rosoclingo.ros.storing import Storing, restore_goal
+from rosoclingo.ros.storing import restore_goal
 from rosoclingo.seed.downward import NONE, find_seed_planner
 from rosoclingo.srv import GetGoalInformation, GetGoalInformationRequest
-from rosoclingo.store.store import KnownGoal
-from rosoclingo.store.stored_loop import StoredLoop
 from rosoclingo.why.serving import LOWEST
 
 _RESULTS_KEPT = 1_000  # of goals, which may come again
@@ -67,7 +66,7 @@ class LoopNode:
         ready: Callable[[], None] = lambda: None,
         describe: Callable[..., str] = partial(about, "", [], {}),
         encodings: Optional[Encodings] = None,
-        storing: Optional[Storing] = None,
+        durability: Optional[Durability] = None,
     ) -> None:
         """Opens the names; :meth:`start` starts the loop.
 
@@ -80,7 +79,7 @@ class LoopNode:
             describe: Returns what :func:`rosclingo.solver.about.about` says of the node, with the
                 ``parameters`` that it is given.
             encodings: What the planner plans with; without it, there is no service ``~why``.
-            storing: Where the run is stored, if anywhere; it has the same inbox.
+            durability: Stores the run; None for nowhere.
 
         Raises:
             ParameterError: A parameter is wrong.
@@ -107,13 +106,17 @@ class LoopNode:
         self.failure: Optional[str] = None
         self._inbox = inbox
         self._environment = environment = RosEnvironment(describe(parameters=deciding))
-        self._storing = storing
-        settings: Dict[str, Any] = {"action_timeout": timeout, **deciding}
-        parts = (controller, planner, commands)
-        if storing is None:
-            self._loop = Loop(*parts, inbox, environment, **settings)
-        else:
-            self._loop = storing.loop(*parts, environment, **settings)
+        self._durability = durability or Durability()
+        self._loop = Loop(
+            controller,
+            planner,
+            commands,
+            inbox,
+            environment,
+            durability=self._durability,
+            action_timeout=timeout,
+            **deciding,
+        )
         if encodings is not None:
             # To a replay's clients, nobody listens.
             explains = explains and not isinstance(inbox, ReplayInbox)
@@ -140,17 +143,15 @@ class LoopNode:
 
     def _resume(self) -> None:
         """Takes over the goals of a run that goes on, and lets the action begin."""
-        if not isinstance(self._loop, StoredLoop):
-            self._server.start()
-            return
+        durability = self._durability
 
         def client(goal: KnownGoal) -> GoalClient:
             return ActionClient(restore_goal(self._server, goal), self._loop.state.note)
 
-        self._goals = self._loop.resume(client)
-        for goal in self._loop.ended():
+        self._goals = durability.resume(self._loop.state, client)
+        for goal in durability.ended:
             self._server.remember_result(status_of(goal), ROSoClingoResult(goal.status.value))
-        ended = [(goal, restore_goal(self._server, goal)) for goal in self._loop.unsure()]
+        ended = [(goal, restore_goal(self._server, goal)) for goal in durability.unsure]
         self._server.start()
         for goal, handle in ended:
             self._server.publish_result_again(handle, ROSoClingoResult(goal.status.value))
@@ -171,7 +172,7 @@ class LoopNode:
     @property
     def is_refused(self) -> bool:
         """Whether it is not sure that the loop can use its store, or go on with the run in it."""
-        return isinstance(self._loop, StoredLoop) and self._loop.is_refused
+        return self._durability.is_refused
 
     def is_alive(self) -> bool:
         """Whether the loop still runs."""
@@ -181,9 +182,9 @@ class LoopNode:
         # Runs before rospy stops publishing, so that open goals get their results.
         self._inbox.close()
         self._thread.join(_SECONDS_TO_END)
-        if self._storing is not None:
-            self._storing.store.close()  # goals stay open, and go on
-        elif self._thread.is_alive():  # a solver in this process that grounds cannot be interrupted
+        self._durability.close()
+        # A solver in this process that grounds cannot be interrupted.
+        if self._thread.is_alive() and not self._durability.keeps_goals:
             for goal in self._goals.values():
                 goal.set_status(journal.Status.ABORTED, journal.Reason.SHUTDOWN)
         if self._goals or self.failure is not None:

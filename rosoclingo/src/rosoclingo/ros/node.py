@@ -17,7 +17,7 @@ from rosoclingo.loop.mode.retrying import RetryingSolver
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.loop_node import LoopNode
 from rosoclingo.ros.running import open_inbox, run
-from rosoclingo.ros.storing import Storing, open_store
+from rosoclingo.ros.storing import open_durability
 
 _USAGE = """\
 usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
@@ -44,8 +44,16 @@ def main(commands: Callable[..., Any]) -> NoReturn:
 
 
 def _make(commands: Callable[..., Any]) -> LoopNode:
-    store = open_store()
-    inbox = open_inbox(store)  # closed before the clients are, so that the loop knows why
+    def launched() -> Dict[str, Launched]:
+        nodes = encodings.launched()
+        return {role: nodes[name] for role, name in solvers.items()}
+
+    def wait(seconds: float) -> None:
+        for client in (controller, planner):
+            client.wait(seconds)
+
+    durability = open_durability(launched, wait)
+    inbox = open_inbox()  # closed before the clients are, so that the loop knows why
     controller, planner = (
         Client(parameters.text(name, name), only_own_restarts=True) for name in _SOLVERS
     )
@@ -62,15 +70,6 @@ def _make(commands: Callable[..., Any]) -> LoopNode:
     decider = Controller(decides, is_remote=True)
     encodings = Encodings(planner.name, controller.name)
     encodings.listen()
-
-    def launched() -> Dict[str, Launched]:
-        nodes = encodings.launched()
-        return {role: nodes[name] for role, name in solvers.items()}
-
-    def wait(seconds: float) -> None:
-        for client in (controller, planner):
-            client.wait(seconds)
-
     return LoopNode(
         decider,
         plans,
@@ -79,5 +78,5 @@ def _make(commands: Callable[..., Any]) -> LoopNode:
         ready=ready,
         describe=describe,
         encodings=encodings,
-        storing=None if store is None else Storing(store, inbox, launched, wait),
+        durability=durability,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Callable, NoReturn, Optional
+from typing import Callable, NoReturn
 
 import rospy
 from std_msgs.msg import Empty
@@ -17,25 +17,19 @@ from rosoclingo.errors import StoreError
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode
 from rosoclingo.ros.loop_node import LoopNode
-from rosoclingo.store.store import Store
-from rosoclingo.store.stored_loop import StoredInbox, StoredReplayInbox
 
 
-def open_inbox(store: Optional[Store] = None) -> Inbox:
+def open_inbox() -> Inbox:
     """Returns the node's inbox, which a shutdown closes; a replay's takes things as recorded.
-
-    Args:
-        store: Where all that comes is written; None for nowhere.
 
     Raises:
         ParameterError: The parameter ``~replay`` is wrong.
     """
     recorded = rospy.get_param("~replay", None)
     if recorded is None:
-        inbox = Inbox() if store is None else StoredInbox(store)
+        inbox = Inbox()
     else:
-        dues = decode(recorded)
-        inbox = held = ReplayInbox(dues) if store is None else StoredReplayInbox(store, dues)
+        inbox = held = ReplayInbox(decode(recorded))
         subscriber("~open_gate", Empty, lambda _: held.open())
         subscriber("~go_on", Empty, lambda _: held.go_on())
     on_shutdown(inbox.close)

@@ -19,7 +19,7 @@ from rosoclingo.launched.about import SINGLE_NODE
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.loop_node import LoopNode
 from rosoclingo.ros.running import open_inbox, run
-from rosoclingo.ros.storing import Storing, open_store
+from rosoclingo.ros.storing import open_durability
 from rosoclingo.single.algorithm1 import Algorithm1, commands_for, last_step
 from rosoclingo.single.dialects import detect, says_status
 
@@ -84,18 +84,15 @@ def main(commands: Type[Any]) -> NoReturn:
 
     def make() -> LoopNode:
         engine.use_threads(parameters.threads())
-        store = open_store()
-        inbox = open_inbox(store)
+        durability = open_durability(lambda: {"rosoclingo": encodings.launched()[name]})
         return LoopNode(
             Algorithm1(dialect.first_step, last),
             dialect(engine),
             commands_for(dialect, commands, has_status),
-            inbox,
+            open_inbox(),
             describe=describe,
             encodings=encodings,
-            storing=None
-            if store is None
-            else Storing(store, inbox, lambda: {"rosoclingo": encodings.launched()[name]}),
+            durability=durability,
         )
 
     run(make)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Dict, Optional
+from typing import Callable, Dict, Optional
 
 import actionlib
 import rospy
@@ -16,87 +16,29 @@ from rosclingo.ros.master_watch import forget
 from rosoclingo.errors import LaunchedError, StoreError
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.started_with import started_with
-from rosoclingo.loop.inputs.inbox import Inbox
-from rosoclingo.loop.mode.controller import Decider
-from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.solver import Solver
+from rosoclingo.loop.durability import Durability, KnownGoal
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
 from rosoclingo.ros.goal_statuses import sender_of, status_of
 from rosoclingo.store.database import put_aside
-from rosoclingo.store.store import KnownGoal, Store
-from rosoclingo.store.stored_loop import StoredInbox, StoredLoop
+from rosoclingo.store.sqlite_store import SqliteStore
+from rosoclingo.store.store import Store
 
 _FRESH, _LOSSY = "fresh", "lossy"
 _SOLVER_SECONDS = 30.0  # for a solver that was lost
 
 
-class Storing:
-    """A node's store, with its inbox and loop.
+def open_durability(
+    launched: Callable[[], Dict[str, Launched]],
+    wait: Optional[Callable[[float], None]] = None,
+) -> Durability:
+    """Opens the store that the parameters ``~store`` and ``~resume`` name, if they do.
 
-    Attributes:
-        store: The store.
-    """
-
-    def __init__(
-        self,
-        store: Store,
-        inbox: Inbox,
-        launched: Callable[[], Dict[str, Launched]],
-        wait: Optional[Callable[[float], None]] = None,
-    ) -> None:
-        """Puts them together.
-
-        Args:
-            store: The store.
-            inbox: That of the store.
-            launched: Returns how each solver was started, by its role, when they are there.
-            wait: Waits for solvers that are other nodes, at most for so many seconds.
-
-        Raises:
-            ParameterError: The parameter ``~solver_timeout`` is wrong.
-        """
-        seconds = parameters.number("solver_timeout", _SOLVER_SECONDS, what="seconds")
-        self._wait = None if wait is None or seconds == 0 else partial(wait, seconds)
-        assert isinstance(inbox, StoredInbox)
-        self.store = store
-        self._inbox = inbox
-        self._launched = launched
-
-    def loop(
-        self,
-        controller: Decider,
-        planner: Solver,
-        commands: Callable[..., Any],
-        environment: Environment,
-        **settings: Any,
-    ) -> StoredLoop:
-        """Returns a loop, with the arguments of :class:`Loop`, that is stored."""
-        for record in self.store.records:
-            environment.note(record)  # for those who come late
-        return StoredLoop(
-            controller,
-            planner,
-            commands,
-            self._inbox,
-            environment,
-            store=self.store,
-            started_with=self._started_with,
-            wait_for_solvers=self._wait,
-            **settings,
-        )
-
-    def _started_with(self) -> Dict[str, str]:
-        try:
-            return started_with(self._launched())
-        except LaunchedError as err:
-            raise StoreError(f"{err}; a store is compared with it: start that node again") from err
-
-
-def open_store() -> Optional[Store]:
-    """Opens the store that the parameters ``~store`` and ``~resume`` name; None without one.
+    Args:
+        launched: Returns how each solver was started, by its role, when they are there.
+        wait: Waits for solvers that are other nodes, at most for so many seconds.
 
     Raises:
-        ParameterError: One of them is wrong.
+        ParameterError: One of them, or ``~solver_timeout``, is wrong.
         StoreError: The store cannot be used.
     """
     file, resume = parameters.text("store", ""), parameters.text("resume", "")
@@ -105,7 +47,8 @@ def open_store() -> Optional[Store]:
     if not file:
         if resume:
             raise ParameterError("parameter ~resume: there is no ~store, so nothing to resume")
-        return None
+        return Durability()
+    seconds = parameters.number("solver_timeout", _SOLVER_SECONDS, what="seconds")
     path = Path(file).expanduser().absolute()
     if resume == _FRESH:
         aside = put_aside(path, lambda: forget("resume"))  # a node that is started again goes on
@@ -124,7 +67,18 @@ def open_store() -> Optional[Store]:
             path,
             store.snapshot.state.progress.step,
         )
-    return store
+    return SqliteStore(
+        store,
+        partial(_started_with, launched),
+        None if wait is None or seconds == 0 else partial(wait, seconds),
+    )
+
+
+def _started_with(launched: Callable[[], Dict[str, Launched]]) -> Dict[str, str]:
+    try:
+        return started_with(launched())
+    except LaunchedError as err:
+        raise StoreError(f"{err}; a store is compared with it: start that node again") from err
 
 
 def restore_goal(server: LowLatencyActionServer, known: KnownGoal) -> actionlib.ServerGoalHandle:

@@ -2,7 +2,7 @@
 
 >>> from rosclingo.solver.engine import Engine
 >>> from rosclingo.solver.options import Options
->>> planner = RecordedSolver(Engine(Options()))
+>>> planner = RecordedSolver(Engine(Options()), SolverRetry("planner", print, print))
 >>> planner.run([wire.Restart(), wire.Add("base", (), "#external e."), wire.Ground((_BASE,))])
 Reply(answers=(), failure=None)
 >>> [type(command).__name__ for command in planner.take()]
@@ -11,12 +11,14 @@ Reply(answers=(), failure=None)
 
 from __future__ import annotations
 
-from typing import Callable, Iterable, Iterator, List, Optional, Protocol, Sequence, TypeVar
+import time
+from typing import Callable, Iterable, Iterator, List, Optional, Sequence, TypeVar
 
 from rosclingo.errors import ServiceError, SolverEndedError
 from rosclingo.wire import commands as wire
 from rosclingo.wire.xml_codec import decode_commands, encode_commands
 from rosoclingo.errors import PlannerError
+from rosoclingo.loop.journal import Event, NodeResumed
 from rosoclingo.loop.values.solver import Forwarding, Solver
 from rosoclingo.store.database import Rows
 
@@ -30,54 +32,61 @@ _MOST = 500  # commands in a request
 _MOST_CHARACTERS = 2**20  # likewise; one command may have more
 
 
-class Back(Protocol):
-    """Waits for the replacement of a solver that was lost."""
-
-    def wait(self, err: ServiceError) -> None:
-        """Returns as soon as there is one, or raises the error with which the solver was lost."""
-
-    def done(self) -> None:
-        """Called when the retried call has ended, with the solver that is there now."""
-
-
 _T = TypeVar("_T")
 
 
-def again(
-    call: Callable[[], _T], back: Optional[Back], restore: Callable[[], None], begins: bool = False
-) -> _T:
-    """Retries a call during which the solver was lost, as soon as it is replaced.
+class SolverRetry:
+    """Retries calls during which a solver was lost, as soon as it is replaced.
 
     If it is lost at each try, the call fails. A solver that was told to end does not count as lost
     by the call.
-
-    Args:
-        call: Calls it.
-        back: Waits for it; None if an error ends all.
-        restore: Makes it what it was.
-        begins: Whether it has to be made so at first.
-
-    Raises:
-        ServiceError: It does not come back, or is lost each time.
     """
-    tries, was_lost = 0, False
-    while True:
-        try:
-            if begins or was_lost:
-                restore()
-            result = call()
-        except ServiceError as err:
-            if back is None:
-                raise
-            was_lost = True
-            tries += not isinstance(err, SolverEndedError)  # which is not because of the call
-            if tries > _MOST_TRIES:
-                raise
-            back.wait(err)
-            continue
-        if back is not None and was_lost:
-            back.done()
-        return result
+
+    def __init__(
+        self, solver: str, wait: Callable[[ServiceError], None], note: Callable[[Event], None]
+    ) -> None:
+        """Begins with a solver that is there.
+
+        Args:
+            solver: Its role, for the journal.
+            wait: Returns as soon as it is replaced, or raises the error by which it was lost.
+            note: Adds to the journal that it was.
+        """
+        self._solver = solver
+        self._wait = wait
+        self._note = note
+
+    def __call__(
+        self, call: Callable[[], _T], restore: Callable[[], None], *, begins: bool = False
+    ) -> _T:
+        """Calls the solver.
+
+        Args:
+            call: Calls it.
+            restore: Makes it what it was.
+            begins: Whether it has to be made so at first.
+
+        Raises:
+            ServiceError: It does not come back, or is lost each time.
+        """
+        tries, reason, since, until = 0, "", 0.0, 0.0
+        while True:
+            try:
+                if begins or reason:
+                    restore()
+                result = call()
+            except ServiceError as err:
+                tries += not isinstance(err, SolverEndedError)  # which is not because of the call
+                if tries > _MOST_TRIES:
+                    raise
+                if not reason:
+                    reason, since = str(err), time.monotonic()
+                self._wait(err)
+                until = time.monotonic()
+                continue
+            if reason:
+                self._note(NodeResumed(self._solver, reason, until - since))
+            return result
 
 
 class RecordedSolver(Forwarding):
@@ -85,26 +94,31 @@ class RecordedSolver(Forwarding):
 
     Attributes:
         events_are_facts: Whether an event that was made true stays so, as a dialect says.
-        written: Returns what :func:`write` has written, in order.
     """
 
-    def __init__(self, solver: Solver, back: Optional[Back] = None) -> None:
+    def __init__(
+        self,
+        solver: Solver,
+        retry: SolverRetry,
+        written: Callable[[], Iterable[str]] = lambda: (),
+    ) -> None:
         """Wraps a solver, with an empty log.
 
         Args:
             solver: The solver.
-            back: Has the solver be there again after an error; None if that ends all.
+            retry: Has the solver be there again after an error.
+            written: Returns what :func:`write` has written, in order.
         """
         super().__init__(solver)
         self.events_are_facts = bool(getattr(solver, "events_are_facts", False))
-        self._back = back
+        self._retry = retry
+        self._written = written
         self._new: List[wire.Command] = []
-        self.written: Callable[[], Iterable[str]] = lambda: ()
 
     def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
         """Runs commands in order until one fails; what ran before that stays."""
         run = super().run
-        reply = again(lambda: run(commands), self._back, self._restore)
+        reply = self._retry(lambda: run(commands), self._restore)
         done = len(commands) if reply.failure is None else max(0, reply.failure.index)
         self._new += (one for one in commands[:done] if not isinstance(one, _ASKS))
         return reply
@@ -117,11 +131,11 @@ class RecordedSolver(Forwarding):
     ) -> wire.Outcome:
         """Searches for answer sets until told to stop."""
         solve = super().solve
-        return again(lambda: solve(assumptions, stopped, improved), self._back, self._restore)
+        return self._retry(lambda: solve(assumptions, stopped, improved), self._restore)
 
     def check(self) -> None:
         """Restores the solver if it was replaced."""
-        again(super().check, self._back, self._restore)
+        self._retry(super().check, self._restore)
 
     def take(self) -> List[wire.Command]:
         """Returns and clears the log: the commands since the last call, without queries."""
@@ -134,10 +148,10 @@ class RecordedSolver(Forwarding):
         Raises:
             PlannerError: A command fails that did not fail then.
         """
-        again(lambda: None, self._back, self._restore, begins=True)
+        self._retry(lambda: None, self._restore, begins=True)
 
     def _restore(self) -> None:
-        texts = [*self.written(), *(encode_commands([one]) for one in self._new)]
+        texts = [*self._written(), *(encode_commands([one]) for one in self._new)]
         for batch in _batches(texts):
             commands = [one for text in batch for one in decode_commands(text)]
             failure = super().run(commands).failure

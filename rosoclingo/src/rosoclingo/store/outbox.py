@@ -6,8 +6,9 @@ import contextlib
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass, field, replace
-from typing import Callable, Deque, List, Optional, Sequence, Tuple
+from dataclasses import replace
+from functools import partial
+from typing import Callable, Deque, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.journal import NumberedRecord, Reason, Record, Status, StatusSet
@@ -19,36 +20,24 @@ from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.store.store import Changes, Store
 
-_Release = Tuple[str, Callable[[], None]]
 _URGENT = ("dispatch", "publication")
-"""The effects that are released first, because somebody waits for them."""
+"""The effects that are let out first, because somebody waits for them."""
 
 
-@dataclass
-class _Held:
-    """Effects that are held until the next commit.
+class HeldEffect(NamedTuple):
+    """Something that leaves the loop, or a goal, after a commit.
 
     Attributes:
-        records: For the journal, with their times; numbers follow when they are written.
-        actions: Actuators and actions, in order.
-        statuses: How goals are accepted, or end.
-        releases: What lets all but the journal's records out, in order, each with what it is.
+        kind: What it is.
+        let_out: Lets it out.
+        action: Actuator and action, if it publishes one.
+        change: How a goal is accepted or ends, if it tells that.
     """
 
-    records: List[NumberedRecord] = field(default_factory=list)
-    actions: List[Tuple[str, str]] = field(default_factory=list)
-    statuses: List[StatusSet] = field(default_factory=list)
-    releases: List[_Release] = field(default_factory=list)
-
-    def __bool__(self) -> bool:
-        return bool(self.records or self.releases)
-
-    def add(self, said: _Held) -> None:
-        """Appends later effects."""
-        self.records += said.records
-        self.actions += said.actions
-        self.statuses += said.statuses
-        self.releases += said.releases
+    kind: str
+    let_out: Callable[[], None]
+    action: Optional[Tuple[str, str]] = None
+    change: Optional[StatusSet] = None
 
 
 class Outbox(Environment):
@@ -70,7 +59,9 @@ class Outbox(Environment):
         self._store = store
         self._owner: Optional[int] = None  # the loop's thread
         self._is_unsure = store.snapshot is not None  # whether the run in the store goes on
-        self._held = _Held()  # of the loop's thread; others add to its records
+        # Of the loop's thread, until its next commit; others add to the records.
+        self._effects: List[HeldEffect] = []
+        self._records: List[NumberedRecord] = []  # whose numbers follow when they are written
         # Guards the journal's number, and that its records leave in their order. Held while it is
         # written, and actions leave; whoever has it takes no lock of actionlib's or of a goal.
         self._lock = threading.Lock()
@@ -95,13 +86,13 @@ class Outbox(Environment):
 
     def publish(self, actuator: str, action: str) -> None:
         """Sends an action."""
-        held = _Held(actions=[(actuator, action)])
-        held.releases = [("publication", lambda: self._environment.publish(actuator, action))]
-        self._take(held)
+        out = (actuator, action)
+        self.add(HeldEffect("publication", partial(self._environment.publish, *out), action=out))
 
     def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
         """Publishes the last action of each actuator."""
-        self.later("dispatch", lambda: self._environment.show_executions(run, executions))
+        show = partial(self._environment.show_executions, run, executions)
+        self.add(HeldEffect("dispatch", show))
 
     def show_plan(
         self,
@@ -111,11 +102,12 @@ class Outbox(Environment):
         arrivals: Sequence[ExpectedArrival] = (),
     ) -> None:
         """Publishes the plan."""
-        self.later("plan", lambda: self._environment.show_plan(step, horizon, actions, arrivals))
+        show = partial(self._environment.show_plan, step, horizon, actions, arrivals)
+        self.add(HeldEffect("plan", show))
 
     def show_quality(self, quality: Optional[Quality]) -> None:
         """Publishes the plan's quality."""
-        self.later("plan", lambda: self._environment.show_quality(quality))
+        self.add(HeldEffect("plan", partial(self._environment.show_quality, quality)))
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
         """Passes on that there is no action for goals now."""
@@ -131,8 +123,7 @@ class Outbox(Environment):
 
     def note(self, record: Record) -> None:
         """Adds an event to the journal."""
-        timed = NumberedRecord(record.event, record.step, record.horizon, time=time.time())
-        self._take(_Held(records=[timed]))
+        self.add(NumberedRecord(record.event, record.step, record.horizon, time=time.time()))
 
     def info(self, text: str) -> None:
         """Logs information."""
@@ -142,50 +133,39 @@ class Outbox(Environment):
         """Logs a warning."""
         self._environment.warn(text)
 
-    # What goals' clients call.
-
-    def later(self, what: str, release: Callable[[], None]) -> None:
-        """Releases an effect after the commit of everything before it."""
-        self._take(_Held(releases=[(what, release)]))
-
-    def change_goal(self, change: StatusSet, release: Callable[[], None]) -> None:
-        """Releases the acceptance or the result of a goal after its commit."""
-        what = "result" if change.status.is_terminal else "status"
-        self._take(_Held(statuses=[change], releases=[(what, release)]))
-
     # What lets it out.
 
-    def _take(self, said: _Held) -> None:
-        if threading.get_ident() != self._owner:
-            with contextlib.suppress(StoreError):  # the loop's thread ends because of it
-                self._let_out_of_another(said)
+    def add(self, one: Union[HeldEffect, NumberedRecord]) -> None:
+        """Holds an effect of the loop's thread, and lets one of another thread out."""
+        effects, records = ([one], []) if isinstance(one, HeldEffect) else ([], [one])
+        if threading.get_ident() == self._owner:
+            self._effects += effects
+            self._records += records
             return
-        self._held.add(said)
-
-    def _let_out_of_another(self, said: _Held) -> None:
-        """Releases effects of another thread."""
-        with self._lock:
-            # Who reads the journal goes by what the loop has done before.
-            waits_for_loop = self._held.records and any(map(_is_recall, said.records))
-            if self._is_unsure or waits_for_loop:
-                self._held.add(said)
-                return
-            self._write(said, Changes())
-            self._tell()
-        self._release(said.releases)
+        with contextlib.suppress(StoreError):  # the loop's thread ends because of it
+            with self._lock:
+                # Who reads the journal goes by what the loop has done before.
+                waits_for_loop = self._records and any(map(_is_recall, records))
+                if self._is_unsure or waits_for_loop:
+                    self._effects += effects
+                    self._records += records
+                    return
+                self._write(effects, records, Changes())
+                self._tell()
+            self._let_out(effects)
 
     @property
     def is_urgent(self) -> bool:
         """Whether an effect is held for which somebody waits: an action, a status or a result."""
-        return bool(self._held.actions or self._held.statuses)
+        return any(one.action or one.change for one in self._effects)
 
     @property
     def is_empty(self) -> bool:
         """Whether no effect is held."""
-        return not self._held
+        return not (self._effects or self._records)
 
     def flush(self) -> None:
-        """Releases effects that need no commit, such as feedback.
+        """Lets out effects that need no commit, such as feedback.
 
         That goals are rejected is written before, without the loop's snapshot, in which the search
         may be half done for which it would wait. Whoever goes on from there knows these goals no
@@ -198,17 +178,21 @@ class Outbox(Environment):
             return
         if self._store.failure is not None:
             raise self._store.failure
-        ends = [one for one in self._held.statuses if one.status.is_terminal]
-        if ends and all(one.status is Status.REJECTED for one in ends):
+        changes = [one.change for one in self._effects if one.change is not None]
+        ends = [change for change in changes if change.status.is_terminal]
+        if ends and all(end.status is Status.REJECTED for end in ends):
             with self._lock:
-                self._held.statuses = [one for one in self._held.statuses if one not in ends]
+                self._effects = [
+                    one._replace(change=None) if one.change in ends else one
+                    for one in self._effects
+                ]
                 self._store.write(Changes(statuses=ends))
-        if self._held.releases and not self.is_urgent:
-            releases, self._held.releases = self._held.releases, []
-            self._release(releases)
+        if self._effects and not self.is_urgent:
+            effects, self._effects = self._effects, []
+            self._let_out(effects)
 
     def save(self, changes: Changes, *, ended: Optional[str] = None) -> None:
-        """Commits the loop's state, and releases the effects that are held.
+        """Commits the loop's state, and lets out the effects that are held.
 
         Args:
             changes: What is to be written besides what is held.
@@ -218,41 +202,49 @@ class Outbox(Environment):
             StoreError: It cannot be written; nothing leaves.
         """
         with self._lock:
-            held, self._held = self._held, _Held()
-            keys = self._write(held, changes, ended)
-            self._release([one for one in held.releases if one[0] in _URGENT])
+            effects, self._effects = self._effects, []
+            records, self._records = self._records, []
+            keys = self._write(effects, records, changes, ended)
+            self._let_out([one for one in effects if one.kind in _URGENT])
             if keys:
                 self._store.note_sent(keys)
             self._tell()
-        self._release([one for one in held.releases if one[0] not in _URGENT])
+        self._let_out([one for one in effects if one.kind not in _URGENT])
 
-    def _write(self, held: _Held, changes: Changes, ended: Optional[str] = None) -> List[str]:
+    def _write(
+        self,
+        effects: Sequence[HeldEffect],
+        records: Sequence[NumberedRecord],
+        changes: Changes,
+        ended: Optional[str] = None,
+    ) -> List[str]:
         """Commits, and returns the keys of the actions to publish."""
-        changes.actions, changes.statuses = held.actions, held.statuses
+        changes.actions = [one.action for one in effects if one.action is not None]
+        changes.statuses = [one.change for one in effects if one.change is not None]
         first = self._number + 1
-        changes.records = [replace(one, number=n) for n, one in enumerate(held.records, first)]
-        self._number += len(held.records)
+        changes.records = [replace(one, number=n) for n, one in enumerate(records, first)]
+        self._number += len(records)
         keys = self._store.write(changes, ended=ended)
         self._written += changes.records
         return keys
 
     def _tell(self) -> None:
-        """Releases the journal's records, also those before an action that cannot be published."""
+        """Lets out the journal's records, also those before an action that cannot be published."""
         while self._written:
             self._environment.note(self._written.popleft())
 
-    def _release(self, releases: Sequence[_Release]) -> None:
-        for what, release in releases:
-            self._store.point(f"before {what}")
-            release()
-            self._store.point(f"after {what}")
+    def _let_out(self, effects: Sequence[HeldEffect]) -> None:
+        for one in effects:
+            self._store.point(f"before {one.kind}")
+            one.let_out()
+            self._store.point(f"after {one.kind}")
 
     def send_again(self) -> None:
         """Publishes again the actions that may not have been published (at least once)."""
-        for actuator, action in self._store.unsent:
-            self._store.point("before publication")
-            self._environment.publish(actuator, action)
-            self._store.point("after publication")
+        publish = self._environment.publish
+        self._let_out(
+            [HeldEffect("publication", partial(publish, *out)) for out in self._store.unsent]
+        )
         self._store.note_all_sent()
 
 
@@ -279,11 +271,12 @@ class StoredClient(GoalClient):
 
     def changed(self, change: StatusSet) -> None:
         """Tells the client the change after its commit."""
-        self._outbox.change_goal(change, lambda: self._client.changed(change))
+        kind = "result" if change.status.is_terminal else "status"
+        self._outbox.add(HeldEffect(kind, partial(self._client.changed, change), change=change))
 
     def feedback(self, line: str) -> None:
         """Tells the client a line after the commit of everything before it."""
-        self._outbox.later("feedback", lambda: self._client.feedback(line))
+        self._outbox.add(HeldEffect("feedback", partial(self._client.feedback, line)))
 
     @property
     def address(self) -> str:

@@ -13,6 +13,7 @@ from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Seque
 from rosclingo.wire.commands import Command
 from rosoclingo.errors import DamagedStoreError, StoreError
 from rosoclingo.loop import journal
+from rosoclingo.loop.durability import KnownGoal
 from rosoclingo.loop.inputs.inbox import Cancel, Item, arrival_of, item_of
 from rosoclingo.loop.journal import Fields as JournalFields
 from rosoclingo.loop.journal import NumberedRecord, Status, StatusSet
@@ -30,39 +31,6 @@ _STARTED_WITH = "started with"
 _MOST_EVENTS = 2_000  # of the journal; as many as the node's topic has for late subscribers
 _DRAINED_SECONDS = 2.0  # so long after it was published, a result has left the process for sure
 _MOST_ENDED = 1_000  # goals of which it is known how they have ended; as many as the node knows
-
-
-@dataclasses.dataclass(frozen=True)
-class KnownGoal:
-    """A stored goal: its request and status, without the planner's view of it.
-
-    Attributes:
-        id: What the client calls it.
-        request: The request, a ground term as clingo prints it.
-        information: What came with it.
-        address: By what the client is found again.
-        accepted: Whether it was accepted, whatever has become of it.
-        canceling: Whether a cancel request has come for it.
-        status: How far it is.
-        reason: Why it has ended.
-        time: When, in seconds of wall time.
-    """
-
-    id: str
-    request: str
-    information: Tuple[str, ...] = ()
-    address: str = ""
-    accepted: bool = False
-    canceling: bool = False
-    status: Status = Status.PENDING
-    reason: str = ""
-    time: float = 0.0
-
-    def changed(self, change: StatusSet, time: float) -> KnownGoal:
-        """Returns the same with a new status, since a time."""
-        if change.status is Status.ACCEPTED:
-            return dataclasses.replace(self, status=change.status, accepted=True)
-        return dataclasses.replace(self, status=change.status, reason=change.reason, time=time)
 
 
 @dataclasses.dataclass

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import threading
 import time
+from contextlib import nullcontext
 from dataclasses import dataclass
-from typing import Callable, List, Optional, Union
+from typing import Callable, ContextManager, List, Optional, Sequence, Union
 
 from rosoclingo.loop.journal import (
     AnswerArrived,
@@ -61,10 +62,36 @@ def item_of(event: Event, goals: Callable[[str], Optional[Goal]]) -> Optional[It
 _LONGEST_REACTION = 0.2  # seconds
 
 
+class DurableInputs:
+    """Port for inputs that outlast the process; this class stores none. Thread-safe."""
+
+    def receiving(self, item: Item, end: Optional[str]) -> ContextManager[object]:
+        """Stores an input, which is added to the inbox in the context that is returned.
+
+        Args:
+            item: The input.
+            end: Why the loop has ended, if it has.
+
+        Raises:
+            StoreError: It cannot be stored, and is not to be added.
+        """
+        return nullcontext()
+
+    def took(self, items: Sequence[Item]) -> None:
+        """Called by the loop's thread when it has taken inputs, which the next commit removes."""
+
+    def flush(self) -> None:
+        """Called by it when it polls: lets out effects that need no commit, such as feedback."""
+
+    def about_to_wait(self) -> None:
+        """Called by it before it waits, or does something that may last."""
+
+
 class Inbox:
     """A queue that any thread fills and the loop's thread empties. Thread-safe.
 
     Attributes:
+        durability: What stores inputs before anybody sees them.
         recorded: What a replay dictates besides inputs.
         improves: Whether a better plan is looked for while nothing comes, as long as that takes.
         pause_background_work: Callback that pauses background work on this machine: the loop's
@@ -73,6 +100,7 @@ class Inbox:
     """
 
     def __init__(self) -> None:
+        self.durability = DurableInputs()
         self.recorded = Recorded()
         self.improves = True
         self.pause_background_work: Callable[[bool], None] = lambda _: None
@@ -84,7 +112,16 @@ class Inbox:
         self._end: Optional[str] = None
 
     def put(self, item: Item) -> None:
-        """Adds an item; returns at once. After the end of the loop, a goal is rejected instead."""
+        """Adds an item; after the end of the loop, a goal is rejected instead.
+
+        Raises:
+            StoreError: It cannot be stored, and is not added.
+        """
+        with self.durability.receiving(item, self._end):
+            self.add(item)
+
+    def add(self, item: Item) -> None:
+        """Does the same with an item that is stored already; returns at once."""
         with self._changed:
             if self._end is None:
                 self._items.append(item)
@@ -94,11 +131,16 @@ class Inbox:
             item.set_status(Status.REJECTED, self._end)
 
     def cancel(self, goal: Goal) -> None:
-        """Adds a cancel request; the goal is recalled at once if it has no slot."""
+        """Adds a cancel request; the goal is recalled at once if it has no slot.
+
+        Raises:
+            StoreError: It cannot be stored, and is not added.
+        """
         item = Cancel(goal)
-        if self.recalls_at_once(item):
-            goal.recall()  # now: the loop may be busy for long
-        self.put(item)
+        with self.durability.receiving(item, self._end):
+            if self.recalls_at_once(item):
+                goal.recall()  # now: the loop may be busy for long
+            self.add(item)
 
     def recalls_at_once(self, item: Cancel) -> bool:
         """Whether a cancel request recalls its goal when it comes."""
@@ -164,9 +206,6 @@ class Inbox:
         Args:
             waits: To be called if it does.
         """
-
-    def begin_improving(self) -> None:
-        """Called by the loop's thread when it has nothing to do, and looks for a better plan."""
 
     def stays_quiet(self, seconds: float) -> bool:
         """Waits for some seconds, and returns whether nothing has come."""

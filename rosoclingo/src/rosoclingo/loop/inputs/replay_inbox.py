@@ -147,7 +147,7 @@ class ReplayInbox(Inbox):
         self._missing: Counter[InputKey] = Counter()  # is due, and has not come
         self._is_open = False
 
-    def put(self, item: Item) -> None:
+    def add(self, item: Item) -> None:
         """Adds an item; returns at once. A replay's answers are those of the recording."""
         if isinstance(item, AnswerArrived):
             return
@@ -161,7 +161,7 @@ class ReplayInbox(Inbox):
                     del self._missing[key]
                 self._changed.notify_all()
                 return
-        super().put(item)
+        super().add(item)
 
     def recalls_at_once(self, item: Cancel) -> bool:
         """Whether a cancel request recalls a goal now; else that is due later."""
@@ -195,7 +195,7 @@ class ReplayInbox(Inbox):
         for item in rest:
             if isinstance(item, Cancel):
                 item.goal.recall()
-            super().put(item)
+            super().add(item)
         with self._changed:
             self._changed.notify_all()
 

@@ -70,6 +70,9 @@ class Goal(GoalState):
 
     Used by the loop's thread, and by the callback that polls whether its search is to stop; any
     thread may call :meth:`recall`.
+
+    Attributes:
+        client: Who has sent it; another one may be set before that is told anything.
     """
 
     def __init__(
@@ -80,14 +83,14 @@ class Goal(GoalState):
         client: Optional[GoalClient] = None,
     ) -> None:
         super().__init__(request, tuple(information), identifier)
-        self._client = client or GoalClient()
+        self.client = client or GoalClient()
         # Guards slot and status; held for moments only, and only the client's noted() runs under it
         self._lock = threading.Lock()
 
     @property
     def address(self) -> str:
         """The address by which another process finds the client after a crash."""
-        return self._client.address
+        return self.client.address
 
     @property
     def ended(self) -> bool:
@@ -98,14 +101,6 @@ class Goal(GoalState):
     def recalled(self) -> bool:
         """Whether it was canceled before it had a slot."""
         return self.reason == Reason.RECALLED
-
-    def reroute(self, way: Callable[[GoalClient], GoalClient]) -> None:
-        """Wraps the client's callbacks; called before the first of them.
-
-        Args:
-            way: Returns what is told in the client's place.
-        """
-        self._client = way(self._client)
 
     def set_status(self, status: Status, reason: str = "") -> bool:
         """Sets the status.
@@ -137,8 +132,8 @@ class Goal(GoalState):
 
     def _change(self, status: Status, reason: str) -> None:
         change = StatusSet(self.id, status, self.slot or "", reason)
-        self._client.noted(change)
-        self._client.changed(change)
+        self.client.noted(change)
+        self.client.changed(change)
         if status is Status.ACCEPTED:
             self.tell(status.value)
 
@@ -149,8 +144,8 @@ class Goal(GoalState):
             if self.slot is not None or self.status is not Status.PENDING:
                 return
             self.status, self.reason = change.status, change.reason
-            self._client.noted(change)  # before the loop can see it
-        self._client.changed(change)
+            self.client.noted(change)  # before the loop can see it
+        self.client.changed(change)
 
     def place(self, slot: str) -> bool:
         """Gives the goal a slot, unless it has been recalled, and returns whether it was not."""
@@ -177,7 +172,7 @@ class Goal(GoalState):
         is_new = again or self._told.get(kind) != line
         if is_new:
             self._told[kind] = line
-            self._client.feedback(line)
+            self.client.feedback(line)
         return is_new
 
 
