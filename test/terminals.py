@@ -6,19 +6,16 @@ import functools
 import os
 import signal
 import subprocess
-import time
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Set, Tuple, cast
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Set, Tuple, cast
 from xmlrpc.client import ServerProxy
 
 import pytest
 from topics import Listener, Publisher
+from waiting import TIMEOUT, wait_for
 
 from rosclingo.ros.master import Master
 from rosclingo.ros.ports import free_port
-
-TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
-POLL = 0.05  # seconds
 
 # By which rosrun finds executables.
 SEARCHED = ("CMAKE_PREFIX_PATH", "PATH", "ROS_PACKAGE_PATH")
@@ -48,9 +45,9 @@ class Terminal:
 
     def wait_for(self, text: str) -> None:
         """Waits until the command has printed a text."""
-        end = time.monotonic() + TIMEOUT
-        while text not in self.output and self.process.poll() is None and time.monotonic() < end:
-            time.sleep(POLL)
+        wait_for(
+            lambda: text in self.output or self.process.poll() is not None, lambda: self.output
+        )
         assert text in self.output, self.output
 
     def interrupt(self) -> None:
@@ -246,11 +243,3 @@ def executable(package: str, name: str, searched: Tuple[Tuple[str, str], ...]) -
     rosrun = ("rosrun", "--prefix", "echo", package, name)
     environment = {**os.environ, **dict(searched)}
     return subprocess.check_output(rosrun, env=environment, text=True).strip()
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    """Waits until a condition holds that nothing announces."""
-    end = time.monotonic() + TIMEOUT
-    while not condition():
-        assert time.monotonic() < end, "timeout"
-        time.sleep(POLL)
