@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import signal
 import subprocess
-import time
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Set, Tuple, cast
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Set, Tuple, cast
 from xmlrpc.client import ServerProxy
 
 import pytest
 from topics import Listener, Publisher
+from waiting import TIMEOUT, wait_for
 
+from rosclingo.ros.local_master import executable
 from rosclingo.ros.master import Master
 from rosclingo.ros.ports import free_port
-
-TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
-POLL = 0.05  # seconds
 
 # By which rosrun finds executables.
 SEARCHED = ("CMAKE_PREFIX_PATH", "PATH", "ROS_PACKAGE_PATH")
@@ -48,9 +45,9 @@ class Terminal:
 
     def wait_for(self, text: str) -> None:
         """Waits until the command has printed a text."""
-        end = time.monotonic() + TIMEOUT
-        while text not in self.output and self.process.poll() is None and time.monotonic() < end:
-            time.sleep(POLL)
+        wait_for(
+            lambda: text in self.output or self.process.poll() is not None, lambda: self.output
+        )
         assert text in self.output, self.output
 
     def interrupt(self) -> None:
@@ -102,10 +99,10 @@ class Terminals:
 
     def without_rosrun(self, command: Sequence[str]) -> List[str]:
         """Returns a command in which the file stands that rosrun would run."""
-        if command[0] != "rosrun":
+        is_here = all(self.environment.get(name) == os.environ.get(name) for name in SEARCHED)
+        if command[0] != "rosrun" or not is_here:
             return list(command)
-        searched = tuple((name, self.environment.get(name, "")) for name in SEARCHED)
-        return [executable(*command[1:3], searched), *command[3:]]
+        return [executable(*command[1:3]), *command[3:]]
 
     def run(self, *command: str) -> Terminal:
         """Runs a command to its end."""
@@ -238,19 +235,3 @@ def catches_interrupts(pid: int) -> bool:
     status = Path(f"/proc/{pid}/status").read_text()
     (caught,) = (line.split()[1] for line in status.splitlines() if line.startswith("SigCgt:"))
     return bool(int(caught, 16) >> (signal.SIGINT - 1) & 1)
-
-
-@functools.lru_cache(maxsize=None)
-def executable(package: str, name: str, searched: Tuple[Tuple[str, str], ...]) -> str:
-    """Returns what rosrun would run, for which it takes as long as a node to start."""
-    rosrun = ("rosrun", "--prefix", "echo", package, name)
-    environment = {**os.environ, **dict(searched)}
-    return subprocess.check_output(rosrun, env=environment, text=True).strip()
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    """Waits until a condition holds that nothing announces."""
-    end = time.monotonic() + TIMEOUT
-    while not condition():
-        assert time.monotonic() < end, "timeout"
-        time.sleep(POLL)

@@ -26,7 +26,7 @@ TIMEOUT = 300.0  # seconds; no more than a bound for what never comes
 def replay(bag: Path, level: str, *options: str) -> None:
     """Replays a bag; nothing may be different at a level."""
     run = subprocess.run(
-        [executable("rosoclingo", "replay.py", ()), str(bag), "--level", level, *options],
+        [executable("rosoclingo", "replay.py"), str(bag), "--level", level, *options],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

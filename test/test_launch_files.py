@@ -177,7 +177,7 @@ def test_start_and_stop(
     shared.environment["DISPLAY"] = screen
     folder, given = tmp_path / "my robot", [*STARTED.get(file[1], []), "record:=x.bag"]
     launch = start(shared, folder, *file, *given, "__ns:=robot1")
-    # Without rviz, which may break: test_readmes.py tests that it is started.
+    # Without rviz, which may break: documents/test_pictures.py tests that it is started.
     nodes = {f"/robot1{node}" for node in load(file, *given)[0] if node != "/rviz"}
     come_up(shared, launch, nodes)
     launch.interrupt()

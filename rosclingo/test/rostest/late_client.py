@@ -10,9 +10,9 @@ import sys
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from waiting import TIMEOUT, wait_for
 
 from rosclingo.msg import ROSClingoActionFeedback, ROSClingoActionGoal, ROSClingoActionResult
-from solver_test_case import TIMEOUT, wait_for
 
 KINDS = {"feedback": ROSClingoActionFeedback, "result": ROSClingoActionResult}
 

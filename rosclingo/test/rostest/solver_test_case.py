@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import threading
-import time
 import unittest
-from typing import Any, Callable, Tuple
+from typing import Any, Tuple
 
 import rospy
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
+from waiting import TIMEOUT
 
 from rosclingo.msg import ROSClingoAction, ROSClingoGoal, ROSClingoResult
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.srv import ROSClingoControl
 from rosclingo.wire.commands import Reply
 from rosclingo.wire.xml_codec import decode_reply
-
-TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 
 # 12 pigeons in 11 holes: clingo searches for minutes.
 PIGEONS = "1 { at(P,H) : H=1..11 } 1 :- P=1..12. :- at(P,H), at(Q,H), P&lt;Q."
@@ -64,15 +62,6 @@ class Goal:
             raise AssertionError("the goal did not end")
         status = GoalStatus.to_string(self._handle.get_terminal_state())
         return status, self._handle.get_result(), self._handle.get_goal_status_text()
-
-
-def wait_for(condition: Callable[[], Any]) -> None:
-    """Waits until a condition holds that nothing announces."""
-    end = time.monotonic() + TIMEOUT
-    pause = threading.Event()
-    while not condition():
-        assert time.monotonic() < end, "timeout"
-        pause.wait(0.01)
 
 
 class SolverTestCase(unittest.TestCase):

@@ -10,6 +10,7 @@ import tempfile
 import rospy
 import rostest
 from rosgraph_msgs.msg import Log
+from waiting import wait_for
 
 from solver_test_case import SolverTestCase
 
@@ -55,8 +56,7 @@ class TestBadInput(SolverTestCase):
     def test_making_false_what_there_is_not_is_no_warning(self) -> None:
         warnings: queue.Queue[str] = queue.Queue()
         log = rospy.Subscriber("/rosout", Log, lambda line: warnings.put(line.msg))
-        while not log.get_num_connections():
-            rospy.sleep(0.01)
+        wait_for(log.get_num_connections)
         for value, step in (("false", 6), ("true", 7)):
             self.command_refused(
                 f'<assign_external name="query({step})" value="{value}"/>', f"query({step})"

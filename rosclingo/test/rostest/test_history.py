@@ -13,9 +13,9 @@ from typing import Dict, List
 import rospy
 import rostest
 from std_msgs.msg import String
+from waiting import wait_for
 
 from rosclingo.ros.history_publisher import HistoryPublisher
-from solver_test_case import wait_for
 
 ROUNDS = 3
 # With everything twice, less than a subscriber's queue holds: however slow it is, nothing is lost.

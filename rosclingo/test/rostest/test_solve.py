@@ -13,6 +13,7 @@ from typing import List
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+from waiting import TIMEOUT, wait_for
 
 from rosclingo.msg import (
     ROSClingoActionFeedback,
@@ -23,7 +24,7 @@ from rosclingo.msg import (
 from rosclingo.ros.client import Client
 from rosclingo.wire.commands import Outcome, Reply, Result
 from rosclingo.wire.xml_codec import decode_reply
-from solver_test_case import TIMEOUT, Goal, SolverTestCase, wait_for
+from solver_test_case import Goal, SolverTestCase
 
 _OPTIMISE = (
     '<commands><restart/><add name="p"><program>1 { a(1..12) } 5. #minimize { X,X : a(X) }. '

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import List
 
 import pytest
-from terminals import TIMEOUT, Terminal, Terminals, package, terminals, wait_for
+from terminals import TIMEOUT, Terminal, Terminals, executable, package, terminals, wait_for
 
 __all__ = ["terminals"]
 
@@ -257,7 +257,7 @@ def test_bad_start(tmp_path: Path, arguments: List[str], pieces: List[str]) -> N
     (tmp_path / "unsafe.lp").write_text("a(X).\n")
     (tmp_path / "clingodl.py").write_text("raise ImportError\n")  # as if it were not installed
     ended = subprocess.run(
-        ["rosrun", "rosclingo", "run.py", *arguments],
+        [executable("rosclingo", "run.py"), *arguments],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": f"{tmp_path}:{os.environ['PYTHONPATH']}"},
         capture_output=True,
@@ -303,7 +303,7 @@ def test_parameters_without_a_master(tmp_path: Path) -> None:
 
 
 def test_help() -> None:
-    output = subprocess.check_output(["rosrun", "rosclingo", "run.py", "--help"], text=True)
+    output = subprocess.check_output([executable("rosclingo", "run.py"), "--help"], text=True)
     assert output.startswith("usage: run.py [-f FILE]")
 
 

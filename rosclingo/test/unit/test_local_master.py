@@ -6,12 +6,12 @@ import os
 import signal
 import socket
 import sys
-import time
 from pathlib import Path
-from typing import Callable, List
+from typing import List
 from xmlrpc.client import ServerProxy
 
 import pytest
+from waiting import wait_for
 
 from rosclingo.ros import local_master
 from rosclingo.ros.local_master import LocalMaster, Process, ProcessError, end
@@ -30,13 +30,6 @@ os.write(1, b"ready\\n")
 while True:
     signal.pause()
 """
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    until = time.monotonic() + 30.0
-    while not condition():
-        assert time.monotonic() < until
-        time.sleep(0.01)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import rospy
 import rostest
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
+from waiting import TIMEOUT, wait_for
 
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosoclingo.msg import (
@@ -26,7 +27,6 @@ from rosoclingo.msg import (
 )
 from rosoclingo.srv import GetGoalInformation
 
-TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 # How much comes at once: a lot for one mode, since inbox and action server are the same in all, and
 # else what is more than there is room for.
 GOALS, MESSAGES = (200, 10_000) if "--flood" in sys.argv else (40, 1_000)
@@ -112,7 +112,6 @@ class Robot:
     def __init__(self) -> None:
         self.actions: List[Tuple[str, str]] = []
         self.answer = succeed
-        self._changed = threading.Condition()
         self._in = rospy.Publisher(
             "rosoclingo/in", ROSoClingoIn, tcp_nodelay=True, queue_size=20000
         )
@@ -122,9 +121,7 @@ class Robot:
         self.wait_for(lambda: self._in.get_num_connections() and self._out.get_num_connections())
 
     def _on_out(self, message: ROSoClingoOut) -> None:
-        with self._changed:
-            self.actions.append((message.id, message.action))
-            self._changed.notify_all()
+        self.actions.append((message.id, message.action))
         answer = self.answer(message.id, message.action)
         if answer is not None:
             self.send(message.id, answer)
@@ -134,12 +131,7 @@ class Robot:
 
     def wait_for(self, condition: Callable[[], Any]) -> None:
         """Waits for a condition that an action or a connection makes true."""
-        with self._changed:
-            for _ in range(int(TIMEOUT / 0.01)):
-                if condition():
-                    return
-                self._changed.wait(0.01)
-        raise AssertionError(f"timeout; actions: {self.actions}")
+        wait_for(condition, lambda: self.actions)
 
 
 class ModeTestCase(unittest.TestCase):

@@ -17,7 +17,6 @@ from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import MessageArrived, StatusSet
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.mode.controller import Decider
-from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal
@@ -77,13 +76,7 @@ class World(Environment):
         if answer is not None:
             self.inbox.put(MessageArrived(actuator, answer))
 
-    def show_plan(
-        self,
-        step: int,
-        horizon: int,
-        actions: Sequence[Action],
-        arrivals: Sequence[ExpectedArrival] = (),
-    ) -> None:
+    def show_plan(self, step: int, horizon: int, actions: Sequence[Action], *_: object) -> None:
         with self._changed:
             self.step, self.horizon = step, horizon
             self.plan = [str(action) for action in actions]

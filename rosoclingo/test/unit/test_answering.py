@@ -9,13 +9,13 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Callable, Iterator, List, Optional
 
 import pytest
 from conftest import PACKAGE, TIMEOUT
+from waiting import wait_for
 
 from rosclingo.solver.options import Options
 from rosoclingo.errors import QuestionError
@@ -51,13 +51,6 @@ GARBAGE = "connection.recv_bytes(); connection.send_bytes(b'%s'); connection.rec
 
 def task(question: Question = PLAN, seconds: float = PATIENCE, **others: Any) -> QuestionTask:
     return QuestionTask(LINE, Situation(**{**vars(SITUATION), **others}), question, seconds)
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    due = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < due
-        time.sleep(0.01)
 
 
 def state(pid: int) -> str:

@@ -9,8 +9,6 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.inputs import read_input
 from rosoclingo.desk.parts import EXAMPLES, make_parts
 from rosoclingo.desk.simulation import DeskSimulation
-from rosoclingo.loop.values.arrivals import ExpectedArrival
-from rosoclingo.loop.values.atoms import Action
 
 TIMES = """
 #program state(t).
@@ -43,14 +41,8 @@ class Run(DeskSimulation):
             **more,
         )
 
-    def show_plan(
-        self,
-        step: int,
-        horizon: int,
-        actions: Sequence[Action],
-        arrivals: Sequence[ExpectedArrival] = (),
-    ) -> None:
-        said = tuple(map(str, arrivals))
+    def show_plan(self, *shown: Any) -> None:
+        said = tuple(map(str, shown[-1]))
         if not self.shown or self.shown[-1] != said:
             self.shown.append(said)
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import stat
-import time
 from pathlib import Path
 from typing import List, Sequence
 
 import pytest
+from waiting import wait_for
 
 from rosoclingo.desk.command_line import parse
 from rosoclingo.errors import SeedPlannerError
@@ -166,9 +166,7 @@ def test_the_desk_names_the_package(
 )
 def test_the_plan_of_a_process(tmp_path: Path, text: str, plan: object) -> None:
     process = SeedProcess(program(tmp_path, text), "a task\n" * 100_000)
-    end = time.monotonic() + SECONDS
-    while not process.has_ended and time.monotonic() < end:
-        time.sleep(0.01)
+    wait_for(lambda: process.has_ended)
     assert process.plan() == plan
     process.close()
 

@@ -10,14 +10,14 @@ import itertools
 import os
 import pickle
 import random
-import time
 from pathlib import Path
 from typing import Any, Callable, FrozenSet, Iterable, List, Optional, Tuple, Type
 
 import clingo
 import pytest
-from conftest import PACKAGE, TIMEOUT, System
+from conftest import PACKAGE, System
 from draws import draws
+from waiting import wait_for
 
 from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
@@ -753,9 +753,7 @@ def test_the_situation_of_a_loop(system: Callable[..., System]) -> None:
     made.start()
     goal.wait_until_accepted()
     commit = "event(commit,do(robot,go(2)),1)"
-    end = time.monotonic() + TIMEOUT
-    while not (made.loop.state.externals.is_true(commit) or time.monotonic() > end):
-        time.sleep(0.01)
+    wait_for(lambda: made.loop.state.externals.is_true(commit))
     situation = Situation.of(made.loop.state, 30)  # the loop waits for an answer
     assert commit in situation.told
     assert situation.goals == (("1", "visit(4)"),)

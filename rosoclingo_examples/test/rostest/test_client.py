@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-import threading
 import unittest
 from pathlib import Path
 from typing import Any, Callable, Dict, List
@@ -14,6 +13,7 @@ import rospy
 import rostest
 from actionlib import CommState, ServerGoalHandle
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+from waiting import wait_for
 
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.action_server import LowLatencyActionServer
@@ -27,8 +27,6 @@ from rosoclingo.msg import (
 from rosoclingo_examples.orders import Bring, Orders
 from rosoclingo_examples.ros.client import RequestClient
 from rosoclingo_interfaces.errors import LineError
-
-TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 
 
 class TestClient(unittest.TestCase):
@@ -50,7 +48,6 @@ class TestClient(unittest.TestCase):
         )
         cls.server.start()
         cls.said: List[str] = []
-        cls.changed = threading.Condition()
         cls.orders = Orders()
         cls.client = RequestClient(cls.orders, cls._say)
         cls.wait_for(cls.client.there)
@@ -69,18 +66,11 @@ class TestClient(unittest.TestCase):
 
     @classmethod
     def _say(cls, line: str) -> None:
-        with cls.changed:
-            cls.said.append(line)
-            cls.changed.notify_all()
+        cls.said.append(line)
 
     @classmethod
     def wait_for(cls, condition: Callable[[], Any]) -> None:
-        with cls.changed:
-            for _ in range(int(TIMEOUT / 0.01)):
-                if condition():
-                    return
-                cls.changed.wait(0.01)
-        raise AssertionError(f"timeout; said: {cls.said}")
+        wait_for(condition, lambda: cls.said)
 
     def send(self, request: str, *information: str) -> ServerGoalHandle:
         self.client.send(Bring(request, information))

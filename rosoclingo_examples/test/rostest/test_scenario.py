@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import queue
 import sys
-import time
 import unittest
-from typing import Callable, List
+from typing import List
 
 import rospy
 import rostest
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
+from waiting import TIMEOUT, wait_for
 
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
 
-TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
 ROUTES = {
     1: "c6 c5 o9 pickup(1) c5 c6 open1 c1 c2 c3 o14 deliver(1)",
     2: "c6 c5 o9 pickup(1) c5 c6 c5 c4 c3 o14 deliver(1)",
@@ -36,19 +35,13 @@ class TestScenario(unittest.TestCase):
             "rosoclingo/out", ROSoClingoOut, lambda message: self.actions.put(message.action)
         )
         self.assertTrue(self.client.wait_for_server(rospy.Duration.from_sec(TIMEOUT)))
-        self.wait_for(lambda: self.answers.get_num_connections() > 0)
-
-    def wait_for(self, condition: Callable[[], bool]) -> None:
-        end = time.monotonic() + TIMEOUT
-        while not condition():
-            self.assertLess(time.monotonic(), end, "timeout")
-            time.sleep(0.01)
+        wait_for(lambda: self.answers.get_num_connections() > 0)
 
     def request(self, text: str) -> None:
         goal = self.client.send_goal(ROSoClingoGoal(text, []))
         self.goals.append(goal)
         # What is said next is heard later.
-        self.wait_for(lambda: goal.get_comm_state() != CommState.WAITING_FOR_GOAL_ACK)
+        wait_for(lambda: goal.get_comm_state() != CommState.WAITING_FOR_GOAL_ACK)
 
     def test_the_route(self) -> None:
         scenario = rospy.get_param("~scenario")
@@ -67,7 +60,7 @@ class TestScenario(unittest.TestCase):
             fails = scenario == 3 and number == 3
             self.answers.publish("mailbot", "failure" if fails else "success")
         for goal in self.goals:
-            self.wait_for(lambda goal=goal: goal.get_comm_state() == CommState.DONE)  # type: ignore[misc]
+            wait_for(lambda goal=goal: goal.get_comm_state() == CommState.DONE)  # type: ignore[misc]
             self.assertEqual(goal.get_terminal_state(), GoalStatus.SUCCEEDED)
         self.assertTrue(self.actions.empty())
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-import threading
-import time
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Tuple
 
 import rospy
 from nav_msgs.msg import Odometry
@@ -15,8 +13,6 @@ from std_msgs.msg import Bool
 
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo.msg import ROSoClingoIn, ROSoClingoOut
-
-TIMEOUT = 150.0  # seconds of wall time; no more than a bound for what never comes
 
 
 class Recorder:
@@ -78,22 +74,3 @@ class Recorder:
         """Writes everything as JSON."""
         content = {**about, "path": self.path, "events": self.events}
         file.write_text(json.dumps(content), encoding="utf-8")
-
-
-def wait_for(
-    condition: Callable[[], Any],
-    what: Optional[Callable[[], object]] = None,
-    timeout: float = TIMEOUT,
-) -> None:
-    """Waits until a condition holds that nothing announces.
-
-    Args:
-        condition: What has to hold.
-        what: Says what is there instead.
-        timeout: Longest time to wait, in seconds of wall time.
-    """
-    end = time.monotonic() + timeout
-    pause = threading.Event()
-    while not condition():
-        assert time.monotonic() < end, f"timeout: {what() if what else ''}"
-        pause.wait(0.005)

@@ -14,8 +14,8 @@ import rospy
 import rostest
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
+from waiting import wait_for
 
-from recorder import wait_for
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo.msg import (

@@ -14,9 +14,10 @@ import rospy
 import rostest
 from actionlib import ClientGoalHandle, CommState
 from actionlib_msgs.msg import GoalStatus
+from waiting import wait_for
 
 from floor import Floor
-from recorder import Recorder, wait_for
+from recorder import Recorder
 from rosclingo.ros.action_client import LowLatencyActionClient
 from rosclingo.ros.low_latency import publisher
 from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn
@@ -44,7 +45,7 @@ class TestDriving(unittest.TestCase):
             Path(packages.get_path("rosoclingo_simulator")) / "maps" / "office.yaml",
             Path(packages.get_path("rosoclingo_interfaces")) / "config" / "graph_wg.yaml",
         )
-        self.wait_for = functools.partial(wait_for, timeout=rospy.get_param("~seconds"))
+        self.wait_for = functools.partial(wait_for, timeout=rospy.get_param("~seconds"), poll=0.005)
         self.goals: List[ClientGoalHandle] = []
         self.client = LowLatencyActionClient("rosoclingo", ROSoClingoAction)
         self.messages = publisher("rosoclingo/in", ROSoClingoIn)

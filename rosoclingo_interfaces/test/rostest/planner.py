@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import queue
 import threading
-import time
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Dict, List, Tuple
 
 import rospy
+from waiting import TIMEOUT, wait_for
 
 from rosoclingo.msg import (
     ROSoClingoAnswer,
@@ -16,8 +16,6 @@ from rosoclingo.msg import (
     ROSoClingoOut,
     ROSoClingoToken,
 )
-
-TIMEOUT = 180.0  # seconds of wall time; no more than a bound for what never comes
 
 
 class Planner:
@@ -89,11 +87,3 @@ class TokenPlanner:
         """Waits for an answer, which comes again and again, as nobody says that it was taken."""
         while self.tokened.get(timeout=TIMEOUT) != (self.RUN, number, value):
             pass
-
-
-def wait_for(condition: Callable[[], Any]) -> None:
-    """Waits until a condition holds that nothing announces."""
-    end = time.monotonic() + TIMEOUT
-    while not condition():
-        assert time.monotonic() < end, "timeout"
-        time.sleep(0.01)

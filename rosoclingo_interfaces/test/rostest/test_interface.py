@@ -9,8 +9,9 @@ import unittest
 import rospy
 import rostest
 from std_msgs.msg import String
+from waiting import TIMEOUT
 
-from planner import TIMEOUT, Planner, TokenPlanner
+from planner import Planner, TokenPlanner
 from rosoclingo.loop.execution.tokens import TOKENS_HEADER
 
 

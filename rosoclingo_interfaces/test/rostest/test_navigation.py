@@ -20,9 +20,10 @@ import rostest
 from actionlib import ServerGoalHandle
 from actionlib_msgs.msg import GoalStatus, GoalStatusArray
 from rosgraph_msgs.msg import Clock, Log
+from waiting import TIMEOUT, wait_for
 
 from navigation import Navigation, is_at
-from planner import TIMEOUT, Planner, wait_for
+from planner import Planner
 
 
 class Ticker:

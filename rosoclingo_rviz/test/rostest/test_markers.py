@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import threading
 import unittest
 from typing import Any, Callable, List, Optional
 
@@ -12,6 +11,7 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus
 from visualization_msgs.msg import Marker, MarkerArray
+from waiting import TIMEOUT, wait_for
 
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
@@ -22,15 +22,12 @@ from rosoclingo.msg import (
     ROSoClingoPlan,
 )
 
-TIMEOUT = 180.0  # seconds; no more than a bound for what never comes
-
 
 class Rviz:
     """What rviz makes of the markers."""
 
     def __init__(self) -> None:
         self._shown: List[Marker] = []
-        self._changed = threading.Condition()
         self._subscriber = rospy.Subscriber(
             "/a/graph_markers/markers", MarkerArray, self._on_markers
         )
@@ -38,16 +35,13 @@ class Rviz:
     def _on_markers(self, message: MarkerArray) -> None:
         first, *rest = message.markers
         assert first.action == Marker.DELETEALL
-        with self._changed:
-            self._shown = rest
-            self._changed.notify_all()
+        self._shown = rest
 
     def group(self, name: str) -> List[Marker]:
         return [marker for marker in self._shown if marker.ns == name]
 
     def wait(self, condition: Callable[[], Any]) -> None:
-        with self._changed:
-            assert self._changed.wait_for(condition, TIMEOUT), self._shown
+        wait_for(condition, lambda: self._shown)
 
 
 class TestMarkers(unittest.TestCase):
@@ -64,10 +58,7 @@ class TestMarkers(unittest.TestCase):
                 ("result", ROSoClingoActionResult, False),
             )
         }
-        deadline = rospy.get_time() + TIMEOUT
-        while not all(topic.get_num_connections() for topic in cls.topics.values()):
-            assert rospy.get_time() < deadline, "the node has not subscribed to all topics"
-            rospy.sleep(0.01)
+        wait_for(lambda: all(topic.get_num_connections() for topic in cls.topics.values()))
 
     def test_a_delivery_with_a_blocked_way(self) -> None:
         rviz, topics = self.rviz, self.topics

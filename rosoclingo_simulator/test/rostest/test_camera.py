@@ -11,9 +11,9 @@ import rospy
 import rostest
 from sensor_msgs.msg import CameraInfo, Image, LaserScan
 from tf2_msgs.msg import TFMessage
+from waiting import wait_for
 
 from rosclingo.ros.low_latency import subscriber
-from waiting import wait_for
 
 WIDTH, HEIGHT, PERIOD = 80, 60, 0.25  # as in the launch file: pixels, and seconds
 STEP = 0.05  # s, of the simulation

@@ -14,9 +14,9 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
+from waiting import wait_for
 
 from rosoclingo_simulator.srv import Obstacle
-from waiting import wait_for
 
 SPEED = 0.4  # m/s
 ROBOTS = ("robot1", "robot2")

@@ -1,0 +1,88 @@
+"""The guide to explanations."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from page import LINE, Page, of
+from readmes import ROOT, check_output, section
+
+from rosclingo.solver.programs import parse_files
+from rosoclingo.why.phrases import Phrases
+
+
+@of("docs/why.md", "At run time")
+def test_why_at_run_time(page: Page) -> None:
+    # Other tests may take all the time that what answers gives way to.
+    page.terminals.master.setParam("/test", "/rosoclingo/why_nice", 0)
+    node = page.type("rosoclingo.launch")
+    page.hears("/rosoclingo/about")
+    page.run("/rosoclingo/goal")
+    node.wait_for("robot: go(2)")
+    said = ""
+    for word, status in (("info:close(3)", 0), ("goal:visit(6)", 0), ("--goal", 2)):
+        (question,) = page.left[:1]
+        terminal = page.type(word)
+        while terminal.wait() == 1 and "there was no answer within" in terminal.output:
+            page.left.insert(0, question)  # other processes have taken all the time
+            terminal = page.type(word)
+        assert terminal.wait() == status, terminal.output
+        said += terminal.output
+    check_output("docs/why.md", "At run time", said)
+
+
+@of("docs/why.md", "In Python")
+def test_why(tmp_path: Path) -> None:
+    shutil.copy(LINE, tmp_path)
+    (program,) = [p.text for p in section("docs/why.md", "In Python") if p.kind == "python"]
+    said = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, text=True
+    )
+    check_output("docs/why.md", "In Python", said.stdout)
+
+
+@of("docs/why.md", "What an encoding may say")
+def test_phrases(tmp_path: Path) -> None:
+    (program,) = [piece.text for piece in section("docs/why.md", "What an encoding may say")]
+    file = tmp_path / "phrases.lp"
+    file.write_text(program)
+    phrases = Phrases.read(parse_files([str(file)]))
+    assert phrases.of("blocked(c3,c4)") == "the way between c3 and c4 is blocked"
+    assert phrases.of("go(c3)") == "go to c3"
+
+
+BATTERY = """
+#program base. fluent(battery(0..3)). before(battery(3),0).
+#program state(t). holds(battery(N),0) :- before(battery(N),0), t = 0.
+#program transition(t).
+holds(battery(N-1),t) :- holds(battery(N),t-1), do(robot,_,t).
+holds(battery(N),t) :- holds(battery(N),t-1), not do(robot,_,t).
+"""
+
+
+@of("docs/why.md", "Rules")
+def test_a_rule_with_a_name(page: Page) -> None:
+    battery = page.folder / "battery.lp"
+    battery.write_text(BATTERY + page.block("prolog"))
+    command = [
+        "rosrun",
+        "rosoclingo",
+        "plan.py",
+        str(LINE),
+        str(battery),
+        "--goal=visit(6)",
+        "-c",
+        "steps=9",
+    ]
+    said = " ".join(
+        subprocess.run(command, check=False, stderr=subprocess.PIPE, text=True).stderr.split()
+    )
+    answer = re.search(
+        "The answer is `(.*?)`", " ".join((ROOT / "docs/why.md").read_text().split())
+    )
+    assert answer is not None
+    assert answer[1] in said

@@ -1,0 +1,84 @@
+"""The README of rosoclingo, and recovery."""
+
+from __future__ import annotations
+
+import shutil
+
+from page import LINE, OFFICE, PAPER, Page, has_libraries, of
+from readmes import check_output
+
+
+@of("rosoclingo/README.md", "rosoclingo")
+def test_rosoclingo(page: Page) -> None:
+    page.type("rosoclingo.launch")
+    page.hears("/rosoclingo/about")
+    fulfill = page.type("fulfill.py")
+    page.run("/rosoclingo/goal")
+    fulfill.wait_for("go(3): success")
+    check_output("rosoclingo/README.md", "rosoclingo", fulfill.output)
+    page.interrupt()
+
+    page.type("roscore")
+    for _ in range(3):
+        page.type("run.py")
+    page.hears("/rosoclingo/about")
+
+
+@of("rosoclingo/README.md", "The manual's example")
+def test_the_blocks_world(page: Page) -> None:
+    for _ in range(3):
+        page.type("run.py")
+    page.type("rostopic echo").wait_for("do(arm,putdown(3),14)")
+
+
+@of("rosoclingo/README.md", "At the desk: plan.py")
+def test_plan(page: Page) -> None:
+    planned = page.run("plan.py")
+    said = planned + page.run("--simulate")
+    check_output("rosoclingo/README.md", "At the desk: plan.py", said)
+    page.has(line_lp=LINE)
+    has_libraries(page)
+    assert page.run("python3 -m").splitlines()[1:] == planned.splitlines()[1:]
+
+
+@of("rosoclingo/README.md", "Where the time goes")
+def test_profile(page: Page) -> None:
+    page.has(line_lp=LINE)
+    check_output("rosoclingo/README.md", "Where the time goes", page.run("--profile"))
+
+
+@of("rosoclingo/README.md", "Before it runs: check.py")
+def test_check(page: Page) -> None:
+    """The command shows what it says."""
+    (page.folder / "my_rule.lp").write_text(page.block("prolog"))
+    page.has(line_lp=LINE)
+    terminal = page.type("check.py")
+    assert terminal.wait() == 1, terminal.output
+    check_output("rosoclingo/README.md", "Before it runs: check.py", terminal.output)
+
+
+@of("rosoclingo/README.md", "A domain in PDDL: pddl.py")
+def test_pddl(page: Page) -> None:
+    page.set_variables()
+    written = page.run("pddl.py")
+    check_output("rosoclingo/README.md", "A domain in PDDL: pddl.py", written)
+    assert "goal 1, goal, succeeds" in page.run("plan.py")
+
+
+@of("rosoclingo/README.md", "One node: run-1.0.py")
+def test_one_node(page: Page) -> None:
+    page.has(instance_lp=OFFICE, encoding_lp=PAPER)
+    for word in ("run-1.0.py", "single.launch"):
+        page.type(word)
+        page.hears("/rosoclingo/about")
+        page.interrupt()
+
+
+@of("docs/recovery.md", "Recovery")
+def test_recovery(page: Page) -> None:
+    shutil.copy(LINE, page.folder / "my_task.lp")
+    launched = page.type("rosoclingo.launch")
+    page.hears("/rosoclingo/about")
+    page.run("/rosoclingo | awk")
+    launched.wait_for("goes on with the run in the store")
+    page.interrupt()

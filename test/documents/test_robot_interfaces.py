@@ -1,0 +1,86 @@
+"""The README of rosoclingo_interfaces."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+from page import Page, of
+from readmes import check_output
+
+from rosoclingo_interfaces.navigation.waypoints import read_waypoints
+
+ROBOT = '''
+class base:
+    """A robot that is everywhere at once."""
+    has_arrived = True
+    drive_to = stop = is_at = staticmethod(lambda *_: True)
+'''
+
+
+@of("rosoclingo_interfaces/README.md", "rosoclingo_interfaces")
+def test_interfaces(page: Page) -> None:
+    fulfill = page.type("fulfill.py")
+    published = page.type("rostopic pub")
+    fulfill.wait_for("mailbot: go(c3): success")
+    check_output("rosoclingo_interfaces/README.md", "rosoclingo_interfaces", fulfill.output)
+    fulfill.interrupt()
+    fulfill.wait()
+    first, _, rest = page.block("python").partition("\n")
+    script = page.folder / "robot.py"
+    script.write_text(f"{first}\n{ROBOT}\n{rest}")
+    robot = page.terminals.start(sys.executable, str(script))
+    robot.wait_for("mailbot: go(c3): success")
+    published.interrupt()
+
+
+@of("rosoclingo_interfaces/README.md", "fulfill.py")
+def test_fulfill(page: Page) -> None:
+    action = ("rostopic", "pub", "/rosoclingo/out", "rosoclingo/ROSoClingoOut", "mailbot", "go(c3)")
+    page.terminals.start(*action)
+    page.type("fulfill.py").wait_for("mailbot: go(c3): failure")
+
+
+@of("rosoclingo_interfaces/README.md", "move_base_interface.py")
+def test_move_base_interface(page: Page) -> None:
+    page.type("move_base_interface.py")
+    page.sees("/move_base_interface")
+    (page.folder / "places.yaml").write_text(page.block("yaml"))
+    assert set(read_waypoints(page.folder / "places.yaml").places) == {"c3", "c(4)"}
+
+
+@of("rosoclingo_interfaces/README.md", "After a crash")
+def test_what_follows_a_crash(page: Page) -> None:
+    """A class of the README's, and what its table says of actions."""
+    program = (
+        "import clingo\nfrom rosoclingo_interfaces.interface import ActionInterface\n"
+        f"{page.block('python')}\n"
+        "class Any(Mailbot):\n    def __init__(self): pass\n"
+        "for name in 'greet', 'charge', 'go(c3)', 'pickup(1)':\n"
+        "    print(Any().outcome_after_crash(clingo.parse_term(name)))\n"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", program], check=True, stdout=subprocess.PIPE, text=True
+    )
+    assert said.stdout.split() == ["fail", "again", "again", "unknown"]
+
+
+@of("rosoclingo_interfaces/README.md", "un_block.py")
+def test_un_block(page: Page) -> None:
+    heard = page.terminals.start("rostopic", "echo", "/rosoclingo/in")
+    page.run("un_block.py", lines="u c3 c4\n")
+    page.run('echo "b c3 c4"')
+    for value in ("unblocked(c3,c4)", "blocked(c3,c4)"):
+        heard.wait_for(f'value: "{value}"')
+
+
+@of("rosoclingo_interfaces/README.md", "mailbot_interfaces.launch")
+def test_mailbot_interfaces(page: Page) -> None:
+    for node in ("/move_base_interface", "/fulfill_go"):
+        page.type("mailbot_interfaces.launch")
+        page.sees(node)
+        page.sees("/pickup_deliver")
+        page.interrupt()
+    page.type("fleet_interfaces.launch")
+    for robot in ("mailbot", "mailbot2"):
+        page.sees(f"/move_base_interface_{robot}")
