@@ -18,9 +18,9 @@ from typist import CTRL_C, CTRL_D, keyboard, pipe
 __all__ = ["terminals"]
 
 GRID = ("-c", "slots=1", "-c", "x=2", "-c", "y=2")
-# The third mode is a bag in test/bags.
 DYNAMIC = [
     pytest.param("dynamic.incremental.recording", marks=pytest.mark.install_space),
+    "dynamic.incremental.reset",
     "dynamic.incremental.dyn_reset",
 ]
 
@@ -112,10 +112,19 @@ def test_the_launch_file_of_the_dynamic_mailbot(terminals: Terminals, tmp_path: 
     assert client.output.splitlines()[-1] == "3 deliveries, 1 canceled"
 
 
-@pytest.mark.parametrize("file", ["blocks_world.launch", "mailbot_static.launch"])
-def test_the_launch_files_of_static_modes(terminals: Terminals, file: str) -> None:
-    """The other mode of each is a bag in test/bags."""
-    terminals.start("roslaunch", "rosoclingo_examples", file)
+@pytest.mark.parametrize(
+    ("file", "arguments"),
+    [
+        ("blocks_world.launch", []),
+        ("blocks_world.launch", ["mode:=static.fixed.recording", "steps:=14"]),
+        ("mailbot_static.launch", []),
+        ("mailbot_static.launch", ["mode:=static.incremental.recording"]),
+    ],
+)
+def test_the_launch_files_of_static_modes(
+    terminals: Terminals, file: str, arguments: list[str]
+) -> None:
+    terminals.start("roslaunch", "rosoclingo_examples", file, *arguments)
     actions = plan(terminals)
     assert len(actions) == 14 if "blocks" in file else actions == SHORTEST
 
