@@ -165,7 +165,7 @@ def test_examples_exclude_no_messages(system: Callable[..., System]) -> None:
 
 def test_examples_exclude_nothing_of_an_actuator_that_is_called_by_a_number() -> None:
     known = demand.Demand()
-    known.examples = ["visit(1)"]
+    known.requests = [("1", "visit(1)")]
     vocabulary = ToldVocabulary(known, ["1", "2"])
     assert vocabulary.is_sure([("2", "fly(2)")], 1)
     assert not vocabulary.is_sure([("7", "success")], 1)
@@ -313,8 +313,9 @@ def test_others_are_driven_as_before(system: Callable[..., System], tmp_path: Pa
 
 
 EXAMPLES = """
-rslot(1).
+rslot(1..2).
 #external event(1,work).
+#external event(2,rest).
 #external event(info,noise).
 #program event(s,c).
 #program event(s,c,t).
@@ -367,13 +368,14 @@ def test_examples_are_known_and_released(tmp_path: Path) -> None:
     file.write_text(EXAMPLES)
     solver = Counting(Engine(Options((str(file),))))
     planner = Planner(solver)
-    for slots in (None, ["1"]):
-        assert planner.begin(slots=slots) == ["1"]
+    for slots in (None, ["1", "2"]):
+        assert planner.begin(slots=slots) == ["1", "2"]
         assert not any(atom.startswith("event(") for atom in planner.externals())
         solver.commands.clear()
         assert planner.tell([event("1", "work", 0), event("info", "noise", 0)]) == []
         assert not any(isinstance(command, AssignExternal) for command in solver.commands)
-        assert planner.tell([event("info", "work", 0)]) != []
+        for unknown in (("info", "work"), ("2", "work"), ("1", "rest")):
+            assert planner.tell([event(*unknown, 0)]) != []
     assert planner.search(0, 1, lambda: False).result is Result.SAT
 
 

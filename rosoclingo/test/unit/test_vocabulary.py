@@ -25,7 +25,8 @@ def told() -> ToldVocabulary:
     """Knows one request from each office, and one to each, as examples."""
     first, *others = OFFICES
     examples = [f"bring({o},{p})" for one in others for o, p in ((first, one), (one, first))]
-    return ToldVocabulary(Demand(tells=True, examples=[*examples, *OTHERS[:-1]]), ["1"])
+    requests = [("1", example) for example in [*examples, *OTHERS[:-1]]]
+    return ToldVocabulary(Demand(tells=True, requests=requests), ["1"])
 
 
 @pytest.mark.parametrize(
@@ -63,7 +64,8 @@ def test_nobody_knows(vocabulary: Vocabulary, request_text: str) -> None:
 
 def test_any_in_an_example_stands_for_every_term() -> None:
     examples = ["bring(o1,o2,by(any))", "bring(o1,o2,urgent)"]
-    vocabulary = ToldVocabulary(Demand(tells=True, examples=examples), ["1"])
+    requests = [("1", example) for example in examples]
+    vocabulary = ToldVocabulary(Demand(tells=True, requests=requests), ["1"])
 
     def is_asked(request: str) -> bool:
         """Whether the examples do not exclude it."""

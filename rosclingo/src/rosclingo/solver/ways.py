@@ -155,7 +155,7 @@ class ShortestWays:
         try:
             self._read(name, facts, graphs)
             found = self._find(facts, graphs, graph)
-        except ValueError:
+        except (ValueError, RecursionError):
             self.forget()  # so that it is refused again
             raise
         while len(graphs) > _MOST_GRAPHS:

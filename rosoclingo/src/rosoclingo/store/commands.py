@@ -80,7 +80,7 @@ class SolverRetry:
                 if tries > _MOST_TRIES:
                     raise
                 if not reason:
-                    reason, since = str(err), time.monotonic()
+                    reason, since = str(err) or "no answer", time.monotonic()
                 self._wait(err)
                 until = time.monotonic()
                 continue

@@ -188,7 +188,8 @@ class Outbox(Environment):
                 ]
                 self._store.write(Changes(statuses=ends))
         if self._effects and not self.is_urgent:
-            effects, self._effects = self._effects, []
+            with self._lock:
+                effects, self._effects = self._effects, []
             self._let_out(effects)
 
     def save(self, changes: Changes, *, ended: Optional[str] = None) -> None:

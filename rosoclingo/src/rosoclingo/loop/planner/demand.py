@@ -10,6 +10,7 @@ found no plan. Then it may ask for parts: by externals ``ground(P)``, and by ter
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass, field
 from itertools import chain
@@ -50,8 +51,7 @@ class Demand:
     Attributes:
         tells: Whether the encoding is told its events by grounding.
         declared: Whether it knows a pair, for each that it was asked about.
-        examples: Requests that it has declared as examples.
-        example_slots: The slots for which it has.
+        requests: Requests that it has declared as examples, each with its slot; sorted.
         messages: Messages likewise, with which those are compared that it does not know.
         improves: Whether a better plan can be looked for while the one that was found is executed.
         prefers: Whether a search can begin with what is left of the plan before.
@@ -64,8 +64,7 @@ class Demand:
 
     tells: bool = False
     declared: Dict[Pair, bool] = field(default_factory=dict)
-    examples: List[str] = field(default_factory=list)
-    example_slots: List[str] = field(default_factory=list)
+    requests: List[Pair] = field(default_factory=list)
     messages: List[Pair] = field(default_factory=list)
     improves: bool = False
     prefers: bool = False
@@ -144,10 +143,8 @@ class Demand:
             return
         events = (split_term(atom)[1] for atom in externals if atom.startswith(EVENT))
         pairs = [(event[0], event[1]) for event in events if len(event) == _EVENT[1]]
-        requests = [pair for pair in pairs if pair[0] in slots]
-        self.examples = [content for _, content in requests]
-        self.example_slots = sorted({slot for slot, _ in requests})
-        self.messages = [pair for pair in pairs if pair[0] not in slots]
+        self.requests = sorted(pair for pair in pairs if pair[0] in slots)
+        self.messages = sorted(pair for pair in pairs if pair[0] not in slots)
 
     # What it is told.
 
@@ -185,12 +182,10 @@ class Demand:
     def questions(self, pairs: Sequence[Pair]) -> List[Pair]:
         """Returns the pairs of which it is not known whether the encoding knows them."""
         new = [pair for pair in dict.fromkeys(pairs) if pair not in self.declared]
-        self.declared.update((pair, True) for pair in new if self._is_example(pair))
+        examples = (self.requests, self.messages)
+        known = [pair for pair in new if any(_contains(some, pair) for some in examples)]
+        self.declared.update((pair, True) for pair in known)
         return [pair for pair in new if pair not in self.declared]
-
-    def _is_example(self, pair: Pair) -> bool:
-        source, content = pair
-        return pair in self.messages or (source in self.example_slots and content in self.examples)
 
     def ask(self, pairs: Sequence[Pair]) -> List[Command]:
         """Returns the commands that fail at a pair which the encoding does not know.
@@ -293,6 +288,12 @@ class Demand:
 def _asking(symbols: Sequence[str], completes: bool) -> Iterator[str]:
     asks = (_ASKS, _ASKS_LAST) if completes else (_ASKS,)
     return (text for text in symbols if text.startswith(asks))
+
+
+def _contains(pairs: Sequence[Pair], pair: Pair) -> bool:
+    """Tells whether a pair is among sorted ones, of which there may be ten thousands."""
+    index = bisect_left(pairs, pair)
+    return index < len(pairs) and pairs[index] == pair
 
 
 def step_parts(step: int) -> List[Part]:

@@ -111,7 +111,7 @@ class ToldVocabulary:
         self._demand = demand
         self._slots = frozenset(slots)  # requests come from them, and from nobody else
         self._arguments: Dict[Tuple[str, int], List[Set[str]]] = {}  # of the examples of each form
-        for example in demand.examples:
+        for _, example in demand.requests:
             name, arguments = split_term(example)
             places = self._arguments.setdefault((name, len(arguments)), [set() for _ in arguments])
             for known, argument in zip(places, arguments):
@@ -145,8 +145,9 @@ class ToldVocabulary:
 
     def explain(self, source: str, content: str) -> str:
         """Explains why an event is undeclared, by comparing it with declared ones."""
-        if self._demand.examples:
-            return explain(content, sorted(self._demand.examples), are_examples=True)
+        examples = sorted({example for _, example in self._demand.requests})
+        if examples:
+            return explain(content, examples, are_examples=True)
         declared = self._demand.declared.items()
         others = [c for (s, c), known in declared if known and s == source]
         if others:
