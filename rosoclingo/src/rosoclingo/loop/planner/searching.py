@@ -151,7 +151,11 @@ class Searching:
                 found = dataclasses.replace(found, bound=bound)
             # An encoding that looks for better plans asks for something in each new one, and has
             # decided then what that costs.
-            is_new = bool(self._demand) and self._demand.asks(outcome.symbols, completes=False)
+            # One that constructs a plan may have decided all.
+            is_new = bool(self._demand) and (
+                self._demand.asks(outcome.symbols, completes=False)
+                or is_constructed(outcome.symbols)
+            )
             if is_new or not self._demand.improves:
                 quality = found
             parts = self._demand.asked_for(outcome.symbols) if self._demand else []
