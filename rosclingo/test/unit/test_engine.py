@@ -27,6 +27,7 @@ from rosclingo.wire.commands import (
     AssignExternal,
     Assumption,
     CleanupDomains,
+    ConflictLimit,
     CostBound,
     Externals,
     GetExternals,
@@ -295,6 +296,14 @@ def test_values_count_in_the_search(engine: Engine) -> None:
         assert sorted(engine.solve([Assumption("a", value)]).symbols) == symbols
     engine.apply(AssignExternal("a", Truth.FALSE))
     assert engine.solve() == sat()
+
+
+def test_a_search_ends_after_some_conflicts(engine: Engine) -> None:
+    holes = "1 { in(P,H) : H = 1..9 } 1 :- P = 1..10. :- in(P,H), in(Q,H), P < Q."
+    engine.run([Add("base", (), holes), Ground((Part("base"),))])
+    assert engine.solve([ConflictLimit(50)]) == Outcome(Result.UNKNOWN, False)
+    assert engine.solve([Assumption("in(1,1)", True), ConflictLimit(0)]).result is Result.UNKNOWN
+    assert engine.solve().result is Result.UNSAT  # it was a limit of that search
 
 
 def test_release_all_externals_of_a_signature(engine: Engine) -> None:

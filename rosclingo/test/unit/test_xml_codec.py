@@ -18,6 +18,7 @@ from rosclingo.wire.commands import (
     Assumption,
     CleanupDomains,
     Command,
+    ConflictLimit,
     CostBound,
     Externals,
     Failure,
@@ -380,9 +381,9 @@ def test_a_reply_with_any_external_is_encoded() -> None:
 
 
 def test_bounds_of_costs() -> None:
-    assumed = [Assumption("a", True), CostBound((3, -17))]
+    assumed = [Assumption("a", True), CostBound((3, -17)), ConflictLimit(100)]
     text = encode_assumptions(assumed)
-    assert '<cost_bound value="3 -17"/>' in text
+    assert '<cost_bound value="3 -17"/><conflict_limit value="100"/>' in text
     assert decode_assumptions(text) == tuple(assumed)
 
 
@@ -390,3 +391,9 @@ def test_bounds_of_costs() -> None:
 def test_a_wrong_bound_of_costs(value: str) -> None:
     with pytest.raises(XmlError, match="cost bound"):
         decode_assumptions(f'<assumptions><cost_bound value="{value}"/></assumptions>')
+
+
+@pytest.mark.parametrize("value", ["", "x", "1.5", "-1", "9" * 30])
+def test_a_wrong_limit_of_conflicts(value: str) -> None:
+    with pytest.raises(XmlError, match="conflict limit"):
+        decode_assumptions(f'<assumptions><conflict_limit value="{value}"/></assumptions>')

@@ -173,7 +173,7 @@ class Engine:
 
         Args:
             assumptions: What to assume. An atom that the grounding does not have is false. With
-                several bounds of costs, the last one counts.
+                several bounds of costs or limits of conflicts, the last one counts.
             stopped: Asked every 10 ms, in another thread, while this one searches; the search ends
                 when it says True. Without it the search cannot be ended.
             improved: Called with each better model while optimising.
@@ -186,10 +186,13 @@ class Engine:
             (parse_term(a.name), a.value) for a in assumptions if isinstance(a, wire.Assumption)
         ]
         bounds = [a.cost for a in assumptions if isinstance(a, wire.CostBound)]
+        limits = [a.conflicts for a in assumptions if isinstance(a, wire.ConflictLimit)]
         self.core = ()
         solving = cast(clingo.Configuration, self._control.configuration.solve)
-        mode = solving.opt_mode
+        mode, limit = solving.opt_mode, solving.solve_limit
         try:
+            if limits:
+                solving.solve_limit = str(limits[-1])
             if bounds:
                 solving.opt_mode = ",".join(["opt", *map(str, bounds[-1])])
             with SearchWatch(stopped or (lambda: False), self._control.interrupt) as watch:
@@ -203,6 +206,8 @@ class Engine:
         finally:
             if bounds:
                 solving.opt_mode = mode
+            if limits:
+                solving.solve_limit = limit
             self._log_messages()
 
     def _search(

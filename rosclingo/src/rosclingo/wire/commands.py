@@ -177,8 +177,19 @@ class CostBound:
     cost: Tuple[int, ...]
 
 
-Assumed = Union[Assumption, CostBound]
-"""An assumption of a solve call: an atom with its value, or a bound of costs."""
+@dataclass(frozen=True)
+class ConflictLimit:
+    """A limit of one solve call, which ends as it would with clingo's ``--solve-limit``.
+
+    Attributes:
+        conflicts: After how many conflicts it ends, 0 or more.
+    """
+
+    conflicts: int
+
+
+Assumed = Union[Assumption, CostBound, ConflictLimit]
+"""An assumption of a solve call: an atom with its value, a bound of costs, or a limit."""
 
 
 class Result(enum.Enum):

@@ -22,6 +22,7 @@ from rosclingo.wire.xml_tree import MAX_ELEMENTS, Element, parse
 
 _ELEMENTS, _TEXT = "elements", "text"  # what may be inside of an element, if not nothing
 _COSTS = re.compile(r"-?[0-9]{1,18}(?: -?[0-9]{1,18})*")
+_LIMIT = re.compile(r"[0-9]{1,9}")
 _TRUTHS = {**{truth.value: truth for truth in wire.Truth}, "none": wire.Truth.FREE}
 
 
@@ -76,6 +77,9 @@ def decode_assumptions(text: Union[str, bytes]) -> Tuple[wire.Assumed, ...]:
         if element.name == "cost_bound":
             assumptions.append(_cost_bound(element))
             continue
+        if element.name == "conflict_limit":
+            assumptions.append(_conflict_limit(element))
+            continue
         name, value = _valued(element, "assumption")
         if value is wire.Truth.FREE:
             raise element.error("an assumption's value is true or false")
@@ -95,6 +99,8 @@ def encode_assumptions(assumptions: Sequence[wire.Assumed]) -> str:
 def _encode_assumed(assumed: wire.Assumed) -> str:
     if isinstance(assumed, wire.CostBound):
         return f'<cost_bound value="{" ".join(map(str, assumed.cost))}"/>'
+    if isinstance(assumed, wire.ConflictLimit):
+        return f'<conflict_limit value="{assumed.conflicts}"/>'
     value = "true" if assumed.value else "false"
     return f'<assumption name={_attribute(assumed.name)} value="{value}"/>'
 
@@ -105,6 +111,14 @@ def _cost_bound(element: Element) -> wire.CostBound:
     if not _COSTS.fullmatch(text):
         raise element.error('a cost bound has whole numbers, such as value="3 17"')
     return wire.CostBound(tuple(map(int, text.split())))
+
+
+def _conflict_limit(element: Element) -> wire.ConflictLimit:
+    """Reads a limit of conflicts."""
+    text = _expect(element, "conflict_limit", "value")["value"]
+    if not _LIMIT.fullmatch(text):
+        raise element.error('a conflict limit is a whole number, such as value="100"')
+    return wire.ConflictLimit(int(text))
 
 
 def decode_reply(text: Union[str, bytes]) -> wire.Reply:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, replace
 from typing import Callable, List, Optional, Sequence, Tuple
@@ -68,10 +69,10 @@ class LocalSearch:
             The best plan that was found.
         """
         first = best
-        end = time.monotonic() + self._neighbourhoods.until_shown(shows)
+        end = time.monotonic() + self._neighbourhoods.until_shown() if shows else math.inf
 
         def stopped() -> bool:
-            is_shown = shows and best.cost < first.cost and time.monotonic() > end
+            is_shown = best.cost < first.cost and time.monotonic() > end
             return is_called() or is_shown
 
         plan = Neighbourhood.of(best.symbols)
@@ -103,13 +104,14 @@ class LocalSearch:
         hood = self._neighbourhoods
         end = time.monotonic() + hood.seconds
         kept = plan.assumptions(plan.around(seed, hood.size, hood.dice))
-        better = self._search(best, kept, lambda: stopped() or time.monotonic() > end)
+        limit = wire.ConflictLimit(hood.conflicts)
+        better = self._search(best, (*kept, limit), lambda: stopped() or time.monotonic() > end)
         return better if better.cost < best.cost else None
 
     def _search(
         self,
         best: Incumbent,
-        kept: Sequence[wire.Assumption],
+        kept: Sequence[wire.Assumed],
         stopped: Callable[[], bool],
     ) -> Incumbent:
         """Returns the best plan that was found under some assumptions."""

@@ -29,7 +29,8 @@ _CRITICAL_SIZE = 4  # likewise, if only some are critical, as searches are harde
 _GROWTH = 1.25  # of that when all neighbourhoods have been tried
 _SECONDS = 0.006  # for each free group that a search may take
 _CRITICAL_SECONDS = 0.003
-_SHOW_SECONDS = 0.5  # after which the first better plan is shown
+_CONFLICTS = 40  # for each free group that a search may have
+_SHOW_SECONDS = 1.25  # after which the first better plan is shown
 _LAST = 0.7  # of the groups are found from the one before
 
 
@@ -160,6 +161,11 @@ class Neighbourhoods:
         """How long one of them may be searched."""
         return self.size * self._seconds
 
+    @property
+    def conflicts(self) -> int:
+        """After how many conflicts a search of one of them ends, if time has not ended it."""
+        return self.size * _CONFLICTS
+
     def begin(self, plan: Neighbourhood) -> List[str]:
         """A search begins with a plan.
 
@@ -173,14 +179,14 @@ class Neighbourhoods:
         self._known = set(plan.groups)
         return new
 
-    def until_shown(self, again: bool) -> float:
-        """Returns how many seconds a better plan may be kept back while it is improved.
+    def note_news(self) -> None:
+        """Something has come, so that the next better plan is shown soon."""
+        self._show_seconds = _SHOW_SECONDS
 
-        Args:
-            again: Whether nothing has come since the last one was shown.
-        """
-        self._show_seconds = 2 * self._show_seconds if again else _SHOW_SECONDS
-        return self._show_seconds
+    def until_shown(self) -> float:
+        """Returns how long a better plan may be kept back; the next time twice as long."""
+        seconds, self._show_seconds = self._show_seconds, 2 * self._show_seconds
+        return seconds
 
     def seeds(self, plan: Neighbourhood) -> List[str]:
         """Returns the groups around which a neighbourhood is worth a try, in their order."""

@@ -120,6 +120,8 @@ class Searching:
         Raises:
             PlannerError: The encoding asks for what there is not, or without end.
         """
+        if not rounds:
+            self._neighbourhoods.note_news()
         bound: Optional[Tuple[int, ...]] = None  # if one was cut off
         has_layers = self._demand.has_layers
         best: Optional[Incumbent] = None
