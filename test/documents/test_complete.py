@@ -15,7 +15,7 @@ from readmes import DOCUMENTS, ROOT, sections
 
 
 def test_nothing_is_forgotten() -> None:
-    """What is printed is typed or compared, and the tests name nothing that is not printed."""
+    """Each printed command is typed, each output compared, and no test names another one."""
     files = sorted(Path(__file__).parent.glob("test_*.py"))
     modules = [importlib.import_module(file.stem) for file in files]
     tests = [one for module in modules for name, one in vars(module).items() if name[:5] == "test_"]

@@ -232,6 +232,19 @@ def test_what_a_lost_robot_carries_nobody_else_delivers(tmp_path: Path) -> None:
     assert carried not in order(after)
 
 
+def test_a_better_plan_is_shown_soon_after_news(tmp_path: Path) -> None:
+    """Also if no plan was searched for, from which on it would be counted anew."""
+    office = Office(20, 4, tmp_path, DEFAULT_PATIENCE)
+    office.ask(1, 19)
+    office.plan()
+    neighbourhoods = office.planner._neighbourhoods
+    soon = neighbourhoods.until_shown()
+    assert neighbourhoods.until_shown() == 2 * soon
+    office.ask(20, 20)
+    assert is_constructed(office.plan())
+    assert neighbourhoods.until_shown() == soon
+
+
 def test_a_way_that_is_closed_is_gone_around(tmp_path: Path) -> None:
     office = Office(22, 1, tmp_path, DEFAULT_PATIENCE)
     office.ask(1, 22)

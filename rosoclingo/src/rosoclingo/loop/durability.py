@@ -99,7 +99,7 @@ class Durability(DurableInputs):
 
     @property
     def unsure(self) -> Sequence[KnownGoal]:
-        """Those that ended so late that their clients may not have the result."""
+        """The ended goals whose clients may not have the result, since they have ended last."""
         return ()
 
     def begin(self, state: State, controller: Decider, commands: Any) -> bool:
@@ -143,7 +143,7 @@ class Durability(DurableInputs):
         """
 
     def interrupts(self, reason: str) -> bool:
-        """Whether the loop's end is none of the run, which can go on later."""
+        """Returns whether the loop ends, and the run goes on in a later process."""
         return False
 
     def close(self) -> None:

@@ -235,7 +235,7 @@ class SqliteStore(Durability):
 
     @property
     def unsure(self) -> List[KnownGoal]:
-        """Those that ended so late that their clients may not have the result."""
+        """The ended goals whose clients may not have the result, since they have ended last."""
         return [one for one in self.ended if one.time >= self._store.unsure_since]
 
     def begin(self, state: State, controller: Decider, commands: Any) -> bool:
@@ -267,7 +267,7 @@ class SqliteStore(Durability):
         return True
 
     def _has_published(self) -> bool:
-        """Whether the mode has run the command ``publish``."""
+        """Returns whether the mode has run the command ``publish``."""
         events = (record.event for record in self._store.records)
         return any(isinstance(event, CommandDone) and event.publishes for event in events)
 
@@ -325,7 +325,7 @@ class SqliteStore(Durability):
         self._committed_at = self._outbox.now()
 
     def interrupts(self, reason: str) -> bool:
-        """Whether the run can go on in another process; refuses inputs then."""
+        """Returns whether the run goes on in a later process, and refuses inputs until then."""
         if self._inbox.closed:
             return True
         if self.is_refused or self._store.failure is not None:

@@ -176,7 +176,7 @@ class Copy(abc.ABC):
 
     @abc.abstractmethod
     def unknown(self, events: Sequence[str]) -> List[str]:
-        """Returns the events that cannot be told, each with the reason."""
+        """Returns the reasons why some of these events cannot be told."""
 
     def _begins(self, told: AbstractSet[str]) -> Dict[str, int]:
         """Returns for each slot the step in which its last goal was told; 0 if it was saved."""

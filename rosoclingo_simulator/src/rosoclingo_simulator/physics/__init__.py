@@ -1,1 +1,1 @@
-"""What moves and where: maps, robots that roll and touch, boxes in their way, lasers."""
+"""Physics of a simulation: maps, robots that roll and touch, boxes in their way, lasers."""
