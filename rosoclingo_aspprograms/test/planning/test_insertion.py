@@ -6,13 +6,14 @@ EPISODES=200 in the environment runs so many random fleets, FULL=1 runs 16.
 from __future__ import annotations
 
 import random
+import re
 from pathlib import Path
-from typing import Dict, List, Tuple
+from typing import Dict, List, Set, Tuple
 
 import pytest
 from draws import draws
 from episode import RECORDING, RESET, SINGLE
-from test_agendas import AT_ONCE, Office, served
+from test_agendas import AT_ONCE, SIDE, Office, served
 from test_fleet import Fleet
 
 from rosclingo.wire.commands import Result
@@ -105,6 +106,14 @@ def orders(plan: Plan) -> Dict[str, List[str]]:
 
 def without(slots: List[str], slot: str) -> List[str]:
     return [one for one in slots if one != slot]
+
+
+def around(region: Set[int]) -> List[Tuple[str, str]]:
+    """Returns what says that all corridors are blocked that lead out of a region."""
+    nodes = range(1, SIDE**2 + 1)
+    ways = [(a, a + 1) for a in nodes if a % SIDE] + [(a, a + SIDE) for a in nodes[:-SIDE]]
+    out = [(a, b) for a, b in ways if (a in region) != (b in region)]
+    return [("info", f"blocked(c({a}),c({b}))") for a, b in out]
 
 
 def is_constructed(plan: Plan) -> bool:
@@ -232,6 +241,36 @@ def test_what_a_lost_robot_carries_nobody_else_delivers(tmp_path: Path) -> None:
     assert carried not in order(after)
 
 
+@pytest.mark.parametrize("last", ["pickup", "go"])
+def test_what_a_trapped_robot_was_to_do_others_do(last: str, tmp_path: Path) -> None:
+    """Without a search, also after further news; but for what is in the same place."""
+    office = Office(24, 3, tmp_path, DEFAULT_PATIENCE)
+    office.ask(1, 22)
+    step, plan, done = 1, office.plan(), re.compile(rf"{last}\((\d+)\)")
+    trapped: List[Tuple[str, int]] = []
+    while not trapped:
+        now = plan.actions(step)
+        office.tell([("commit", f"do({a.actuator},{a.name})") for a in now], step)
+        office.tell([(a.actuator, "success") for a in now], step)
+        found = [(a.actuator, done.fullmatch(a.name)) for a in now]
+        trapped = [(robot, int(match[1])) for robot, match in found if match]
+        step, plan = step + 1, office.plan(step)
+    robot, place = trapped[0]
+    if last == "pickup":
+        place = office.pairs[place - 1][0]
+    before = orders(plan)
+    assert len(before[robot]) > 1
+    for news in [("info", f"blocked({place},c({place}))"), ("23", office.requests[22])]:
+        office.tell([news], step - 1)
+        plan = office.plan(step - 1)
+        assert is_constructed(plan)
+        assert robot not in orders(plan)
+        assert {slot for slots in before.values() for slot in slots} - {*order(plan)} <= {
+            str(n) for n, pair in enumerate(office.pairs, 1) if place in pair
+        }
+    assert "23" in order(plan)
+
+
 def test_a_better_plan_is_shown_soon_after_news(tmp_path: Path) -> None:
     """Also if no plan was searched for, from which on it would be counted anew."""
     office = Office(20, 4, tmp_path, DEFAULT_PATIENCE)
@@ -310,8 +349,8 @@ def test_a_search_that_is_relaxed_is_in_a_replay(tmp_path: Path) -> None:
         office.ask(1, 22)
         first = order(office.plan())
         if not closed:
-            places = {office.pairs[int(slot) - 1][0] for slot in first[:2]}
-            closed = [("info", f"blocked({place},c({place}))") for place in sorted(places)]
+            place = office.pairs[int(first[1]) - 1][0]
+            closed = around({place, place + 1 if place % SIDE else place - 1})
         recorded.decision = 1
         office.tell(closed)
         office.ask(23, 23)
