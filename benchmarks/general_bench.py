@@ -59,7 +59,7 @@ INSTANCES = (
     ),
     Instance("ricochet robots", (ENCODINGS / "ricochet.lp",)),
 )
-DRAWS = 7
+DRAWS = 10
 
 
 def plan_with_clingo(instance: Instance) -> Tuple[float, Effort]:
@@ -143,7 +143,8 @@ class Nodes:
             rospy.Subscriber(f"{self._name}/journal", ROSoClingoEvent, note),
         ]
         solvers = [f"_{role}:={self._name}_{role}" for role in ("controller", "planner")]
-        self._system.rosrun("rosoclingo", "run.py", *solvers, name=self._name)
+        options = [*solvers, "_one_by_one_seconds:=0"]  # as clingo's script does it
+        self._system.rosrun("rosoclingo", "run.py", *options, name=self._name)
         try:
             end = plans.get(timeout=_TIMEOUT_SECONDS)
         except queue.Empty:
