@@ -35,6 +35,8 @@ from rosoclingo.loop.journal import (
     ActionPublished,
     CancelArrived,
     CommandDone,
+    Control,
+    ControlArrived,
     Event,
     GoalArrived,
     LoopEnded,
@@ -50,6 +52,8 @@ from rosoclingo.loop.values.solver import Solver
 
 GOALS = 10
 REQUESTS = ["visit(1)", "visit(3)", "visit(6)", "visit(2)", "visit(99)"]
+ACTUATOR = "robot"
+OF_RUN = (Control.PAUSE, Control.HALT, Control.STEP, Control.RESUME)
 LAST = "close(8)"  # a message without effect, which is sent when all is through
 LINE = str(PACKAGE / "example" / "line.lp")
 DEMAND = str(PACKAGE / "example" / "line_demand.lp")
@@ -94,6 +98,9 @@ class Session:
     def cancel(self, identifier: str) -> None:
         if self.goals[identifier].words[-1:] in ([], ["accepted"]):  # as actionlib has it
             self.inbox.cancel(self.goals[identifier])
+
+    def control(self, word: Control) -> None:
+        self.inbox.put(ControlArrived(word, "" if word in OF_RUN else ACTUATOR))
 
     def wait_for(self, condition: Callable[[List[Event]], bool]) -> None:
         """Waits for a condition of the journal."""
@@ -164,7 +171,7 @@ def record(
     system: System, seed: int, requests: Sequence[str] = REQUESTS, *, ends: bool = False
 ) -> List[Entry]:
     """Runs a system to which everything comes at random, until it waits, or until it has ended."""
-    chance = random.Random(seed)
+    chance, operator = random.Random(seed), random.Random(f"operator {seed}")
     timers: List[threading.Timer] = []
 
     def later(action: Callable[[], None], longest: float) -> None:
@@ -192,8 +199,14 @@ def record(
                 run.inbox.put(
                     MessageArrived(identifier, chance.choice(["success", "bad(", "close(9)"]))
                 )
+        for word in operator.sample(list(Control), 2):
+            later(lambda word=word: run.control(word), 0.05)  # type: ignore[misc]  # as it is now
         if chance.random() < 0.5:
             time.sleep(chance.random() * 0.05)
+    for timer in timers[:]:
+        timer.join()
+    run.control(Control.RESUME)
+    run.control(Control.RELEASE)
     for _ in range(4 * GOALS if ends else 0):  # more than it can do
         if has_ended([entry.event for entry in run.entries]):
             break
@@ -234,7 +247,7 @@ def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
             elif isinstance(event, CancelArrived):
                 run.cancel(event.goal)
             else:
-                run.inbox.put(MessageArrived(event.source, event.value))
+                run.inbox.put(replace(event, seconds=0.0))
         if planned is None or chance.random() < 0.5:
             time.sleep(0.003 * chance.random())
     return list(run.entries)

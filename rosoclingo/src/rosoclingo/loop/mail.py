@@ -95,6 +95,7 @@ class Mail(MailState):
         environment: Environment,
         note: Callable[[journal.Event], None],
         answered: Callable[[Execution, str], None],
+        controlled: Callable[[journal.ControlArrived], bool],
     ) -> None:
         """Makes an empty buffer.
 
@@ -107,6 +108,7 @@ class Mail(MailState):
             environment: Where warnings go.
             note: Adds an event to the journal.
             answered: Called with what was executed until its answer, and the answer.
+            controlled: Does what an operator wants; returns whether that is news for the mode.
         """
         super().__init__()
         self.inbox = inbox
@@ -118,6 +120,7 @@ class Mail(MailState):
         self._environment = environment
         self._note = note
         self._answered = answered
+        self._controlled = controlled
         self._held: List[Taken] = []  # nobody can say yet whether the planner knows it
         self._command_began: Optional[float] = None  # that which is carried out
         self._backoff = Backoff()
@@ -244,16 +247,18 @@ class Mail(MailState):
     def begin_decision(self) -> None:
         """The controller is about to decide."""
         self._command_began = None
-        self.inbox.begin_decision(self._waits)
+        self.inbox.begin_decision(self._waits, self._take_controls)
 
     def begin_command(self) -> None:
         """Called before a command is carried out."""
-        self.inbox.begin_command(self._waits)
         self._command_began = time.perf_counter()
+        self.inbox.begin_command(self._waits, self._take_controls)
+        self._command_began = time.perf_counter()
+        self._take_controls()  # so that no action begins after a pause
 
     def begin_end(self) -> None:
         """Called before the loop ends and takes inputs for the last time."""
-        self.inbox.begin_end(self._waits)
+        self.inbox.begin_end(self._waits, self._take_controls)
 
     def _waits(self) -> None:
         self._note(journal.LoopWaits(for_a_replay=True))
@@ -275,6 +280,7 @@ class Mail(MailState):
         if self._is_paced and not self._paces():
             self._is_paced = False
             self._news += 1
+        self._take_controls()
         new, dropped = resolve(self._executions, self._come())
         if new or dropped or self._held:
             self._take_all(new, dropped, may_ask)
@@ -282,6 +288,21 @@ class Mail(MailState):
             self._sort_queue()
         if new or dropped:
             self._goals.tell_positions()
+
+    def _take_controls(self) -> None:
+        controls = self.inbox.take_controls()
+        self.inbox.durability.took(controls)
+        for one in controls:
+            self._note(replace(one, seconds=self._seconds))
+            if self.dynamic:
+                self._news += self._controlled(one)
+
+    @property
+    def _seconds(self) -> float:
+        """How long the command takes that is carried out, in seconds; 0 between commands."""
+        if self._command_began is None:
+            return 0.0
+        return max(time.perf_counter() - self._command_began, _SHORTEST)
 
     def _come(self) -> List[Item]:
         self.inbox.durability.flush()
@@ -295,9 +316,7 @@ class Mail(MailState):
     def _take_all(self, new: List[Taken], dropped: List[str], may_ask: bool) -> None:
         held, self._held = self._held, []
         items = held + new
-        seconds = 0.0
-        if self._command_began is not None:
-            seconds = max(time.perf_counter() - self._command_began, _SHORTEST)
+        seconds = self._seconds
         for item in new:
             arrival = arrival_of(item)
             assert isinstance(arrival, journal.ARRIVALS)
@@ -330,6 +349,8 @@ class Mail(MailState):
         """Takes one thing, and returns whether it is news for the controller."""
         if isinstance(item, Cancel):
             return self._goals.cancel(item.goal) and self._take_cancel(item.goal)
+        if isinstance(item, journal.ControlArrived):
+            return self.dynamic and self._controlled(item)
         if self._held:  # the order of the others is kept
             self._held.append(item)
             return True
@@ -383,6 +404,12 @@ class Mail(MailState):
             return False
         actor, said = self._executions.acting(source), value
         is_answer = actor is not None and actor.is_open
+        if actor and actor.is_held:
+            dropped.append(
+                f"{journal.naming(source, value)}its action {shorten(actor.action)} waits for an "
+                "operator, and nobody has told it to begin"
+            )
+            return False
         if actor and value in (UNKNOWN, TIMEOUT):
             if self._hold(message, [(source, value)], may_ask):
                 return True
@@ -418,6 +445,18 @@ class Mail(MailState):
             return not self._is_paced
         dropped.append(f"{journal.naming(source, value)}{reason}")
         return False
+
+    def reject(self, actuator: str) -> bool:
+        """Takes an action that is held as failed.
+
+        Returns:
+            Whether that is news for the mode.
+        """
+        self._executions.let_go(actuator)
+        dropped: List[str] = []
+        is_news = self._take(MessageArrived(actuator, FAILURE), False, dropped)
+        self._log_dropped(dropped)
+        return is_news
 
     def _end_action(self, source: str, answer: str, outcome: str) -> None:
         ended = self._executions.end(source, answer, outcome)
@@ -524,5 +563,5 @@ class Mail(MailState):
 
 def _item(text: str, goals: Dict[str, Goal]) -> Taken:
     item = item_of(journal.from_text(text), goals.__getitem__)
-    assert isinstance(item, (MessageArrived, Goal, Cancel))
+    assert not isinstance(item, (journal.AnswerArrived, type(None)))
     return item

@@ -34,6 +34,7 @@ from rosoclingo.msg import ROSoClingoAction, ROSoClingoAnswer, ROSoClingoIn, ROS
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.environment import ActionClient, RosEnvironment
 from rosoclingo.ros.goal_statuses import status_of
+from rosoclingo.ros.operator_services import OperatorServices
 from rosoclingo.ros.questions import Questions
 from rosoclingo.ros.storing import restore_goal
 from rosoclingo.seed.downward import NONE, find_seed_planner
@@ -96,6 +97,7 @@ class LoopNode:
                 "one_by_one_seconds", ONE_BY_ONE_SECONDS, what="seconds"
             ),
             "seed_planner": _seed_planner(),
+            "ask_before": parameters.words("ask_before"),
         }
         if isinstance(inbox, ReplayInbox):
             # The journal says what was found ahead, and with which first plan.
@@ -137,6 +139,7 @@ class LoopNode:
         self._resume()
         self._in = subscriber("~in", ROSoClingoIn, self._on_message)
         self._answer = subscriber("~answer", ROSoClingoAnswer, self._on_answer)
+        self._operator = OperatorServices(inbox, environment, lambda: self._loop.dynamic)
         self._service = rospy.Service(
             "~get_goal_information", GetGoalInformation, self._on_get_information
         )

@@ -25,10 +25,10 @@ def input_schedule(
         same_encodings: Whether they are for the encodings that were recorded.
     """
     found: List[ScheduledInput] = []
-    moment = (0, Phase.BEFORE)
-    decision = step = 0
+    moment, decision, step = (0, Phase.BEFORE), 0, 0
     phase: Optional[Phase] = None  # if the loop waits, or has ended
     acts = False  # the command that is carried out
+    let_go = _let_go(run.recorded)
     ended: Set[str] = set()  # goals whose cancel requests actionlib does not pass on any more
     undecided: Dict[str, int] = {}  # the goals since the last output: how many dues come before
     for entry, result in zip(run.recorded, _results(run.recorded)):
@@ -65,7 +65,7 @@ def input_schedule(
             if event.status is not journal.Status.ACCEPTED:
                 ended.add(event.goal)
         elif isinstance(event, journal.ActionPublished):
-            acts = True
+            acts |= entry.number not in let_go
         if isinstance(event, journal.StatusSet) and not event.slot:
             undecided.pop(event.goal, None)  # not those that came with it
         elif not isinstance(event, (*journal.ARRIVALS, journal.MessageDropped, journal.ActionTook)):
@@ -73,13 +73,44 @@ def input_schedule(
         if isinstance(event, journal.ARRIVALS) and not (
             (isinstance(event, journal.CancelArrived) and event.goal in ended) or is_refused(event)
         ):
-            moment = max(moment, _moment(event, decision, phase, result))
-            if isinstance(event, journal.GoalArrived):
-                undecided[event.goal] = len(found)
-            kind, identifier, text = journal.key_of(event)
-            found.append(ScheduledInput(*moment, ScheduledKind(kind), identifier, text))
-    found = found if phase is not Phase.END else [_at_the_end(due, decision) for due in found]
+            overtakes = isinstance(event, journal.ControlArrived)
+            when = _moment(event, decision, phase, None if overtakes else result)
+            moment = moment if overtakes else max(moment, when)
+            due = _scheduled(event, when if overtakes else moment)
+            undecided = _insert(found, due, undecided)
+    found = [_at_the_end(due, decision, phase) for due in found]
     return found + _outcomes(run.recorded, same_encodings)
+
+
+def _scheduled(event: journal.Arrival, moment: Tuple[int, Phase]) -> ScheduledInput:
+    kind, identifier, text = journal.key_of(event)
+    return ScheduledInput(*moment, ScheduledKind(kind), identifier, text)
+
+
+def _insert(
+    found: List[ScheduledInput], due: ScheduledInput, undecided: Dict[str, int]
+) -> Dict[str, int]:
+    """Inserts an input; an operator's request overtakes what is taken later, but came before.
+
+    Returns:
+        The places of the goals that are undecided.
+    """
+    place = sum(one.moment <= due.moment for one in found)
+    found.insert(place, due)
+    moved = {goal: n + (n >= place) for goal, n in undecided.items()}
+    return {**moved, due.id: place} if due.kind is ScheduledKind.GOAL else moved
+
+
+def _let_go(entries: Sequence[Entry]) -> Set[int]:
+    """Returns the numbers of actions that an operator has let go, which belong to no command."""
+    found: Set[int] = set()
+    is_let_go = False
+    for entry in entries:
+        is_action = isinstance(entry.event, journal.ActionPublished)
+        is_let_go = isinstance(entry.event, journal.ControlArrived) or (is_let_go and is_action)
+        if is_let_go and is_action:
+            found.add(entry.number)
+    return found
 
 
 def rest(dues: Sequence[ScheduledInput], decision: int) -> List[ScheduledInput]:
@@ -155,9 +186,9 @@ def _phase(event: journal.Event, before: Optional[Phase]) -> Optional[Phase]:
     return None if is_loop or isinstance(event, journal.CommandDone) else before
 
 
-def _at_the_end(due: ScheduledInput, decision: int) -> ScheduledInput:
-    """Reschedules an input that was taken after the last decision to the loop's end."""
-    is_late = due.decision > decision
+def _at_the_end(due: ScheduledInput, decision: int, phase: Optional[Phase]) -> ScheduledInput:
+    """Reschedules an input that was taken after the last decision to the loop's end, if it ends."""
+    is_late = phase is Phase.END and due.decision > decision
     return due._replace(decision=decision, phase=Phase.END) if is_late else due
 
 

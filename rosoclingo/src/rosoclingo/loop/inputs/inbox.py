@@ -12,6 +12,7 @@ from rosoclingo.loop.journal import (
     AnswerArrived,
     Arrival,
     CancelArrived,
+    ControlArrived,
     Event,
     GoalArrived,
     MessageArrived,
@@ -28,7 +29,7 @@ class Cancel:
     goal: Goal
 
 
-Taken = Union[MessageArrived, Goal, Cancel]
+Taken = Union[MessageArrived, Goal, Cancel, ControlArrived]
 """What the loop takes."""
 
 Item = Union[Taken, AnswerArrived]
@@ -55,7 +56,7 @@ def item_of(event: Event, goals: Callable[[str], Optional[Goal]]) -> Optional[It
     if isinstance(event, (GoalArrived, CancelArrived)):
         goal = goals(event.goal)
         return Cancel(goal) if goal is not None and isinstance(event, CancelArrived) else goal
-    assert isinstance(event, (MessageArrived, AnswerArrived))
+    assert isinstance(event, (MessageArrived, AnswerArrived, ControlArrived))
     return event
 
 
@@ -186,26 +187,26 @@ class Inbox:
         """Whether the loop is to end."""
         return self._closed
 
-    def begin_decision(self, waits: Callable[[], None]) -> None:
+    def begin_decision(
+        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+    ) -> None:
         """Called before the controller decides; a replay's inbox may wait.
 
         Args:
             waits: To be called if it does.
+            controls: To be called when it waits, and has requests of an operator: what it waits
+                for may follow from these.
         """
 
-    def begin_command(self, waits: Callable[[], None]) -> None:
-        """Called before a command that was decided is carried out; a replay's inbox may wait.
+    def begin_command(
+        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+    ) -> None:
+        """Called before a command that was decided is carried out; likewise."""
 
-        Args:
-            waits: To be called if it does.
-        """
-
-    def begin_end(self, waits: Callable[[], None]) -> None:
-        """Called before the loop ends; a replay's inbox may wait.
-
-        Args:
-            waits: To be called if it does.
-        """
+    def begin_end(
+        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+    ) -> None:
+        """Called before the loop ends; likewise."""
 
     def stays_quiet(self, seconds: float) -> bool:
         """Waits for some seconds, and returns whether nothing has come."""
@@ -220,6 +221,19 @@ class Inbox:
         with self._changed:
             items, self._items = self._items, []
         return items
+
+    def take_controls(self) -> List[ControlArrived]:
+        """Returns the operator's requests in order of arrival and removes them; does not wait.
+
+        They are taken before all else, also while other inputs are left in the inbox.
+        """
+        if not any(isinstance(item, ControlArrived) for item in self._items):
+            return []
+        with self._changed:
+            items, self._items = self._items, []
+            controls = [item for item in items if isinstance(item, ControlArrived)]
+            self._items = [item for item in items if not isinstance(item, ControlArrived)]
+        return controls
 
     @property
     def may_hold(self) -> bool:

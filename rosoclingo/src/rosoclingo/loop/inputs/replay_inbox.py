@@ -14,7 +14,7 @@ from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, 
 
 from rosclingo.errors import ParameterError
 from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, Taken, arrival_of
-from rosoclingo.loop.journal import AnswerArrived, SearchEnded, from_text, key_of
+from rosoclingo.loop.journal import AnswerArrived, ControlArrived, SearchEnded, from_text, key_of
 from rosoclingo.loop.values.recorded import RecordedOutcomes
 
 
@@ -33,6 +33,7 @@ class ScheduledKind(str, enum.Enum):
     GOAL = "goal"
     CANCEL = "cancel"
     MESSAGE = "message"
+    CONTROL = "control"  # an operator's request
     RECALL = "recall"  # of a goal without a slot, by a cancel request that is taken later
     KILL = "kill"  # no input: a node is to be killed, and the loop waits for that
     SEARCH = "search"  # no input: how a search ends that depends on time
@@ -50,10 +51,11 @@ class ScheduledInput(NamedTuple):
         decision: How many decisions were carried out before.
         phase: When, seen from the next decision.
         kind: What it was.
-        id: That of the goal or message; what is to be killed, as :class:`.NodeResumed` has it; of a
-            search, nothing; of an action's time, the number of its token.
-        text: The message's value; how a search ends, see :func:`.from_text`, or nothing, which says
-            that all of them are known; how long an action took, in seconds; else empty.
+        id: That of the goal, message or actuator; what is to be killed, as :class:`.NodeResumed`
+            has it; of a search, nothing; of an action's time, the number of its token.
+        text: What a message or an operator says; how a search ends, see :func:`.from_text`, or
+            nothing, which says that all of them are known; how long an action took, in seconds;
+            else empty.
     """
 
     decision: int
@@ -204,33 +206,52 @@ class ReplayInbox(Inbox):
         self.open()
         super().end(reason)
 
-    def begin_decision(self, waits: Callable[[], None]) -> None:
+    def begin_decision(
+        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+    ) -> None:
         """Waits until all has come that was taken before the next decision."""
-        self._wait_until((self._moment[0] + 1, Phase.BEFORE), waits)
+        self._wait_until((self._moment[0] + 1, Phase.BEFORE), waits, controls)
 
-    def begin_command(self, waits: Callable[[], None]) -> None:
+    def begin_command(
+        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+    ) -> None:
         """Waits until all has come that the next command took, if it did not wait for that."""
         decision, _ = self._moment
-        self._wait_until((decision, Phase.DURING), waits)
+        self._wait_until((decision, Phase.DURING), waits, controls)
         self._moment = decision, Phase.WAIT
 
-    def begin_end(self, waits: Callable[[], None]) -> None:
+    def begin_end(
+        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+    ) -> None:
         """Waits until all has come that the loop took when it had ended."""
         decision, _ = self._moment
-        self._wait_until((max(decision, 0), Phase.END), waits)
+        self._wait_until((max(decision, 0), Phase.END), waits, controls)
 
-    def _wait_until(self, moment: Tuple[int, Phase], waits: Callable[[], None]) -> None:
+    def _wait_until(
+        self,
+        moment: Tuple[int, Phase],
+        waits: Callable[[], None],
+        controls: Callable[[], None],
+    ) -> None:
         self._moment = moment
         self.recorded.decision = moment[0]
         while True:
             with self._changed:
                 self._missing = self._find_missing()
                 is_kill_due, kills = self._next_kill() is not None, self._kills
+                has_controls = bool(self._due_controls())
+            if has_controls:
+                controls()
+                continue
             if self._missing:
                 if not is_kill_due:
                     waits()
                 with self._changed:
-                    self._changed.wait_for(lambda: self._closed or not self._missing)
+                    self._changed.wait_for(
+                        lambda: self._closed or not self._missing or bool(self._due_controls())
+                    )
+                    if not self._closed and self._due_controls():
+                        continue
             if not is_kill_due:
                 return
             waits()  # all has come that is to come before
@@ -264,11 +285,39 @@ class ReplayInbox(Inbox):
             else:
                 items.append(item)
 
+    def take_controls(self) -> List[ControlArrived]:
+        """Returns those that are due, also if other inputs are due before; does not wait."""
+        controls = super().take_controls()
+        with self._changed:
+            for due in self._due_controls():
+                self._dues.remove(due)
+                item = self._held[due.key].popleft()
+                assert isinstance(item, ControlArrived)
+                controls.append(item)
+                if not self._held[due.key]:
+                    del self._held[due.key]
+        return controls
+
+    def _due_controls(self) -> List[ScheduledInput]:
+        """Returns the operator's requests that are due and have come."""
+        due = itertools.takewhile(lambda due: due.moment <= self._moment, self._dues)
+        controls = [one for one in due if one.kind is ScheduledKind.CONTROL]
+        held = Counter({one.key: len(self._held.get(one.key, ())) for one in controls})
+        found = []
+        for one in controls:
+            if held[one.key] > 0:
+                held[one.key] -= 1
+                found.append(one)
+        return found
+
     def wait(self, timeout: float) -> bool:
         """Waits until something is due or the inbox is closed, as that of an inbox does."""
         with self._changed:
             return self._changed.wait_for(
-                lambda: self._has_something() or self._next() is not None, timeout
+                lambda: (
+                    self._has_something() or self._next() is not None or bool(self._due_controls())
+                ),
+                timeout,
             )
 
     def _next(self) -> Optional[ScheduledInput]:
@@ -294,4 +343,6 @@ class ReplayInbox(Inbox):
         return needed - Counter({key: len(self._held.get(key, ())) for key in needed})
 
 
-_INPUTS = (ScheduledKind.GOAL, ScheduledKind.CANCEL, ScheduledKind.MESSAGE)
+_INPUTS = (
+    ScheduledKind.GOAL, ScheduledKind.CANCEL, ScheduledKind.MESSAGE, ScheduledKind.CONTROL,
+)  # fmt: skip
