@@ -72,7 +72,7 @@ def test_nothing_begins_until_resume(mode: str) -> None:
     system.operate(Control.RESUME)
     assert system.run() is None
     assert goal.words[-1] == "succeeded"
-    assert system.shown[-1] == (False, [], [])
+    assert system.shown[-1] == (False, (), ())
 
 
 def test_what_runs_ends_and_the_next_waits(mode: str) -> None:
@@ -126,6 +126,13 @@ def test_an_approval_is_for_one_action(mode: str) -> None:
         assert system.run() is None
         assert len(system.published) == before + 1
     assert len(system.published) > 1
+
+
+def test_clients_hear_what_waits(mode: str) -> None:
+    system = Operated(mode, ask_before=("go(3)",))
+    goal = system.request("visit(3)")
+    system.run()
+    assert "waits for an operator: robot go(3) (approval)" in goal.lines
 
 
 def test_what_is_rejected_counts_as_failed(mode: str) -> None:

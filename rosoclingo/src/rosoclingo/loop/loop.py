@@ -175,7 +175,6 @@ class Loop:
             return
         self._prepare_controller()
         self.state.show_executions(again=True)
-        self.state.show_held()
         if not self.dynamic:
             self.state.mail.refuse("the controller's mode is static: it takes no goals")
         self._durability.commit()

@@ -48,14 +48,11 @@ def publish(state: State, actions: Sequence[Action]) -> None:
         lasting = state.plan.lasting.get(action, ("", 0))
         state.executions.begin(action, *lasting, is_held=action not in free)
     _send(state, [(action.actuator, action.name) for action in free])
-    if len(free) < len(actions):
-        state.show_held()
 
 
 def _send(state: State, actions: Sequence[Tuple[str, str]]) -> None:
     state.interlock.note_dispatched([actuator for actuator, _ in actions])
-    if actions:
-        state.show_executions()
+    state.show_executions()
     for actuator, action in actions:
         state.environment.publish(actuator, action)
         state.note(ActionPublished(actuator, action))
@@ -87,7 +84,6 @@ def control(state: State, request: ControlArrived) -> bool:
     for one_actuator, _ in free:
         state.executions.dispatch(one_actuator)
     _send(state, free)
-    state.show_held()
     return is_news
 
 
@@ -98,7 +94,7 @@ def publish_abort(state: State, actuator: str) -> None:
     """
     if any(one.actuator == actuator for one in state.executions.held):
         state.mail.reject(actuator)
-        state.show_held()
+        state.show_executions()
     elif state.executions.abort(actuator, state.step):
         state.show_executions()
         state.environment.publish(actuator, ABORT)

@@ -103,6 +103,7 @@ class State(Progress):
             environment, lambda actuator: self.externals.declares(actuator, BUSY)
         )
         self._shown: Tuple[object, ...] = ()
+        self._held: Tuple[object, ...] = ()
         planner.recorded, planner.note = inbox.recorded, self.note
         planner.missing = self._warn_of_missing
         self.durations = Durations()
@@ -173,7 +174,6 @@ class State(Progress):
         take_over(self.durations, saved.durations)
         self.waiting.reminded = saved.reminded
         self.show_executions(again=True)
-        self.show_held()
         return goals
 
     @property
@@ -299,22 +299,33 @@ class State(Progress):
             self.mail.note_goals()
 
     def show_executions(self, *, again: bool = False) -> None:
-        """Publishes the last action of each actuator, if it or its answer is new, or again."""
+        """Publishes the last action of each actuator, if it or its answer is new, or again.
+
+        Likewise what is held.
+        """
         executions = self.executions
         if executions.changed or again:
             executions.changed = False
             self.environment.show_executions(executions.run, executions.dispatched)
+        self._show_held(again=again)
 
-    def show_held(self) -> None:
-        """Publishes whether the run is paused, and which actions are held."""
+    def _show_held(self, *, again: bool) -> None:
+        """Publishes whether the run is paused, and which actions are held, if that is new."""
         interlock = self.interlock
-        waiting = [
+        waiting = tuple(
             HeldAction(one.actuator, one.action, reason)
             for one in self.executions.held
             for reason in [interlock.reason(one.actuator, one.action)]
             if reason is not None
-        ]
-        self.environment.show_held(interlock.is_paused, sorted(interlock.on_hold), waiting)
+        )
+        held = (interlock.is_paused, tuple(sorted(interlock.on_hold)), waiting)
+        if held == self._held and not again:
+            return
+        self._held = held
+        self.environment.show_held(*held)
+        if waiting:
+            said = ", ".join(f"{one.actuator} {one.action} ({one.reason})" for one in waiting)
+            self.goals.tell(f"waits for an operator: {said}")
 
     def _correct_arrivals(self) -> None:
         """Tells clients of new delays, and publishes the plan with them."""

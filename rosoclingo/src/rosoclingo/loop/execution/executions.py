@@ -302,6 +302,9 @@ class Executions(ExecutionsState):
     def _go_on(self, goes_on: Callable[[Execution], bool], *, is_busy: bool) -> None:
         for one in [*self._of_step]:
             acts = goes_on(one)
+            if one.is_held and not acts:  # it is planned anew, if at all
+                del self.last[one.actuator]
+                continue
             self._set(one, acts=acts, goes_on=acts, is_busy=acts and is_busy)
 
     # Who does not answer.
