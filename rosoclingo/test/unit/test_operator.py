@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, List, Sequence, Tuple
+from pathlib import Path
+from typing import Any, List, Optional, Sequence, Tuple
 
 import pytest
 
@@ -10,11 +11,13 @@ from rosclingo.solver.options import Options
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.loop import journal
+from rosoclingo.loop.execution.interlock import Interlock
 from rosoclingo.loop.journal import Control, ControlArrived
 from rosoclingo.loop.values.execution import HeldAction, HoldReason
 
 MODES = ("dynamic.incremental.recording", "dynamic.incremental.dyn_reset", SINGLE)
 STEPS = ("-c", "steps=30")
+BLOCKS = Path(EXAMPLES) / "itoh.lp"
 
 
 class Operated(System):
@@ -208,3 +211,75 @@ def test_a_goal_that_is_cancelled_while_paused(mode: str) -> None:
     system.operate(Control.RESUME)
     system.run()
     assert goal.ended
+
+
+@pytest.mark.parametrize("how", [Control.REJECT, None])
+def test_an_approval_is_for_no_later_action(mode: str, how: Optional[Control]) -> None:
+    system = Operated(mode, ask_before=("go(*)",))
+    system.request("visit(3)")
+    system.operate(Control.HOLD, "robot")
+    system.run()
+    system.operate(Control.APPROVE, "robot")
+    system.run()
+    assert [reason for _, reason in system.held] == [HoldReason.HOLD]
+    if how is None:
+        system.operate(Control.RELEASE, "robot")
+    else:
+        system.operate(how, "robot")
+    system.run()
+    system.operate(Control.RELEASE, "robot")
+    system.run()
+    assert [reason for _, reason in system.held] == [HoldReason.APPROVAL]
+    assert len(system.published) == (how is None)
+
+
+def test_an_answer_that_came_before_is_none_to_what_is_let_go(mode: str) -> None:
+    system = Operated(mode)
+    system.request("visit(3)")
+    system.operate(Control.PAUSE)
+    system.run()
+    system.tell("robot", "success")
+    system.operate(Control.STEP)
+    seen: List[bool] = []
+
+    def publish(actuator: str, action: str) -> None:
+        seen.append(system.loop.state.executions.last[actuator].is_open)
+        system.close()
+
+    system.publish = publish  # type: ignore[method-assign]
+    system.run()
+    assert seen == [True]
+    assert system.loop.state.executions.last["robot"].is_open
+
+
+def test_nobody_hears_of_what_is_rejected(mode: str) -> None:
+    system = Operated(mode, ask_before=("go(*)",))
+    system.request("visit(3)")
+    system.run()
+    system.operate(Control.REJECT)
+    system.run()
+    assert system.published == []
+    assert system.loop.state.executions.dispatched == []
+
+
+def test_in_a_static_mode_nobody_is_asked() -> None:
+    parts = make_parts("static.incremental.recording", Options((str(BLOCKS),)), STEPS)
+    system = System(parts.loop, ask_before=("pickup(*)",))
+    system.run()
+    assert any("~ask_before" in warning for warning in system.warnings)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "action", "is_one"),
+    [("deliver(*)", "deliver(1)", True), ("deliver(1, 2)", "deliver(1,2)", True),
+     ('say("[x] ?")', 'say("[x] ?")', True), ('say("a b")', 'say("ab")', False),
+     ("do(robot,*)", "go(1)", True), ("do(robot(2),*)", "go(1)", False), ("go", "go(1)", False)],
+)  # fmt: skip
+def test_patterns(pattern: str, action: str, is_one: bool) -> None:
+    assert Interlock((pattern,)).needs_approval("robot", action) == is_one
+
+
+@pytest.mark.parametrize("pattern", ["deliver(1,", "2)", "", " "])
+def test_a_pattern_that_is_none(pattern: str) -> None:
+    with pytest.raises(ValueError, match="pattern"):
+        Interlock((pattern,))

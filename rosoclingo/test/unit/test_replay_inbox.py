@@ -122,11 +122,15 @@ def commands(events: Sequence[Event]) -> List[str]:
     return [event.command for event in events if isinstance(event, CommandDone)]
 
 
+def is_idle(events: Sequence[Event]) -> bool:
+    done = [event for event in events if isinstance(event, (CommandDone, LoopWaits))]
+    return isinstance(done[-1], LoopWaits)
+
+
 def rests(events: Sequence[Event]) -> bool:
     """Whether the loop has taken the last message, and waits."""
-    done = [event for event in events if isinstance(event, (CommandDone, LoopWaits))]
     came = [event.value for event in events if isinstance(event, MessageArrived)]
-    return LAST in came and isinstance(done[-1], LoopWaits)
+    return LAST in came and is_idle(events)
 
 
 class Slow:
@@ -212,7 +216,8 @@ def record(
             break
         run.goal(f"g{len(run.goals)}", chance.choice(requests))
         time.sleep(chance.random() * 0.02)
-    if ends:  # a mode may wait in its last step
+    if ends:  # a mode may wait in its last step; a search that is cut off is no part of a run
+        run.wait_for(lambda events: has_ended(events) or is_idle(events))
         run.inbox.close()
         run.wait_for(has_ended)
     for goal in run.goals.values():

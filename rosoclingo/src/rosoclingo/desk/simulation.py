@@ -155,13 +155,13 @@ class DeskSimulation(System):
         return super().answer(actuator, value)
 
     def begin_decision(
-        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
     ) -> None:
         """Delivers the inputs that come between two commands."""
         self._come_at(AFTER)
 
     def begin_command(
-        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
     ) -> None:
         """Delivers the inputs that come in a command, which end a search."""
         self.commands += 1

@@ -176,6 +176,7 @@ class Loop:
         self._prepare_controller()
         self.state.show_executions(again=True)
         if not self.dynamic:
+            self.state.warn_of_approvals()
             self.state.mail.refuse("the controller's mode is static: it takes no goals")
         self._durability.commit()
 

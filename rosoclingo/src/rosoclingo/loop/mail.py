@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Set, Tuple
@@ -29,6 +30,8 @@ _SHORTEST = 1e-9  # seconds; what came in a command differs from what came befor
 _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
 _LOGGED_IN_SECOND = 100  # likewise, of those that are dropped in a second
 _LOG_SECONDS = 1.0
+_CONTROL = journal.ControlArrived
+_OPERATOR = "operator"  # the sender of the failure of what is rejected; no name of a node
 
 
 @dataclass
@@ -247,18 +250,17 @@ class Mail(MailState):
     def begin_decision(self) -> None:
         """The controller is about to decide."""
         self._command_began = None
-        self.inbox.begin_decision(self._waits, self._take_controls)
+        self.inbox.begin_decision(self._waits, self.take)
 
     def begin_command(self) -> None:
         """Called before a command is carried out."""
         self._command_began = time.perf_counter()
-        self.inbox.begin_command(self._waits, self._take_controls)
+        self.inbox.begin_command(self._waits, self.take)
         self._command_began = time.perf_counter()
-        self._take_controls()  # so that no action begins after a pause
 
     def begin_end(self) -> None:
         """Called before the loop ends and takes inputs for the last time."""
-        self.inbox.begin_end(self._waits, self._take_controls)
+        self.inbox.begin_end(self._waits)
 
     def _waits(self) -> None:
         self._note(journal.LoopWaits(for_a_replay=True))
@@ -269,33 +271,43 @@ class Mail(MailState):
         self.inbox.durability.about_to_wait()
         self.inbox.wait(seconds)
 
-    def take(self, *, may_ask: bool = False) -> None:
+    def take(self, *, may_ask: bool = False, controls: bool = True) -> None:
         """Takes inputs from the inbox, and drops invalid ones.
 
         Args:
             may_ask: Whether the planner may be asked now whether it knows something; else what is
                 unknown is held back.
+            controls: Whether an operator's requests are taken, too: an action that they let go
+                would wait for the end of a search.
         """
         self._begin_to_log()
         if self._is_paced and not self._paces():
             self._is_paced = False
             self._news += 1
-        self._take_controls()
-        new, dropped = resolve(self._executions, self._come())
-        if new or dropped or self._held:
-            self._take_all(new, dropped, may_ask)
+        items = self._come(controls)
+        is_news = False
+        while True:
+            before = [*itertools.takewhile(lambda one: not isinstance(one, _CONTROL), items)]
+            new, dropped = resolve(self._executions, before)
+            if new or dropped or self._held:
+                self._take_all(new, dropped, may_ask)
+            is_news |= bool(new or dropped)
+            items = items[len(before) :]
+            if not items:
+                break
+            self._take_control(items.pop(0))
         if may_ask:
             self._sort_queue()
-        if new or dropped:
+        if is_news:
             self._goals.tell_positions()
 
-    def _take_controls(self) -> None:
-        controls = self.inbox.take_controls()
-        self.inbox.durability.took(controls)
-        for one in controls:
-            self._note(replace(one, seconds=self._seconds))
-            if self.dynamic:
-                self._news += self._controlled(one)
+    def _take_control(self, request: Item) -> None:
+        assert isinstance(request, journal.ControlArrived)
+        self._note(replace(request, seconds=self._seconds))
+        if self.dynamic:
+            self._news += self._controlled(request)
+        if self._command_began is None:
+            self.inbox.durability.about_to_wait()  # the next command may last
 
     @property
     def _seconds(self) -> float:
@@ -304,12 +316,12 @@ class Mail(MailState):
             return 0.0
         return max(time.perf_counter() - self._command_began, _SHORTEST)
 
-    def _come(self) -> List[Item]:
+    def _come(self, controls: bool) -> List[Item]:
         self.inbox.durability.flush()
-        if self._holds:
+        if self._holds and not (controls and self.inbox.has_controls):
             self.inbox.run_callbacks()
             return []
-        items = self.inbox.take()
+        items = self.inbox.take(controls=controls)
         self.inbox.durability.took(items)
         return items
 
@@ -349,8 +361,7 @@ class Mail(MailState):
         """Takes one thing, and returns whether it is news for the controller."""
         if isinstance(item, Cancel):
             return self._goals.cancel(item.goal) and self._take_cancel(item.goal)
-        if isinstance(item, journal.ControlArrived):
-            return self.dynamic and self._controlled(item)
+        assert not isinstance(item, _CONTROL)
         if self._held:  # the order of the others is kept
             self._held.append(item)
             return True
@@ -404,7 +415,7 @@ class Mail(MailState):
             return False
         actor, said = self._executions.acting(source), value
         is_answer = actor is not None and actor.is_open
-        if actor and actor.is_held:
+        if actor and actor.is_held and actor.is_open and message.sender != _OPERATOR:
             dropped.append(
                 f"{journal.naming(source, value)}its action {shorten(actor.action)} waits for an "
                 "operator, and nobody has told it to begin"
@@ -452,9 +463,9 @@ class Mail(MailState):
         Returns:
             Whether that is news for the mode.
         """
-        self._executions.let_go(actuator)
         dropped: List[str] = []
-        is_news = self._take(MessageArrived(actuator, FAILURE), False, dropped)
+        failed = MessageArrived(actuator, FAILURE, sender=_OPERATOR)
+        is_news = self._take(failed, False, dropped)
         self._log_dropped(dropped)
         return is_news
 

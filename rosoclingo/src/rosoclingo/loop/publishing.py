@@ -43,6 +43,11 @@ def publish(state: State, actions: Sequence[Action]) -> None:
     Those that the interlock holds are sent when an operator lets them.
     """
     interlock = state.interlock
+    held = {one.actuator for one in state.executions.held}
+    for action in actions:
+        if action.actuator in held:  # the mode has not waited for it
+            state.mail.reject(action.actuator)
+    interlock.approved.difference_update(action.actuator for action in actions)
     free = [a for a in actions if interlock.reason(a.actuator, a.name) is None]
     for action in actions:
         lasting = state.plan.lasting.get(action, ("", 0))

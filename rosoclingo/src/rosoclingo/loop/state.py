@@ -208,7 +208,7 @@ class State(Progress):
     def interrupted(self) -> bool:
         """Whether an input has to end the search; gives feedback now and then that it runs."""
         self.waiting.tell_progress(self.horizon)
-        self.mail.take()  # the planner cannot be asked
+        self.mail.take(controls=False)  # the planner cannot be asked
         self.mail.tell_waiting()
         return self.mail.inbox.closed or self.mail.has_news
 
@@ -308,6 +308,14 @@ class State(Progress):
             executions.changed = False
             self.environment.show_executions(executions.run, executions.dispatched)
         self._show_held(again=again)
+
+    def warn_of_approvals(self) -> None:
+        """Warns that nobody is asked in a static mode, which publishes a whole plan."""
+        if self.interlock.asks:
+            self.environment.warn(
+                "~ask_before: nobody is asked to approve an action, because the mode is static, "
+                "and publishes a whole plan; take a dynamic mode"
+            )
 
     def _show_held(self, *, again: bool) -> None:
         """Publishes whether the run is paused, and which actions are held, if that is new."""

@@ -99,7 +99,7 @@ class RosEnvironment(Environment):
 
     def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
         """Publishes to ``~dispatch``."""
-        self.told = frozenset(one.actuator for one in executions)
+        self.told |= {one.actuator for one in executions}
         self._dispatch.publish(
             run,
             [

@@ -37,7 +37,8 @@ class OperatorServices:
         Args:
             inbox: Where requests come in.
             environment: Knows which actions are held.
-            is_dynamic: Whether the mode takes goals; one that does not publishes whole plans.
+            is_dynamic: Whether the mode takes goals, as far as that is known; one that does not
+                publishes whole plans.
         """
         self._inbox = inbox
         self._environment = environment
@@ -50,17 +51,21 @@ class OperatorServices:
             self._services[word] = rospy.Service(
                 f"~{word}",
                 ControlActuator,
-                lambda request, word=word: self._request_of(word, request.actuator),
+                lambda request, word=word: self._request_of(word, request.actuator, request.action),
             )
 
-    def _request_of(self, word: Control, text: str) -> Tuple[bool, str]:
+    def _request_of(self, word: Control, text: str, action: str) -> Tuple[bool, str]:
         try:
-            actuator = canonical(text) if text else ""
+            actuator, action = (canonical(one) if one else "" for one in (text, action))
         except TermError as err:
-            return False, f"{err}; an actuator is a ground term, such as robot or robot(2)"
+            return (
+                False,
+                f"{err}; an actuator is a ground term, such as robot(2), and so is an action",
+            )
         held = self._environment.held.held
-        if word in _OF_ACTION and not _held_of(held, actuator):
-            named = f" of {actuator}" if actuator else ""
+        if word in _OF_ACTION and not _held_of(held, actuator, action):
+            named = f" {action}" if action else ""
+            named += f" of {actuator}" if actuator else ""
             return False, f"no action{named} is held; {_describe(self._environment.held)}"
         if word in _OF_ACTUATOR and not actuator:
             return False, f"{word} of which actuator? ~{Control.PAUSE} is for all of them"
@@ -68,7 +73,7 @@ class OperatorServices:
 
     def _request(self, word: Control, actuator: str = "") -> Any:
         if not self._is_dynamic():
-            return False, "the mode is static: it publishes a whole plan, and no actions one by one"
+            return False, "the loop has ended, or its mode is static: it publishes a whole plan"
         taken = threading.Event()
         try:
             self._inbox.put(ControlArrived(word, actuator))
@@ -79,16 +84,17 @@ class OperatorServices:
         if not self._inbox.call_soon(lambda: self._note_when_taken(taken)):
             return False, "the loop has ended"
         if not taken.wait(_TAKEN_SECONDS):
-            return True, "taken when the current command ends; no action begins before that"
+            return True, "taken when the command ends that is carried out now"
         return True, _describe(self._environment.held)
 
     def _note_when_taken(self, taken: threading.Event) -> None:
         self._inbox.call_soon(taken.set)
 
 
-def _held_of(held: List[str], actuator: str) -> List[str]:
+def _held_of(held: List[str], actuator: str, action: str) -> List[str]:
     """Returns the actions that are held, of an actuator or all."""
-    return [one for one in held if one.startswith(f"do({actuator}," if actuator else "do(")]
+    begin, end = f"do({actuator}," if actuator else "do(", f",{action})" if action else ")"
+    return [one for one in held if one.startswith(begin) and one.endswith(end)]
 
 
 def _describe(decided: ROSoClingoHeld) -> str:

@@ -26,9 +26,9 @@ def input_schedule(
     """
     found: List[ScheduledInput] = []
     moment, decision, step = (0, Phase.BEFORE), 0, 0
+    let_go = _let_go(run.recorded)
     phase: Optional[Phase] = None  # if the loop waits, or has ended
     acts = False  # the command that is carried out
-    let_go = _let_go(run.recorded)
     ended: Set[str] = set()  # goals whose cancel requests actionlib does not pass on any more
     undecided: Dict[str, int] = {}  # the goals since the last output: how many dues come before
     for entry, result in zip(run.recorded, _results(run.recorded)):
@@ -73,32 +73,13 @@ def input_schedule(
         if isinstance(event, journal.ARRIVALS) and not (
             (isinstance(event, journal.CancelArrived) and event.goal in ended) or is_refused(event)
         ):
-            overtakes = isinstance(event, journal.ControlArrived)
-            when = _moment(event, decision, phase, None if overtakes else result)
-            moment = moment if overtakes else max(moment, when)
-            due = _scheduled(event, when if overtakes else moment)
-            undecided = _insert(found, due, undecided)
-    found = [_at_the_end(due, decision, phase) for due in found]
+            moment = max(moment, _moment(event, decision, phase, result))
+            if isinstance(event, journal.GoalArrived):
+                undecided[event.goal] = len(found)
+            kind, identifier, text = journal.key_of(event)
+            found.append(ScheduledInput(*moment, ScheduledKind(kind), identifier, text))
+    found = found if phase is not Phase.END else [_at_the_end(due, decision) for due in found]
     return found + _outcomes(run.recorded, same_encodings)
-
-
-def _scheduled(event: journal.Arrival, moment: Tuple[int, Phase]) -> ScheduledInput:
-    kind, identifier, text = journal.key_of(event)
-    return ScheduledInput(*moment, ScheduledKind(kind), identifier, text)
-
-
-def _insert(
-    found: List[ScheduledInput], due: ScheduledInput, undecided: Dict[str, int]
-) -> Dict[str, int]:
-    """Inserts an input; an operator's request overtakes what is taken later, but came before.
-
-    Returns:
-        The places of the goals that are undecided.
-    """
-    place = sum(one.moment <= due.moment for one in found)
-    found.insert(place, due)
-    moved = {goal: n + (n >= place) for goal, n in undecided.items()}
-    return {**moved, due.id: place} if due.kind is ScheduledKind.GOAL else moved
 
 
 def _let_go(entries: Sequence[Entry]) -> Set[int]:
@@ -106,8 +87,11 @@ def _let_go(entries: Sequence[Entry]) -> Set[int]:
     found: Set[int] = set()
     is_let_go = False
     for entry in entries:
-        is_action = isinstance(entry.event, journal.ActionPublished)
-        is_let_go = isinstance(entry.event, journal.ControlArrived) or (is_let_go and is_action)
+        event = entry.event
+        is_action = isinstance(event, journal.ActionPublished)
+        is_recall = isinstance(event, journal.StatusSet) and not event.slot  # by another thread
+        is_request = isinstance(event, journal.ControlArrived)
+        is_let_go = is_request or (is_let_go and (is_action or is_recall))
         if is_let_go and is_action:
             found.add(entry.number)
     return found
@@ -186,9 +170,9 @@ def _phase(event: journal.Event, before: Optional[Phase]) -> Optional[Phase]:
     return None if is_loop or isinstance(event, journal.CommandDone) else before
 
 
-def _at_the_end(due: ScheduledInput, decision: int, phase: Optional[Phase]) -> ScheduledInput:
-    """Reschedules an input that was taken after the last decision to the loop's end, if it ends."""
-    is_late = phase is Phase.END and due.decision > decision
+def _at_the_end(due: ScheduledInput, decision: int) -> ScheduledInput:
+    """Reschedules an input that was taken after the last decision to the loop's end."""
+    is_late = due.decision > decision
     return due._replace(decision=decision, phase=Phase.END) if is_late else due
 
 

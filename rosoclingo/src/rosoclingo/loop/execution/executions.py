@@ -97,8 +97,8 @@ class Executions(ExecutionsState):
 
     @property
     def held(self) -> List[Execution]:
-        """Those of which nobody has been told yet."""
-        return [one for one in self.ordered if one.is_held]
+        """Those of which nobody has been told yet, and that are not rejected."""
+        return [one for one in self.ordered if one.is_held and one.is_open]
 
     def acting(self, actuator: str) -> Optional[Execution]:
         """Returns the execution of an actuator that acts in the step, or has answered in it."""
@@ -134,6 +134,7 @@ class Executions(ExecutionsState):
             kind=kind,
             seconds=seconds,
             owed=self._owed(action.actuator),
+            is_timed=not is_held,  # if it is rejected, it has taken no time
             is_held=is_held,
         )
         self.changed = True
@@ -153,13 +154,11 @@ class Executions(ExecutionsState):
         )
         self.changed = True
 
-    def let_go(self, actuator: str) -> None:
-        """Enters that an action is not held any more, and is not published either."""
-        self._set(self.last[actuator], is_held=False, is_timed=False)
-
     def _owed(self, actuator: str) -> str:
         """Returns the node that still owes the plain answer to an actuator's last action."""
         one, twofold = self.last.get(actuator), self.twofold.get(actuator, set())
+        if one is not None and one.is_held:  # nobody was told of that one
+            return one.owed
         if one is None or one.tokened == one.plain:
             return ""
         if one.tokened is None:
@@ -267,6 +266,7 @@ class Executions(ExecutionsState):
         self._go_on(
             lambda one: keep and one.goes_on and (one.is_busy or one.is_open), is_busy=True
         )  # fmt: skip
+        self._forget_held()
         self.published.clear()
 
     def end_step(self, step: int) -> List[str]:
@@ -297,14 +297,18 @@ class Executions(ExecutionsState):
     def reset(self) -> None:
         """Applies a reset: nobody acts in step 0, and the busy actuators go on in step 1."""
         self._go_on(lambda one: one.is_busy, is_busy=True)
+        self._forget_held()
         self.published.clear()
+
+    def _forget_held(self) -> None:
+        """Forgets held actions that are no part of the plan any more, which is made anew."""
+        for one in self.held:
+            if not one.acts:
+                del self.last[one.actuator]
 
     def _go_on(self, goes_on: Callable[[Execution], bool], *, is_busy: bool) -> None:
         for one in [*self._of_step]:
             acts = goes_on(one)
-            if one.is_held and not acts:  # it is planned anew, if at all
-                del self.last[one.actuator]
-                continue
             self._set(one, acts=acts, goes_on=acts, is_busy=acts and is_busy)
 
     # Who does not answer.

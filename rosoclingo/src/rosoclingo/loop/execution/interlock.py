@@ -18,12 +18,33 @@ True
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
-from typing import Optional, Sequence, Set
+from typing import Optional, Pattern, Sequence, Set
 
 from rosoclingo.loop.journal import Control
 from rosoclingo.loop.values.execution import HoldReason
+
+_BLANKS = re.compile(r'("(?:\\.|[^"\\])*")|\s+')  # and strings, in which they count
+
+
+def read_pattern(text: str) -> Pattern[str]:
+    """Compiles a pattern of actions; blanks outside of strings do not count.
+
+    Raises:
+        ValueError: Its brackets are not in pairs, as if it was cut at a blank.
+
+    >>> bool(read_pattern("take(*, 2)").fullmatch("take(box,2)"))
+    True
+    """
+    compact = _BLANKS.sub(lambda found: found[1] or "", text)
+    outside = _BLANKS.sub("", compact)
+    if not compact or outside.count("(") != outside.count(")"):
+        raise ValueError(
+            f"{text!r} is no pattern of actions such as deliver(*): its brackets are not in pairs; "
+            "a pattern with blanks is one of a list"
+        )
+    return re.compile(".*".join(re.escape(part) for part in compact.split("*")), re.DOTALL)
 
 
 @dataclass
@@ -52,14 +73,22 @@ class Interlock(InterlockState):
         Args:
             ask_before: Which actions need an approval: patterns, with ``*`` for any text, of
                 actions such as ``deliver(*)``, or with their actuators, as ``do(robot,*)``.
+
+        Raises:
+            ValueError: One of them is none.
         """
         super().__init__()
-        self._ask_before = tuple(ask_before)
+        self._ask_before = [read_pattern(one) for one in ask_before]
+
+    @property
+    def asks(self) -> bool:
+        """Whether any action needs an approval."""
+        return bool(self._ask_before)
 
     def needs_approval(self, actuator: str, action: str) -> bool:
         """Returns whether an operator is to approve an action, be it approved or not."""
         texts = (action, f"do({actuator},{action})")
-        return any(fnmatchcase(text, one) for one in self._ask_before for text in texts)
+        return any(one.fullmatch(text) for one in self._ask_before for text in texts)
 
     def reason(self, actuator: str, action: str) -> Optional[HoldReason]:
         """Returns why an action is held; None if it may be dispatched."""

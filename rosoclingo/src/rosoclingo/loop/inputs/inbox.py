@@ -188,52 +188,49 @@ class Inbox:
         return self._closed
 
     def begin_decision(
-        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
     ) -> None:
         """Called before the controller decides; a replay's inbox may wait.
 
         Args:
             waits: To be called if it does.
-            controls: To be called when it waits, and has requests of an operator: what it waits
-                for may follow from these.
+            take: To be called if it has an operator's request: what it waits for may follow from
+                that.
         """
 
     def begin_command(
-        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
     ) -> None:
         """Called before a command that was decided is carried out; likewise."""
 
-    def begin_end(
-        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
-    ) -> None:
-        """Called before the loop ends; likewise."""
+    def begin_end(self, waits: Callable[[], None]) -> None:
+        """Called before the loop ends; a replay's inbox may wait."""
 
     def stays_quiet(self, seconds: float) -> bool:
         """Waits for some seconds, and returns whether nothing has come."""
         with self._changed:
             return not self._changed.wait_for(self._has_something, seconds)
 
-    def take(self) -> List[Item]:
-        """Returns all items in order of arrival and removes them; does not wait."""
+    def take(self, *, controls: bool = True) -> List[Item]:
+        """Returns all items in order of arrival and removes them; does not wait.
+
+        Args:
+            controls: Whether an operator's requests are taken, too.
+        """
         self.run_callbacks()
         if not self._items:
             return []
         with self._changed:
             items, self._items = self._items, []
+            if not controls:
+                self._items = [item for item in items if isinstance(item, ControlArrived)]
+                items = [item for item in items if not isinstance(item, ControlArrived)]
         return items
 
-    def take_controls(self) -> List[ControlArrived]:
-        """Returns the operator's requests in order of arrival and removes them; does not wait.
-
-        They are taken before all else, also while other inputs are left in the inbox.
-        """
-        if not any(isinstance(item, ControlArrived) for item in self._items):
-            return []
-        with self._changed:
-            items, self._items = self._items, []
-            controls = [item for item in items if isinstance(item, ControlArrived)]
-            self._items = [item for item in items if not isinstance(item, ControlArrived)]
-        return controls
+    @property
+    def has_controls(self) -> bool:
+        """Whether there is an operator's request; in a replay, one that was not recorded."""
+        return any(isinstance(item, ControlArrived) for item in list(self._items))
 
     @property
     def may_hold(self) -> bool:

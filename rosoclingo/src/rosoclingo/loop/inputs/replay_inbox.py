@@ -14,7 +14,7 @@ from typing import Callable, Deque, Dict, List, NamedTuple, Optional, Sequence, 
 
 from rosclingo.errors import ParameterError
 from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, Taken, arrival_of
-from rosoclingo.loop.journal import AnswerArrived, ControlArrived, SearchEnded, from_text, key_of
+from rosoclingo.loop.journal import AnswerArrived, SearchEnded, from_text, key_of
 from rosoclingo.loop.values.recorded import RecordedOutcomes
 
 
@@ -207,50 +207,50 @@ class ReplayInbox(Inbox):
         super().end(reason)
 
     def begin_decision(
-        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
     ) -> None:
         """Waits until all has come that was taken before the next decision."""
-        self._wait_until((self._moment[0] + 1, Phase.BEFORE), waits, controls)
+        self._wait_until((self._moment[0] + 1, Phase.BEFORE), waits, take)
 
     def begin_command(
-        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
     ) -> None:
         """Waits until all has come that the next command took, if it did not wait for that."""
         decision, _ = self._moment
-        self._wait_until((decision, Phase.DURING), waits, controls)
+        self._wait_until((decision, Phase.DURING), waits, take)
         self._moment = decision, Phase.WAIT
 
-    def begin_end(
-        self, waits: Callable[[], None], controls: Callable[[], None] = lambda: None
-    ) -> None:
+    def begin_end(self, waits: Callable[[], None]) -> None:
         """Waits until all has come that the loop took when it had ended."""
         decision, _ = self._moment
-        self._wait_until((max(decision, 0), Phase.END), waits, controls)
+        self._wait_until((max(decision, 0), Phase.END), waits)
 
     def _wait_until(
         self,
         moment: Tuple[int, Phase],
         waits: Callable[[], None],
-        controls: Callable[[], None],
+        take: Optional[Callable[[], None]] = None,
     ) -> None:
         self._moment = moment
         self.recorded.decision = moment[0]
+
+        def may_take() -> bool:
+            return take is not None and self._has_due_control()
+
         while True:
             with self._changed:
                 self._missing = self._find_missing()
                 is_kill_due, kills = self._next_kill() is not None, self._kills
-                has_controls = bool(self._due_controls())
-            if has_controls:
-                controls()
+                has_control = may_take()
+            if take is not None and has_control:
+                take()
                 continue
             if self._missing:
                 if not is_kill_due:
                     waits()
                 with self._changed:
-                    self._changed.wait_for(
-                        lambda: self._closed or not self._missing or bool(self._due_controls())
-                    )
-                    if not self._closed and self._due_controls():
+                    self._changed.wait_for(lambda: self._closed or not self._missing or may_take())
+                    if not self._closed and may_take():
                         continue
             if not is_kill_due:
                 return
@@ -266,13 +266,13 @@ class ReplayInbox(Inbox):
         due = itertools.takewhile(lambda due: due.moment <= self._moment, self._dues)
         return next((one for one in due if one.kind is ScheduledKind.KILL), None)
 
-    def take(self) -> List[Item]:
+    def take(self, *, controls: bool = True) -> List[Item]:
         """Returns what is due; does not wait."""
-        items = super().take()
+        items = super().take(controls=controls)
         while True:
             with self._changed:
                 due = self._next()
-                if due is None:
+                if due is None or not (controls or due.kind is not ScheduledKind.CONTROL):
                     return items
                 self._dues.popleft()
                 held = self._held[due.key]
@@ -285,39 +285,22 @@ class ReplayInbox(Inbox):
             else:
                 items.append(item)
 
-    def take_controls(self) -> List[ControlArrived]:
-        """Returns those that are due, also if other inputs are due before; does not wait."""
-        controls = super().take_controls()
-        with self._changed:
-            for due in self._due_controls():
-                self._dues.remove(due)
-                item = self._held[due.key].popleft()
-                assert isinstance(item, ControlArrived)
-                controls.append(item)
-                if not self._held[due.key]:
-                    del self._held[due.key]
-        return controls
-
-    def _due_controls(self) -> List[ScheduledInput]:
-        """Returns the operator's requests that are due and have come."""
-        due = itertools.takewhile(lambda due: due.moment <= self._moment, self._dues)
-        controls = [one for one in due if one.kind is ScheduledKind.CONTROL]
-        held = Counter({one.key: len(self._held.get(one.key, ())) for one in controls})
-        found = []
-        for one in controls:
-            if held[one.key] > 0:
-                held[one.key] -= 1
-                found.append(one)
-        return found
+    def _has_due_control(self) -> bool:
+        """Whether an operator's request is due, and has come, as all that is due before it."""
+        held = {key: len(items) for key, items in self._held.items()}
+        for due in itertools.takewhile(lambda due: due.moment <= self._moment, self._dues):
+            if held.get(due.key, 0) <= 0:
+                return False
+            if due.kind is ScheduledKind.CONTROL:
+                return True
+            held[due.key] -= due.kind is not ScheduledKind.RECALL
+        return False
 
     def wait(self, timeout: float) -> bool:
         """Waits until something is due or the inbox is closed, as that of an inbox does."""
         with self._changed:
             return self._changed.wait_for(
-                lambda: (
-                    self._has_something() or self._next() is not None or bool(self._due_controls())
-                ),
-                timeout,
+                lambda: self._has_something() or self._next() is not None, timeout
             )
 
     def _next(self) -> Optional[ScheduledInput]:
