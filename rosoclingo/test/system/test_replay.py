@@ -25,6 +25,8 @@ from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.loop.journal import (
     ActionPublished,
     CommandDone,
+    Control,
+    ControlArrived,
     Ended,
     GoalArrived,
     LoopWaits,
@@ -149,6 +151,38 @@ for number in range(15):
         answers.publish(*chance.choice([("info", "hello"), ("robot", "success"), ("robot", "b(")]))
     time.sleep(chance.choice([0.0, 0.02, 0.1]) * chance.random())
 assert all(ended.wait(50.0) for handle, ended in goals)
+""",
+}
+
+
+# An operator is at work as well, at random; in the end, all that waits is let go.
+OPERATED = {
+    "robot": AT_RANDOM["robot"],
+    "client": """
+from std_srvs.srv import Trigger
+from rosoclingo.srv import ControlActuator
+words = ["pause", "step", "resume", "halt"]
+call = {word: rospy.ServiceProxy("rosoclingo/" + word, Trigger) for word in words}
+ask = {word: rospy.ServiceProxy("rosoclingo/" + word, ControlActuator)
+       for word in ("hold", "release", "approve", "reject")}
+goals = []
+for number in range(12):
+    goals.append(send(chance.choice(["visit(1)", "visit(3)", "visit(6)", "visit(99)"])))
+    said = call[chance.choice(["pause", "pause", "step", "resume"])]()
+    assert said.success and said.message.startswith(("paused", "running")), said
+    word = chance.choice(["hold", "release", "approve", "reject"])
+    said = ask[word]("robot", "")
+    assert said.success or "no action of robot is held" in said.message, said
+    time.sleep(chance.choice([0.0, 0.02, 0.1]) * chance.random())
+assert call["halt"]().success
+assert not ask["hold"]("", "").success and not ask["release"]("no term(", "").success
+assert not ask["approve"]("robot", "dance").success
+assert ask["release"]("robot", "").message.startswith("paused")
+assert call["resume"]().message.startswith("running")
+end = time.time() + 50.0
+while not all(ended.wait(0.02) for handle, ended in goals):
+    assert time.time() < end
+    ask["approve"]("", "")
 """,
 }
 
@@ -375,7 +409,7 @@ def test_a_mode_that_resets(terminals: Terminals, recorder: Recorder, tmp_path: 
     program = read_recording(bag).programs["/rosoclingo"]
     assert program.parameters == {
         "abort_unreachable": True, "patience": -1.0, "one_by_one_seconds": 2.0,
-        "seed_planner": "none",
+        "seed_planner": "none", "ask_before": [],
     }  # fmt: skip
 
 
@@ -431,6 +465,28 @@ def test_a_better_plan(terminals: Terminals, recorder: Recorder, nodes: str) -> 
     recorded = [entry.event for entry in read_recording(bag).entries]
     ways = {event.how for event in recorded if isinstance(event, SearchEnded)}
     assert ways & {Ended.BETTER, Ended.AS_BEFORE, Ended.CHOSEN}
+    ended = replay(terminals, bag)
+    assert ended.wait() == 0, ended.output
+    assert "no difference at level exact: 12 goals" in ended.output
+
+
+@pytest.mark.parametrize("nodes", ["three", "one"])
+def test_an_operator(terminals: Terminals, recorder: Recorder, nodes: str) -> None:
+    """No action begins in a pause, and what was held is in the replay held as long."""
+    ask = "_ask_before:=go(3) nothing(*)"
+    single = [ask, "-f", line()] if nodes == "one" else ()
+    bag = recorder.record(
+        ["1"], [line()], single=single, driver=OPERATED, parameters=[ask], failures=[7], steps=60
+    )
+    is_paused = steps = False
+    for event in (entry.event for entry in read_recording(bag).entries):
+        if isinstance(event, ControlArrived):
+            is_paused |= event.control in (Control.PAUSE, Control.HALT, Control.STEP)
+            is_paused &= event.control is not Control.RESUME
+            steps = event.control is Control.STEP or (steps and bool(event.actuator))
+        elif isinstance(event, ActionPublished):
+            assert steps or not is_paused, event
+            steps = False
     ended = replay(terminals, bag)
     assert ended.wait() == 0, ended.output
     assert "no difference at level exact: 12 goals" in ended.output

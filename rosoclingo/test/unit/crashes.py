@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Callable, Collection, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Callable, Collection, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import EXAMPLES, Parts, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.errors import ShutdownError
-from rosoclingo.loop.journal import AnswerArrived, Event, MessageArrived, Status, StatusSet
+from rosoclingo.loop.journal import (
+    AnswerArrived,
+    ControlArrived,
+    Event,
+    MessageArrived,
+    Status,
+    StatusSet,
+)
 from rosoclingo.loop.loop import Loop
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal, GoalClient
@@ -58,7 +65,7 @@ class World:
         self,
         requests: Sequence[str],
         cancel: Mapping[str, str] = {},
-        messages: Sequence[MessageArrived] = (),
+        messages: Sequence[Union[MessageArrived, ControlArrived]] = (),
         failures: Collection[int] = (),
     ) -> None:
         """Nothing has happened yet.
@@ -66,7 +73,7 @@ class World:
         Args:
             requests: What is asked for; the ids are the numbers, from 1.
             cancel: By their ids, what is cancelled; as soon as it has a status, if one is given.
-            messages: What is said besides, when the first goal is known.
+            messages: What is said besides, also by an operator, when the first goal is known.
             failures: The numbers of the tokens that are answered by ``failure``.
         """
         self.effects: List[Tuple[str, str]] = []
@@ -112,7 +119,7 @@ class World:
                 AnswerArrived(run, number, "failure" if number in self._failures else "success")
             )
 
-    def _send(self, life: Life, message: MessageArrived) -> None:
+    def _send(self, life: Life, message: Union[MessageArrived, ControlArrived]) -> None:
         try:
             life.put(message)
         finally:

@@ -27,7 +27,7 @@ from rosclingo.solver.options import Options
 from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, find_mode, make_parts
 from rosoclingo.errors import StoreError
-from rosoclingo.loop.journal import MessageArrived
+from rosoclingo.loop.journal import Control, ControlArrived, MessageArrived
 from rosoclingo.loop.mode.controller import Controller
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.goals import Goal
@@ -36,6 +36,7 @@ from rosoclingo.store import sqlite_store
 from rosoclingo.store.store import Store
 
 REQUESTS = ["visit(2)", "visit(99)", "visit(4)", "visit(1)"]
+OF_ACTUATOR = (Control.HOLD, Control.RELEASE)
 CANCELS = {"3": "accepted", "4": ""}
 ENDS = {"1": ["succeeded"], "2": ["rejected"], "3": ["canceled"], "4": ["canceled"]}
 RECORDING, DYN_RESET = (f"dynamic.incremental.{name}" for name in ("recording", "dyn_reset"))
@@ -90,6 +91,28 @@ def test_every_point(mode: str, encoding: str, folder: Path) -> None:
             wrong.append((number, point, outcome(disturbed)))
     print(f"{mode}, {encoding}: {len(points)} points")
     assert not wrong, outcome(calm)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("mode", "encoding"), CASES)
+def test_an_operator_at_every_point(mode: str, encoding: str, folder: Path) -> None:
+    """What an operator has decided outlasts the process: nothing is held for ever, or too early.
+
+    It dies at each fourth point; :func:`test_every_point` has all of them.
+    """
+    words = [Control.PAUSE, Control.STEP, Control.HOLD, Control.RESUME, Control.RELEASE]
+    said = [ControlArrived(one, "robot" if one in OF_ACTUATOR else "") for one in words]
+
+    def operated() -> World:
+        return World(REQUESTS, CANCELS, said)
+
+    runs, calm = Runs(folder, mode, encoding), operated()
+    points = list(runs.run(calm))
+    assert outcome(calm)[1] == ENDS
+    for number in range(1, len(points), 4):
+        disturbed = operated()
+        runs.run(disturbed, [number])
+        assert outcome(disturbed) == outcome(calm), (number, points[number])
 
 
 @pytest.mark.long

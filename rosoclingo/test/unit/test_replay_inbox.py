@@ -35,6 +35,8 @@ from rosoclingo.loop.journal import (
     ActionPublished,
     CancelArrived,
     CommandDone,
+    Control,
+    ControlArrived,
     Event,
     GoalArrived,
     LoopEnded,
@@ -50,6 +52,8 @@ from rosoclingo.loop.values.solver import Solver
 
 GOALS = 10
 REQUESTS = ["visit(1)", "visit(3)", "visit(6)", "visit(2)", "visit(99)"]
+ACTUATOR = "robot"
+OF_RUN = (Control.PAUSE, Control.HALT, Control.STEP, Control.RESUME)
 LAST = "close(8)"  # a message without effect, which is sent when all is through
 LINE = str(PACKAGE / "example" / "line.lp")
 DEMAND = str(PACKAGE / "example" / "line_demand.lp")
@@ -95,6 +99,9 @@ class Session:
         if self.goals[identifier].words[-1:] in ([], ["accepted"]):  # as actionlib has it
             self.inbox.cancel(self.goals[identifier])
 
+    def control(self, word: Control) -> None:
+        self.inbox.put(ControlArrived(word, "" if word in OF_RUN else ACTUATOR))
+
     def wait_for(self, condition: Callable[[List[Event]], bool]) -> None:
         """Waits for a condition of the journal."""
         with self._changed:
@@ -115,11 +122,15 @@ def commands(events: Sequence[Event]) -> List[str]:
     return [event.command for event in events if isinstance(event, CommandDone)]
 
 
+def is_idle(events: Sequence[Event]) -> bool:
+    done = [event for event in events if isinstance(event, (CommandDone, LoopWaits))]
+    return isinstance(done[-1], LoopWaits)
+
+
 def rests(events: Sequence[Event]) -> bool:
     """Whether the loop has taken the last message, and waits."""
-    done = [event for event in events if isinstance(event, (CommandDone, LoopWaits))]
     came = [event.value for event in events if isinstance(event, MessageArrived)]
-    return LAST in came and isinstance(done[-1], LoopWaits)
+    return LAST in came and is_idle(events)
 
 
 class Slow:
@@ -164,7 +175,7 @@ def record(
     system: System, seed: int, requests: Sequence[str] = REQUESTS, *, ends: bool = False
 ) -> List[Entry]:
     """Runs a system to which everything comes at random, until it waits, or until it has ended."""
-    chance = random.Random(seed)
+    chance, operator = random.Random(seed), random.Random(f"operator {seed}")
     timers: List[threading.Timer] = []
 
     def later(action: Callable[[], None], longest: float) -> None:
@@ -192,14 +203,21 @@ def record(
                 run.inbox.put(
                     MessageArrived(identifier, chance.choice(["success", "bad(", "close(9)"]))
                 )
+        for word in operator.sample(list(Control), 2):
+            later(lambda word=word: run.control(word), 0.05)  # type: ignore[misc]  # as it is now
         if chance.random() < 0.5:
             time.sleep(chance.random() * 0.05)
+    for timer in timers[:]:
+        timer.join()
+    run.control(Control.RESUME)
+    run.control(Control.RELEASE)
     for _ in range(4 * GOALS if ends else 0):  # more than it can do
         if has_ended([entry.event for entry in run.entries]):
             break
         run.goal(f"g{len(run.goals)}", chance.choice(requests))
         time.sleep(chance.random() * 0.02)
-    if ends:  # a mode may wait in its last step
+    if ends:  # a mode may wait in its last step; a search that is cut off is no part of a run
+        run.wait_for(lambda events: has_ended(events) or is_idle(events))
         run.inbox.close()
         run.wait_for(has_ended)
     for goal in run.goals.values():
@@ -234,7 +252,7 @@ def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
             elif isinstance(event, CancelArrived):
                 run.cancel(event.goal)
             else:
-                run.inbox.put(MessageArrived(event.source, event.value))
+                run.inbox.put(replace(event, seconds=0.0))
         if planned is None or chance.random() < 0.5:
             time.sleep(0.003 * chance.random())
     return list(run.entries)

@@ -154,11 +154,15 @@ class DeskSimulation(System):
         self._due.pop(actuator, None)
         return super().answer(actuator, value)
 
-    def begin_decision(self, waits: Callable[[], None]) -> None:
+    def begin_decision(
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
+    ) -> None:
         """Delivers the inputs that come between two commands."""
         self._come_at(AFTER)
 
-    def begin_command(self, waits: Callable[[], None]) -> None:
+    def begin_command(
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
+    ) -> None:
         """Delivers the inputs that come in a command, which end a search."""
         self.commands += 1
         self._come_at(IN)

@@ -46,4 +46,4 @@ def _may_improve(state: State) -> bool:
 def is_called(state: State) -> bool:
     """Whether an input has come that ends a search for a better plan."""
     state.waiting.look_at_actuators()
-    return state.interrupted()
+    return state.interrupted() or state.mail.inbox.has_controls

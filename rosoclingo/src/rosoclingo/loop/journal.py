@@ -105,8 +105,37 @@ class MessageArrived(Event):
     sender: str = ""
 
 
-Arrival = Union[GoalArrived, CancelArrived, MessageArrived]
-ARRIVALS = (GoalArrived, CancelArrived, MessageArrived)
+class Control(str, enum.Enum):
+    """What an operator may want of a run; its value is the word on the wire."""
+
+    PAUSE = "pause"  # no further action is dispatched
+    HALT = "halt"  # likewise, and those that are executed are aborted
+    STEP = "step"  # pauses after the next actions
+    RESUME = "resume"
+    HOLD = "hold"  # no further action of one actuator is dispatched
+    RELEASE = "release"
+    APPROVE = "approve"  # an action that needs an approval
+    REJECT = "reject"  # an action that waits: it counts as failed
+
+    __str__ = str.__str__
+
+
+@dataclass(frozen=True)
+class ControlArrived(Event):
+    """The loop has taken an operator's request; ``seconds`` as in :class:`GoalArrived`.
+
+    Attributes:
+        control: What is wanted.
+        actuator: Of which actuator; empty for all.
+    """
+
+    control: Control
+    actuator: str = ""
+    seconds: float = 0.0
+
+
+Arrival = Union[GoalArrived, CancelArrived, MessageArrived, ControlArrived]
+ARRIVALS = (GoalArrived, CancelArrived, MessageArrived, ControlArrived)
 """What comes from outside, as the loop takes it."""
 
 
@@ -139,6 +168,11 @@ class MessageDropped(Event):
 def naming(source: str, value: str) -> str:
     """Returns the words for a message with which the reason begins why it is dropped."""
     return f"id {shorten(source)}, value {shorten(value)}: "
+
+
+def describe(request: ControlArrived) -> str:
+    """Returns an operator's request in words, such as ``hold robot(2)``."""
+    return f"{request.control} {request.actuator}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -418,6 +452,7 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
     MessageArrived: lambda e: Fields(
         "message", e.source, e.value, (e.sender,) if e.sender else (), e.seconds
     ),
+    ControlArrived: lambda e: Fields("control", e.actuator, e.control.value, seconds=e.seconds),
     AnswerArrived: lambda e: Fields("answer", e.run, e.value, (str(e.number), e.sender)),
     MessageDropped: lambda e: Fields("dropped", text=e.reason),
     CommandDone: lambda e: Fields(
@@ -446,6 +481,7 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
     "goal": lambda f: GoalArrived(f.id, f.text, f.details, f.seconds),
     "cancel": lambda f: CancelArrived(f.id, f.seconds),
     "message": lambda f: MessageArrived(f.id, f.text, f.seconds, "".join(f.details[:1])),
+    "control": lambda f: ControlArrived(Control(f.text), f.id, f.seconds),
     "answer": lambda f: AnswerArrived(
         f.id, int("".join(f.details[:1])), f.text, "".join(f.details[1:2])
     ),
@@ -487,9 +523,13 @@ def decode(message: Any) -> Event:
 
 
 def key_of(event: Event) -> Tuple[str, str, str]:
-    """Returns what identifies an input, whenever it is taken: kind, id, and a message's value."""
+    """Returns what identifies an input, whenever it is taken: kind, id, and what it says.
+
+    A goal and its cancel request say nothing more than their ids.
+    """
     fields = encode(event)
-    return fields.kind, fields.id, fields.text if isinstance(event, MessageArrived) else ""
+    says = isinstance(event, (MessageArrived, ControlArrived))
+    return fields.kind, fields.id, fields.text if says else ""
 
 
 def to_text(event: Event) -> str:

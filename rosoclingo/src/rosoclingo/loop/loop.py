@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, Optional, Sequence
 
 import clingo
 
 from rosclingo.errors import RosclingoError, ServiceError
 from rosclingo.wire.commands import Result
 from rosoclingo.errors import ControllerError, OutsideError, PlannerError, ShutdownError
-from rosoclingo.loop import diagnosis, statuses
+from rosoclingo.loop import diagnosis, publishing, statuses
 from rosoclingo.loop.durability import Durability
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import LoopEnded, Reason
@@ -70,6 +70,7 @@ class Loop:
         patience: float = 0.0,
         one_by_one_seconds: float = 0.0,
         seed_planner: str = NONE,
+        ask_before: Sequence[str] = (),
     ) -> None:
         """Prepares a loop; :meth:`run` begins to ask its controller.
 
@@ -88,6 +89,8 @@ class Loop:
             one_by_one_seconds: How long one horizon after the other is searched, until several
                 take turns; 0 for always.
             seed_planner: The planner that is asked for first plans, see :func:`.find_seed_planner`.
+            ask_before: Patterns of the actions that need an operator's approval, see
+                :class:`.Interlock`.
 
         Raises:
             SeedPlannerError: There is no such seed planner.
@@ -101,8 +104,10 @@ class Loop:
             environment,
             self._check,
             self._prepare_controller,
+            control=lambda request: publishing.control(self.state, request),
             action_timeout=action_timeout,
             abort_unreachable=abort_unreachable,
+            ask_before=ask_before,
         )
         self._controller = controller
         self._commands = commands(self.state)
@@ -171,6 +176,7 @@ class Loop:
         self._prepare_controller()
         self.state.show_executions(again=True)
         if not self.dynamic:
+            self.state.warn_of_approvals()
             self.state.mail.refuse("the controller's mode is static: it takes no goals")
         self._durability.commit()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Set, Tuple
@@ -29,6 +30,8 @@ _SHORTEST = 1e-9  # seconds; what came in a command differs from what came befor
 _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are logged one by one
 _LOGGED_IN_SECOND = 100  # likewise, of those that are dropped in a second
 _LOG_SECONDS = 1.0
+_CONTROL = journal.ControlArrived
+_OPERATOR = "operator"  # the sender of the failure of what is rejected; no name of a node
 
 
 @dataclass
@@ -95,6 +98,7 @@ class Mail(MailState):
         environment: Environment,
         note: Callable[[journal.Event], None],
         answered: Callable[[Execution, str], None],
+        controlled: Callable[[journal.ControlArrived], bool],
     ) -> None:
         """Makes an empty buffer.
 
@@ -107,6 +111,7 @@ class Mail(MailState):
             environment: Where warnings go.
             note: Adds an event to the journal.
             answered: Called with what was executed until its answer, and the answer.
+            controlled: Does what an operator wants; returns whether that is news for the mode.
         """
         super().__init__()
         self.inbox = inbox
@@ -118,6 +123,7 @@ class Mail(MailState):
         self._environment = environment
         self._note = note
         self._answered = answered
+        self._controlled = controlled
         self._held: List[Taken] = []  # nobody can say yet whether the planner knows it
         self._command_began: Optional[float] = None  # that which is carried out
         self._backoff = Backoff()
@@ -244,11 +250,12 @@ class Mail(MailState):
     def begin_decision(self) -> None:
         """The controller is about to decide."""
         self._command_began = None
-        self.inbox.begin_decision(self._waits)
+        self.inbox.begin_decision(self._waits, self.take)
 
     def begin_command(self) -> None:
         """Called before a command is carried out."""
-        self.inbox.begin_command(self._waits)
+        self._command_began = time.perf_counter()
+        self.inbox.begin_command(self._waits, self.take)
         self._command_began = time.perf_counter()
 
     def begin_end(self) -> None:
@@ -264,40 +271,64 @@ class Mail(MailState):
         self.inbox.durability.about_to_wait()
         self.inbox.wait(seconds)
 
-    def take(self, *, may_ask: bool = False) -> None:
+    def take(self, *, may_ask: bool = False, controls: bool = True) -> None:
         """Takes inputs from the inbox, and drops invalid ones.
 
         Args:
             may_ask: Whether the planner may be asked now whether it knows something; else what is
                 unknown is held back.
+            controls: Whether an operator's requests are taken, too: an action that they let go
+                would wait for the end of a search.
         """
         self._begin_to_log()
         if self._is_paced and not self._paces():
             self._is_paced = False
             self._news += 1
-        new, dropped = resolve(self._executions, self._come())
-        if new or dropped or self._held:
-            self._take_all(new, dropped, may_ask)
+        items = self._come(controls)
+        is_news = False
+        while True:
+            before = [*itertools.takewhile(lambda one: not isinstance(one, _CONTROL), items)]
+            new, dropped = resolve(self._executions, before)
+            if new or dropped or self._held:
+                self._take_all(new, dropped, may_ask)
+            is_news |= bool(new or dropped)
+            items = items[len(before) :]
+            if not items:
+                break
+            self._take_control(items.pop(0))
         if may_ask:
             self._sort_queue()
-        if new or dropped:
+        if is_news:
             self._goals.tell_positions()
 
-    def _come(self) -> List[Item]:
+    def _take_control(self, request: Item) -> None:
+        assert isinstance(request, journal.ControlArrived)
+        self._note(replace(request, seconds=self._seconds))
+        if self.dynamic:
+            self._news += self._controlled(request)
+        if self._command_began is None:
+            self.inbox.durability.about_to_wait()  # the next command may last
+
+    @property
+    def _seconds(self) -> float:
+        """How long the command takes that is carried out, in seconds; 0 between commands."""
+        if self._command_began is None:
+            return 0.0
+        return max(time.perf_counter() - self._command_began, _SHORTEST)
+
+    def _come(self, controls: bool) -> List[Item]:
         self.inbox.durability.flush()
-        if self._holds:
+        if self._holds and not (controls and self.inbox.has_controls):
             self.inbox.run_callbacks()
             return []
-        items = self.inbox.take()
+        items = self.inbox.take(controls=controls)
         self.inbox.durability.took(items)
         return items
 
     def _take_all(self, new: List[Taken], dropped: List[str], may_ask: bool) -> None:
         held, self._held = self._held, []
         items = held + new
-        seconds = 0.0
-        if self._command_began is not None:
-            seconds = max(time.perf_counter() - self._command_began, _SHORTEST)
+        seconds = self._seconds
         for item in new:
             arrival = arrival_of(item)
             assert isinstance(arrival, journal.ARRIVALS)
@@ -330,6 +361,7 @@ class Mail(MailState):
         """Takes one thing, and returns whether it is news for the controller."""
         if isinstance(item, Cancel):
             return self._goals.cancel(item.goal) and self._take_cancel(item.goal)
+        assert not isinstance(item, _CONTROL)
         if self._held:  # the order of the others is kept
             self._held.append(item)
             return True
@@ -383,6 +415,12 @@ class Mail(MailState):
             return False
         actor, said = self._executions.acting(source), value
         is_answer = actor is not None and actor.is_open
+        if actor and actor.is_held and actor.is_open and message.sender != _OPERATOR:
+            dropped.append(
+                f"{journal.naming(source, value)}its action {shorten(actor.action)} waits for an "
+                "operator, and nobody has told it to begin"
+            )
+            return False
         if actor and value in (UNKNOWN, TIMEOUT):
             if self._hold(message, [(source, value)], may_ask):
                 return True
@@ -418,6 +456,18 @@ class Mail(MailState):
             return not self._is_paced
         dropped.append(f"{journal.naming(source, value)}{reason}")
         return False
+
+    def reject(self, actuator: str) -> bool:
+        """Takes an action that is held as failed.
+
+        Returns:
+            Whether that is news for the mode.
+        """
+        dropped: List[str] = []
+        failed = MessageArrived(actuator, FAILURE, sender=_OPERATOR)
+        is_news = self._take(failed, False, dropped)
+        self._log_dropped(dropped)
+        return is_news
 
     def _end_action(self, source: str, answer: str, outcome: str) -> None:
         ended = self._executions.end(source, answer, outcome)
@@ -524,5 +574,5 @@ class Mail(MailState):
 
 def _item(text: str, goals: Dict[str, Goal]) -> Taken:
     item = item_of(journal.from_text(text), goals.__getitem__)
-    assert isinstance(item, (MessageArrived, Goal, Cancel))
+    assert not isinstance(item, (journal.AnswerArrived, type(None)))
     return item

@@ -1,4 +1,7 @@
-"""Publishes actions of the plan with their tokens, and aborts actions of busy actuators."""
+"""Publishes actions of the plan with their tokens, and aborts actions of busy actuators.
+
+The interlock may hold actions back until an operator lets them begin.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from typing import List, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop.journal import ActionPublished
+from rosoclingo.loop.journal import ActionPublished, Control, ControlArrived
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.atoms import Action, event
 from rosoclingo.loop.words import ABORT, BUSY
@@ -35,18 +38,68 @@ def split(state: State, actions: Sequence[Action]) -> Tuple[List[Action], List[A
 
 
 def publish(state: State, actions: Sequence[Action]) -> None:
-    """Gives actions their tokens and sends them; from then on their actuators owe answers."""
+    """Gives actions their tokens and sends them; from then on their actuators owe answers.
+
+    Those that the interlock holds are sent when an operator lets them.
+    """
+    interlock = state.interlock
+    held = {one.actuator for one in state.executions.held}
     for action in actions:
-        state.executions.begin(action, *state.plan.lasting.get(action, ("", 0)))
-    if actions:
-        state.show_executions()
+        if action.actuator in held:  # the mode has not waited for it
+            state.mail.reject(action.actuator)
+    interlock.approved.difference_update(action.actuator for action in actions)
+    free = [a for a in actions if interlock.reason(a.actuator, a.name) is None]
     for action in actions:
-        state.environment.publish(action.actuator, action.name)
-        state.note(ActionPublished(action.actuator, action.name))
+        lasting = state.plan.lasting.get(action, ("", 0))
+        state.executions.begin(action, *lasting, is_held=action not in free)
+    _send(state, [(action.actuator, action.name) for action in free])
+
+
+def _send(state: State, actions: Sequence[Tuple[str, str]]) -> None:
+    state.interlock.note_dispatched([actuator for actuator, _ in actions])
+    state.show_executions()
+    for actuator, action in actions:
+        state.environment.publish(actuator, action)
+        state.note(ActionPublished(actuator, action))
+
+
+def control(state: State, request: ControlArrived) -> bool:
+    """Does what an operator wants.
+
+    Returns:
+        Whether that is news for the mode.
+    """
+    word, actuator = request.control, request.actuator
+    held = [one for one in state.executions.held if actuator in ("", one.actuator)]
+    is_news = False
+    if word is Control.REJECT:
+        for one in held:
+            is_news |= state.mail.reject(one.actuator)
+    elif word is Control.APPROVE:
+        for one in held:
+            state.interlock.apply(word, one.actuator)
+    else:
+        state.interlock.apply(word, actuator)
+    if word is Control.HALT:
+        for one in state.executions.dispatched:
+            if one.acts and one.is_open:
+                publish_abort(state, one.actuator)
+    waiting = [(one.actuator, one.action) for one in state.executions.held]
+    free = [one for one in waiting if state.interlock.reason(*one) is None]
+    for one_actuator, _ in free:
+        state.executions.dispatch(one_actuator)
+    _send(state, free)
+    return is_news
 
 
 def publish_abort(state: State, actuator: str) -> None:
-    """Tells an actuator to abort its action, once in a step; nobody answers that."""
-    if state.executions.abort(actuator, state.step):
+    """Tells an actuator to abort its action, once in a step; nobody answers that.
+
+    An action that is held counts as failed.
+    """
+    if any(one.actuator == actuator for one in state.executions.held):
+        state.mail.reject(actuator)
+        state.show_executions()
+    elif state.executions.abort(actuator, state.step):
         state.show_executions()
         state.environment.publish(actuator, ABORT)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable, Dict, List, Optional, Tuple
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 from rosoclingo.loop import journal
 from rosoclingo.loop.execution.durations import Durations, DurationsState
 from rosoclingo.loop.execution.executions import Executions, ExecutionsState
+from rosoclingo.loop.execution.interlock import Interlock, InterlockState
 from rosoclingo.loop.execution.progress import Progress
 from rosoclingo.loop.execution.timing import Timing
 from rosoclingo.loop.inputs.inbox import Inbox
@@ -17,6 +18,7 @@ from rosoclingo.loop.planner.planner import Planner, PlannerState
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import event
 from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.execution import HeldAction
 from rosoclingo.loop.values.goals import Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.values.snapshot import take_over
 from rosoclingo.loop.waiting import Waiting
@@ -36,6 +38,7 @@ class StateSnapshot:
     externals: ExternalsState
     goals: GoalsSnapshot
     executions: ExecutionsState
+    interlock: InterlockState
     mail: MailSnapshot
     durations: DurationsState
     reminded: bool
@@ -51,6 +54,7 @@ class State(Progress):
         externals: What is known of the planner's externals.
         goals: The goals.
         executions: What each actuator does, has answered, and was told before.
+        interlock: Which actions may be dispatched.
         mail: What has come from outside.
         durations: How long actions have taken.
         timing: What follows from that.
@@ -68,8 +72,10 @@ class State(Progress):
         check: Callable[[], None] = lambda: None,
         begin_mode: Callable[[], None] = lambda: None,
         *,
+        control: Callable[[journal.ControlArrived], bool] = lambda _: False,
         action_timeout: float = 0.0,
         abort_unreachable: bool = False,
+        ask_before: Sequence[str] = (),
     ) -> None:
         """Begins without any knowledge.
 
@@ -79,11 +85,14 @@ class State(Progress):
             environment: Where actions and log messages go.
             check: Called now and then while waiting; raises an error if a solver went away.
             begin_mode: Has the mode begin again, so that it initialises the planner next.
+            control: Does what an operator wants; returns whether that is news for the mode.
             action_timeout: From when on nobody waits for an action's answer, in seconds since
                 it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
+            ask_before: Patterns of the actions that need an approval, see :class:`.Interlock`.
         """
         super().__init__()
+        self.interlock = Interlock(ask_before)
         self.abort_unreachable = abort_unreachable
         self.begin_mode = begin_mode
         self.planner = planner
@@ -94,6 +103,7 @@ class State(Progress):
             environment, lambda actuator: self.externals.declares(actuator, BUSY)
         )
         self._shown: Tuple[object, ...] = ()
+        self._held: Tuple[object, ...] = ()
         planner.recorded, planner.note = inbox.recorded, self.note
         planner.missing = self._warn_of_missing
         self.durations = Durations()
@@ -116,6 +126,7 @@ class State(Progress):
             environment=environment,
             note=self.note,
             answered=self.timing.end_action,
+            controlled=control,
         )
         self.waiting = Waiting(
             self.mail,
@@ -136,6 +147,7 @@ class State(Progress):
             self.externals,
             self.goals.snapshot(self.mail.goals_spoken_of),
             self.executions.snapshot(),
+            self.interlock,
             self.mail.snapshot(),
             self.durations,
             self.waiting.reminded,
@@ -157,6 +169,7 @@ class State(Progress):
         self.externals.restore(saved.externals, self.goals.slots)
         take_over(self.executions, saved.executions)
         self.executions.restore()
+        take_over(self.interlock, saved.interlock)
         self.mail.restore(saved.mail, goals)
         take_over(self.durations, saved.durations)
         self.waiting.reminded = saved.reminded
@@ -195,7 +208,7 @@ class State(Progress):
     def interrupted(self) -> bool:
         """Whether an input has to end the search; gives feedback now and then that it runs."""
         self.waiting.tell_progress(self.horizon)
-        self.mail.take()  # the planner cannot be asked
+        self.mail.take(controls=False)  # the planner cannot be asked
         self.mail.tell_waiting()
         return self.mail.inbox.closed or self.mail.has_news
 
@@ -286,11 +299,41 @@ class State(Progress):
             self.mail.note_goals()
 
     def show_executions(self, *, again: bool = False) -> None:
-        """Publishes the last action of each actuator, if it or its answer is new, or again."""
+        """Publishes the last action of each actuator, if it or its answer is new, or again.
+
+        Likewise what is held.
+        """
         executions = self.executions
         if executions.changed or again:
             executions.changed = False
             self.environment.show_executions(executions.run, executions.dispatched)
+        self._show_held(again=again)
+
+    def warn_of_approvals(self) -> None:
+        """Warns that nobody is asked in a static mode, which publishes a whole plan."""
+        if self.interlock.asks:
+            self.environment.warn(
+                "~ask_before: nobody is asked to approve an action, because the mode is static, "
+                "and publishes a whole plan; take a dynamic mode"
+            )
+
+    def _show_held(self, *, again: bool) -> None:
+        """Publishes whether the run is paused, and which actions are held, if that is new."""
+        interlock = self.interlock
+        waiting = tuple(
+            HeldAction(one.actuator, one.action, reason)
+            for one in self.executions.held
+            for reason in [interlock.reason(one.actuator, one.action)]
+            if reason is not None
+        )
+        held = (interlock.is_paused, tuple(sorted(interlock.on_hold)), waiting)
+        if held == self._held and not again:
+            return
+        self._held = held
+        self.environment.show_held(*held)
+        if waiting:
+            said = ", ".join(f"{one.actuator} {one.action} ({one.reason})" for one in waiting)
+            self.goals.tell(f"waits for an operator: {said}")
 
     def _correct_arrivals(self) -> None:
         """Tells clients of new delays, and publishes the plan with them."""

@@ -63,7 +63,7 @@ def _is_left_open(state: State, step: int) -> bool:
         and not one.acts
         and one.step <= step
         and state.executions.is_published(one.published)
-        for one in state.executions.dispatched
+        for one in state.executions.ordered
     )
 
 
@@ -98,6 +98,6 @@ def _doubts(state: State) -> str:
     """Returns which actions of the current step may have been done or not."""
     return " and ".join(
         f"whether {one.actuator} has done {one.action} is unknown"
-        for one in state.executions.dispatched
+        for one in state.executions.ordered
         if one.answer in (UNKNOWN, TIMEOUT) and one.step == state.step
     )

@@ -18,12 +18,13 @@ from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.execution import Execution
+from rosoclingo.loop.values.execution import Execution, HeldAction
 from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.msg import (
     ROSoClingoDispatch,
     ROSoClingoEvent,
     ROSoClingoFeedback,
+    ROSoClingoHeld,
     ROSoClingoOut,
     ROSoClingoPlan,
     ROSoClingoToken,
@@ -67,6 +68,7 @@ class RosEnvironment(Environment):
     Attributes:
         questions: Explains to goals why they wait; None if nothing does.
         told: The actuators that were told something.
+        held: What an operator has decided, as it was published last.
     """
 
     def __init__(self, description: str) -> None:
@@ -77,6 +79,8 @@ class RosEnvironment(Environment):
         """
         self.questions: Optional[Questions] = None
         self.told: FrozenSet[str] = frozenset()
+        self.held = ROSoClingoHeld()
+        self._held = publisher("~held", ROSoClingoHeld, latch=True)
         # Opened before ~out: who hears an action there can tell whether it comes here, too.
         self._dispatch = publisher("~dispatch", ROSoClingoDispatch, latch=True)
         self._out = publisher("~out", ROSoClingoOut, latch=True)
@@ -95,7 +99,7 @@ class RosEnvironment(Environment):
 
     def show_executions(self, run: str, executions: Sequence[Execution]) -> None:
         """Publishes to ``~dispatch``."""
-        self.told = frozenset(one.actuator for one in executions)
+        self.told |= {one.actuator for one in executions}
         self._dispatch.publish(
             run,
             [
@@ -103,6 +107,15 @@ class RosEnvironment(Environment):
                 for one in executions
             ],
         )
+
+    def show_held(
+        self, is_paused: bool, on_hold: Sequence[str], held: Sequence[HeldAction]
+    ) -> None:
+        """Publishes to ``~held``."""
+        actions = [f"do({one.actuator},{one.action})" for one in held]
+        reasons = [str(one.reason) for one in held]
+        self.held = ROSoClingoHeld(is_paused, list(on_hold), actions, reasons)
+        self._held.publish(self.held)
 
     def world_now(self) -> float:
         """Returns ROS's time, which is a simulator's if there is one that has a clock."""

@@ -6,7 +6,7 @@ import contextlib
 import threading
 import time
 from functools import partial
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, List, Optional
 
 import actionlib
 import rospy
@@ -20,6 +20,7 @@ from rosclingo.solver.about import about
 from rosoclingo.errors import SeedPlannerError, ShutdownError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.durability import Durability, KnownGoal
+from rosoclingo.loop.execution.interlock import read_pattern
 from rosoclingo.loop.execution.tokens import TOKENS_HEADER
 from rosoclingo.loop.inputs.inbox import Inbox, Item, arrival_of
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox
@@ -34,6 +35,7 @@ from rosoclingo.msg import ROSoClingoAction, ROSoClingoAnswer, ROSoClingoIn, ROS
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.environment import ActionClient, RosEnvironment
 from rosoclingo.ros.goal_statuses import status_of
+from rosoclingo.ros.operator_services import OperatorServices
 from rosoclingo.ros.questions import Questions
 from rosoclingo.ros.storing import restore_goal
 from rosoclingo.seed.downward import NONE, find_seed_planner
@@ -96,6 +98,7 @@ class LoopNode:
                 "one_by_one_seconds", ONE_BY_ONE_SECONDS, what="seconds"
             ),
             "seed_planner": _seed_planner(),
+            "ask_before": _patterns(),
         }
         if isinstance(inbox, ReplayInbox):
             # The journal says what was found ahead, and with which first plan.
@@ -137,6 +140,7 @@ class LoopNode:
         self._resume()
         self._in = subscriber("~in", ROSoClingoIn, self._on_message)
         self._answer = subscriber("~answer", ROSoClingoAnswer, self._on_answer)
+        self._operator = OperatorServices(inbox, environment, lambda: self._loop.state.mail.dynamic)
         self._service = rospy.Service(
             "~get_goal_information", GetGoalInformation, self._on_get_information
         )
@@ -261,6 +265,21 @@ class LoopNode:
         if goal is None:
             raise rospy.ServiceException(f"no goal has the slot {request.key!r}")
         return [goal.information]
+
+
+def _patterns() -> List[str]:
+    """Returns the parameter ``~ask_before``.
+
+    Raises:
+        ParameterError: It is wrong.
+    """
+    patterns = parameters.words("ask_before")
+    try:
+        for one in patterns:
+            read_pattern(one)
+    except ValueError as err:
+        raise parameters.wrong("ask_before", err) from err
+    return patterns
 
 
 def _seed_planner() -> str:

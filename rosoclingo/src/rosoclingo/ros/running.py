@@ -7,7 +7,7 @@ import sys
 from typing import Callable, NoReturn
 
 import rospy
-from std_msgs.msg import Empty
+from std_msgs.msg import Empty, String
 
 from rosclingo.errors import ParameterError
 from rosclingo.ros.init import end_wrong, give_up, on_shutdown
@@ -16,6 +16,7 @@ from rosclingo.ros.master_watch import exit_status
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox, decode
+from rosoclingo.loop.journal import ControlArrived, from_text
 from rosoclingo.ros.loop_node import LoopNode
 
 
@@ -32,8 +33,15 @@ def open_inbox() -> Inbox:
         inbox = held = ReplayInbox(decode(recorded))
         subscriber("~open_gate", Empty, lambda _: held.open())
         subscriber("~go_on", Empty, lambda _: held.go_on())
+        subscriber("~replay_control", String, lambda message: held.put(_read(message)))
     on_shutdown(inbox.close)
     return inbox
+
+
+def _read(message: String) -> ControlArrived:
+    event = from_text(message.data)
+    assert isinstance(event, ControlArrived)
+    return event
 
 
 def run(make: Callable[[], LoopNode]) -> NoReturn:

@@ -28,7 +28,7 @@ usage: run-1.0.py --file FILE... [--theory dl] [clingo options]
                   [_action_timeout:=SECONDS] [_abort_unreachable:=true] [_patience:=SECONDS]
                   [_one_by_one_seconds:=SECONDS] [_seed_planner:=lama]
                   [_threads:=NUMBER] [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false]
-                  [_store:=FILE] [_resume:=fresh] [ROS remappings]
+                  [_store:=FILE] [_resume:=fresh] [_ask_before:=PATTERNS] [ROS remappings]
 
 Plans and executes in one process, as the paper has it; a controller and a planner are not needed.
 

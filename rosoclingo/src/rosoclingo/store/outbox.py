@@ -16,7 +16,7 @@ from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
 from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.execution import Execution
+from rosoclingo.loop.values.execution import Execution, HeldAction
 from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.store.store import Changes, Store
 
@@ -93,6 +93,13 @@ class Outbox(Environment):
         """Publishes the last action of each actuator."""
         show = partial(self._environment.show_executions, run, executions)
         self.add(HeldEffect("dispatch", show))
+
+    def show_held(
+        self, is_paused: bool, on_hold: Sequence[str], held: Sequence[HeldAction]
+    ) -> None:
+        """Publishes what an operator has decided, and what waits for that."""
+        show = partial(self._environment.show_held, is_paused, on_hold, held)
+        self.add(HeldEffect("held", show))
 
     def show_plan(
         self,

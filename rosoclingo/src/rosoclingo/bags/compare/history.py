@@ -108,6 +108,8 @@ class History:
         assert isinstance(event, journal.ARRIVALS)
         if isinstance(event, journal.MessageArrived):
             return Cell(step, f"message {event.source}: {event.value}")
+        if isinstance(event, journal.ControlArrived):
+            return Cell(step, f"operator: {journal.describe(event)}")
         name = self.label(event.goal) if event.goal in self.requests else event.goal
         what = "came" if isinstance(event, journal.GoalArrived) else "is to be cancelled"
         return Cell(step, f"{name} {what}")

@@ -25,8 +25,8 @@ def input_schedule(
         same_encodings: Whether they are for the encodings that were recorded.
     """
     found: List[ScheduledInput] = []
-    moment = (0, Phase.BEFORE)
-    decision = step = 0
+    moment, decision, step = (0, Phase.BEFORE), 0, 0
+    let_go = _let_go(run.recorded)
     phase: Optional[Phase] = None  # if the loop waits, or has ended
     acts = False  # the command that is carried out
     ended: Set[str] = set()  # goals whose cancel requests actionlib does not pass on any more
@@ -65,7 +65,7 @@ def input_schedule(
             if event.status is not journal.Status.ACCEPTED:
                 ended.add(event.goal)
         elif isinstance(event, journal.ActionPublished):
-            acts = True
+            acts |= entry.number not in let_go
         if isinstance(event, journal.StatusSet) and not event.slot:
             undecided.pop(event.goal, None)  # not those that came with it
         elif not isinstance(event, (*journal.ARRIVALS, journal.MessageDropped, journal.ActionTook)):
@@ -80,6 +80,21 @@ def input_schedule(
             found.append(ScheduledInput(*moment, ScheduledKind(kind), identifier, text))
     found = found if phase is not Phase.END else [_at_the_end(due, decision) for due in found]
     return found + _outcomes(run.recorded, same_encodings)
+
+
+def _let_go(entries: Sequence[Entry]) -> Set[int]:
+    """Returns the numbers of actions that an operator has let go, which belong to no command."""
+    found: Set[int] = set()
+    is_let_go = False
+    for entry in entries:
+        event = entry.event
+        is_action = isinstance(event, journal.ActionPublished)
+        is_recall = isinstance(event, journal.StatusSet) and not event.slot  # by another thread
+        is_request = isinstance(event, journal.ControlArrived)
+        is_let_go = is_request or (is_let_go and (is_action or is_recall))
+        if is_let_go and is_action:
+            found.add(entry.number)
+    return found
 
 
 def rest(dues: Sequence[ScheduledInput], decision: int) -> List[ScheduledInput]:

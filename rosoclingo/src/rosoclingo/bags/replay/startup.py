@@ -22,6 +22,7 @@ SOLVERS = ("controller", "planner")
 _KINDS: Mapping[str, Tuple[type, ...]] = {  # of the parameters by which a loop decides
     "abort_unreachable": (bool,),
     "patience": (int, float),
+    "ask_before": (list,),
 }
 _RENAMED: Mapping[str, str] = {"search_seconds": "patience"}  # by their names in older bags
 _REMEDY = (

@@ -8,7 +8,7 @@ from typing import Any, Dict, Iterator, Optional, Set
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatusArray
-from std_msgs.msg import Empty
+from std_msgs.msg import Empty, String
 
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo.bags.model import Entry
@@ -39,6 +39,7 @@ class Connection:
         self._in = opened("in", ROSoClingoIn)
         self._open = opened("open_gate", Empty)
         self._go_on = opened("go_on", Empty)
+        self._control = opened("replay_control", String)
         self.arrived: Set[str] = set()
         # None says that a goal has arrived.
         self._received: queue.SimpleQueue[Optional[ROSoClingoEvent]] = queue.SimpleQueue()
@@ -64,12 +65,14 @@ class Connection:
         self._lives += 1
 
     def send(self, event: journal.Arrival) -> None:
-        """Sends a recorded goal, cancel request or message; does not wait."""
+        """Sends a recorded input; does not wait."""
         if isinstance(event, journal.GoalArrived):
             goal = ROSoClingoGoal(event.request, list(event.information))
             self._goal.publish(ROSoClingoActionGoal(goal_id=GoalID(id=event.goal), goal=goal))
         elif isinstance(event, journal.CancelArrived):
             self._cancel.publish(GoalID(id=event.goal))
+        elif isinstance(event, journal.ControlArrived):
+            self._control.publish(journal.to_text(event))
         else:
             self._in.publish(event.source, event.value)
 

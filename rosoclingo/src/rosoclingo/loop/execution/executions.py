@@ -86,9 +86,19 @@ class Executions(ExecutionsState):
     # One execution, from its publication to its answer.
 
     @property
-    def dispatched(self) -> List[Execution]:
+    def ordered(self) -> List[Execution]:
         """The last execution of each actuator, ordered by number."""
         return sorted(self.last.values(), key=lambda one: one.number)
+
+    @property
+    def dispatched(self) -> List[Execution]:
+        """Those of which their actuators have been told."""
+        return [one for one in self.ordered if not one.is_held]
+
+    @property
+    def held(self) -> List[Execution]:
+        """Those of which nobody has been told yet, and that are not rejected."""
+        return [one for one in self.ordered if one.is_held and one.is_open]
 
     def acting(self, actuator: str) -> Optional[Execution]:
         """Returns the execution of an actuator that acts in the step, or has answered in it."""
@@ -99,13 +109,16 @@ class Executions(ExecutionsState):
         """Returns whether an action was published since the last reset."""
         return action in self.published
 
-    def begin(self, action: Action, kind: str = "", seconds: int = 0) -> None:
+    def begin(
+        self, action: Action, kind: str = "", seconds: int = 0, *, is_held: bool = False
+    ) -> None:
         """Enters an action that is about to be published, with its token.
 
         Args:
             action: The action.
             kind: What the encoding calls such actions, if it says how long they take.
             seconds: How long that is.
+            is_held: Whether it is published later, with :meth:`dispatch`.
         """
         self.published.add(action)
         self.number += 1
@@ -121,12 +134,31 @@ class Executions(ExecutionsState):
             kind=kind,
             seconds=seconds,
             owed=self._owed(action.actuator),
+            is_timed=not is_held,  # if it is rejected, it has taken no time
+            is_held=is_held,
+        )
+        self.changed = True
+
+    def dispatch(self, actuator: str) -> None:
+        """Enters that an action is about to be published that was held: it begins now."""
+        self.number += 1
+        now, world_now = self._environment.now(), self._environment.world_now()
+        self._set(
+            self.last[actuator],
+            number=self.number,
+            began=now,
+            world_began=world_now,
+            reminded=now,
+            is_timed=True,
+            is_held=False,
         )
         self.changed = True
 
     def _owed(self, actuator: str) -> str:
         """Returns the node that still owes the plain answer to an actuator's last action."""
         one, twofold = self.last.get(actuator), self.twofold.get(actuator, set())
+        if one is not None and one.is_held:  # nobody was told of that one
+            return one.owed
         if one is None or one.tokened == one.plain:
             return ""
         if one.tokened is None:
@@ -234,6 +266,7 @@ class Executions(ExecutionsState):
         self._go_on(
             lambda one: keep and one.goes_on and (one.is_busy or one.is_open), is_busy=True
         )  # fmt: skip
+        self._forget_held()
         self.published.clear()
 
     def end_step(self, step: int) -> List[str]:
@@ -242,7 +275,7 @@ class Executions(ExecutionsState):
         Returns:
             The events that say so.
         """
-        busy = [one for one in self.dispatched if one.acts and _is_awaited(one)]
+        busy = [one for one in self.ordered if one.acts and _is_awaited(one)]
         busy = [one for one in busy if self._can_be_busy(one.actuator)]
         for one in busy:
             self._set(one, is_busy=True)
@@ -257,14 +290,21 @@ class Executions(ExecutionsState):
         self._go_on(lambda one: one.is_busy, is_busy=False)
         return [
             (one.actuator, one.outcome)
-            for one in self.dispatched
+            for one in self.ordered
             if one.acts and one.outcome is not None
         ]
 
     def reset(self) -> None:
         """Applies a reset: nobody acts in step 0, and the busy actuators go on in step 1."""
         self._go_on(lambda one: one.is_busy, is_busy=True)
+        self._forget_held()
         self.published.clear()
+
+    def _forget_held(self) -> None:
+        """Forgets held actions that are no part of the plan any more, which is made anew."""
+        for one in self.held:
+            if not one.acts:
+                del self.last[one.actuator]
 
     def _go_on(self, goes_on: Callable[[Execution], bool], *, is_busy: bool) -> None:
         for one in [*self._of_step]:

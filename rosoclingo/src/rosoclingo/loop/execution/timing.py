@@ -95,7 +95,7 @@ class Timing:
         now, executions, progress = self._environment.world_now(), self._executions, self._progress
         plan = progress.plan if progress.shows_plan else Plan()
         times = expected_arrivals(
-            plan, progress.step, executions.dispatched, executions.published, now
+            plan, progress.step, executions.ordered, executions.published, now
         )
         for goal in self._goals.open:
             time, told = times.get(goal.slot or ""), goal.expected

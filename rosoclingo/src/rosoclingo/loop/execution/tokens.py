@@ -92,6 +92,8 @@ def _is_news(executions: Executions, message: MessageArrived, dropped: List[str]
             f"{message.sender} has given it to the action before, with its token"
         )
         return False
+    if one.is_held:
+        return True
     executions.hear(one, plain=said)
     return one.tokened != said
 

@@ -12,6 +12,7 @@ from rosoclingo.loop.journal import (
     AnswerArrived,
     Arrival,
     CancelArrived,
+    ControlArrived,
     Event,
     GoalArrived,
     MessageArrived,
@@ -28,7 +29,7 @@ class Cancel:
     goal: Goal
 
 
-Taken = Union[MessageArrived, Goal, Cancel]
+Taken = Union[MessageArrived, Goal, Cancel, ControlArrived]
 """What the loop takes."""
 
 Item = Union[Taken, AnswerArrived]
@@ -55,7 +56,7 @@ def item_of(event: Event, goals: Callable[[str], Optional[Goal]]) -> Optional[It
     if isinstance(event, (GoalArrived, CancelArrived)):
         goal = goals(event.goal)
         return Cancel(goal) if goal is not None and isinstance(event, CancelArrived) else goal
-    assert isinstance(event, (MessageArrived, AnswerArrived))
+    assert isinstance(event, (MessageArrived, AnswerArrived, ControlArrived))
     return event
 
 
@@ -186,40 +187,50 @@ class Inbox:
         """Whether the loop is to end."""
         return self._closed
 
-    def begin_decision(self, waits: Callable[[], None]) -> None:
+    def begin_decision(
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
+    ) -> None:
         """Called before the controller decides; a replay's inbox may wait.
 
         Args:
             waits: To be called if it does.
+            take: To be called if it has an operator's request: what it waits for may follow from
+                that.
         """
 
-    def begin_command(self, waits: Callable[[], None]) -> None:
-        """Called before a command that was decided is carried out; a replay's inbox may wait.
-
-        Args:
-            waits: To be called if it does.
-        """
+    def begin_command(
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
+    ) -> None:
+        """Called before a command that was decided is carried out; likewise."""
 
     def begin_end(self, waits: Callable[[], None]) -> None:
-        """Called before the loop ends; a replay's inbox may wait.
-
-        Args:
-            waits: To be called if it does.
-        """
+        """Called before the loop ends; a replay's inbox may wait."""
 
     def stays_quiet(self, seconds: float) -> bool:
         """Waits for some seconds, and returns whether nothing has come."""
         with self._changed:
             return not self._changed.wait_for(self._has_something, seconds)
 
-    def take(self) -> List[Item]:
-        """Returns all items in order of arrival and removes them; does not wait."""
+    def take(self, *, controls: bool = True) -> List[Item]:
+        """Returns all items in order of arrival and removes them; does not wait.
+
+        Args:
+            controls: Whether an operator's requests are taken, too.
+        """
         self.run_callbacks()
         if not self._items:
             return []
         with self._changed:
             items, self._items = self._items, []
+            if not controls:
+                self._items = [item for item in items if isinstance(item, ControlArrived)]
+                items = [item for item in items if not isinstance(item, ControlArrived)]
         return items
+
+    @property
+    def has_controls(self) -> bool:
+        """Whether there is an operator's request; in a replay, one that was not recorded."""
+        return any(isinstance(item, ControlArrived) for item in list(self._items))
 
     @property
     def may_hold(self) -> bool:

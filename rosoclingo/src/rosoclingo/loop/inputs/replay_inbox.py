@@ -33,6 +33,7 @@ class ScheduledKind(str, enum.Enum):
     GOAL = "goal"
     CANCEL = "cancel"
     MESSAGE = "message"
+    CONTROL = "control"  # an operator's request
     RECALL = "recall"  # of a goal without a slot, by a cancel request that is taken later
     KILL = "kill"  # no input: a node is to be killed, and the loop waits for that
     SEARCH = "search"  # no input: how a search ends that depends on time
@@ -50,10 +51,11 @@ class ScheduledInput(NamedTuple):
         decision: How many decisions were carried out before.
         phase: When, seen from the next decision.
         kind: What it was.
-        id: That of the goal or message; what is to be killed, as :class:`.NodeResumed` has it; of a
-            search, nothing; of an action's time, the number of its token.
-        text: The message's value; how a search ends, see :func:`.from_text`, or nothing, which says
-            that all of them are known; how long an action took, in seconds; else empty.
+        id: That of the goal, message or actuator; what is to be killed, as :class:`.NodeResumed`
+            has it; of a search, nothing; of an action's time, the number of its token.
+        text: What a message or an operator says; how a search ends, see :func:`.from_text`, or
+            nothing, which says that all of them are known; how long an action took, in seconds;
+            else empty.
     """
 
     decision: int
@@ -204,14 +206,18 @@ class ReplayInbox(Inbox):
         self.open()
         super().end(reason)
 
-    def begin_decision(self, waits: Callable[[], None]) -> None:
+    def begin_decision(
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
+    ) -> None:
         """Waits until all has come that was taken before the next decision."""
-        self._wait_until((self._moment[0] + 1, Phase.BEFORE), waits)
+        self._wait_until((self._moment[0] + 1, Phase.BEFORE), waits, take)
 
-    def begin_command(self, waits: Callable[[], None]) -> None:
+    def begin_command(
+        self, waits: Callable[[], None], take: Callable[[], None] = lambda: None
+    ) -> None:
         """Waits until all has come that the next command took, if it did not wait for that."""
         decision, _ = self._moment
-        self._wait_until((decision, Phase.DURING), waits)
+        self._wait_until((decision, Phase.DURING), waits, take)
         self._moment = decision, Phase.WAIT
 
     def begin_end(self, waits: Callable[[], None]) -> None:
@@ -219,18 +225,33 @@ class ReplayInbox(Inbox):
         decision, _ = self._moment
         self._wait_until((max(decision, 0), Phase.END), waits)
 
-    def _wait_until(self, moment: Tuple[int, Phase], waits: Callable[[], None]) -> None:
+    def _wait_until(
+        self,
+        moment: Tuple[int, Phase],
+        waits: Callable[[], None],
+        take: Optional[Callable[[], None]] = None,
+    ) -> None:
         self._moment = moment
         self.recorded.decision = moment[0]
+
+        def may_take() -> bool:
+            return take is not None and self._has_due_control()
+
         while True:
             with self._changed:
                 self._missing = self._find_missing()
                 is_kill_due, kills = self._next_kill() is not None, self._kills
+                has_control = may_take()
+            if take is not None and has_control:
+                take()
+                continue
             if self._missing:
                 if not is_kill_due:
                     waits()
                 with self._changed:
-                    self._changed.wait_for(lambda: self._closed or not self._missing)
+                    self._changed.wait_for(lambda: self._closed or not self._missing or may_take())
+                    if not self._closed and may_take():
+                        continue
             if not is_kill_due:
                 return
             waits()  # all has come that is to come before
@@ -245,13 +266,13 @@ class ReplayInbox(Inbox):
         due = itertools.takewhile(lambda due: due.moment <= self._moment, self._dues)
         return next((one for one in due if one.kind is ScheduledKind.KILL), None)
 
-    def take(self) -> List[Item]:
+    def take(self, *, controls: bool = True) -> List[Item]:
         """Returns what is due; does not wait."""
-        items = super().take()
+        items = super().take(controls=controls)
         while True:
             with self._changed:
                 due = self._next()
-                if due is None:
+                if due is None or not (controls or due.kind is not ScheduledKind.CONTROL):
                     return items
                 self._dues.popleft()
                 held = self._held[due.key]
@@ -263,6 +284,17 @@ class ReplayInbox(Inbox):
                 item.goal.recall()  # not under the lock, which actionlib may wait for
             else:
                 items.append(item)
+
+    def _has_due_control(self) -> bool:
+        """Whether an operator's request is due, and has come, as all that is due before it."""
+        held = {key: len(items) for key, items in self._held.items()}
+        for due in itertools.takewhile(lambda due: due.moment <= self._moment, self._dues):
+            if held.get(due.key, 0) <= 0:
+                return False
+            if due.kind is ScheduledKind.CONTROL:
+                return True
+            held[due.key] -= due.kind is not ScheduledKind.RECALL
+        return False
 
     def wait(self, timeout: float) -> bool:
         """Waits until something is due or the inbox is closed, as that of an inbox does."""
@@ -294,4 +326,6 @@ class ReplayInbox(Inbox):
         return needed - Counter({key: len(self._held.get(key, ())) for key in needed})
 
 
-_INPUTS = (ScheduledKind.GOAL, ScheduledKind.CANCEL, ScheduledKind.MESSAGE)
+_INPUTS = (
+    ScheduledKind.GOAL, ScheduledKind.CANCEL, ScheduledKind.MESSAGE, ScheduledKind.CONTROL,
+)  # fmt: skip

@@ -9,7 +9,7 @@ from rosoclingo.loop.journal import Record
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
-from rosoclingo.loop.values.execution import Execution
+from rosoclingo.loop.values.execution import Execution, HeldAction
 from rosoclingo.loop.values.goals import Goal
 
 
@@ -38,6 +38,17 @@ class Environment:
         Args:
             run: The id of the run.
             executions: The last one of each actuator, in the order of their numbers.
+        """
+
+    def show_held(
+        self, is_paused: bool, on_hold: Sequence[str], held: Sequence[HeldAction]
+    ) -> None:
+        """Publishes what an operator has decided, and what waits for that.
+
+        Args:
+            is_paused: Whether the run is paused.
+            on_hold: The actuators that are on hold.
+            held: The actions that wait.
         """
 
     def show_plan(

@@ -2,13 +2,38 @@
 
 from __future__ import annotations
 
+import enum
 from dataclasses import dataclass
-from typing import Optional, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 from rosoclingo.loop.values.atoms import Action
 
 ActuatorMessage = Tuple[str, str]
 """The node that has said something, and the value."""
+
+
+class HoldReason(str, enum.Enum):
+    """Why an action is held; its value is the word on the wire."""
+
+    APPROVAL = "approval"  # an operator is to approve it
+    HOLD = "hold"  # its actuator is on hold
+    PAUSE = "pause"  # the run is paused
+
+    __str__ = str.__str__
+
+
+class HeldAction(NamedTuple):
+    """An action of which its actuator has not been told yet.
+
+    Attributes:
+        actuator: Who is to act.
+        action: What to do.
+        reason: Why it is held.
+    """
+
+    actuator: str
+    action: str
+    reason: HoldReason
 
 
 @dataclass(frozen=True)
@@ -34,6 +59,7 @@ class Execution:
         plain: Those of one that has come without.
         owed: The node whose next answer without a token is to the action before.
         acts: Whether its actuator acts in the current step, or has answered in it.
+        is_held: Whether its actuator is not told of it yet, see :class:`.Interlock`.
         goes_on: Whether it acts, and was busy in the step before.
         is_busy: Whether it is busy in the current step, so that its answer belongs to the next one.
     """
@@ -56,6 +82,7 @@ class Execution:
     plain: Optional[ActuatorMessage] = None
     owed: str = ""
     acts: bool = True
+    is_held: bool = False
     goes_on: bool = False
     is_busy: bool = False
 
@@ -66,7 +93,7 @@ class Execution:
 
     @property
     def end(self) -> float:
-        """Its expected end, in seconds of world time."""
+        """Its expected end, in seconds of world time; only if it is not held."""
         return self.world_began + self.seconds
 
     @property
