@@ -31,6 +31,33 @@ def test_the_blocks_world(page: Page) -> None:
     page.type("rostopic echo").wait_for("do(arm,putdown(3),14)")
 
 
+@of("rosoclingo/README.md", "An operator")
+def test_an_operator(page: Page) -> None:
+    terminals = page.terminals
+    node = terminals.start(
+        "roslaunch", "rosoclingo", "single.launch", f"encoding:={LINE}", "ask_before:=go(3) stop(*)"
+    )
+    page.sees("/rosoclingo/pause")
+    check_output("rosoclingo/README.md", "An operator", page.run("pause"))
+    held = terminals.listen("/rosoclingo", "/rosoclingo/held")
+    terminals.publish(
+        "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal", "{goal: {request: visit(3)}}"
+    )
+    held.wait_for("do(robot,go(2))")
+    assert "success: True" in page.run("hold")
+    call = ("rosservice", "call")
+    for name, arguments in (("resume", []), ("release", ["{actuator: robot}"])):
+        assert "robot: go(2)" not in node.output
+        said = terminals.run(*call, f"/rosoclingo/{name}", *arguments)
+        assert "success: True" in said.output
+    node.wait_for("robot: go(2)")
+    terminals.publish("/rosoclingo/in", "rosoclingo/ROSoClingoIn", "{id: robot, value: success}")
+    held.wait_for("approval")
+    assert "success: True" in page.run("approve")
+    node.wait_for("robot: go(3)")
+    assert "no action deliver(1) of robot is held" in page.run("reject")
+
+
 @of("rosoclingo/README.md", "At the desk: plan.py")
 def test_plan(page: Page) -> None:
     planned = page.run("plan.py")

@@ -57,7 +57,9 @@ def publish(state: State, actions: Sequence[Action]) -> None:
 
 def _send(state: State, actions: Sequence[Tuple[str, str]]) -> None:
     state.interlock.note_dispatched([actuator for actuator, _ in actions])
-    state.show_executions()
+    if actions:
+        state.show_executions()
+    state.show_held()
     for actuator, action in actions:
         state.environment.publish(actuator, action)
         state.note(ActionPublished(actuator, action))

@@ -307,7 +307,7 @@ class State(Progress):
         if executions.changed or again:
             executions.changed = False
             self.environment.show_executions(executions.run, executions.dispatched)
-        self._show_held(again=again)
+        self.show_held(again=again)
 
     def warn_of_approvals(self) -> None:
         """Warns that nobody is asked in a static mode, which publishes a whole plan."""
@@ -317,8 +317,8 @@ class State(Progress):
                 "and publishes a whole plan; take a dynamic mode"
             )
 
-    def _show_held(self, *, again: bool) -> None:
-        """Publishes whether the run is paused, and which actions are held, if that is new."""
+    def show_held(self, *, again: bool = False) -> None:
+        """Publishes whether the run is paused, and which actions are held, if new, or again."""
         interlock = self.interlock
         waiting = tuple(
             HeldAction(one.actuator, one.action, reason)

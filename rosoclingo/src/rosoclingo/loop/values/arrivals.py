@@ -65,7 +65,7 @@ def expected_arrivals(
     doing = {one.actuator: one for one in executions if one.is_open}
     through: Dict[str, float] = defaultdict(lambda: now)
     for actuator, one in doing.items():
-        through[actuator] = now + one.seconds if one.is_held else max(one.end, now)
+        through[actuator] = one.end_after(now)
     ends: Dict[Action, float] = {}
     for action, (_, seconds) in sorted(plan.lasting.items(), key=lambda item: item[0].step):
         if action.step >= step and action not in published:
@@ -77,7 +77,7 @@ def expected_arrivals(
         if action in ends:
             found[slot] = ends[action]
         elif goes_on is not None and goes_on.action == action.name and goes_on.kind:
-            found[slot] = through[action.actuator]
+            found[slot] = goes_on.end_after(now)
     return found
 
 

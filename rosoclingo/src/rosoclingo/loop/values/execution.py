@@ -96,6 +96,10 @@ class Execution:
         """Its expected end, in seconds of world time; only if it is not held."""
         return self.world_began + self.seconds
 
+    def end_after(self, now: float) -> float:
+        """Returns its expected end, if it has not ended by now; one that is held begins now."""
+        return now + self.seconds if self.is_held else max(self.end, now)
+
     @property
     def published(self) -> Action:
         """The action of the plan with which it began."""
