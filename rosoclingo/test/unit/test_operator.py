@@ -12,6 +12,7 @@ from rosoclingo.desk.parts import EXAMPLES, SINGLE, make_parts
 from rosoclingo.desk.system import System
 from rosoclingo.loop import journal
 from rosoclingo.loop.execution.interlock import Interlock
+from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.journal import Control, ControlArrived
 from rosoclingo.loop.values.execution import HeldAction, HoldReason
 
@@ -283,3 +284,16 @@ def test_patterns(pattern: str, action: str, is_one: bool) -> None:
 def test_a_pattern_that_is_none(pattern: str) -> None:
     with pytest.raises(ValueError, match="pattern"):
         Interlock((pattern,))
+
+
+def test_who_has_asked_hears_of_it_when_it_is_taken() -> None:
+    """And not in a search, however often that looks for inputs."""
+    inbox, called = Inbox(), []
+    inbox.put(ControlArrived(Control.PAUSE))
+    assert inbox.call_after_controls(lambda: called.append(True))
+    for _ in range(5):
+        assert inbox.take(controls=False) == []
+    assert not called
+    assert inbox.take() == [ControlArrived(Control.PAUSE)]
+    inbox.run_callbacks()
+    assert called

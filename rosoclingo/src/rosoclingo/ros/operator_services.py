@@ -79,16 +79,11 @@ class OperatorServices:
             self._inbox.put(ControlArrived(word, actuator))
         except StoreError as err:
             return False, str(err)
-        # A callback may run between the look for requests and that for other inputs; the next one
-        # comes after it is taken.
-        if not self._inbox.call_soon(lambda: self._note_when_taken(taken)):
+        if not self._inbox.call_after_controls(taken.set):
             return False, "the loop has ended"
         if not taken.wait(_TAKEN_SECONDS):
             return True, "taken when the command ends that is carried out now"
         return True, _describe(self._environment.held)
-
-    def _note_when_taken(self, taken: threading.Event) -> None:
-        self._inbox.call_soon(taken.set)
 
 
 def _held_of(held: List[str], actuator: str, action: str) -> List[str]:
