@@ -96,7 +96,7 @@ def test_every_point(mode: str, encoding: str, folder: Path) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize(("mode", "encoding"), CASES)
 def test_an_operator_at_every_point(mode: str, encoding: str, folder: Path) -> None:
-    """What an operator has decided outlasts the process: nothing is held for ever, or too early.
+    """An operator's decisions outlast the process: nothing is held for ever, or begins too early.
 
     It dies at each fourth point; :func:`test_every_point` has all of them.
     """

@@ -106,7 +106,7 @@ class MessageArrived(Event):
 
 
 class Control(str, enum.Enum):
-    """What an operator may want of a run; its value is the word on the wire."""
+    """Kinds of an operator's requests; the value is the word on the wire."""
 
     PAUSE = "pause"  # no further action is dispatched
     HALT = "halt"  # likewise, and those that are executed are aborted

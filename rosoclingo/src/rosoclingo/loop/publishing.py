@@ -66,7 +66,7 @@ def _send(state: State, actions: Sequence[Tuple[str, str]]) -> None:
 
 
 def control(state: State, request: ControlArrived) -> bool:
-    """Does what an operator wants.
+    """Carries out an operator's request: lets actions go, holds, rejects or aborts them.
 
     Returns:
         Whether that is news for the mode.

@@ -92,12 +92,12 @@ class Executions(ExecutionsState):
 
     @property
     def dispatched(self) -> List[Execution]:
-        """Those of which their actuators have been told."""
+        """The executions whose actuators have been told, ordered by number."""
         return [one for one in self.ordered if not one.is_held]
 
     @property
     def held(self) -> List[Execution]:
-        """Those of which nobody has been told yet, and that are not rejected."""
+        """The executions that are held back, without those that were rejected."""
         return [one for one in self.ordered if one.is_held and one.is_open]
 
     def acting(self, actuator: str) -> Optional[Execution]:

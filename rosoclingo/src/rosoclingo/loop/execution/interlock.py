@@ -82,7 +82,7 @@ class Interlock(InterlockState):
 
     @property
     def asks(self) -> bool:
-        """Whether any action needs an approval."""
+        """Tells if any action needs an approval."""
         return bool(self._ask_before)
 
     def needs_approval(self, actuator: str, action: str) -> bool:
@@ -105,7 +105,7 @@ class Interlock(InterlockState):
             self.steps = False
 
     def apply(self, control: Control, actuator: str = "") -> None:
-        """Does what an operator wants, but for actions that are held or executed already.
+        """Changes what may be dispatched from now on, by an operator's request.
 
         Args:
             control: What is wanted.

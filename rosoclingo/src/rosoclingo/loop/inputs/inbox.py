@@ -243,7 +243,7 @@ class Inbox:
 
     @property
     def has_controls(self) -> bool:
-        """Whether there is an operator's request; in a replay, one that was not recorded."""
+        """Tells if an operator's request waits; in a replay, one that was not recorded."""
         return any(isinstance(item, ControlArrived) for item in list(self._items))
 
     @property

@@ -286,7 +286,7 @@ class ReplayInbox(Inbox):
                 items.append(item)
 
     def _has_due_control(self) -> bool:
-        """Whether an operator's request is due, and has come, as all that is due before it."""
+        """Tells if an operator's request is due, and has come with all that is due before it."""
         held = {key: len(items) for key, items in self._held.items()}
         for due in itertools.takewhile(lambda due: due.moment <= self._moment, self._dues):
             if held.get(due.key, 0) <= 0:
