@@ -50,10 +50,16 @@ import os, random, signal, sys, threading, time, rospy
 from actionlib import CommState
 from rosclingo.ros.init import init_node
 from rosclingo.ros.action_client import LowLatencyActionClient
-from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
+from rosoclingo.msg import (
+    ROSoClingoAction, ROSoClingoEvent, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
+)
 
 init_node("driver")
 answers = rospy.Publisher("rosoclingo/in", ROSoClingoIn, tcp_nodelay=True, queue_size=100)
+waits = threading.Event()
+rospy.Subscriber(
+    "rosoclingo/journal", ROSoClingoEvent, lambda event: event.kind == "waiting" and waits.set()
+)
 {robot}
 actions = rospy.Subscriber("rosoclingo/out", ROSoClingoOut, act, tcp_nodelay=True)
 client = LowLatencyActionClient("rosoclingo", ROSoClingoAction)
@@ -72,9 +78,10 @@ def send(request):
 {client}
 """
 
-# The robot answers each action; the answers that are named by their number are failures. The goals
-# of an argument are sent together, when the ones before have ended: no planner, if there is one,
-# goes on before all have come.
+# The robot answers each action; the answers that are named by their number are failures. The first
+# goals are sent when the loop waits for some, so that none is in step 0. The goals of an argument
+# are sent together, when the ones before have ended: no planner, if there is one, goes on before
+# all have come.
 IN_ORDER = {
     "robot": """
 failures, groups = eval(sys.argv[1]), sys.argv[2:]
@@ -85,6 +92,7 @@ def act(message):
     answers.publish(message.id, "failure" if count in failures else "success")
 """,
     "client": """
+assert waits.wait(50.0)
 planner = rospy.get_param("/test_planner", 0)
 for group in groups:
     if planner:
@@ -110,7 +118,6 @@ SLOWLY = {
 AT_THEIR_PACE = {
     "robot": """
 import heapq
-from rosoclingo.msg import ROSoClingoEvent
 
 clock, sent, taken, due = 0.0, 0, 0, []
 def hear(event):
@@ -431,7 +438,6 @@ def test_steps_without_a_barrier(terminals: Terminals, recorder: Recorder, nodes
 # better plan.
 DRIVING = {
     "robot": """
-from rosoclingo.msg import ROSoClingoEvent
 
 acting = []
 seconds = [0.3, 0.3, 0.3]
