@@ -64,6 +64,15 @@ def outcome(system: System) -> List[str]:
     return [goal.words[-1] for goal in system.goals]
 
 
+def paused(mode: str) -> Operated:
+    """Returns a system that holds the robot's first action, since it is paused."""
+    system = Operated(mode)
+    system.request("visit(3)")
+    system.operate(Control.PAUSE)
+    system.run()
+    return system
+
+
 def test_nothing_begins_until_resume(mode: str) -> None:
     system = Operated(mode)
     goal = system.request("visit(3)")
@@ -169,10 +178,7 @@ def test_an_actuator_on_hold(mode: str) -> None:
 
 
 def test_an_answer_to_what_is_held_is_dropped(mode: str) -> None:
-    system = Operated(mode)
-    system.request("visit(3)")
-    system.operate(Control.PAUSE)
-    system.run()
+    system = paused(mode)
     system.tell("robot", "success")
     system.run()
     assert "nobody has told it to begin" in system.warnings[-1]
@@ -235,10 +241,7 @@ def test_an_approval_is_for_no_later_action(mode: str, how: Optional[Control]) -
 
 
 def test_an_answer_that_came_before_is_none_to_what_is_let_go(mode: str) -> None:
-    system = Operated(mode)
-    system.request("visit(3)")
-    system.operate(Control.PAUSE)
-    system.run()
+    system = paused(mode)
     system.tell("robot", "success")
     system.operate(Control.STEP)
     seen: List[bool] = []

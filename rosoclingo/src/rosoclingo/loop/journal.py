@@ -133,6 +133,11 @@ class ControlArrived(Event):
     actuator: str = ""
     seconds: float = 0.0
 
+    @property
+    def words(self) -> str:
+        """The request in words, such as ``hold robot(2)``."""
+        return f"{self.control} {self.actuator}".rstrip()
+
 
 Arrival = Union[GoalArrived, CancelArrived, MessageArrived, ControlArrived]
 ARRIVALS = (GoalArrived, CancelArrived, MessageArrived, ControlArrived)
@@ -168,11 +173,6 @@ class MessageDropped(Event):
 def naming(source: str, value: str) -> str:
     """Returns the words for a message with which the reason begins why it is dropped."""
     return f"id {shorten(source)}, value {shorten(value)}: "
-
-
-def describe(request: ControlArrived) -> str:
-    """Returns an operator's request in words, such as ``hold robot(2)``."""
-    return f"{request.control} {request.actuator}".rstrip()
 
 
 @dataclass(frozen=True)

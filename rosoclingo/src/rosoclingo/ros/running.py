@@ -9,7 +9,7 @@ from typing import Callable, NoReturn
 import rospy
 from std_msgs.msg import Empty, String
 
-from rosclingo.errors import ParameterError
+from rosclingo.errors import ParameterError, shorten
 from rosclingo.ros.init import end_wrong, give_up, on_shutdown
 from rosclingo.ros.low_latency import subscriber
 from rosclingo.ros.master_watch import exit_status
@@ -33,15 +33,21 @@ def open_inbox() -> Inbox:
         inbox = held = ReplayInbox(decode(recorded))
         subscriber("~open_gate", Empty, lambda _: held.open())
         subscriber("~go_on", Empty, lambda _: held.go_on())
-        subscriber("~replay_control", String, lambda message: held.put(_read(message)))
+        subscriber("~replay_control", String, lambda message: _put(held, message.data))
     on_shutdown(inbox.close)
     return inbox
 
 
-def _read(message: String) -> ControlArrived:
-    event = from_text(message.data)
-    assert isinstance(event, ControlArrived)
-    return event
+def _put(held: ReplayInbox, text: str) -> None:
+    """Puts a recorded request of an operator into the inbox; what is none is dropped."""
+    try:
+        event = from_text(text)
+    except (TypeError, ValueError):
+        event = None
+    if isinstance(event, ControlArrived):
+        held.put(event)
+    else:
+        rospy.logerr("dropped %s on ~replay_control, which only the player uses", shorten(text))
 
 
 def run(make: Callable[[], LoopNode]) -> NoReturn:

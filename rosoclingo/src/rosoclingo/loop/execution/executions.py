@@ -121,36 +121,28 @@ class Executions(ExecutionsState):
             is_held: Whether it is published later, with :meth:`dispatch`.
         """
         self.published.add(action)
-        self.number += 1
-        now, world_now = self._environment.now(), self._environment.world_now()
+        owed = self._owed(action.actuator)
         self.last[action.actuator] = Execution(
-            self.number,
-            action.step,
-            action.actuator,
-            action.name,
-            began=now,
-            world_began=world_now,
-            reminded=now,
-            kind=kind,
-            seconds=seconds,
-            owed=self._owed(action.actuator),
-            is_timed=not is_held,  # if it is rejected, it has taken no time
-            is_held=is_held,
+            0, action.step, action.actuator, action.name, kind=kind, seconds=seconds, owed=owed
         )
-        self.changed = True
+        self._number(action.actuator, is_held=is_held)
 
     def dispatch(self, actuator: str) -> None:
         """Enters that an action is about to be published that was held: it begins now."""
+        self._number(actuator, is_held=False)
+
+    def _number(self, actuator: str, *, is_held: bool) -> None:
+        """Gives an actuator's action its number and its times, from now on."""
         self.number += 1
-        now, world_now = self._environment.now(), self._environment.world_now()
+        now = self._environment.now()
         self._set(
             self.last[actuator],
             number=self.number,
             began=now,
-            world_began=world_now,
+            world_began=self._environment.world_now(),
             reminded=now,
-            is_timed=True,
-            is_held=False,
+            is_timed=not is_held,  # if it is rejected, it has taken no time
+            is_held=is_held,
         )
         self.changed = True
 
