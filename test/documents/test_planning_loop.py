@@ -58,6 +58,27 @@ def test_an_operator(page: Page) -> None:
     assert "no action deliver(1) of robot is held" in page.run("reject")
 
 
+@of("rosoclingo/README.md", "Retries and timeouts")
+def test_policies(page: Page) -> None:
+    """An action that fails twice is told to the planner as one success."""
+    terminals = page.terminals
+    shutil.copy(LINE, page.folder / "my_task.lp")
+    terminals.start(
+        "rosrun", "rosoclingo_interfaces", "fulfill.py", "_sequence:=failure failure success"
+    )
+    launched = page.type("rosoclingo.launch")
+    page.hears("/rosoclingo/about")
+    heard = terminals.listen("/rosoclingo", "/rosoclingo/feedback")
+    result = terminals.listen("/rosoclingo", "/rosoclingo/result")
+    terminals.publish(
+        "/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal", "{goal: {request: visit(2)}}"
+    )
+    result.wait_for("succeeded")
+    for retry in (1, 2):
+        heard.wait_for(f"robot go(2): failure, retry {retry} of 2 in 1 s")
+    assert launched.output.count("robot: go(2)") == 3
+
+
 @of("rosoclingo/README.md", "At the desk: plan.py")
 def test_plan(page: Page) -> None:
     planned = page.run("plan.py")

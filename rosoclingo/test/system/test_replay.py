@@ -24,6 +24,7 @@ from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.loop.journal import (
     ActionPublished,
+    ActionRetried,
     CommandDone,
     Control,
     ControlArrived,
@@ -496,6 +497,22 @@ def test_an_operator(terminals: Terminals, recorder: Recorder, nodes: str) -> No
     ended = replay(terminals, bag)
     assert ended.wait() == 0, ended.output
     assert "no difference at level exact: 12 goals" in ended.output
+
+
+@pytest.mark.parametrize("nodes", ["three", "one"])
+def test_retries(terminals: Terminals, recorder: Recorder, nodes: str) -> None:
+    """Two failures are one success for the planner, and pauses end where they have ended."""
+    policies = "_policies:={'go(*)': {retries: 2, pause: 0.2}}"
+    single = [policies, "-f", line()] if nodes == "one" else ()
+    failures = [1, 2, 4]
+    bag = recorder.record(
+        ["visit(3)"], [line()], single=single, parameters=[policies], failures=failures
+    )
+    events = [entry.event for entry in read_recording(bag).entries]
+    assert [one.retry for one in events if isinstance(one, ActionRetried)] == [1, 2, 1]
+    ended = replay(terminals, bag)
+    assert ended.wait() == 0, ended.output
+    assert "no difference at level exact: 1 goal, 2 steps" in ended.output
 
 
 @pytest.mark.parametrize("mode", ["static.fixed.recording", "static.incremental.recording"])

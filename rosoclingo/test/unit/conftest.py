@@ -105,23 +105,14 @@ class System:
         planner: Solver,
         commands: Callable[..., Any],
         *,
-        action_timeout: float = 0.0,
         inbox: Optional[Inbox] = None,
-        abort_unreachable: bool = False,
+        **parameters: Any,
     ) -> None:
         self.inbox = inbox or Inbox()
         self.world = World(self.inbox)
         self.controller = decider
         self.planner = planner
-        self.loop = Loop(
-            decider,
-            planner,
-            commands,
-            self.inbox,
-            self.world,
-            action_timeout=action_timeout,
-            abort_unreachable=abort_unreachable,
-        )
+        self.loop = Loop(decider, planner, commands, self.inbox, self.world, **parameters)
         self.failure: Optional[BaseException] = None
         self._thread = threading.Thread(target=self._run, daemon=True)
 

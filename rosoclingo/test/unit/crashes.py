@@ -190,6 +190,7 @@ class Runs:
         self.kills = 0
         self.wait: Optional[Callable[[], None]] = None
         self.started_with = {"the options of planner": "none"}
+        self.parameters: Dict[str, Any] = {}  # of the loop
         options = Options((str(Path(EXAMPLES) / encoding),))
         self.parts: Parts = make_parts(mode, options, ("-c", f"steps={steps}"))
         self._engine = self.parts.planner  # which a test may wrap
@@ -201,7 +202,7 @@ class Runs:
     def make(self, store: Store) -> Callable[..., Loop]:
         def loop(inbox: Any, environment: Any) -> Loop:
             durability = SqliteStore(store, lambda: self.started_with, self.wait)
-            return self.parts.loop(inbox, environment, durability=durability)
+            return self.parts.loop(inbox, environment, durability=durability, **self.parameters)
 
         return loop
 

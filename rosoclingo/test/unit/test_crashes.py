@@ -116,6 +116,24 @@ def test_an_operator_at_every_point(mode: str, encoding: str, folder: Path) -> N
 
 
 @pytest.mark.long
+@pytest.mark.parametrize(("mode", "encoding"), CASES)
+def test_retries_at_every_point(mode: str, encoding: str, folder: Path) -> None:
+    """Two failures of an action are one success, whenever the process dies, at each tenth point."""
+
+    def failing() -> World:
+        return World(REQUESTS, CANCELS, failures=(1, 2, 4))
+
+    runs, calm = Runs(folder, mode, encoding), failing()
+    runs.parameters = {"policies": {"go(*)": {"retries": 2}}}
+    points = list(runs.run(calm))
+    assert outcome(calm)[1] == ENDS
+    for number in range(1, len(points), 10):
+        disturbed = failing()
+        runs.run(disturbed, [number])
+        assert outcome(disturbed) == outcome(calm), (number, points[number])
+
+
+@pytest.mark.long
 def test_a_second_crash_in_the_recovery(folder: Path) -> None:
     runs, calm = Runs(folder, DYN_RESET), world()
     points = list(runs.run(calm))

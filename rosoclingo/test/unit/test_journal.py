@@ -9,6 +9,7 @@ import pytest
 from rosclingo.wire.commands import Result
 from rosoclingo.loop.journal import (
     ActionPublished,
+    ActionRetried,
     ActionTook,
     AnswerArrived,
     CancelArrived,
@@ -46,6 +47,8 @@ EVENTS = [
      Fields("message", "r", "success", ("/n",), 0.0)),
     (ControlArrived(Control.HOLD, "r", 0.5), Fields("control", "r", "hold", (), 0.5)),
     (ControlArrived(Control.PAUSE), Fields("control", "", "pause", (), 0.0)),
+    (ActionRetried("r", "go(3)", 2, "failure"),
+     Fields("retry", "r", "go(3)", ("2", "failure"), 0.0)),
     (AnswerArrived("run", 3, "success", "/n"),
      Fields("answer", "run", "success", ("3", "/n"), 0.0)),
     (MessageDropped("id r, value x: unknown"),

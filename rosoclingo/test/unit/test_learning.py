@@ -68,6 +68,30 @@ def simulate(file: str, seconds: Sequence[float], *goals: str, **more: Any) -> D
     return run
 
 
+def test_a_factor_of_what_was_learned_ends_what_hangs(file: str) -> None:
+    """Going takes 10 s by the encoding and 30 s in truth: the third drive, which hangs, has 3x."""
+    parts = make_parts(RECORDING, Options((file,)), ("-c", "steps=40"))
+    answers = ["success"] * 6 + [None, "success"]
+    run = DeskSimulation(
+        parts.loop,
+        answer=lambda actuator, action: answers.pop(0),
+        seconds=lambda actuator, action: 30.0 if answers else 1.0,
+        policies={"go(*)": {"factor": 3}},
+        action_timeout=1e6,
+    )
+    for goal in ("visit(4)", "visit(1)"):
+        run.request(goal)
+        assert run.run() is None
+    mean = run.loop.state.durations.means["go"]
+    assert 25.0 < mean < 30.0
+    begin = run.clock
+    run.request("visit(2)")
+    assert run.run() is None
+    assert run.goals[-1].words[-1] == "succeeded"
+    assert f"3 times the {mean:g} s that go(2) takes" in "".join(run.warnings)
+    assert 3 * mean <= run.clock - begin < 3 * mean + 10
+
+
 def test_the_last_times_count_most() -> None:
     durations = Durations()
     for _ in range(12):

@@ -268,20 +268,22 @@ def test_a_replay_is_the_same(
     system: Callable[..., System], single: Callable[..., System], mode: str, seed: int
 ) -> None:
     def make(inbox: Inbox) -> System:
+        more = {"inbox": inbox, "policies": policies}
         if mode in ("single", "paper"):
-            return single(LINE if mode == "single" else PAPER, inbox=inbox)
+            return single(LINE if mode == "single" else PAPER, **more)
         if mode == "demand":
             dyn_reset = "dynamic.incremental.dyn_reset"
-            return system(dyn_reset, "-c", "steps=80", encoding=(DEMAND,), inbox=inbox)
+            return system(dyn_reset, "-c", "steps=80", encoding=(DEMAND,), **more)
         if mode == "busy":
             recording = "dynamic.incremental.recording"
-            return system(recording, "-c", "steps=40", encoding=WORKSHOP, inbox=inbox)
+            return system(recording, "-c", "steps=40", encoding=WORKSHOP, **more)
         if mode == "2.0":  # which resets before the answers of the step
             style = str(PACKAGE / "test" / "modes" / "dynamic_2_0.lp")
             options = ("steps=80", "resets=every", "early=1")
-            return system(style, *(f"-c{option}" for option in options), inbox=inbox)
-        return system(f"dynamic.incremental.{mode}", "-c", "steps=80", inbox=inbox)
+            return system(style, *(f"-c{option}" for option in options), **more)
+        return system(f"dynamic.incremental.{mode}", "-c", "steps=80", **more)
 
+    policies = {"*": {"retries": 1, "pause": 0.02}} if seed % 2 else {}
     first = make(Inbox())
     requests = {"requests": ["make(chair)"]} if mode == "busy" else {}
     recorded = record(slow(first, seed), seed, **requests)

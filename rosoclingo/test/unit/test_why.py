@@ -869,7 +869,7 @@ def test_a_slot_whose_goal_has_just_ended(
     made = system("dynamic.incremental.recording", "-c", "steps=30", encoding=(str(file), *options))
     made.start()
     assert made.goal(request).wait() == "succeeded"
-    made.world.wait_for(lambda world: not made.loop.state.executions.silent())
+    made.world.wait_for(lambda world: not made.loop.state.executions.silent)
     situation = Situation.of(made.loop.state).up_to(30)
     assert situation.used == ("1",)
     explainer = Explainer(Options((str(file),), options), situation, seconds=SECONDS)

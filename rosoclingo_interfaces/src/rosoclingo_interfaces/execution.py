@@ -54,6 +54,7 @@ class ActionExecution:
         actuator: Who is to act.
         action: What to do, a term.
         token: What the action is known by; None if it was published without a token.
+        progress: The part of it that is done, from 0 to 1; None if that is unknown.
         canceled: Set as soon as the action is to stop: a wait for it ends at once.
         ended: Set as soon as nothing of the action runs any more.
     """
@@ -68,6 +69,7 @@ class ActionExecution:
         self.actuator = actuator
         self.action = action
         self.token = token
+        self.progress: Optional[float] = None
         self.canceled = threading.Event()
         self.ended = threading.Event()
         self._stopwatch = Stopwatch(clock)

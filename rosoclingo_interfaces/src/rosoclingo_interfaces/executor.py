@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from typing import Callable, Dict, FrozenSet, Optional
+from typing import Callable, Dict, FrozenSet, List, Optional
 
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.solver.terms import parse_term
@@ -75,8 +75,13 @@ class Executor:
     @property
     def busy(self) -> bool:
         """Whether an action runs."""
+        return bool(self.running)
+
+    @property
+    def running(self) -> List[ActionExecution]:
+        """The actions that run."""
         with self._lock:
-            return bool(self._running)
+            return list(self._running.values())
 
     def begin(
         self,

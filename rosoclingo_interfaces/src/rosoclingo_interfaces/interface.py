@@ -89,6 +89,14 @@ class ActionInterface:
         """Whether the action that runs in this thread is to stop."""
         return current().canceled.is_set()
 
+    def report_progress(self, part: float) -> None:
+        """Says how much of the action that runs in this thread is done; clients are told.
+
+        Args:
+            part: From 0 to 1.
+        """
+        current().progress = min(max(0.0, part), 1.0)
+
     def sleep(self, seconds: Optional[float] = None) -> None:
         """Waits some time of the node's clock, or for ever.
 

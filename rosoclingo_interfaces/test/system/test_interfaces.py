@@ -5,7 +5,10 @@ Needs a sourced workspace, in devel or install space.
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
+from typing import Sequence
 
 import pytest
 from terminals import Terminal, Terminals, package, terminals, wait_for
@@ -21,10 +24,10 @@ def node(terminals: Terminals) -> Terminal:
     return start_system(terminals)
 
 
-def start_system(terminals: Terminals, *more: str) -> Terminal:
+def start_system(terminals: Terminals, *more: str, parameters: Sequence[str] = ()) -> Terminal:
     """Starts the system with this encoding and more files."""
     start_solvers(terminals, *more)
-    started = terminals.start("rosrun", "rosoclingo", "run.py")
+    started = terminals.start("rosrun", "rosoclingo", "run.py", *parameters)
     wait_for(lambda: "/rosoclingo/goal" in terminals.names())
     return started
 
@@ -253,3 +256,18 @@ def test_usage(terminals: Terminals) -> None:
         asked = terminals.run("rosrun", "rosoclingo_interfaces", script, "--help")
         assert asked.wait() == 0
         assert asked.output.startswith(f"usage: {script}")
+
+
+def test_an_interface_that_is_killed_is_lost(terminals: Terminals) -> None:
+    """It is known by its heartbeats, and the next one does what is planned then."""
+    node = start_system(terminals, parameters=["_policies:={'go(*)': {heartbeat: 2}}"])
+    fulfill(terminals, "_delay:=1000", "_heartbeat:=0.2")
+    beats = terminals.listen("/fulfill", "/rosoclingo/heartbeat")
+    results = terminals.listen("/rosoclingo", "/rosoclingo/result")
+    visit(terminals, 2)
+    beats.wait_for("progress: -1.0")
+    assert "is lost" not in node.output
+    os.kill(terminals.pid("/fulfill"), signal.SIGKILL)
+    node.wait_for("the interface of robot is lost: no heartbeat for ")
+    fulfill(terminals, "__name:=another")
+    results.wait_for("succeeded")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any, List, Optional, Pattern, Sequence
+from typing import Any, Dict, List, Optional, Pattern, Sequence
 
 import rospy
+import yaml
 
 from rosclingo.errors import ParameterError, TermError
 from rosclingo.solver.terms import parse_term
@@ -124,6 +125,22 @@ def words(name: str, default: Sequence[str] = (), separator: Optional[str] = Non
         value = value.split(separator)
     if not isinstance(value, list) or not all(isinstance(word, str) for word in value):
         raise wrong(name, f"expected a list of words: {value}")
+    return value
+
+
+def mapping(name: str) -> Dict[str, Any]:
+    """Returns a mapping of texts, or that of a text in YAML; by default an empty one.
+
+    Raises:
+        ParameterError: It is something else.
+    """
+    value = _get(name, {})
+    try:
+        value = yaml.safe_load(value) or {} if isinstance(value, str) else value
+    except yaml.YAMLError as err:
+        raise wrong(name, f"expected a mapping in YAML: {err}") from err
+    if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
+        raise wrong(name, f"expected a mapping, such as {{'go(*)': {{...}}}}: {value}")
     return value
 
 

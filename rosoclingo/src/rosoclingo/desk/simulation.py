@@ -109,7 +109,7 @@ class DeskSimulation(System):
     def _pass(self) -> bool:
         """Advances the clock to the next answer, or the loop's next check of silent actuators."""
         moments = list(self._due.values())
-        if not self._is_patient and self.loop.state.executions.silent():
+        if not self._is_patient and self.loop.state.executions.silent:
             moments.append(self.clock + LOOK_SECONDS)
         if not moments:
             return False

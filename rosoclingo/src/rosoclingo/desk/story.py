@@ -45,7 +45,10 @@ class RunStory:
             journal.GoalArrived: self._on_goal,
             journal.CancelArrived: lambda _, e: [f"{self._goal(e.goal)} is to be cancelled"],
             journal.MessageArrived: self._on_message,
-            journal.ControlArrived: lambda _, e: [f"the operator says: {e.words}"],
+            journal.ControlArrived: lambda _, e: (
+                [] if e.control is journal.Control.RETRY else [f"the operator says: {e.words}"]
+            ),
+            journal.ActionRetried: lambda _, e: [f"{e.actuator} will retry {e.action}: {e.answer}"],
             journal.MessageDropped: lambda _, e: [f"dropped a message: {e.reason}"],
             journal.CommandDone: self._on_command,
             journal.SearchEnded: self._on_search,

@@ -116,6 +116,7 @@ class Control(str, enum.Enum):
     RELEASE = "release"
     APPROVE = "approve"  # an action that needs an approval
     REJECT = "reject"  # an action that waits: it counts as failed
+    RETRY = "retry"  # one that has failed, after a pause; the loop asks for that itself
 
     __str__ = str.__str__
 
@@ -302,6 +303,23 @@ class ActionPublished(Event):
 
 
 @dataclass(frozen=True)
+class ActionRetried(Event):
+    """An action has failed and will be tried again, as its policy says; the planner hears nothing.
+
+    Attributes:
+        actuator: Who does it.
+        action: The action.
+        retry: Which retry it will be, from 1.
+        answer: How it has failed.
+    """
+
+    actuator: str
+    action: str
+    retry: int
+    answer: str
+
+
+@dataclass(frozen=True)
 class ActionTook(Event):
     """The measured duration of an action, recorded for replays.
 
@@ -465,6 +483,7 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
         "search", _text(e.quality), e.how.value, (_numbers(e), *e.symbols)
     ),
     ActionPublished: lambda e: Fields("action", e.actuator, e.action),
+    ActionRetried: lambda e: Fields("retry", e.actuator, e.action, (str(e.retry), e.answer)),
     ActionTook: lambda e: Fields("took", e.actuator, e.kind, (str(e.number),), e.seconds),
     StatusSet: lambda e: Fields(
         "status", e.goal, e.status.value,
@@ -492,6 +511,9 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
         Ended(f.text), f.details[1:], _quality(f.id), *map(int, "".join(f.details[:1]).split())
     ),
     "action": lambda f: ActionPublished(f.id, f.text),
+    "retry": lambda f: ActionRetried(
+        f.id, f.text, int("".join(f.details[:1])), "".join(f.details[1:2])
+    ),
     "took": lambda f: ActionTook(f.id, f.text, int("".join(f.details[:1])), f.seconds),
     "status": lambda f: StatusSet(f.id, Status(f.text), *_slot_and_reason(*f.details)),
     "waiting": lambda f: LoopWaits(f.text == _FOR_A_REPLAY),

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Dict, Optional, Sequence
+from typing import Any, Callable, Dict, Mapping, Optional, Sequence
 
 import clingo
 
@@ -71,6 +71,7 @@ class Loop:
         one_by_one_seconds: float = 0.0,
         seed_planner: str = NONE,
         ask_before: Sequence[str] = (),
+        policies: Optional[Mapping[str, Mapping[str, object]]] = None,
     ) -> None:
         """Prepares a loop; :meth:`run` begins to ask its controller.
 
@@ -91,9 +92,12 @@ class Loop:
             seed_planner: The planner that is asked for first plans, see :func:`.find_seed_planner`.
             ask_before: Patterns of the actions that need an operator's approval, see
                 :class:`.Interlock`.
+            policies: How actions are treated that fail or take too long, by patterns, see
+                :class:`.ActionPolicies`.
 
         Raises:
             SeedPlannerError: There is no such seed planner.
+            ValueError: A pattern or a policy is wrong.
         """
         self._durability = durability or Durability()
         planner, environment = self._durability.connect(inbox, planner, environment)
@@ -105,9 +109,11 @@ class Loop:
             self._check,
             self._prepare_controller,
             control=lambda request: publishing.control(self.state, request),
+            fail=lambda one, answer: publishing.fail(self.state, one, answer),
             action_timeout=action_timeout,
             abort_unreachable=abort_unreachable,
             ask_before=ask_before,
+            policies=policies,
         )
         self._controller = controller
         self._commands = commands(self.state)

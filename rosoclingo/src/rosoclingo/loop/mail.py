@@ -23,7 +23,7 @@ from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.values.goals import Goal, Goals
 from rosoclingo.loop.values.ids import RESERVED, why_no_message
 from rosoclingo.loop.values.snapshot import take_over
-from rosoclingo.loop.words import BUSY, FAILURE, INFO, QUEUE, TIMEOUT, UNKNOWN
+from rosoclingo.loop.words import BUSY, FAILURE, INFO, LOST, QUEUE, TIMEOUT, UNKNOWN
 
 _FEEDBACK_SECONDS = 1.0  # how often goals are told how much waits
 _SHORTEST = 1e-9  # seconds; what came in a command differs from what came before it
@@ -31,6 +31,8 @@ _LOGGED_DROPS = 10  # of the messages that are dropped together, so many are log
 _LOGGED_IN_SECOND = 100  # likewise, of those that are dropped in a second
 _LOG_SECONDS = 1.0
 _CONTROL = journal.ControlArrived
+# What an encoding that does not declare an answer is told instead, until it declares it.
+_LESS_SAID = {UNKNOWN: (FAILURE,), TIMEOUT: (FAILURE,), LOST: (UNKNOWN, FAILURE)}
 _OPERATOR = "operator"  # the sender of the failure of what is rejected; no name of a node
 
 
@@ -99,6 +101,7 @@ class Mail(MailState):
         note: Callable[[journal.Event], None],
         answered: Callable[[Execution, str], None],
         controlled: Callable[[journal.ControlArrived], bool],
+        fail: Callable[[Execution, str], Optional[str]],
     ) -> None:
         """Makes an empty buffer.
 
@@ -112,6 +115,7 @@ class Mail(MailState):
             note: Adds an event to the journal.
             answered: Called with what was executed until its answer, and the answer.
             controlled: Does what an operator wants; returns whether that is news for the mode.
+            fail: Returns what the planner is told of an answer; None if the action is retried.
         """
         super().__init__()
         self.inbox = inbox
@@ -124,6 +128,7 @@ class Mail(MailState):
         self._note = note
         self._answered = answered
         self._controlled = controlled
+        self._fail = fail
         self._held: List[Taken] = []  # nobody can say yet whether the planner knows it
         self._command_began: Optional[float] = None  # that which is carried out
         self._backoff = Backoff()
@@ -416,16 +421,23 @@ class Mail(MailState):
         actor, said = self._executions.acting(source), value
         is_answer = actor is not None and actor.is_open
         if actor and actor.is_held and actor.is_open and message.sender != _OPERATOR:
+            what = "a retry" if actor.pauses else "an operator"
             dropped.append(
-                f"{journal.naming(source, value)}its action {shorten(actor.action)} waits for an "
-                "operator, and nobody has told it to begin"
+                f"{journal.naming(source, value)}its action {shorten(actor.action)} waits for "
+                f"{what}, and nobody has told it to begin"
             )
             return False
-        if actor and value in (UNKNOWN, TIMEOUT):
+        if actor and is_answer and message.sender != _OPERATOR:
+            told = self._fail(actor, value)
+            if told is None:
+                return False
+            value = told
+        for one in _LESS_SAID.get(value if actor else "", (FAILURE,) if value != said else ()):
             if self._hold(message, [(source, value)], may_ask):
                 return True
-            if not self._externals.knows([(source, value)]):
-                value = FAILURE  # if that is known; it is not taken for a success in any case
+            if self._externals.knows([(source, value)]):
+                break
+            value = one  # if that is known; it is not taken for a success in any case
         refused = why_no_message(source, value, self._goals.slots)
         if refused is not None:
             reason = refused
@@ -445,7 +457,7 @@ class Mail(MailState):
             reason = f"it has answered {shorten(str(actor.outcome))} already"
         else:
             self._end_action(source, said, value)
-            if value != said == UNKNOWN:
+            if value == FAILURE and said in (UNKNOWN, LOST):
                 self._warn_of_unknown(source)
             if actor and actor.is_busy:
                 return False

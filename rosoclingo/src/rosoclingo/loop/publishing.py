@@ -1,18 +1,20 @@
 """Publishes actions of the plan with their tokens, and aborts actions of busy actuators.
 
-The interlock may hold actions back until an operator lets them begin.
+The interlock may hold actions back until an operator lets them begin, and policies may have them
+tried again.
 """
 
 from __future__ import annotations
 
-from typing import List, Sequence, Tuple
+from typing import List, Optional, Sequence, Tuple
 
 from rosclingo.errors import shorten
 from rosoclingo.errors import PlannerError
-from rosoclingo.loop.journal import ActionPublished, Control, ControlArrived
+from rosoclingo.loop.journal import ActionPublished, ActionRetried, Control, ControlArrived
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.atoms import Action, event
-from rosoclingo.loop.words import ABORT, BUSY
+from rosoclingo.loop.values.execution import Execution
+from rosoclingo.loop.words import ABORT, BUSY, FAILURE, TIMEOUT
 
 
 def split(state: State, actions: Sequence[Action]) -> Tuple[List[Action], List[Action]]:
@@ -59,6 +61,7 @@ def _send(state: State, actions: Sequence[Tuple[str, str]]) -> None:
     state.interlock.note_dispatched([actuator for actuator, _ in actions])
     if actions:
         state.show_executions()
+        state.watchdog.look_soon()
     state.show_held()
     for actuator, action in actions:
         state.environment.publish(actuator, action)
@@ -79,19 +82,46 @@ def control(state: State, request: ControlArrived) -> bool:
             is_news |= state.mail.reject(one.actuator)
     elif word is Control.APPROVE:
         for one in held:
-            state.interlock.apply(word, one.actuator)
+            if one.attempt == 1:
+                state.interlock.apply(word, one.actuator)
+            state.executions.end_pause(one.actuator)
+    elif word is Control.RETRY:
+        state.executions.end_pause(actuator)
     else:
         state.interlock.apply(word, actuator)
     if word is Control.HALT:
         for one in state.executions.dispatched:
             if one.acts and one.is_open:
                 publish_abort(state, one.actuator)
-    waiting = [(one.actuator, one.action) for one in state.executions.held]
-    free = [one for one in waiting if state.interlock.reason(*one) is None]
-    for one_actuator, _ in free:
-        state.executions.dispatch(one_actuator)
-    _send(state, free)
+    free = [one for one in state.executions.held if state.hold_reason(one) is None]
+    for one in free:
+        state.executions.dispatch(one.actuator)
+    _send(state, [(one.actuator, one.action) for one in free])
     return is_news
+
+
+def fail(state: State, one: Execution, answer: str) -> Optional[str]:
+    """Applies the policy of an action to the answer that ends it.
+
+    Returns:
+        What the planner is told; None if the action is tried again, so that it is told nothing.
+    """
+    policy = state.policies.of(one.actuator, one.action)
+    if answer not in (FAILURE, TIMEOUT) or (one.aborted and answer != TIMEOUT):
+        return answer
+    if answer == TIMEOUT and policy.limits:
+        publish_abort(state, one.actuator)
+    if one.attempt > policy.retries:
+        return policy.then or answer
+    state.executions.retry(one.actuator, policy.pause)
+    state.watchdog.look_soon()
+    state.note(ActionRetried(one.actuator, one.action, one.attempt, answer))
+    state.show_executions()
+    state.goals.tell(
+        f"{one.actuator} {one.action}: {answer}, retry {one.attempt} of {policy.retries}"
+        + (f" in {policy.pause:g} s" if policy.pause else "")
+    )
+    return None
 
 
 def publish_abort(state: State, actuator: str) -> None:

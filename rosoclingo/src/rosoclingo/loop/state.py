@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 from rosoclingo.loop import journal
 from rosoclingo.loop.execution.durations import Durations, DurationsState
 from rosoclingo.loop.execution.executions import Executions, ExecutionsState
+from rosoclingo.loop.execution.heartbeats import Heartbeats
 from rosoclingo.loop.execution.interlock import Interlock, InterlockState
+from rosoclingo.loop.execution.policies import ActionPolicies
 from rosoclingo.loop.execution.progress import Progress
 from rosoclingo.loop.execution.timing import Timing
+from rosoclingo.loop.execution.watchdog import ExecutionWatchdog
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.mail import Mail, MailSnapshot
 from rosoclingo.loop.planner.externals import ExternalsState, PlannerExternals
@@ -18,7 +21,7 @@ from rosoclingo.loop.planner.planner import Planner, PlannerState
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import event
 from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.execution import HeldAction
+from rosoclingo.loop.values.execution import Execution, HeldAction, HoldReason
 from rosoclingo.loop.values.goals import Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.values.snapshot import take_over
 from rosoclingo.loop.waiting import Waiting
@@ -55,9 +58,12 @@ class State(Progress):
         goals: The goals.
         executions: What each actuator does, has answered, and was told before.
         interlock: Which actions may be dispatched.
+        policies: How actions are treated that fail or take too long.
+        heartbeats: What their interfaces say meanwhile.
         mail: What has come from outside.
         durations: How long actions have taken.
         timing: What follows from that.
+        watchdog: Looks after the actions that are executed.
         waiting: How it is waited for what comes.
         begin_mode: Has the mode begin again, so that it initialises the planner next.
         environment: Where actions and log messages go.
@@ -73,9 +79,11 @@ class State(Progress):
         begin_mode: Callable[[], None] = lambda: None,
         *,
         control: Callable[[journal.ControlArrived], bool] = lambda _: False,
+        fail: Callable[[Execution, str], Optional[str]] = lambda _, answer: answer,
         action_timeout: float = 0.0,
         abort_unreachable: bool = False,
         ask_before: Sequence[str] = (),
+        policies: Optional[Mapping[str, Mapping[str, object]]] = None,
     ) -> None:
         """Begins without any knowledge.
 
@@ -86,13 +94,17 @@ class State(Progress):
             check: Called now and then while waiting; raises an error if a solver went away.
             begin_mode: Has the mode begin again, so that it initialises the planner next.
             control: Does what an operator wants; returns whether that is news for the mode.
+            fail: Returns what the planner is told of an answer; None if the action is retried.
             action_timeout: From when on nobody waits for an action's answer, in seconds since
                 it was published; 0 for never.
             abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
             ask_before: Patterns of the actions that need an approval, see :class:`.Interlock`.
+            policies: How actions are treated, by patterns, see :class:`.ActionPolicies`.
         """
         super().__init__()
         self.interlock = Interlock(ask_before)
+        self.policies = ActionPolicies(policies or {})
+        self.heartbeats = Heartbeats(environment.now)
         self.abort_unreachable = abort_unreachable
         self.begin_mode = begin_mode
         self.planner = planner
@@ -127,6 +139,17 @@ class State(Progress):
             note=self.note,
             answered=self.timing.end_action,
             controlled=control,
+            fail=fail,
+        )
+        self.watchdog = ExecutionWatchdog(
+            inbox,
+            self.executions,
+            policies=self.policies,
+            durations=self.durations,
+            heartbeats=self.heartbeats,
+            environment=environment,
+            tell=self.goals.tell,
+            action_timeout=action_timeout,
         )
         self.waiting = Waiting(
             self.mail,
@@ -136,7 +159,7 @@ class State(Progress):
             self.note,
             correct=self._correct_arrivals,
             check=check,
-            action_timeout=action_timeout,
+            watchdog=self.watchdog,
         )
 
     def snapshot(self) -> StateSnapshot:
@@ -208,6 +231,7 @@ class State(Progress):
     def interrupted(self) -> bool:
         """Whether an input has to end the search; gives feedback now and then that it runs."""
         self.waiting.tell_progress(self.horizon)
+        self.watchdog.look()
         self.mail.take(controls=False)  # the planner cannot be asked
         self.mail.tell_waiting()
         return self.mail.inbox.closed or self.mail.has_news
@@ -323,7 +347,7 @@ class State(Progress):
         waiting = tuple(
             HeldAction(one.actuator, one.action, reason)
             for one in self.executions.held
-            for reason in [interlock.reason(one.actuator, one.action)]
+            for reason in [self.hold_reason(one)]
             if reason is not None
         )
         held = (interlock.is_paused, tuple(sorted(interlock.on_hold)), waiting)
@@ -331,9 +355,16 @@ class State(Progress):
             return
         self._held = held
         self.environment.show_held(*held)
-        if waiting:
-            said = ", ".join(f"{one.actuator} {one.action} ({one.reason})" for one in waiting)
+        asked = [one for one in waiting if one.reason is not HoldReason.RETRY]
+        if asked:
+            said = ", ".join(f"{one.actuator} {one.action} ({one.reason})" for one in asked)
             self.goals.tell(f"waits for an operator: {said}")
+
+    def hold_reason(self, one: Execution) -> Optional[HoldReason]:
+        """Returns why an execution that is held cannot begin; None if it can."""
+        if one.pauses:
+            return HoldReason.RETRY
+        return self.interlock.reason(one.actuator, one.action, is_retry=one.attempt > 1)
 
     def _correct_arrivals(self) -> None:
         """Tells clients of new delays, and publishes the plan with them."""

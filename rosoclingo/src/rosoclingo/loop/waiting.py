@@ -1,4 +1,4 @@
-"""Waits for inputs and answers; meanwhile logs silent actuators, and checks the solvers."""
+"""Waits for inputs and answers; meanwhile looks after the actuators and the solvers."""
 
 from __future__ import annotations
 
@@ -7,17 +7,16 @@ from typing import Callable, Optional
 
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.execution.executions import Executions
-from rosoclingo.loop.journal import Event, LoopWaits, MessageArrived, Reason, Status
+from rosoclingo.loop.execution.watchdog import ExecutionWatchdog
+from rosoclingo.loop.journal import Event, LoopWaits, Reason, Status
 from rosoclingo.loop.mail import Mail
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goals
-from rosoclingo.loop.words import TIMEOUT
 
 LOOK_SECONDS = 1.0
-"""How often solvers and actuators are checked, while waiting."""
+"""How often solvers are checked, while waiting."""
 
 _SILENT_SECONDS = 1.0  # how long the goals hear nothing while a plan is searched for
-_REMINDER_SECONDS = 30.0  # how often it is said that an actuator does not answer
 
 
 class Waiting:
@@ -37,7 +36,7 @@ class Waiting:
         *,
         correct: Callable[[], None],
         check: Callable[[], None],
-        action_timeout: float,
+        watchdog: ExecutionWatchdog,
     ) -> None:
         """Connects waiting with the run.
 
@@ -49,8 +48,7 @@ class Waiting:
             note: Adds an event to the journal.
             correct: Called now and then; tells clients what takes longer than they were told.
             check: Called now and then; raises an error if a solver went away.
-            action_timeout: From when on nobody waits for an action's answer, in seconds since
-                it was published; 0 for never.
+            watchdog: Looks after the actuators.
         """
         self.reminded = False
         self._mail = mail
@@ -60,7 +58,7 @@ class Waiting:
         self._note = note
         self._correct = correct
         self._check = check
-        self._action_timeout = action_timeout
+        self._watchdog = watchdog
         self._stops = False
         self._look_at = 0.0  # when it is time to look again
         self._planning_since: Optional[float] = None
@@ -101,8 +99,8 @@ class Waiting:
                 if self._is_told_to_stop():
                     return
                 continue
-            mail.wait(max(0.0, self._look_at - self._environment.now()))
             self._look()
+            mail.wait(self._seconds)
             mail.take(may_ask=True)
 
     def wait_for_answers(self) -> None:
@@ -120,8 +118,8 @@ class Waiting:
         while self._executions.pending_actions:
             if mail.inbox.closed:
                 raise ShutdownError(Reason.SHUTDOWN)
-            mail.wait(max(0.0, self._look_at - self._environment.now()))
             self._look()
+            mail.wait(self._seconds)
             mail.take(may_ask=True)
 
     def stop(self) -> None:
@@ -136,29 +134,22 @@ class Waiting:
 
     def _look(self) -> None:
         """Looks now and then, whatever comes, whether the solvers and the actuators are there."""
-        if self._environment.now() < self._look_at:
-            return
+        is_due = self._environment.now() >= self._look_at
         self.look_at_actuators()
-        self._check()
+        if is_due:
+            self._check()
 
     def look_at_actuators(self) -> None:
-        """Logs and times out silent actuators now and then; sends no request."""
-        if self._environment.now() < self._look_at:
-            return
-        self._look_at = self._environment.now() + LOOK_SECONDS
-        self._correct()
-        for actuator, seconds in self._executions.late(_REMINDER_SECONDS):
-            self._environment.warn(
-                f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "
-                "run, and does its terminal say why it waits?"
-            )
-        if self._action_timeout > 0:
-            for actuator in self._executions.overdue(self._action_timeout):
-                self._environment.warn(
-                    f"{actuator} has not answered for {self._action_timeout:g} s "
-                    "(~action_timeout): nobody waits for it any more"
-                )
-                self._mail.inbox.put(MessageArrived(actuator, TIMEOUT))
+        """Looks after the actuators, and corrects arrival times, now and then; asks no solver."""
+        self._watchdog.look()
+        if self._environment.now() >= self._look_at:
+            self._look_at = self._environment.now() + LOOK_SECONDS
+            self._correct()
+
+    @property
+    def _seconds(self) -> float:
+        """How long nobody needs to look."""
+        return max(0.0, min(self._look_at - self._environment.now(), self._watchdog.seconds))
 
     def _step_is_awaited(self, step: int) -> bool:
         """Whether the next step can begin: with a free slot for a goal, or an answer.

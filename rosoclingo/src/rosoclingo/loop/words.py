@@ -11,6 +11,9 @@ UNKNOWN = "unknown"
 TIMEOUT = "timeout"
 """The answer in the place of an actuator that has not answered in time."""
 
+LOST = "lost"
+"""The answer in the place of an actuator whose interface is gone: it sends no heartbeats."""
+
 BUSY = "busy"
 """What the loop says of an actuator that goes on with its action in the next step."""
 

@@ -20,7 +20,8 @@ from rosclingo.solver.about import about
 from rosoclingo.errors import SeedPlannerError, ShutdownError, StoreError
 from rosoclingo.loop import journal
 from rosoclingo.loop.durability import Durability, KnownGoal
-from rosoclingo.loop.execution.interlock import read_pattern
+from rosoclingo.loop.execution.patterns import ActionPattern
+from rosoclingo.loop.execution.policies import ActionPolicies
 from rosoclingo.loop.execution.tokens import TOKENS_HEADER
 from rosoclingo.loop.inputs.inbox import Inbox, Item, arrival_of
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox
@@ -31,7 +32,13 @@ from rosoclingo.loop.planner.planner import DEFAULT_PATIENCE, ONE_BY_ONE_SECONDS
 from rosoclingo.loop.values.atoms import canonical
 from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.loop.values.solver import Solver
-from rosoclingo.msg import ROSoClingoAction, ROSoClingoAnswer, ROSoClingoIn, ROSoClingoResult
+from rosoclingo.msg import (
+    ROSoClingoAction,
+    ROSoClingoAnswer,
+    ROSoClingoHeartbeat,
+    ROSoClingoIn,
+    ROSoClingoResult,
+)
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.environment import ActionClient, RosEnvironment
 from rosoclingo.ros.goal_statuses import status_of
@@ -99,6 +106,7 @@ class LoopNode:
             ),
             "seed_planner": _seed_planner(),
             "ask_before": _patterns(),
+            "policies": _policies(),
         }
         if isinstance(inbox, ReplayInbox):
             # The journal says what was found ahead, and with which first plan.
@@ -140,6 +148,7 @@ class LoopNode:
         self._resume()
         self._in = subscriber("~in", ROSoClingoIn, self._on_message)
         self._answer = subscriber("~answer", ROSoClingoAnswer, self._on_answer)
+        self._heartbeats = subscriber("~heartbeat", ROSoClingoHeartbeat, self._on_heartbeat)
         self._operator = OperatorServices(inbox, environment, lambda: self._loop.state.mail.dynamic)
         self._service = rospy.Service(
             "~get_goal_information", GetGoalInformation, self._on_get_information
@@ -225,6 +234,12 @@ class LoopNode:
         sender = message._connection_header.get("callerid", "")
         self._put(AnswerArrived(message.run, message.number, message.value, sender=sender))
 
+    def _on_heartbeat(self, message: ROSoClingoHeartbeat) -> None:
+        state = self._loop.state
+        if message.run == state.executions.run:
+            is_known = 0.0 <= message.progress <= 1.0
+            state.heartbeats.hear(message.number, message.progress if is_known else None)
+
     def _put(self, item: Item) -> None:
         with contextlib.suppress(StoreError):  # the loop ends with that
             self._inbox.put(item)
@@ -276,10 +291,24 @@ def _patterns() -> List[str]:
     patterns = parameters.words("ask_before")
     try:
         for one in patterns:
-            read_pattern(one)
+            ActionPattern(one)
     except ValueError as err:
         raise parameters.wrong("ask_before", err) from err
     return patterns
+
+
+def _policies() -> Dict[str, Any]:
+    """Returns the parameter ``~policies``.
+
+    Raises:
+        ParameterError: It is wrong.
+    """
+    policies = parameters.mapping("policies")
+    try:
+        ActionPolicies(policies)
+    except ValueError as err:
+        raise parameters.wrong("policies", err) from err
+    return policies
 
 
 def _seed_planner() -> str:

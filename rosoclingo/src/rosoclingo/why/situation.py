@@ -68,7 +68,7 @@ class Situation:
             state: The loop's state.
             last: The last step that may be planned for; by default, the last one that is grounded.
         """
-        externals, goals = state.externals, state.goals
+        externals, goals, now = state.externals, state.goals, state.environment.now()
         unplaced = [*goals.queued, *(g for g in state.mail.goals_spoken_of if g.slot is None)]
         situation = cls(
             told=tuple(externals.true),
@@ -77,7 +77,7 @@ class Situation:
             last=max([last or 0, state.step, state.horizon, *externals.grounded]),
             goals=tuple((goal.slot or "", goal.request) for goal in goals.open),
             queued=tuple(goal.request for goal in unplaced if not goal.ended),
-            silent=tuple(state.executions.silent()),
+            silent=tuple((one.actuator, now - one.began) for one in state.executions.silent),
             others=tuple(atom for atom in externals.kept if atom != query(state.horizon)),
             tells=state.planner.demand.tells,
             used=tuple(goals.used),

@@ -6,6 +6,7 @@ import inspect
 import sys
 import threading
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any, Callable, Dict, Mapping, NoReturn, Optional, Sequence, Set, Tuple
 
@@ -20,6 +21,7 @@ from rosoclingo.loop.execution.tokens import TOKENS_HEADER
 from rosoclingo.msg import (
     ROSoClingoAnswer,
     ROSoClingoDispatch,
+    ROSoClingoHeartbeat,
     ROSoClingoIn,
     ROSoClingoOut,
     ROSoClingoToken,
@@ -31,6 +33,8 @@ from rosoclingo_interfaces.retransmitter import Retransmitter
 from rosoclingo_interfaces.ros import clock
 from rosoclingo_interfaces.ros.topics import publishers, topic, wait_for_node
 
+_HEARTBEAT_SECONDS = 1.0  # how often a heartbeat is sent, unless ~heartbeat says otherwise
+_UNKNOWN_PROGRESS = -1.0
 _SECONDS_TO_END = 1.0  # how long the actions have to stop when the node shuts down
 
 
@@ -55,6 +59,7 @@ class InterfaceNode:
         interface.actuators = parameters.terms("actuators", interface.actuators)
         interface.timeout = parameters.number("timeout", interface.timeout)
         store = parameters.text("store", "")
+        heartbeat = parameters.number("heartbeat", _HEARTBEAT_SECONDS, what="seconds")
         ledger = Ledger(Path(store).expanduser().absolute() if store else None)
         simulated = rospy.get_param("/use_sim_time", False)
         seconds = rospy.get_time if simulated else time.monotonic
@@ -66,6 +71,10 @@ class InterfaceNode:
         self._in = open_in()
         self._answer = publisher(topic("answer"), ROSoClingoAnswer)
         self._unconfirmed = Retransmitter(self._answer.publish)
+        self._heartbeats = publisher(topic("heartbeat"), ROSoClingoHeartbeat)
+        if heartbeat:
+            send = partial(self._send_heartbeats, heartbeat)
+            threading.Thread(target=send, name="heartbeats", daemon=True).start()
         self._dispatch = subscriber(topic("dispatch"), ROSoClingoDispatch, self._on_dispatch)
         self._out = subscriber(topic("out"), ROSoClingoOut, self._on_out)
         self._about = publish_about(interface.messages, interface.actuators)
@@ -74,6 +83,16 @@ class InterfaceNode:
             ", ".join(interface.actuators) or "all actuators",
             self._out.resolved_name,
         )
+
+    def _send_heartbeats(self, seconds: float) -> None:
+        """Says again and again that actions are executed, in wall time, until a shutdown."""
+        end = threading.Event()
+        rospy.on_shutdown(end.set)
+        while not end.wait(seconds):
+            for one in self._executor.running:
+                if one.token is not None:
+                    progress = _UNKNOWN_PROGRESS if one.progress is None else one.progress
+                    self._heartbeats.publish(one.token.run, one.token.number, progress)
 
     def _on_dispatch(self, message: ROSoClingoDispatch) -> None:
         sender = message._connection_header["callerid"]

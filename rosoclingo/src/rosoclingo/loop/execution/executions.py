@@ -78,7 +78,12 @@ class Executions(ExecutionsState):
         """Goes on with a state that was taken over, which had another clock."""
         passed = self._environment.now() - self.clock
         for one in self.last.values():
-            self._set(one, began=one.began + passed, reminded=one.reminded + passed)
+            self._set(
+                one,
+                began=one.began + passed,
+                reminded=one.reminded + passed,
+                retry_at=one.retry_at + passed,
+            )
 
     def _set(self, one: Execution, **changes: object) -> None:
         self.last[one.actuator] = replace(one, **changes)  # type: ignore[arg-type]
@@ -142,9 +147,38 @@ class Executions(ExecutionsState):
             world_began=self._environment.world_now(),
             reminded=now,
             is_timed=not is_held,  # if it is rejected, it has taken no time
+            is_overdue=False,
+            tokened=None,
+            plain=None,
             is_held=is_held,
         )
         self.changed = True
+
+    def retry(self, actuator: str, pause: float) -> None:
+        """Enters that an action has failed and is held, to be dispatched again after a pause.
+
+        Args:
+            actuator: Whose action it is.
+            pause: How long that is, in seconds.
+        """
+        one = self.last[actuator]
+        self._set(
+            one,
+            owed=self._owed(actuator),
+            aborted=False,
+            is_overdue=False,
+            is_held=True,
+            attempt=one.attempt + 1,
+            pauses=True,
+            retry_at=self._environment.now() + pause,
+        )
+        self.changed = True
+
+    def end_pause(self, actuator: str) -> None:
+        """Enters that the pause before an action's next attempt is over, if it is in one."""
+        one = self.last.get(actuator)
+        if one is not None and one.pauses:
+            self._set(one, pauses=False)
 
     def _owed(self, actuator: str) -> str:
         """Returns the node that still owes the plain answer to an actuator's last action."""
@@ -305,21 +339,19 @@ class Executions(ExecutionsState):
 
     # Who does not answer.
 
-    def silent(self) -> List[Tuple[str, float]]:
-        """Returns the actuators without an answer, and for how many seconds they were told to act.
+    @property
+    def silent(self) -> List[Execution]:
+        """The executions without an answer for which somebody waits, ordered by number."""
+        return [one for one in self.dispatched if one.acts and one.is_open and not one.is_overdue]
 
-        One whose time is over is none of them.
-        """
-        now = self._environment.now()
-        return [(one.actuator, now - one.began) for one in self._silent()]
+    @property
+    def retrying(self) -> List[Execution]:
+        """The executions that pause before the next attempt, ordered by number."""
+        return [one for one in self.held if one.pauses and not one.is_overdue]
 
-    def overdue(self, seconds: float) -> List[str]:
-        """Returns the actuators that have timed out after so many seconds, once for each action."""
-        now = self._environment.now()
-        late = [one for one in self._silent() if now - one.began >= seconds]
-        for one in late:
-            self._set(one, is_overdue=True)
-        return [one.actuator for one in late]
+    def give_up(self, actuator: str) -> None:
+        """Enters that nobody waits for an actuator's answer, or the end of its pause, any more."""
+        self._set(self.last[actuator], is_overdue=True)
 
     def late(self, seconds: float) -> List[Tuple[str, float]]:
         """Returns the actuators without an answer, and for how many seconds they were told to act.
@@ -328,13 +360,10 @@ class Executions(ExecutionsState):
             seconds: Longest silence; each actuator is returned again after so much more of it.
         """
         now = self._environment.now()
-        late = [one for one in self._silent() if now - one.reminded >= seconds]
+        late = [one for one in self.silent if now - one.reminded >= seconds]
         for one in late:
             self._set(one, reminded=now)
         return [(one.actuator, now - one.began) for one in late]
-
-    def _silent(self) -> List[Execution]:
-        return [one for one in self.dispatched if one.acts and one.is_open and not one.is_overdue]
 
 
 def _is_awaited(one: Execution) -> bool:

@@ -18,33 +18,12 @@ True
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
-from typing import Optional, Pattern, Sequence, Set
+from typing import Optional, Sequence, Set
 
+from rosoclingo.loop.execution.patterns import ActionPattern
 from rosoclingo.loop.journal import Control
 from rosoclingo.loop.values.execution import HoldReason
-
-_BLANKS = re.compile(r'("(?:\\.|[^"\\])*")|\s+')  # and strings, in which they count
-
-
-def read_pattern(text: str) -> Pattern[str]:
-    """Compiles a pattern of actions; blanks outside of strings do not count.
-
-    Raises:
-        ValueError: Its brackets are not in pairs, as if it was cut at a blank.
-
-    >>> bool(read_pattern("take(*, 2)").fullmatch("take(box,2)"))
-    True
-    """
-    compact = _BLANKS.sub(lambda found: found[1] or "", text)
-    outside = _BLANKS.sub("", compact)
-    if not compact or outside.count("(") != outside.count(")"):
-        raise ValueError(
-            f"{text!r} is no pattern of actions such as deliver(*): its brackets are not in pairs; "
-            "a pattern with blanks is one of a list"
-        )
-    return re.compile(".*".join(re.escape(part) for part in compact.split("*")), re.DOTALL)
 
 
 @dataclass
@@ -71,14 +50,13 @@ class Interlock(InterlockState):
         """Begins with a run that is not paused.
 
         Args:
-            ask_before: Which actions need an approval: patterns, with ``*`` for any text, of
-                actions such as ``deliver(*)``, or with their actuators, as ``do(robot,*)``.
+            ask_before: Which actions need an approval: patterns, see :class:`.ActionPattern`.
 
         Raises:
             ValueError: One of them is none.
         """
         super().__init__()
-        self._ask_before = [read_pattern(one) for one in ask_before]
+        self._ask_before = [ActionPattern(one) for one in ask_before]
 
     @property
     def asks(self) -> bool:
@@ -87,12 +65,18 @@ class Interlock(InterlockState):
 
     def needs_approval(self, actuator: str, action: str) -> bool:
         """Returns whether an operator is to approve an action, be it approved or not."""
-        texts = (action, f"do({actuator},{action})")
-        return any(one.fullmatch(text) for one in self._ask_before for text in texts)
+        return any(one.fits(actuator, action) for one in self._ask_before)
 
-    def reason(self, actuator: str, action: str) -> Optional[HoldReason]:
-        """Returns why an action is held; None if it may be dispatched."""
-        if actuator not in self.approved and self.needs_approval(actuator, action):
+    def reason(self, actuator: str, action: str, *, is_retry: bool = False) -> Optional[HoldReason]:
+        """Returns why an action is held; None if it may be dispatched.
+
+        Args:
+            actuator: Whose action it is.
+            action: The action.
+            is_retry: Whether it was dispatched before, so that it needs no approval any more.
+        """
+        is_approved = is_retry or actuator in self.approved
+        if not is_approved and self.needs_approval(actuator, action):
             return HoldReason.APPROVAL
         if actuator in self.on_hold:
             return HoldReason.HOLD

@@ -191,7 +191,7 @@ class ReplayInbox(Inbox):
             dues = (due for due in self._dues if due.kind in _INPUTS)
             rest = [self._held[due.key].popleft() for due in dues if self._has(due)]
             self._dues.clear()
-            self.recorded.forget_searches()
+            self.recorded.forget()
             self._kills = 0
             self._missing.clear()
         for item in rest:

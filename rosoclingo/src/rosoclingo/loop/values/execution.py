@@ -18,6 +18,7 @@ class HoldReason(str, enum.Enum):
     APPROVAL = "approval"  # an operator is to approve it
     HOLD = "hold"  # its actuator is on hold
     PAUSE = "pause"  # the run is paused
+    RETRY = "retry"  # it has failed, and is tried again after a pause
 
     __str__ = str.__str__
 
@@ -51,7 +52,7 @@ class Execution:
         kind: What the encoding calls such actions; empty if it does not say how long they take.
         seconds: How long it takes by the plan.
         is_timed: Whether its answer will come when it is through.
-        is_overdue: Whether it has timed out.
+        is_overdue: Whether nobody waits for its answer, or the end of its pause, any more.
         aborted: Whether it is to stop.
         answer: The answer that was taken; None as long as none was.
         outcome: The same as the planner is told it.
@@ -60,6 +61,9 @@ class Execution:
         owed: The node whose next answer without a token is to the action before.
         acts: Whether its actuator acts in the current step, or has answered in it.
         is_held: Whether its actuator is not told of it yet, see :class:`.Interlock`.
+        attempt: Which attempt it is, from 1; see :class:`.ActionPolicy`.
+        pauses: Whether it is held until the pause before the next attempt is over.
+        retry_at: When that is so, as ``began``.
         goes_on: Whether it acts, and was busy in the step before.
         is_busy: Whether it is busy in the current step, so that its answer belongs to the next one.
     """
@@ -83,6 +87,9 @@ class Execution:
     owed: str = ""
     acts: bool = True
     is_held: bool = False
+    attempt: int = 1
+    pauses: bool = False
+    retry_at: float = 0.0
     goes_on: bool = False
     is_busy: bool = False
 

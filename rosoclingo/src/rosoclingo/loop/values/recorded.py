@@ -17,6 +17,11 @@ class Recorded:
         """Tells if all time-dependent searches have known outcomes, so that time ends none."""
         return False
 
+    @property
+    def knows_inputs(self) -> bool:
+        """Tells if all inputs are known, so that none follows from the time that passes."""
+        return False
+
     def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
         """Returns how the next of these searches ends, and removes it.
 
@@ -72,6 +77,7 @@ class RecordedOutcomes(Recorded):
             knows_searches: Whether these are all searches whose outcome depends on time.
         """
         self.decision = -1
+        self._knows_inputs = True
         self._searches: Deque[Tuple[int, SearchEnded]] = deque(searches)
         self._times = times
         self._knows_searches = knows_searches
@@ -79,8 +85,13 @@ class RecordedOutcomes(Recorded):
 
     @property
     def knows_searches(self) -> bool:
-        """Tells if these are known; not after :meth:`forget_searches`."""
+        """Tells if these are known; not after :meth:`forget`."""
         return self._knows_searches
+
+    @property
+    def knows_inputs(self) -> bool:
+        """Tells if all inputs are known, likewise."""
+        return self._knows_inputs
 
     def search_due(self, *ways: Ended, number: int = 0) -> Optional[SearchEnded]:
         """Returns how the next of these searches ends, and removes it."""
@@ -101,10 +112,10 @@ class RecordedOutcomes(Recorded):
         """Returns how long the recorded action took."""
         return self._times.get(number)
 
-    def forget_searches(self) -> None:
-        """Has the loop search by itself from now on, as the run is another one."""
+    def forget(self) -> None:
+        """Has the loop go on by itself from now on, as the run is another one."""
         with self._lock:
-            self._knows_searches = False
+            self._knows_searches = self._knows_inputs = False
             self._searches.clear()
 
     def _next(self) -> Optional[SearchEnded]:

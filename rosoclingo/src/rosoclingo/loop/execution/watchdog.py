@@ -1,0 +1,171 @@
+"""The watchdog: warns of silent actuators, times actions out, misses heartbeats, begins retries.
+
+What it finds goes into the inbox as what comes from outside does: so it is in the journal, and a
+replay, which watches nothing, takes it from there.
+"""
+
+from __future__ import annotations
+
+from typing import Callable, Dict, Iterator, List, Optional, Tuple
+
+from rosoclingo.loop.execution.durations import Durations
+from rosoclingo.loop.execution.executions import Executions
+from rosoclingo.loop.execution.heartbeats import Heartbeats
+from rosoclingo.loop.execution.policies import ActionPolicies, ActionPolicy
+from rosoclingo.loop.inputs.inbox import Inbox
+from rosoclingo.loop.journal import Control, ControlArrived, MessageArrived
+from rosoclingo.loop.values.environment import Environment
+from rosoclingo.loop.values.execution import Execution
+from rosoclingo.loop.words import LOST, TIMEOUT
+
+_LOOK_SECONDS = 1.0  # how often it looks at least, and
+_SHORTEST_SECONDS = 0.02  # at most
+_REMINDER_SECONDS = 30.0  # how often it is said that an actuator does not answer
+_BEATS = 2  # heartbeats in a row that are missing when an interface is lost
+_PERCENT = 10  # of which progress is told
+
+
+class ExecutionWatchdog:
+    """Looks after the actions that are executed. Used by the loop's thread."""
+
+    def __init__(
+        self,
+        inbox: Inbox,
+        executions: Executions,
+        *,
+        policies: ActionPolicies,
+        durations: Durations,
+        heartbeats: Heartbeats,
+        environment: Environment,
+        tell: Callable[[str], object],
+        action_timeout: float,
+    ) -> None:
+        """Connects the watchdog with a run.
+
+        Args:
+            inbox: Where timeouts, lost interfaces and due retries go.
+            executions: Who executes what.
+            policies: How long that may take.
+            durations: How long actions have taken.
+            heartbeats: What interfaces say meanwhile.
+            environment: Where the clocks are, and warnings go.
+            tell: Tells a line to the goals.
+            action_timeout: After how many seconds since its dispatch an action without a policy
+                times out; 0 for never.
+        """
+        self._inbox = inbox
+        self._executions = executions
+        self._policies = policies
+        self._durations = durations
+        self._heartbeats = heartbeats
+        self._environment = environment
+        self._tell = tell
+        self._action_timeout = action_timeout
+        self._begin = self._looked_at = environment.now()
+        self._look_at = 0.0
+        self._progress: Dict[int, int] = {}  # in percent, as it was told, by numbers of actions
+
+    @property
+    def seconds(self) -> float:
+        """In how many seconds it is time to look; 0 if it is."""
+        return max(0.0, self._look_at - self._environment.now())
+
+    def look_soon(self) -> None:
+        """Has it look the next time, since an action was dispatched, or is to be tried again."""
+        self._look_at = 0.0
+
+    def look(self) -> None:
+        """Looks, if it is time."""
+        now = self._environment.now()
+        if now < self._look_at:
+            return
+        for actuator, seconds in self._executions.late(_REMINDER_SECONDS):
+            self._environment.warn(
+                f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "
+                "run, and does its terminal say why it waits?"
+            )
+        rest = [_LOOK_SECONDS]
+        if not self._inbox.recorded.knows_inputs:
+            self._tell_progress()
+            rest += [*self._begin_retries(now), *self._time_out(now), *self._miss_heartbeats(now)]
+        self._looked_at = now
+        self._look_at = now + max(_SHORTEST_SECONDS, min(rest))
+
+    def _begin_retries(self, now: float) -> Iterator[float]:
+        """Lets retries begin whose pause is over; yields the seconds until others are due."""
+        for one in self._executions.retrying:
+            if now >= one.retry_at:
+                self._executions.give_up(one.actuator)  # waiting
+                self._inbox.put(ControlArrived(Control.RETRY, one.actuator))
+            else:
+                yield one.retry_at - now
+
+    def _time_out(self, now: float) -> Iterator[float]:
+        """Times out what takes too long; yields the seconds that others may take yet."""
+        for one in self._executions.silent:
+            policy = self._policies.of(one.actuator, one.action)
+            for left, limit in self._limits(one, policy, now):
+                if left > 0:
+                    yield left
+                    continue
+                self._executions.give_up(one.actuator)
+                self._environment.warn(
+                    f"{one.actuator} has not answered for {limit}: nobody waits for it any more"
+                )
+                self._inbox.put(MessageArrived(one.actuator, TIMEOUT))
+                break
+
+    def _limits(
+        self, one: Execution, policy: ActionPolicy, now: float
+    ) -> Iterator[Tuple[float, str]]:
+        """Yields how many seconds an action may still take, and what says so."""
+        expected = self._durations.means.get(one.kind, one.seconds) if one.kind else one.seconds
+        by_factor = policy.factor * expected
+        if by_factor:
+            spent = self._environment.world_now() - one.world_began
+            why = f"{policy.factor:g} times the {expected:g} s that {one.action} takes (~policies)"
+            yield by_factor - spent, why
+        timeout, name = policy.timeout, "policies"
+        if not (timeout or by_factor):
+            timeout, name = self._action_timeout, "action_timeout"
+        if timeout:
+            yield one.began + timeout - now, f"{timeout:g} s (~{name})"
+
+    def _miss_heartbeats(self, now: float) -> Iterator[float]:
+        """Finds interfaces that are gone; yields the seconds until others may be."""
+        for one in self._executions.silent:
+            seconds = self._policies.of(one.actuator, one.action).heartbeat
+            if not seconds:
+                continue
+            last = self._heartbeats.last(one.number)
+            heard = max(one.began, self._begin, last.seconds if last is not None else 0.0)
+            left = heard + _BEATS * seconds - now
+            is_late = now - self._looked_at > seconds + _LOOK_SECONDS  # this process slept itself
+            if left > 0 or is_late:
+                yield max(left, seconds)
+                continue
+            self._executions.give_up(one.actuator)
+            self._environment.warn(
+                f"the interface of {one.actuator} is lost: no heartbeat for {now - heard:.1f} s "
+                f"(~policies), while {one.action} is executed; start it again"
+            )
+            self._inbox.put(MessageArrived(one.actuator, LOST))
+
+    def _tell_progress(self) -> None:
+        executed: List[Execution] = self._executions.silent
+        self._heartbeats.keep([one.number for one in executed])
+        told, self._progress = self._progress, {}
+        for one in executed:
+            percent = _percent(self._heartbeats, one)
+            before = told.get(one.number)
+            if percent is not None and (before is None or percent >= before + _PERCENT):
+                self._tell(f"{one.actuator} {one.action}: {percent} %")
+            elif before is not None:
+                percent = before
+            if percent is not None:
+                self._progress[one.number] = percent
+
+
+def _percent(heartbeats: Heartbeats, one: Execution) -> Optional[int]:
+    last = heartbeats.last(one.number)
+    return None if last is None or last.progress is None else round(100 * last.progress)
