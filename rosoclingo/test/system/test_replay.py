@@ -194,6 +194,47 @@ while not all(ended.wait(0.02) for handle, ended in goals):
 """,
 }
 
+# The paper's third scenario, and an operator: pauses at random moments, and resumes; or approves
+# each action, and sees that nothing is published before.
+SCENARIO_3 = {
+    "robot": """
+done = []
+def act(message):
+    done.append(message.action)
+    if len(done) == 1:
+        goals.append(send("bring(o2,o3)"))
+        while goals[-1][0].get_comm_state() == CommState.WAITING_FOR_GOAL_ACK:
+            rospy.sleep(0.01)
+    answers.publish(message.id, "failure" if len(done) == 3 else "success")
+""",
+    "client": """
+from std_srvs.srv import Trigger
+from rosoclingo.msg import ROSoClingoHeld
+from rosoclingo.srv import ControlActuator
+assert waits.wait(50.0)
+chance = random.Random(int(sys.argv[2]))
+approved = []
+def approve(message):
+    if "approval" in message.reasons:
+        assert len(done) == len(approved), (done, approved)
+        approved.append(message.held)
+        threading.Thread(target=ask, args=("", "")).start()
+ask = rospy.ServiceProxy("rosoclingo/approve", ControlActuator)
+rospy.Subscriber("rosoclingo/held", ROSoClingoHeld, approve, tcp_nodelay=True)
+pause, resume = (rospy.ServiceProxy("rosoclingo/" + word, Trigger) for word in ("pause", "resume"))
+goals = []
+goals.append(send("bring(o7,o11)"))
+for number in range(10):
+    time.sleep(0.1 * chance.random())
+    assert pause().message.startswith("paused")
+    rospy.sleep(0.05 * chance.random())
+    assert resume().message.startswith("running")
+wait_for_end = [ended.wait(50.0) for handle, ended in goals]
+assert len(goals) == 2 and all(wait_for_end)
+assert done == sys.argv[3].split(), done
+""",
+}
+
 
 def line() -> str:
     return str(package("rosoclingo") / "example" / "line.lp")
@@ -497,6 +538,39 @@ def test_an_operator(terminals: Terminals, recorder: Recorder, nodes: str) -> No
     ended = replay(terminals, bag)
     assert ended.wait() == 0, ended.output
     assert "no difference at level exact: 12 goals" in ended.output
+
+
+OFFICE = "c6 c5 c4 c6 open1 c1 c2 o2 + c2 c1 o3 - c1 c2 c3 c4 o7 + c4 o11 -"
+THERE = {"+": ["pickup(2)", "pickup(1)"], "-": ["deliver(2)", "deliver(1)"]}
+
+
+@pytest.mark.parametrize(("nodes", "ask"), [("three", " "), ("one", " "), ("three", "do(mailbot,*)")])
+def test_pauses_in_the_third_scenario(
+    terminals: Terminals, recorder: Recorder, nodes: str, ask: str
+) -> None:
+    """No action begins in a pause, or without approval; the route is that without an operator."""
+    mailbot = package("rosoclingo_aspprograms") / "mailbot"
+    files = [str(mailbot / "instances" / "graph_wg.lp"), str(mailbot / "mailbot.lp")]
+    parameters = [f"_ask_before:={ask}"] if ask.strip() else []
+    there = {word: iter(actions) for word, actions in THERE.items()}
+    route = [next(there[one]) if one in there else f"go({one})" for one in OFFICE.split()]
+    single = [*parameters, *(part for file in files for part in ("-f", file))]
+    bag = recorder.record(
+        [str(len(nodes)), " ".join(route)], files, steps=99, driver=SCENARIO_3,
+        single=single if nodes == "one" else (), parameters=parameters,
+    )  # fmt: skip
+    is_paused = False
+    pauses = 0
+    for event in (entry.event for entry in read_recording(bag).entries):
+        if isinstance(event, ControlArrived):
+            pauses += event.control is Control.PAUSE
+            is_paused |= event.control is Control.PAUSE
+            is_paused &= event.control is not Control.RESUME
+        assert not (is_paused and isinstance(event, ActionPublished)), event
+    assert pauses == 10
+    ended = replay(terminals, bag)
+    assert ended.wait() == 0, ended.output
+    assert "no difference at level exact: 2 goals" in ended.output
 
 
 @pytest.mark.parametrize("nodes", ["three", "one"])
