@@ -65,6 +65,27 @@ def test_what_follows_a_crash(page: Page) -> None:
     assert said.stdout.split() == ["fail", "again", "again", "unknown"]
 
 
+@of("rosoclingo_interfaces/README.md", "Heartbeats")
+def test_progress(page: Page) -> None:
+    """A class of the README's says how far it is while it executes an action."""
+    program = (
+        "from rosoclingo_interfaces.executor import Executor\n"
+        "from rosoclingo_interfaces.interface import ActionInterface\n"
+        f"{page.block('python')}\n"
+        "executor, said = Executor(Mailbot()), []\n"
+        "executor.begin('mailbot', 'sweep(hall)', print)\n"
+        "(running,) = executor.running\n"
+        "while len(said) < 2:\n"
+        "    if running.progress is not None and running.progress not in said:\n"
+        "        said.append(running.progress)\n"
+        "print(*said)\n"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", program], check=True, stdout=subprocess.PIPE, text=True, timeout=180
+    )
+    assert said.stdout.split() == ["0.0", "0.1"]
+
+
 @of("rosoclingo_interfaces/README.md", "un_block.py")
 def test_un_block(page: Page) -> None:
     heard = page.terminals.start("rostopic", "echo", "/rosoclingo/in")

@@ -544,7 +544,9 @@ OFFICE = "c6 c5 c4 c6 open1 c1 c2 o2 + c2 c1 o3 - c1 c2 c3 c4 o7 + c4 o11 -"
 THERE = {"+": ["pickup(2)", "pickup(1)"], "-": ["deliver(2)", "deliver(1)"]}
 
 
-@pytest.mark.parametrize(("nodes", "ask"), [("three", " "), ("one", " "), ("three", "do(mailbot,*)")])
+@pytest.mark.parametrize(
+    ("nodes", "ask"), [("three", " "), ("one", " "), ("three", "do(mailbot,*)")]
+)
 def test_pauses_in_the_third_scenario(
     terminals: Terminals, recorder: Recorder, nodes: str, ask: str
 ) -> None:
