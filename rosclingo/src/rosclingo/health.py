@@ -57,6 +57,11 @@ def number(value: Optional[float]) -> str:
     return "unknown" if value is None else f"{value:.3f}"
 
 
+def since(time: Optional[float], now: float) -> Optional[float]:
+    """Returns how many seconds ago a time was, at least 0; None if it is not known."""
+    return None if time is None else max(0.0, now - time)
+
+
 def resident_megabytes(statm: Path = _STATM) -> Optional[float]:
     """Returns the resident memory of this process in MB; None where there is no ``/proc``."""
     try:
