@@ -32,6 +32,7 @@ apt_packages() {
     echo ros-noetic-ros-base ros-noetic-actionlib \
       ros-noetic-actionlib-msgs ros-noetic-message-generation ros-noetic-message-runtime \
       ros-noetic-rosbag ros-noetic-rostest ros-noetic-std-msgs ros-noetic-std-srvs \
+      ros-noetic-diagnostic-updater \
       ros-noetic-geometry-msgs ros-noetic-move-base-msgs ros-noetic-nav-msgs ros-noetic-rosgraph-msgs \
       ros-noetic-sensor-msgs ros-noetic-tf2-msgs ros-noetic-visualization-msgs
   else
@@ -40,6 +41,7 @@ apt_packages() {
       ros-message-generation ros-message-runtime python3-rosbag librostest-dev python3-rostest \
       ros-geometry-msgs ros-move-base-msgs ros-nav-msgs ros-rosgraph-msgs \
       ros-sensor-msgs ros-tf2-msgs ros-visualization-msgs ros-std-srvs \
+      ros-diagnostic-msgs python3-diagnostic-msgs python3-diagnostic-updater \
       python3-geometry-msgs python3-move-base-msgs python3-nav-msgs python3-rosgraph-msgs \
       python3-sensor-msgs python3-tf2-msgs python3-visualization-msgs python3-std-srvs
   fi

@@ -14,12 +14,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 ROS = {  # but for rospkg, which looks for folders only
     "rospy", "actionlib", "genpy", "rosbag", "rosgraph", "roslaunch", "roslib", "rosmaster",
-    "rosparam", "rosservice", "rostopic", "tf", "tf2_ros",
+    "rosparam", "rosservice", "rostopic", "tf", "tf2_ros", "diagnostic_updater",
 }  # fmt: skip
 
 # From the bottom up: each may import from those before it. Modules stand beside folders.
 FLOORS = {
-    "rosclingo": ["start", "free_file", "errors", "wire", "solver", "ros"],
+    "rosclingo": ["start", "free_file", "errors", "health", "wire", "solver", "ros"],
     "rosoclingo": [
         "errors", "launched", "downward", "seed",
         "loop.words", "loop.quality", "loop.journal", "loop.values", "loop.planner", "loop.inputs",

@@ -45,6 +45,7 @@ NOT_TYPED = {
     "roslaunch rosoclingo_examples blocks_world.launch record:=my_run.bag": "needs another node.py",
     "rosbag info my_run.bag": "likewise",
     "rosnode kill": "names a command without a node",
+    "rosrun diagnostic_aggregator": "needs ROS's aggregator, which is no dependency of ours",
     "rosrun rosoclingo new.py my_robot": "the tutorial begins with it",
     "python3 -m rosoclingo.scaffold": "test_new.py of rosoclingo runs it",
     "python3 -m rosoclingo.check": "test_check.py of rosoclingo runs it",

@@ -31,6 +31,20 @@ def test_the_blocks_world(page: Page) -> None:
     page.type("rostopic echo").wait_for("do(arm,putdown(3),14)")
 
 
+@of("rosoclingo/README.md", "Diagnostics")
+def test_diagnostics(page: Page) -> None:
+    terminals = page.terminals
+    terminals.start("rosrun", "rosoclingo", "run-1.0.py", "-f", str(LINE))
+    page.sees("/rosoclingo/pause")
+    assert "success: True" in terminals.run("rosservice", "call", "/rosoclingo/pause").output
+    echo = page.type("rostopic echo")
+    echo.wait_for("paused by an operator")
+    check_output("rosoclingo/README.md", "Diagnostics", echo.output)
+    page.run("rosparam load")
+    analyzers = terminals.run("rosparam", "get", "/diagnostic_aggregator/analyzers/rosoclingo")
+    assert "path: ROSoClingo" in analyzers.output
+
+
 @of("rosoclingo/README.md", "An operator")
 def test_an_operator(page: Page) -> None:
     terminals = page.terminals

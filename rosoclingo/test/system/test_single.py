@@ -128,6 +128,7 @@ def test_a_wrong_command_line(terminals: Terminals, tmp_path: Path) -> None:
         (["--file", line(), "-c", "steps=many"], "steps is a number from 1 on"),
         (["--file", line(), "--no-such-option"], "no-such-option"),
         ([], "no file: there is no encoding"),
+        (["--file", line(), "_slow_seconds:=-1"], "slow_seconds: expected seconds from 0: -1"),
         (["--file", line(), "_seed_planner:=fast"], "seed_planner: expected lama or none: fast"),
         (["--file", line(), "_abort_unreachable:=7"], "abort_unreachable: expected true or false"),
         (["--file", line(), "_action_timeout:=soon"], "action_timeout: expected seconds"),

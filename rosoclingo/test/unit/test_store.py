@@ -35,8 +35,11 @@ from rosoclingo.loop.journal import (
     Status,
     StatusSet,
 )
+from rosoclingo.loop.monitor import Doing
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.state import State
 from rosoclingo.loop.values.environment import Environment
-from rosoclingo.loop.values.goals import Goal
+from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.store.commands import RecordedSolver, SolverRetry
 from rosoclingo.store.database import Database, put_aside
 from rosoclingo.store.fields import ChangedRows, read
@@ -599,11 +602,15 @@ def test_how_long_is_waited_for_a_solver(
     lost = ServiceError("there is no planner")
 
     def wait(time: float) -> None:
+        assert state.monitor.activity.doing is Doing.LACKS
         waited.append(time)
         raise lost
 
     with contextlib.closing(storing.open_durability(dict, wait)) as durability:
-        durability.connect(Inbox(), Engine(Options()), Environment())
+        inbox = Inbox()
+        planner, environment = durability.connect(inbox, Engine(Options()), Environment())
+        state = State(Planner(planner), inbox, environment)
+        durability.resume(state, lambda _: GoalClient())
         with pytest.raises(ServiceError, match="there is no planner"):
             durability.wait_for_solver(lost)
     assert waited == ([seconds] if seconds else [])

@@ -8,7 +8,7 @@ import queue
 import sys
 import threading
 import time
-from typing import Any, Dict, NoReturn, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NoReturn, Optional, Sequence, Tuple
 
 import actionlib
 import rospy
@@ -16,15 +16,18 @@ from actionlib_msgs.msg import GoalStatus
 from std_msgs.msg import String
 
 from rosclingo.errors import RosclingoError, XmlError, report
+from rosclingo.health import Health
 from rosclingo.msg import ROSClingoAction, ROSClingoControlLog, ROSClingoFeedback, ROSClingoResult
 from rosclingo.ros import parameters
 from rosclingo.ros.action_server import LowLatencyActionServer
 from rosclingo.ros.client import OWN_RESTARTS_HEADER
+from rosclingo.ros.diagnostics import DiagnosticsPublisher, read_parameters
 from rosclingo.ros.history_publisher import HistoryPublisher
 from rosclingo.ros.init import end_wrong, init_node, log_clingo, on_shutdown, spin
 from rosclingo.ros.low_latency import publisher
 from rosclingo.ros.master_watch import exit_status
 from rosclingo.solver.about import about
+from rosclingo.solver.activity import FailedRequest, solver_health
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import USAGE, Options, parse_options
 from rosclingo.solver.programs import Policy
@@ -54,9 +57,15 @@ _SECONDS_TO_SEND = 0.2  # how long the results of aborted goals have until rospy
 class GoalJob(Job):
     """A solve call that reports to an action goal."""
 
-    def __init__(self, goal: actionlib.ServerGoalHandle, assumptions: Sequence[Assumed]) -> None:
+    def __init__(
+        self,
+        goal: actionlib.ServerGoalHandle,
+        assumptions: Sequence[Assumed],
+        note_failure: Callable[[str], None],
+    ) -> None:
         super().__init__(assumptions, _caller(goal.goal))
         self._goal = goal
+        self._note_failure = note_failure
         self._accepted = False
 
     def started(self) -> None:
@@ -83,6 +92,7 @@ class GoalJob(Job):
     def failed(self, message: str) -> None:
         """Aborts the goal."""
         rospy.logerr("solving failed: %s", message)
+        self._note_failure(message)
         self._abort(ROSClingoResult(result=Result.UNKNOWN.value), message)
 
     def _abort(self, result: ROSClingoResult, text: str) -> None:
@@ -102,11 +112,14 @@ class SolverNode:
 
     def __init__(self, engine: Engine, description: str) -> None:
         self._max_request_bytes = parameters.integer("max_request_bytes", 16 * 2**20, least=1)
+        period, self._slow_seconds = read_parameters()
         engine.policy = Policy(
             allow_scripts=parameters.flag("allow_scripts", engine.policy.allow_scripts),
             load_path=_load_path(engine.policy),
         )
         self.worker = Worker(engine)
+        self._activity = engine.activity
+        self._failed: Optional[FailedRequest] = None
         self._jobs: Dict[str, GoalJob] = {}
         # Goals are read in a thread of their own, in order: one of many megabytes takes seconds.
         self._goals: queue.Queue[Optional[actionlib.ServerGoalHandle]] = queue.Queue()
@@ -126,6 +139,22 @@ class SolverNode:
         )
         self._server.start()
         on_shutdown(self._close)
+        DiagnosticsPublisher(self._healths, period).start()
+
+    def _healths(self) -> List[Health]:
+        """Returns the health of the solver. Thread-safe."""
+        return [
+            solver_health(
+                self._activity,
+                time.monotonic(),
+                slow_seconds=self._slow_seconds,
+                waiting=self.worker.waiting,
+                failed=self._failed,
+            )
+        ]
+
+    def _note_failure(self, message: str) -> None:
+        self._failed = FailedRequest(message, time.monotonic())
 
     def _close(self) -> None:
         # Runs before rospy stops publishing, so that open goals get their results.
@@ -154,8 +183,11 @@ class SolverNode:
         except XmlError as err:
             reply = Reply(failure=Failure(err.command or "commands", err.index, str(err)))
         if reply.failure is not None:
-            log = rospy.logdebug if _is_harmless(commands, reply.failure) else rospy.logwarn
+            is_harmless = _is_harmless(commands, reply.failure)
+            log = rospy.logdebug if is_harmless else rospy.logwarn
             log("control request refused at <%s>: %s", reply.failure.command, reply.failure.message)
+            if not is_harmless:
+                self._note_failure(f"<{reply.failure.command}>: {reply.failure.message}")
         return encode_reply(reply)
 
     def _read_goals(self) -> None:
@@ -168,6 +200,7 @@ class SolverNode:
             except Exception as err:  # a bug must not leave a goal open
                 message = report(err, "while reading a goal")
                 rospy.logwarn("goal rejected: %s", message)
+                self._note_failure(message)
                 goal.set_rejected(ROSClingoResult(result=Result.UNKNOWN.value), message)
 
     def _take_goal(self, goal: actionlib.ServerGoalHandle) -> None:
@@ -177,7 +210,7 @@ class SolverNode:
         for assumption in assumptions:
             if isinstance(assumption, Assumption):
                 parse_term(assumption.name)
-        job = GoalJob(goal, assumptions)
+        job = GoalJob(goal, assumptions, self._note_failure)
         jobs = {key: old for key, old in self._jobs.items() if not old.ended}
         jobs[goal.get_goal_id().id] = job
         self._jobs = jobs

@@ -22,6 +22,7 @@ from clingo.symbolic_atoms import SymbolicAtom
 
 from rosclingo.errors import SolverError, UnknownExternalError, UnknownProgramError, report, shorten
 from rosclingo.solver import programs, scripts
+from rosclingo.solver.activity import GROUNDING, SOLVING, SolverActivity
 from rosclingo.solver.controls import ClingoMessages, new_control, use_heuristics
 from rosclingo.solver.options import Options
 from rosclingo.solver.patches import atoms_after
@@ -45,10 +46,12 @@ _Part = Tuple[str, Tuple[clingo.Symbol, ...]]
 class Engine:
     """Runs commands and solve calls on one solver.
 
-    Not thread-safe: one thread makes the calls. Only ``policy`` may be set from elsewhere.
+    Not thread-safe: one thread makes the calls. Only ``policy`` may be set from elsewhere, and
+    ``activity`` read.
 
     Attributes:
         policy: What programs and files from clients may do.
+        activity: What it does now, and for how long.
         core: Assumptions of the last search that exclude an answer set, whatever the others are;
             not as few as possible. Empty if there is one, or none without assumptions either.
     """
@@ -77,6 +80,7 @@ class Engine:
             ProgramError: A file does not parse or is not safe.
         """
         self.policy = policy if policy is not None else default_policy(options)
+        self.activity = SolverActivity()
         self._options = options
         self._log = log
         self._runners: Dict[type, Callable[[Any], Optional[wire.Answer]]] = {
@@ -132,13 +136,17 @@ class Engine:
             RosclingoError: The command is wrong; the solver is as it was before.
             SolverError: clingo failed; only :class:`Restart` is sure to work afterwards.
         """
+        is_ground = isinstance(command, wire.Ground)
+        self.activity.begin(GROUNDING if is_ground else wire.command_name(command))
         try:
             with scripts.using(self._scripts):
                 return self._runners[type(command)](command)
         except (RuntimeError, MemoryError) as err:
             reason = "\n".join(filter(None, [scripts.reason(str(err)), self._messages.text()]))
+            self.activity.failure = reason
             raise SolverError(f"clingo failed: {reason}; a restart gives a fresh solver") from err
         finally:
+            self.activity.end()
             self._log_messages()
 
     def run(self, commands: Sequence[wire.Command]) -> wire.Reply:
@@ -190,6 +198,7 @@ class Engine:
         self.core = ()
         solving = cast(clingo.Configuration, self._control.configuration.solve)
         mode, limit = solving.opt_mode, solving.solve_limit
+        self.activity.begin(SOLVING)
         try:
             if limits:
                 solving.solve_limit = str(limits[-1])
@@ -202,8 +211,10 @@ class Engine:
                     outcome = self._search(literals, watch, improved)
                 return outcome
         except (RuntimeError, MemoryError) as err:
+            self.activity.failure = str(err)
             raise SolverError(f"clingo failed while solving: {err}") from err
         finally:
+            self.activity.end()
             if bounds:
                 solving.opt_mode = mode
             if limits:
@@ -291,6 +302,7 @@ class Engine:
         self._external_signatures: Set[Tuple[str, int, bool]] = set()
         self._once: Set[_Part] = set()  # parts that were grounded by what asks
         self._ask: Optional[SymbolicAtom] = None  # the last ground(P) that was seen
+        self.activity.atoms, self.activity.failure = None, ""
 
     def _add(self, command: wire.Add) -> None:
         self._take(
@@ -310,6 +322,10 @@ class Engine:
 
     def _ground(self, command: wire.Ground) -> None:
         parts = [self._part(part) for part in command.parts]
+        self._ground_parts(parts, command)
+        self.activity.atoms = len(self._control.symbolic_atoms)
+
+    def _ground_parts(self, parts: List[_Part], command: wire.Ground) -> None:
         if not command.asking:
             self._control.ground(parts)
             return

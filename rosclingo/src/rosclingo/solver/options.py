@@ -26,7 +26,8 @@ All else is handed to clingo, for instance:
   --opt-mode=optN       enumerate the optimal answer sets
   --configuration=NAME  use another configuration of the solver, such as jumpy
 
-Private parameters: ~threads, ~allow_scripts, ~load_path, ~max_request_bytes (see docs/protocol.md).
+Private parameters: ~threads, ~allow_scripts, ~load_path, ~max_request_bytes, ~diagnostics_period,
+~slow_seconds (see docs/protocol.md).
 """
 _OPTION = re.compile(r"(?:(--file|--const|--cons|--theory)(?:=(.*))?|(-[fc])(.+)?)", re.DOTALL)
 _NAMES = {"--file": "-f", "--const": "-c", "--cons": "-c"}  # of the same options

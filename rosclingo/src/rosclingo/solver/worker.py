@@ -153,6 +153,11 @@ class Worker:
             self._requests.put(None)
             self._stopped.put(None)
 
+    @property
+    def waiting(self) -> int:
+        """How many requests wait for their turn, about."""
+        return self._requests.qsize()
+
     def join(self, timeout: float) -> bool:
         """Waits for the thread to end.
 

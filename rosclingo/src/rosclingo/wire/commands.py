@@ -10,6 +10,7 @@ from __future__ import annotations
 import enum
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Mapping, Optional, Tuple, Union
 
 
@@ -233,7 +234,12 @@ class Outcome:
 
 def command_name(command: Command) -> str:
     """Returns the name of a command's element, such as ``assign_external``."""
-    return re.sub(r"\B[A-Z]", r"_\g<0>", type(command).__name__).lower()
+    return _element_name(type(command).__name__)
+
+
+@lru_cache(maxsize=None)
+def _element_name(kind: str) -> str:
+    return re.sub(r"\B[A-Z]", r"_\g<0>", kind).lower()
 
 
 PLAIN = {

@@ -7,6 +7,7 @@ from typing import Any, Callable, Dict, Optional, Sequence, Tuple, TypeVar
 
 import clingo
 
+from rosoclingo.loop.health import StoreSummary
 from rosoclingo.loop.inputs.inbox import DurableInputs, Inbox
 from rosoclingo.loop.journal import Status, StatusSet
 from rosoclingo.loop.mode.controller import Decider
@@ -141,6 +142,11 @@ class Durability(DurableInputs):
         Args:
             ended: Why the run ends with this, if it does.
         """
+
+    @property
+    def summary(self) -> Optional[StoreSummary]:
+        """What is to be known of the store, for any thread; None if there is none."""
+        return None
 
     def interrupts(self, reason: str) -> bool:
         """Returns whether the loop ends, and the run goes on in a later process."""

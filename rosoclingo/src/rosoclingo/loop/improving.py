@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rosoclingo.loop.monitor import Doing
 from rosoclingo.loop.search import take_plan
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.atoms import Plan
@@ -25,6 +26,7 @@ def improve(state: State) -> bool:
     inbox.durability.about_to_wait()  # the search may last
     if not is_replay and not inbox.stays_quiet(_QUIET_SECONDS):
         return False  # answers come in bursts, and it takes a while until a search can be stopped
+    state.monitor.begin(Doing.IMPROVES)
     outcome = state.planner.improve(state.step, lambda: is_called(state), horizon=state.horizon)
     if outcome is not None:
         take_plan(state, Plan(outcome.symbols), is_best=not outcome.interrupted)

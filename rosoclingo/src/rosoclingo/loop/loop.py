@@ -21,6 +21,7 @@ from rosoclingo.loop.journal import LoopEnded, Reason
 from rosoclingo.loop.mode.controller import Decider, Info
 from rosoclingo.loop.mode.dispatch import DispatchError, bind
 from rosoclingo.loop.mode.named_steps import STEP_COMMANDS
+from rosoclingo.loop.monitor import Doing
 from rosoclingo.loop.planner.planner import Planner
 from rosoclingo.loop.state import State, StateSnapshot
 from rosoclingo.loop.values.environment import Environment
@@ -200,6 +201,7 @@ class Loop:
             ControllerError: The controller does not say what to do, or names no command.
         """
         state = self.state
+        state.monitor.begin(Doing.DECIDES)
         self._durability.begin_step()
         state.mail.begin_decision()
         if state.mail.inbox.closed:
@@ -207,6 +209,7 @@ class Loop:
         if state.ended:
             state.waiting.rest()
         state.mail.take(may_ask=True)
+        state.poll()
         statuses.release(state)
         mail = state.mail
         needed = state.needed_horizon
@@ -224,6 +227,8 @@ class Loop:
         command = self._durability.retry(
             lambda: self._controller.decide(info), self._restore_controller
         )
+        text = str(command)
+        state.monitor.note_decision(text)
         state.planner.note_last_horizon(self._controller.last_horizon)
         ahead = self._guess(command, info)
         begins = command.type is clingo.SymbolType.Function and command.name == _BEGINS_ACTIONS
@@ -234,7 +239,7 @@ class Loop:
         self._durability.begin_command(command)
         begin = time.perf_counter()
         self._call(command, info)
-        state.note_command(str(command), time.perf_counter() - begin)
+        state.note_command(text, time.perf_counter() - begin)
         state.show_plan()
         self._durability.end_command()
         if begins:
@@ -304,6 +309,7 @@ class Loop:
             from_outside: Whether the cause is no part of the run, so that a replay does not end.
         """
         if self._durability.interrupts(reason):
+            self._mark_end(reason)
             return
         mail = self.state.mail
         if not mail.inbox.closed:
@@ -316,4 +322,11 @@ class Loop:
         mail.refuse(reason)
         mail.take()
         self.state.goals.abort_all(reason)
+        self._mark_end(reason)
         self._durability.commit(ended=reason)
+
+    def _mark_end(self, reason: str) -> None:
+        monitor = self.state.monitor
+        monitor.summary = self.state.summarize()
+        monitor.begin(Doing.ENDED)
+        monitor.end = "" if self.state.mail.inbox.closed else reason

@@ -271,10 +271,10 @@ class Mail(MailState):
         self._note(journal.LoopWaits(for_a_replay=True))
         self.inbox.durability.about_to_wait()
 
-    def wait(self, seconds: float) -> None:
-        """Waits until there is an input, at most for some seconds."""
+    def wait(self, seconds: float) -> bool:
+        """Waits until there is an input, at most for some seconds, and returns whether there is."""
         self.inbox.durability.about_to_wait()
-        self.inbox.wait(seconds)
+        return self.inbox.wait(seconds)
 
     def take(self, *, may_ask: bool = False, controls: bool = True) -> None:
         """Takes inputs from the inbox, and drops invalid ones.

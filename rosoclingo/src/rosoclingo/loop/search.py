@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+from typing import ContextManager
+
 from rosclingo.errors import shorten
 from rosclingo.wire.commands import Outcome, Result, Truth
 from rosoclingo.errors import PlannerError, ShutdownError
@@ -24,7 +27,9 @@ def search(state: State) -> None:
     """
     state.externals.release_now()
     state.waiting.begin_planning()
-    outcome = state.planner.search(state.step, state.horizon, state.interrupted)
+    is_known = state.planner.knows(state.horizon)
+    with contextlib.nullcontext() if is_known else _marked(state):
+        outcome = state.planner.search(state.step, state.horizon, state.interrupted)
     state.result = outcome.result
     if outcome.result is Result.UNKNOWN:
         state.mail.begin_attempt()
@@ -39,6 +44,10 @@ def search(state: State) -> None:
         state.failures += 1
         if _is_in_doubt(state) and diagnosis.mend_contradiction(state):
             state.result = None  # search again
+
+
+def _marked(state: State) -> ContextManager[None]:
+    return state.monitor.search(f"horizon {state.horizon}")
 
 
 def settle(state: State, step: int) -> None:
@@ -58,11 +67,12 @@ def settle(state: State, step: int) -> None:
     is_asked = asked in state.externals.kept
     if is_asked:  # what holds does not depend on it, and there may be no plan
         state.planner.assign([asked], Truth.FALSE)
-    outcome = state.planner.search(
-        step, state.horizon, lambda: state.mail.inbox.closed, looks_ahead=False
-    )
-    if state.planner.needed is not None:  # whatever horizon the plan needs
-        outcome = state.planner.search(step, state.planner.needed, lambda: False)
+    with _marked(state):
+        outcome = state.planner.search(
+            step, state.horizon, lambda: state.mail.inbox.closed, looks_ahead=False
+        )
+        if state.planner.needed is not None:  # whatever horizon the plan needs
+            outcome = state.planner.search(step, state.planner.needed, lambda: False)
     if outcome.result is Result.UNKNOWN:
         raise ShutdownError(Reason.SHUTDOWN)
     if outcome.result is Result.UNSAT:

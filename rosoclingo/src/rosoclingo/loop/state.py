@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosoclingo.loop import journal
 from rosoclingo.loop.execution.durations import Durations, DurationsState
@@ -16,6 +16,7 @@ from rosoclingo.loop.execution.timing import Timing
 from rosoclingo.loop.execution.watchdog import ExecutionWatchdog
 from rosoclingo.loop.inputs.inbox import Inbox
 from rosoclingo.loop.mail import Mail, MailSnapshot
+from rosoclingo.loop.monitor import LoopMonitor, LoopSummary
 from rosoclingo.loop.planner.externals import ExternalsState, PlannerExternals
 from rosoclingo.loop.planner.planner import Planner, PlannerState
 from rosoclingo.loop.values.arrivals import ExpectedArrival
@@ -25,7 +26,7 @@ from rosoclingo.loop.values.execution import Execution, HeldAction, HoldReason
 from rosoclingo.loop.values.goals import Goal, GoalClient, Goals, GoalsSnapshot
 from rosoclingo.loop.values.snapshot import take_over
 from rosoclingo.loop.waiting import Waiting
-from rosoclingo.loop.words import BUSY
+from rosoclingo.loop.words import BUSY, LOST, TIMEOUT
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,7 @@ class State(Progress):
         timing: What follows from that.
         watchdog: Looks after the actions that are executed.
         waiting: How it is waited for what comes.
+        monitor: What other threads may know of the loop.
         begin_mode: Has the mode begin again, so that it initialises the planner next.
         environment: Where actions and log messages go.
         abort_unreachable: Whether a goal without a plan ends alone, and not all with the loop.
@@ -107,6 +109,7 @@ class State(Progress):
         self.heartbeats = Heartbeats(environment.now)
         self.abort_unreachable = abort_unreachable
         self.begin_mode = begin_mode
+        self.monitor = LoopMonitor()
         self.planner = planner
         self.environment = environment
         self.externals = PlannerExternals(planner)
@@ -116,6 +119,8 @@ class State(Progress):
         )
         self._shown: Tuple[object, ...] = ()
         self._held: Tuple[object, ...] = ()
+        self._timed_out: Set[str] = set()  # who has answered nothing since then
+        self._fail = fail
         planner.recorded, planner.note = inbox.recorded, self.note
         planner.missing = self._warn_of_missing
         self.durations = Durations()
@@ -139,7 +144,7 @@ class State(Progress):
             note=self.note,
             answered=self.timing.end_action,
             controlled=control,
-            fail=fail,
+            fail=self._take_answer,
         )
         self.watchdog = ExecutionWatchdog(
             inbox,
@@ -157,6 +162,8 @@ class State(Progress):
             self.goals,
             environment,
             self.note,
+            monitor=self.monitor,
+            polled=self.poll,
             correct=self._correct_arrivals,
             check=check,
             watchdog=self.watchdog,
@@ -228,11 +235,44 @@ class State(Progress):
 
     # What comes from outside.
 
+    def poll(self) -> None:
+        """Makes a summary of the state if somebody wants one; called when inputs are taken."""
+        self.monitor.poll(self.summarize)
+
+    def summarize(self) -> LoopSummary:
+        """Returns what other threads may know of the state."""
+        is_paused, on_hold, held = self._decided_by_operator
+        mail, executions = self.mail, self.executions
+        return LoopSummary(
+            time=self.environment.now(),
+            step=self.step,
+            horizon=self.horizon,
+            is_through=self.ended,
+            goals_open=len(self.goals.open),
+            goals_waiting=len(self.goals.queued),
+            untold=len(mail.messages) + len(mail.cancels),
+            is_paused=is_paused,
+            on_hold=on_hold,
+            held=held,
+            timed_out=frozenset(self._timed_out),
+            run=executions.run,
+            executions=tuple(executions.ordered),
+        )
+
+    def _take_answer(self, one: Execution, answer: str) -> Optional[str]:
+        """Notes whose answers are missing; returns what the planner is told, if anything."""
+        if answer in (TIMEOUT, LOST):
+            self._timed_out.add(one.actuator)
+        else:
+            self._timed_out.discard(one.actuator)
+        return self._fail(one, answer)
+
     def interrupted(self) -> bool:
         """Whether an input has to end the search; gives feedback now and then that it runs."""
         self.waiting.tell_progress(self.horizon)
         self.watchdog.look()
         self.mail.take(controls=False)  # the planner cannot be asked
+        self.poll()
         self.mail.tell_waiting()
         return self.mail.inbox.closed or self.mail.has_news
 
@@ -341,8 +381,9 @@ class State(Progress):
                 "and publishes a whole plan; take a dynamic mode"
             )
 
-    def show_held(self, *, again: bool = False) -> None:
-        """Publishes whether the run is paused, and which actions are held, if new, or again."""
+    @property
+    def _decided_by_operator(self) -> Tuple[bool, Tuple[str, ...], Tuple[HeldAction, ...]]:
+        """Whether the run is paused, who is on hold, and which actions are held."""
         interlock = self.interlock
         waiting = tuple(
             HeldAction(one.actuator, one.action, reason)
@@ -350,12 +391,16 @@ class State(Progress):
             for reason in [self.hold_reason(one)]
             if reason is not None
         )
-        held = (interlock.is_paused, tuple(sorted(interlock.on_hold)), waiting)
+        return interlock.is_paused, tuple(sorted(interlock.on_hold)), waiting
+
+    def show_held(self, *, again: bool = False) -> None:
+        """Publishes whether the run is paused, and which actions are held, if new, or again."""
+        held = self._decided_by_operator
         if held == self._held and not again:
             return
         self._held = held
         self.environment.show_held(*held)
-        asked = [one for one in waiting if one.reason is not HoldReason.RETRY]
+        asked = [one for one in held[-1] if one.reason is not HoldReason.RETRY]
         if asked:
             said = ", ".join(f"{one.actuator} {one.action} ({one.reason})" for one in asked)
             self.goals.tell(f"waits for an operator: {said}")

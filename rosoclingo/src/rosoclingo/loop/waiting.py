@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from typing import Callable, Optional
+from typing import Callable
 
 from rosoclingo.errors import ShutdownError
 from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.execution.watchdog import ExecutionWatchdog
 from rosoclingo.loop.journal import Event, LoopWaits, Reason, Status
 from rosoclingo.loop.mail import Mail
+from rosoclingo.loop.monitor import Doing, LoopMonitor
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goals
 
@@ -34,6 +35,8 @@ class Waiting:
         environment: Environment,
         note: Callable[[Event], None],
         *,
+        monitor: LoopMonitor,
+        polled: Callable[[], None],
         correct: Callable[[], None],
         check: Callable[[], None],
         watchdog: ExecutionWatchdog,
@@ -46,6 +49,8 @@ class Waiting:
             goals: The goals.
             environment: Where warnings go.
             note: Adds an event to the journal.
+            monitor: Where it is marked that the loop waits.
+            polled: Called each time when inputs are taken.
             correct: Called now and then; tells clients what takes longer than they were told.
             check: Called now and then; raises an error if a solver went away.
             watchdog: Looks after the actuators.
@@ -56,12 +61,13 @@ class Waiting:
         self._goals = goals
         self._environment = environment
         self._note = note
+        self._monitor = monitor
+        self._polled = polled
         self._correct = correct
         self._check = check
         self._watchdog = watchdog
         self._stops = False
         self._look_at = 0.0  # when it is time to look again
-        self._planning_since: Optional[float] = None
 
     def wait(self, step: int, improve: Callable[[], bool]) -> None:
         """Waits for an input that the controller does not know of.
@@ -99,9 +105,7 @@ class Waiting:
                 if self._is_told_to_stop():
                     return
                 continue
-            self._look()
-            mail.wait(self._seconds)
-            mail.take(may_ask=True)
+            self._wait()
 
     def wait_for_answers(self) -> None:
         """Waits for the answers of all actuators that the step waits for.
@@ -118,9 +122,16 @@ class Waiting:
         while self._executions.pending_actions:
             if mail.inbox.closed:
                 raise ShutdownError(Reason.SHUTDOWN)
-            self._look()
-            mail.wait(self._seconds)
-            mail.take(may_ask=True)
+            self._wait()
+
+    def _wait(self) -> None:
+        """Waits until something comes, or it is time to look at something, and takes inputs."""
+        self._look()
+        self._monitor.begin(Doing.WAITS)
+        if self._mail.wait(self._seconds):
+            self._monitor.go_on()  # to take it may last, if the planner is asked
+        self._mail.take(may_ask=True)
+        self._polled()
 
     def stop(self) -> None:
         """Ends the wait, since the step has new actions: the mode hears of news."""
@@ -181,22 +192,24 @@ class Waiting:
         """
         inbox = self._mail.inbox
         self._mail.end_attempt()
+        self._monitor.begin(Doing.WAITS)
         while not inbox.closed:
             self._mail.take()
+            self._polled()
             self._mail.wait(LOOK_SECONDS)
         raise ShutdownError(Reason.SHUTDOWN)
 
     def begin_planning(self) -> None:
         """Starts the clock of planning, unless it runs; planning may last for many searches."""
-        if self._planning_since is None:
-            self._planning_since = time.monotonic()
+        if self._monitor.planning_since is None:
+            self._monitor.planning_since = time.monotonic()
 
     def tell_progress(self, horizon: int) -> None:
         """Tells the goals how far the planner is, once they have waited for a while."""
-        begin = self._planning_since
+        begin = self._monitor.planning_since
         if begin is not None and time.monotonic() - begin > _SILENT_SECONDS:
             self._goals.tell(f"planning, horizon {horizon}")
 
     def end_planning(self) -> None:
         """Stops the clock of planning, as there is a plan."""
-        self._planning_since = None
+        self._monitor.planning_since = None

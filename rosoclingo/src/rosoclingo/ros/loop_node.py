@@ -39,6 +39,7 @@ from rosoclingo.msg import (
     ROSoClingoIn,
     ROSoClingoResult,
 )
+from rosoclingo.ros.diagnostics import LoopDiagnostics, SolverReport
 from rosoclingo.ros.encodings import Encodings
 from rosoclingo.ros.environment import ActionClient, RosEnvironment
 from rosoclingo.ros.goal_statuses import status_of
@@ -76,6 +77,7 @@ class LoopNode:
         describe: Callable[..., str] = partial(about, "", [], {}),
         encodings: Optional[Encodings] = None,
         durability: Optional[Durability] = None,
+        solver_report: Optional[SolverReport] = None,
     ) -> None:
         """Opens the names; :meth:`start` starts the loop.
 
@@ -89,6 +91,7 @@ class LoopNode:
                 ``parameters`` that it is given.
             encodings: What the planner plans with; without it, there is no service ``~why``.
             durability: Stores the run; None for nowhere.
+            solver_report: Returns the health of a solver in this process; None if there is none.
 
         Raises:
             ParameterError: A parameter is wrong.
@@ -134,6 +137,9 @@ class LoopNode:
             environment.questions = Questions(
                 self._loop.state, encodings, seconds=why_seconds, nice=why_nice, explains=explains
             )
+        self._diagnostics = LoopDiagnostics(
+            self._loop.state, inbox, environment, self._durability, solver_report
+        )
         self._ready = ready
         self._thread = threading.Thread(target=self._run, name="loop", daemon=True)
         self._goals: Dict[str, Goal] = {}
@@ -171,6 +177,7 @@ class LoopNode:
 
     def start(self) -> None:
         """Starts the loop."""
+        self._diagnostics.start()
         self._thread.start()
         on_shutdown(self._close)  # which waits for the thread
 
@@ -221,6 +228,7 @@ class LoopNode:
 
     def _fail(self, reason: str) -> None:
         if not self._inbox.closed:
+            self._diagnostics.publish()  # before the process ends
             self.failure = reason
 
     def _on_message(self, message: ROSoClingoIn) -> None:

@@ -24,7 +24,8 @@ usage: run.py [_controller:=NAME] [_planner:=NAME] [_action_timeout:=SECONDS]
               [_abort_unreachable:=true] [_patience:=SECONDS]
               [_one_by_one_seconds:=SECONDS] [_seed_planner:=lama] [_why_seconds:=SECONDS]
               [_why_nice:=NUMBER] [_explain:=false] [_store:=FILE] [_resume:=fresh]
-              [_solver_timeout:=SECONDS] [_ask_before:=PATTERNS] [ROS remappings]
+              [_solver_timeout:=SECONDS] [_ask_before:=PATTERNS]
+              [_diagnostics_period:=SECONDS] [_slow_seconds:=SECONDS] [ROS remappings]
 
 Plans and executes with two solver nodes of package rosclingo, by default controller and planner."""
 _SOLVERS = ("controller", "planner")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import faulthandler
 import sys
+import time
 from functools import partial
 from typing import Any, NoReturn, Type
 
@@ -13,6 +14,7 @@ from rosclingo.errors import RosclingoError
 from rosclingo.ros import parameters
 from rosclingo.ros.init import end_wrong, init_node, log_clingo
 from rosclingo.solver.about import about
+from rosclingo.solver.activity import solver_health
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import parse_options
 from rosoclingo.launched.about import SINGLE_NODE
@@ -28,7 +30,8 @@ usage: run-1.0.py --file FILE... [--theory dl] [clingo options]
                   [_action_timeout:=SECONDS] [_abort_unreachable:=true] [_patience:=SECONDS]
                   [_one_by_one_seconds:=SECONDS] [_seed_planner:=lama]
                   [_threads:=NUMBER] [_why_seconds:=SECONDS] [_why_nice:=NUMBER] [_explain:=false]
-                  [_store:=FILE] [_resume:=fresh] [_ask_before:=PATTERNS] [ROS remappings]
+                  [_store:=FILE] [_resume:=fresh] [_ask_before:=PATTERNS]
+                  [_diagnostics_period:=SECONDS] [_slow_seconds:=SECONDS] [ROS remappings]
 
 Plans and executes in one process, as the paper has it; a controller and a planner are not needed.
 
@@ -93,6 +96,9 @@ def main(commands: Type[Any]) -> NoReturn:
             describe=describe,
             encodings=encodings,
             durability=durability,
+            solver_report=lambda slow: solver_health(
+                engine.activity, time.monotonic(), slow_seconds=slow
+            ),
         )
 
     run(make)

@@ -17,6 +17,7 @@ import os
 import secrets
 import sqlite3
 import threading
+import time
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 
@@ -47,6 +48,8 @@ class Database:
     Attributes:
         loss: What is missing. As long as that is not accepted, nothing can be written, and
             :meth:`close` leaves file and log as they are.
+        committed: When a transaction was written last, in seconds of the monotonic clock; None if
+            none was.
     """
 
     def __init__(
@@ -82,6 +85,7 @@ class Database:
         self._number = 0  # of the last transaction
         self._mark: Optional[HighWaterMarkFile] = None
         self.loss: Optional[Loss] = None
+        self.committed: Optional[float] = None
         self._is_durable = True
         self._failure: Optional[StoreError] = None
         self._closed = False
@@ -205,6 +209,14 @@ class Database:
         """Why nothing can be written any more; None if it can."""
         return self._failure
 
+    @property
+    def size(self) -> Optional[int]:
+        """The bytes of the file and of its log; None if that is unknown."""
+        try:
+            return _size(self.path) + _size(_log(self.path))
+        except OSError:
+            return None
+
     @contextlib.contextmanager
     def transaction(self, *, durable: bool = True) -> Iterator[Rows]:
         """A context in which rows are changed, all or none.
@@ -254,6 +266,7 @@ class Database:
             raise
         if durable and self._mark is not None:
             self._mark.write(HighWaterMark(self._id, self._number, self._details()))
+        self.committed = time.monotonic()
         self._point(f"after {name}")
 
 

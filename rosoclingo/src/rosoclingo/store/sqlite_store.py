@@ -24,6 +24,7 @@ from rosclingo.errors import ServiceError
 from rosclingo.wire.commands import Result
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.durability import Durability, KnownGoal
+from rosoclingo.loop.health import StoreSummary
 from rosoclingo.loop.inputs.inbox import Cancel, Inbox, Item, arrival_of
 from rosoclingo.loop.journal import (
     LOOP,
@@ -36,6 +37,7 @@ from rosoclingo.loop.journal import (
 )
 from rosoclingo.loop.loop import LoopSnapshot
 from rosoclingo.loop.mode.controller import Decider
+from rosoclingo.loop.monitor import Doing
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.goals import Goal, GoalClient
@@ -132,7 +134,8 @@ class SqliteStore(Durability):
         if self._inbox.closed or self._wait_for_solvers is None:
             raise err
         self._outbox.warn(f"{err}; waits until that node is there, and gives it its commands again")
-        self._wait_for_solvers()
+        with self._state.monitor.interlude(Doing.LACKS, str(err)):
+            self._wait_for_solvers()
         was_unsure, self._is_unsure = self._is_unsure, True  # goals stay open if they are others
         self._store.check(self._started_with())
         self._is_unsure = was_unsure
@@ -323,6 +326,13 @@ class SqliteStore(Durability):
         )
         self._outbox.save(changes, ended=ended)
         self._committed_at = self._outbox.now()
+
+    @property
+    def summary(self) -> StoreSummary:
+        """What is to be known of the store. Thread-safe."""
+        failure, store = self._store.failure, self._store
+        text = "" if failure is None else str(failure)
+        return StoreSummary(store.path, store.size, store.committed, text, self._is_unsure)
 
     def interrupts(self, reason: str) -> bool:
         """Returns whether the run goes on in a later process, and refuses inputs until then."""

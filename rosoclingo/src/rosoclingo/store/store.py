@@ -166,6 +166,16 @@ class Store:
         """Why nothing can be written any more; None if it can."""
         return self._database.failure
 
+    @property
+    def committed(self) -> Optional[float]:
+        """When it was written last, in seconds of the monotonic clock; None if it was not."""
+        return self._database.committed
+
+    @property
+    def size(self) -> Optional[int]:
+        """The bytes of the file and of its log; None if that is unknown."""
+        return self._database.size
+
     # What was stored.
 
     @property

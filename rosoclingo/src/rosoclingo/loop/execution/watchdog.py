@@ -18,9 +18,11 @@ from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution
 from rosoclingo.loop.words import LOST, TIMEOUT
 
+REMINDER_SECONDS = 30.0
+"""How often it is said that an actuator does not answer."""
+
 _LOOK_SECONDS = 1.0  # how often it looks at least, and
 _SHORTEST_SECONDS = 0.02  # at most
-_REMINDER_SECONDS = 30.0  # how often it is said that an actuator does not answer
 _BEATS = 2  # heartbeats in a row that are missing when an interface is lost
 _PERCENT = 10  # of which progress is told
 
@@ -79,7 +81,7 @@ class ExecutionWatchdog:
         now = self._environment.now()
         if now < self._look_at:
             return
-        for actuator, seconds in self._executions.late(_REMINDER_SECONDS):
+        for actuator, seconds in self._executions.late(REMINDER_SECONDS):
             self._environment.warn(
                 f"{actuator} has not answered for {seconds:.0f} s; does an interface of it "
                 "run, and does its terminal say why it waits?"

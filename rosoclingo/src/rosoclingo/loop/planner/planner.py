@@ -131,6 +131,10 @@ class Planner(PlannerState):
         """The first horizon of the plan that was found, if its encoding says so."""
         return None if self._kept is None else self._kept.horizon
 
+    def knows(self, horizon: int) -> bool:
+        """Returns whether the plan that is kept answers the next search, if that has a horizon."""
+        return self._kept is not None and (bool(self.demand) or horizon <= self._kept.horizon)
+
     def begin(self, saved: Sequence[str] = (), slots: Optional[Sequence[str]] = None) -> List[str]:
         """Grounds base, state(0) and query(0) on a fresh solver.
 

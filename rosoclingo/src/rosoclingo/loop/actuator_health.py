@@ -1,0 +1,158 @@
+"""Health of actuators: levels, messages and numbers, without ROS.
+
+See docs/protocol.md, section "Diagnostics".
+"""
+
+from __future__ import annotations
+
+from typing import Collection, List, NamedTuple, Optional, Sequence, Set, Tuple, Union
+
+from rosclingo.errors import shorten
+from rosclingo.health import Health, HealthLevel, number, since
+from rosoclingo.loop.execution.heartbeats import Heartbeat
+from rosoclingo.loop.execution.watchdog import REMINDER_SECONDS
+from rosoclingo.loop.inputs.inbox import Item
+from rosoclingo.loop.journal import AnswerArrived, MessageArrived
+from rosoclingo.loop.monitor import LoopSummary
+from rosoclingo.loop.values.execution import Execution
+from rosoclingo.loop.words import LOST
+
+LATE_SECONDS = 5.0
+"""By how much an action may take longer than its encoding says, in seconds of ROS's time."""
+
+_OK, _WARN, _ERROR = HealthLevel.OK, HealthLevel.WARN, HealthLevel.ERROR
+_TIMED_OUT = "has not answered in time"
+
+_Answer = Union[str, int]  # the id of an actuator, or the number of a token
+
+
+class HealthClocks(NamedTuple):
+    """The time of a report.
+
+    Attributes:
+        now: In seconds of the monotonic clock, which the loop's environment has, too.
+        world: In seconds of ROS's time.
+    """
+
+    now: float
+    world: float
+
+
+def untaken_answers(items: Sequence[Item], run: str) -> Set[_Answer]:
+    """Returns whose answers are among inputs that the loop has not taken yet.
+
+    Args:
+        items: The inputs.
+        run: The id of the run.
+
+    Returns:
+        The ids of actuators, and the numbers of their tokens.
+    """
+    plain = (item.source for item in items if isinstance(item, MessageArrived))
+    tokens = (item for item in items if isinstance(item, AnswerArrived))
+    return {*plain, *(item.number for item in tokens if item.run == run)}
+
+
+def actuators_of(summary: LoopSummary) -> List[str]:
+    """Returns the actuators that have acted, or are on hold, in the order of their ids."""
+    return sorted({*(one.actuator for one in summary.executions), *summary.on_hold})
+
+
+def actuator_health(
+    actuator: str,
+    summary: LoopSummary,
+    clocks: HealthClocks,
+    answers: Collection[_Answer] = (),
+    heartbeat: Optional[Heartbeat] = None,
+) -> Health:
+    """Returns the health of an actuator.
+
+    Args:
+        actuator: Its id.
+        summary: What is known of the loop.
+        clocks: The time.
+        answers: Those of :func:`untaken_answers`.
+        heartbeat: The last one of its action; None if there was none.
+    """
+    is_on_hold = actuator in summary.on_hold
+    one = next((each for each in summary.executions if each.actuator == actuator), None)
+    name = f"actuator {shorten(actuator)}"
+    level, message, state = _OK, "has no action", "idle"
+    values: Tuple[Tuple[str, str], ...] = ()
+    if one is not None:
+        level, message, state = _execution_health(one, summary, clocks, answers, heartbeat)
+        values = _execution_values(one, clocks, heartbeat)
+    if actuator in summary.timed_out and level is not _ERROR:
+        level, message = _ERROR, f"{_TIMED_OUT} and has said nothing since; {message}"
+    if is_on_hold:
+        level, message = max(level, _WARN), f"on hold by an operator; {message}"
+    held = ("on hold", "yes" if is_on_hold else "no")
+    return Health(name, level, message, (("state", state), held, *values))
+
+
+def _execution_health(
+    one: Execution,
+    summary: LoopSummary,
+    clocks: HealthClocks,
+    answers: Collection[_Answer],
+    heartbeat: Optional[Heartbeat],
+) -> Tuple[HealthLevel, str, str]:
+    """Returns level, message and state of an actuator by what it was told last."""
+    action, seconds = shorten(one.action), max(0.0, clocks.now - one.began)
+    if one.is_overdue and one.answer == LOST:
+        return _ERROR, f"its interface was lost, while {action} was executed", "lost"
+    if one.is_overdue and not one.is_held:
+        return _ERROR, f"{_TIMED_OUT}: nobody waits for {action} any more", "timed out"
+    if not one.is_open:
+        return _OK, f"has answered {shorten(str(one.answer))} to {action}", "idle"
+    if one.is_held:
+        reasons = [str(held.reason) for held in summary.held if held.actuator == one.actuator]
+        if one.pauses:
+            return _WARN, f"{action} has failed, and is tried again ({one.attempt})", "retries"
+        return _WARN, f"{action} waits for an operator ({', '.join(reasons)})", "held"
+    if not one.acts:
+        return _OK, f"nobody waits for its answer to {action}", "idle"
+    if one.actuator in answers or one.number in answers:
+        return _OK, f"has answered {action}, and the loop has not taken that yet", "has answered"
+    state = "is to stop" if one.aborted else "acts"
+    reason = _why_late(one, seconds, clocks, heartbeat)
+    if reason is not None:
+        return _WARN, f"{reason}; does an interface of it run?", state
+    return _OK, f"{action}{' is to stop' if one.aborted else ''}, for {seconds:.1f} s", state
+
+
+def _why_late(
+    one: Execution, seconds: float, clocks: HealthClocks, heartbeat: Optional[Heartbeat]
+) -> Optional[str]:
+    """Returns why an action should be over; None if it may go on."""
+    action = shorten(one.action)
+    if one.kind:
+        acted = clocks.world - one.world_began
+        if acted <= one.seconds + LATE_SECONDS:
+            return None
+        return f"{action} takes {acted:.0f} s, and {one.seconds} s were expected"
+    silent = seconds if heartbeat is None else clocks.now - heartbeat.seconds
+    if min(seconds, silent) < REMINDER_SECONDS:
+        return None
+    return f"has not answered {action} for {seconds:.0f} s"
+
+
+def _execution_values(
+    one: Execution, clocks: HealthClocks, heartbeat: Optional[Heartbeat]
+) -> Tuple[Tuple[str, str], ...]:
+    last = heartbeat or Heartbeat(clocks.now)
+    beat = None if heartbeat is None else heartbeat.seconds
+    progress = "unknown" if last.progress is None else f"{100 * last.progress:.0f}"
+    acted = max(0.0, clocks.now - one.began) if one.is_open and not one.is_held else 0.0
+    return (
+        ("action", one.action),
+        ("step", str(one.step)),
+        ("token", str(one.number)),
+        ("acts (s)", number(acted)),
+        ("expected (s)", str(one.seconds) if one.kind else "unknown"),
+        ("attempt", str(one.attempt)),
+        ("since the last heartbeat (s)", number(since(beat, clocks.now))),
+        ("done (%)", progress),
+        ("busy over steps", "yes" if one.is_busy or one.goes_on else "no"),
+        ("answer", "none" if one.answer is None else one.answer),
+    )
