@@ -67,6 +67,7 @@ class World:
         cancel: Mapping[str, str] = {},
         messages: Sequence[Union[MessageArrived, ControlArrived]] = (),
         failures: Collection[int] = (),
+        asks: Optional[Sequence[str]] = None,
     ) -> None:
         """Nothing has happened yet.
 
@@ -75,17 +76,21 @@ class World:
             cancel: By their ids, what is cancelled; as soon as it has a status, if one is given.
             messages: What is said besides, also by an operator, when the first goal is known.
             failures: The numbers of the tokens that are answered by ``failure``.
+            asks: The requests that are asked for by themselves, by their ids; None for all.
         """
         self.effects: List[Tuple[str, str]] = []
         self.latched: Optional[str] = None
         self.clients: Dict[str, Client] = {str(n): Client() for n in range(1, len(requests) + 1)}
         self._requests = dict(zip(self.clients, requests))
-        self._to_ask = list(self.clients)
+        self._to_ask = list(self.clients if asks is None else asks)
         self._to_cancel = dict(cancel)
         self._to_send = list(messages)
         self._failures = failures
         self._done: Dict[str, Tuple[str, int]] = {}  # the last token of each actuator
         self._open: List[Tuple[str, int]] = []  # tokens without an answer
+
+    def goal(self, key: str) -> Goal:
+        return Goal(self._requests[key], (), key, self.clients[key])
 
     def hear(self, run: str, told: Sequence[Execution]) -> None:
         self._open = [(run, one.number) for one in told if one.answer is None]
@@ -103,10 +108,7 @@ class World:
             if key in life.known or self.clients[key].end():
                 self._to_ask.remove(key)
                 continue
-            goal = Goal(self._requests[key], (), key, self.clients[key])
-            life.put(goal)
-            life.known[key] = goal
-            self.clients[key].known = True
+            life.ask(key)
             return
         for key, awaited in list(self._to_cancel.items()):
             client = self.clients[key]
@@ -140,6 +142,13 @@ class Life(System):
     def stored(self) -> SqliteStore:
         assert isinstance(self.durability, SqliteStore)
         return self.durability
+
+    def ask(self, key: str) -> None:
+        """A client asks for something."""
+        goal = self._world.goal(key)
+        self.put(goal)
+        self.known[key] = goal
+        self._world.clients[key].known = True
 
     def wait(self, timeout: float) -> bool:
         if not self._items:

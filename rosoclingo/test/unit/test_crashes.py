@@ -16,6 +16,7 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any, Callable, Iterator, List, Mapping, Optional, Sequence, Set
 
+import clingo
 import pytest
 from conftest import PACKAGE
 from crashes import Client, Crash, Life, Runs, World, outcome
@@ -28,7 +29,7 @@ from rosclingo.wire import commands as wire
 from rosoclingo.desk.parts import EXAMPLES, SINGLE, find_mode, make_parts
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.journal import Control, ControlArrived, MessageArrived
-from rosoclingo.loop.mode.controller import Controller
+from rosoclingo.loop.mode.controller import Controller, Info
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.goals import Goal
 from rosoclingo.loop.values.solver import Forwarding, Solver
@@ -131,6 +132,39 @@ def test_retries_at_every_point(mode: str, encoding: str, folder: Path) -> None:
         disturbed = failing()
         runs.run(disturbed, [number])
         assert outcome(disturbed) == outcome(calm), (number, points[number])
+
+
+class Batch(Life):
+    """A life in which a request of an operator and a goal come together in a command."""
+
+    def live(self) -> None:
+        carry_out = self.loop._call
+
+        def call(command: clingo.Symbol, info: Info) -> None:
+            carry_out(command, info)
+            is_asked = "2" in self.known or self._world.clients["2"].known
+            if command.name == "commit_actions" and "1" in self.known and not is_asked:
+                self.put(ControlArrived(Control.HOLD, "other"))
+                self.ask("2")
+
+        self.loop._call = call  # type: ignore[method-assign]
+        super().live()
+
+
+def test_a_goal_behind_an_operators_request(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The request is committed, and a crash right after that loses no goal."""
+    monkeypatch.setattr("crashes.Life", Batch)
+
+    def asked() -> World:
+        return World(["visit(3)", "visit(2)"], asks=["1"])
+
+    runs, calm = Runs(folder, DYN_RESET), asked()
+    points = list(runs.run(calm))
+    assert outcome(calm)[1] == {"1": ["succeeded"], "2": ["succeeded"]}
+    for number in range(1, len(points) + 1, 3):
+        disturbed = asked()
+        runs.run(disturbed, [number])
+        assert outcome(disturbed)[1] == outcome(calm)[1], (number, points[number - 1])
 
 
 @pytest.mark.long

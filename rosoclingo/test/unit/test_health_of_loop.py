@@ -328,8 +328,8 @@ def test_an_answer_that_the_loop_has_not_taken() -> None:
 def test_an_action_that_has_timed_out() -> None:
     """Until the next one, whether or not that is an answer already."""
     for one in (
-        replace(GO, is_overdue=True),
-        replace(GO, is_overdue=True, answer="timeout", outcome="failure"),
+        replace(GO, is_enqueued=True),
+        replace(GO, is_enqueued=True, answer="timeout", outcome="failure"),
     ):
         health = of_robot(one, 200.0)
         assert health.level is ERROR
@@ -356,12 +356,12 @@ def test_policies() -> None:
     assert of_robot(GO, 2 * silent, heartbeat=Heartbeat(silent)).level is WARN
     one = replace(GO, is_held=True, pauses=True, attempt=2)
     held = (HeldAction("robot", "go(3)", HoldReason.RETRY),)
-    for paused in (one, replace(one, is_overdue=True)):
+    for paused in (one, replace(one, is_enqueued=True)):
         health = of_robot(paused, held=held)
         assert (health.level, values(health)["attempt"]) == (WARN, "2")
         assert health.message == "go(3) has failed, and is tried again (2)"
     assert said(monitor_of(Doing.WAITS, held=held), 1.0)[0] is OK
-    lost = of_robot(replace(GO, is_overdue=True, answer="lost"))
+    lost = of_robot(replace(GO, is_enqueued=True, answer="lost"))
     assert (lost.level, values(lost)["state"]) == (ERROR, "lost")
 
 
@@ -385,7 +385,7 @@ def test_who_has_timed_out_until_it_answers(mode: str) -> None:
     assert goes(system) == ["go(2)", "go(2)"]
     summary = system.loop.state.summarize()
     assert summary.timed_out == {"robot"}
-    assert not any(one.is_overdue for one in summary.executions)
+    assert not any(one.is_enqueued for one in summary.executions)
     system.answers = True
     assert system.run() is None
     assert goal.words[-1] == "succeeded"

@@ -122,6 +122,61 @@ def test_what_was_aborted_is_not_tried_again(mode: str) -> None:
     assert retries(system) == []
 
 
+def test_each_attempt_is_aborted_at_its_timeout(mode: str) -> None:
+    system = Failing(mode, [None] * 3, {"go(*)": {"timeout": 3, "retries": 2}})
+    system.request("visit(2)")
+    system.run()
+    assert gone(system)[:6] == ["go(2)", ABORT] * 3
+
+
+def test_what_was_halted_is_not_tried_again_after_a_timeout(mode: str) -> None:
+    system = Failing(mode, [None], {"go(*)": {"timeout": 30, "retries": 2}})
+    system.seconds = 60 - 3  # which pass before somebody looks after the robot
+    system.request("visit(2)")
+    system.run()
+    system.put(ControlArrived(Control.HALT))
+    system.seconds = 0
+    system.run()
+    assert gone(system)[:2] == ["go(2)", ABORT]
+    assert retries(system) == []
+
+
+def test_what_is_said_of_an_attempt_after_its_timeout_is_dropped(mode: str) -> None:
+    """An older interface answers the abort, without a token."""
+
+    class Late(Failing):
+        def publish(self, actuator: str, action: str) -> None:
+            super().publish(actuator, action)
+            if action == ABORT:
+                self.tell("robot", "failure")
+
+    system = Late(mode, [None], {"go(*)": {"timeout": 3, "retries": 1}})
+    goal = system.request("visit(2)")
+    system.run()
+    assert gone(system) == ["go(2)", ABORT, "go(2)"]
+    assert goal.words[-1] == "succeeded"
+    assert any("waits for a retry" in warning for warning in system.warnings)
+
+
+def test_time_in_which_nobody_looked_counts_for_nothing(mode: str) -> None:
+    """The process was stopped for a minute: answers that have come meanwhile are taken first."""
+
+    class Stopped(Failing):
+        def turn(self) -> bool:
+            if self.acting and not self.seconds:
+                self.seconds += 1
+                self.clock += 60.0
+                return True
+            return super().turn()
+
+    for policy in ({"timeout": 30}, {"heartbeat": 5}):
+        system = Stopped(mode, [], {"go(*)": policy})
+        goal = system.request("visit(2)")
+        system.run()
+        assert goal.words[-1] == "succeeded"
+        assert not any("~policies" in warning for warning in system.warnings)
+
+
 def test_a_pause_of_the_run_holds_a_retry(mode: str) -> None:
     class Paused(Failing):
         def note(self, record: Any) -> None:
@@ -215,7 +270,9 @@ def test_an_interface_with_heartbeats_is_not_lost(mode: str) -> None:
         ({"go(*)": 3}, "go(*): expected some of timeout, factor, retries,"),
         ({"go(*)": {"retry": 3}}, "go(*): there is no retry, but timeout, factor, retries,"),
         ({"go(*)": {"timeout": "3"}}, "timeout has to be a number from 0 on, and is '3'"),
-        ({"go(*)": {"then": "no term("}}, "then has to be a ground term, such as failure"),
+        ({"go(*)": {"then": "no term("}}, "then has to be a ground term that is an answer,"),
+        ({"go(*)": {"then": "busy"}}, "then has to be a ground term that is an answer,"),
+        ({"go(*)": {"then": False}}, "and is False"),
     ],
 )
 def test_what_is_wrong_is_named(wrong: Dict[str, Any], why: str) -> None:

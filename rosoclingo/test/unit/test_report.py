@@ -180,6 +180,7 @@ def test_the_page_needs_nothing_else_and_runs_its_own_script_alone() -> None:
     assert names.isdisjoint({"src", "href", "onclick", "onload", "style"})
     policy = next(value for _, value in page.attributes if "default-src" in value)
     assert "default-src 'none'" in policy
+    assert ("http-equiv", "Content-Security-Policy") in page.attributes
     for text in (page.texts["module"], page.texts["style"]):
         digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
         assert f"'sha256-{digest}'" in policy

@@ -136,9 +136,10 @@ def mapping(name: str) -> Dict[str, Any]:
     """
     value = _get(name, {})
     try:
-        value = yaml.safe_load(value) or {} if isinstance(value, str) else value
+        value = yaml.safe_load(value) if isinstance(value, str) else value
     except yaml.YAMLError as err:
         raise wrong(name, f"expected a mapping in YAML: {err}") from err
+    value = {} if value is None else value
     if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
         raise wrong(name, f"expected a mapping, such as {{'go(*)': {{...}}}}: {value}")
     return value

@@ -108,8 +108,9 @@ class DeskSimulation(System):
 
     def _pass(self) -> bool:
         """Advances the clock to the next answer, or the loop's next check of silent actuators."""
-        moments = list(self._due.values())
-        if not self._is_patient and self.loop.state.executions.silent:
+        executions = self.loop.state.executions
+        moments = [*self._due.values(), *(one.retry_at for one in executions.retrying)]
+        if not self._is_patient and executions.silent:
             moments.append(self.clock + LOOK_SECONDS)
         if not moments:
             return False

@@ -99,9 +99,9 @@ def _execution_health(
 ) -> Tuple[HealthLevel, str, str]:
     """Returns level, message and state of an actuator by what it was told last."""
     action, seconds = shorten(one.action), max(0.0, clocks.now - one.began)
-    if one.is_overdue and one.answer == LOST:
+    if one.is_enqueued and one.answer == LOST:
         return _ERROR, f"its interface was lost, while {action} was executed", "lost"
-    if one.is_overdue and not one.is_held:
+    if one.is_enqueued and not one.is_held:
         return _ERROR, f"{_TIMED_OUT}: nobody waits for {action} any more", "timed out"
     if not one.is_open:
         return _OK, f"has answered {shorten(str(one.answer))} to {action}", "idle"

@@ -293,6 +293,7 @@ class Mail(MailState):
         is_news = False
         while True:
             before = [*itertools.takewhile(lambda one: not isinstance(one, _CONTROL), items)]
+            self.inbox.durability.took(before)  # a request may commit, before what is behind it
             new, dropped = resolve(self._executions, before)
             if new or dropped or self._held:
                 self._take_all(new, dropped, may_ask)
@@ -308,6 +309,7 @@ class Mail(MailState):
 
     def _take_control(self, request: Item) -> None:
         assert isinstance(request, journal.ControlArrived)
+        self.inbox.durability.took([request])
         self._note(replace(request, seconds=self._seconds))
         if self.dynamic:
             self._news += self._controlled(request)
@@ -326,9 +328,7 @@ class Mail(MailState):
         if self._holds and not (controls and self.inbox.has_controls):
             self.inbox.run_callbacks()
             return []
-        items = self.inbox.take(controls=controls)
-        self.inbox.durability.took(items)
-        return items
+        return self.inbox.take(controls=controls)
 
     def _take_all(self, new: List[Taken], dropped: List[str], may_ask: bool) -> None:
         held, self._held = self._held, []

@@ -14,7 +14,9 @@ from rosoclingo.loop.journal import ActionPublished, ActionRetried, Control, Con
 from rosoclingo.loop.state import State
 from rosoclingo.loop.values.atoms import Action, event
 from rosoclingo.loop.values.execution import Execution
-from rosoclingo.loop.words import ABORT, BUSY, FAILURE, TIMEOUT
+from rosoclingo.loop.words import ABORT, BUSY, FAILURE, LOST, TIMEOUT
+
+_PAUSE_AFTER_TIMEOUT = 1.0  # seconds at least, in which what is said of the attempt is dropped
 
 
 def split(state: State, actions: Sequence[Action]) -> Tuple[List[Action], List[Action]]:
@@ -107,19 +109,21 @@ def fail(state: State, one: Execution, answer: str) -> Optional[str]:
         What the planner is told; None if the action is tried again, so that it is told nothing.
     """
     policy = state.policies.of(one.actuator, one.action)
-    if answer not in (FAILURE, TIMEOUT) or (one.aborted and answer != TIMEOUT):
+    was_aborted, pause = one.aborted, policy.pause
+    if answer == LOST or (answer == TIMEOUT and policy.limits):
+        publish_abort(state, one.actuator)  # the interface may be there nevertheless
+        pause = max(pause, _PAUSE_AFTER_TIMEOUT)
+    if answer not in (FAILURE, TIMEOUT):
         return answer
-    if answer == TIMEOUT and policy.limits:
-        publish_abort(state, one.actuator)
-    if one.attempt > policy.retries:
+    if was_aborted or one.attempt > policy.retries:
         return policy.then or answer
-    state.executions.retry(one.actuator, policy.pause)
+    state.executions.retry(one.actuator, pause)
     state.watchdog.look_soon()
     state.note(ActionRetried(one.actuator, one.action, one.attempt, answer))
     state.show_executions()
     state.goals.tell(
         f"{one.actuator} {one.action}: {answer}, retry {one.attempt} of {policy.retries}"
-        + (f" in {policy.pause:g} s" if policy.pause else "")
+        + (f" in {pause:g} s" if pause else "")
     )
     return None
 

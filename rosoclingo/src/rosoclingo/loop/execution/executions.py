@@ -147,7 +147,7 @@ class Executions(ExecutionsState):
             world_began=self._environment.world_now(),
             reminded=now,
             is_timed=not is_held,  # if it is rejected, it has taken no time
-            is_overdue=False,
+            is_enqueued=False,
             tokened=None,
             plain=None,
             is_held=is_held,
@@ -162,11 +162,16 @@ class Executions(ExecutionsState):
             pause: How long that is, in seconds.
         """
         one = self.last[actuator]
+        self.published -= {
+            action
+            for action in self.published
+            if (action.actuator, action.name) == (actuator, ABORT)
+        }
         self._set(
             one,
             owed=self._owed(actuator),
             aborted=False,
-            is_overdue=False,
+            is_enqueued=False,
             is_held=True,
             attempt=one.attempt + 1,
             pauses=True,
@@ -342,16 +347,16 @@ class Executions(ExecutionsState):
     @property
     def silent(self) -> List[Execution]:
         """The executions without an answer for which somebody waits, ordered by number."""
-        return [one for one in self.dispatched if one.acts and one.is_open and not one.is_overdue]
+        return [one for one in self.dispatched if one.acts and one.is_open and not one.is_enqueued]
 
     @property
     def retrying(self) -> List[Execution]:
         """The executions that pause before the next attempt, ordered by number."""
-        return [one for one in self.held if one.pauses and not one.is_overdue]
+        return [one for one in self.held if one.pauses and not one.is_enqueued]
 
-    def give_up(self, actuator: str) -> None:
-        """Enters that nobody waits for an actuator's answer, or the end of its pause, any more."""
-        self._set(self.last[actuator], is_overdue=True)
+    def mark_enqueued(self, actuator: str) -> None:
+        """Enters that an actuator's timeout, or the end of its pause, is in the inbox."""
+        self._set(self.last[actuator], is_enqueued=True)
 
     def late(self, seconds: float) -> List[Tuple[str, float]]:
         """Returns the actuators without an answer, and for how many seconds they were told to act.

@@ -20,6 +20,7 @@ from typing import Any, Callable, List, Mapping, Tuple
 from rosclingo.errors import TermError
 from rosoclingo.loop.execution.patterns import ActionPattern
 from rosoclingo.loop.values.atoms import canonical
+from rosoclingo.loop.words import BUSY
 
 
 @dataclass(frozen=True)
@@ -92,10 +93,14 @@ def _count(value: object) -> int:
 
 
 def _answer(value: object) -> str:
+    text = str(value) if isinstance(value, int) and not isinstance(value, bool) else value
     try:
-        return canonical(value) if isinstance(value, str) and value else ""
-    except TermError as err:
-        raise ValueError("a ground term, such as failure") from err
+        answer = canonical(text) if isinstance(text, str) else BUSY
+    except TermError:
+        answer = BUSY
+    if answer == BUSY:  # which is what the loop itself says
+        raise ValueError("a ground term that is an answer, such as failure")
+    return answer
 
 
 _READERS: Mapping[str, Callable[[object], object]] = {

@@ -27,6 +27,7 @@ from rosoclingo.loop.execution.executions import Executions
 from rosoclingo.loop.inputs.inbox import Item, Taken
 from rosoclingo.loop.journal import AnswerArrived, MessageArrived
 from rosoclingo.loop.values.atoms import canonical
+from rosoclingo.loop.words import LOST, TIMEOUT
 
 TOKENS_HEADER = "answers_with_tokens"
 """A field of a connection's header on ``~in``: the node sends its answers with tokens, too."""
@@ -94,6 +95,8 @@ def _is_news(executions: Executions, message: MessageArrived, dropped: List[str]
         return False
     if one.is_held:
         return True
+    if said[1] in (TIMEOUT, LOST) and not message.sender:
+        return True  # the loop's own words
     executions.hear(one, plain=said)
     return one.tokened != said
 

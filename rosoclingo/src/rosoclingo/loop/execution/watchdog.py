@@ -24,7 +24,42 @@ REMINDER_SECONDS = 30.0
 _LOOK_SECONDS = 1.0  # how often it looks at least, and
 _SHORTEST_SECONDS = 0.02  # at most
 _BEATS = 2  # heartbeats in a row that are missing when an interface is lost
+_LATE_SECONDS = 3.0  # since the last look, when this process slept, or was busy, itself
+_GRACE_SECONDS = 0.2  # which answers have to be taken then
 _PERCENT = 10  # of which progress is told
+_ROUNDING = 1e-3  # of what came as a number of 32 bits
+
+
+class WorldStopwatch:
+    """How long an action goes on in the time of the world, as far as that was watched.
+
+    A step back, or away from 0, counts for nothing: it is that of a simulator which starts.
+
+    >>> stopwatch = WorldStopwatch(0.0)
+    >>> [stopwatch.read(now) for now in (500.0, 502.0, 0.0, 1.0)]
+    [0.0, 2.0, 2.0, 2.0]
+    """
+
+    def __init__(self, now: float) -> None:
+        """Begins.
+
+        Args:
+            now: The time of the world, in seconds.
+        """
+        self._last = now
+        self._seconds = 0.0
+
+    def read(self, now: float, *, counts: bool = True) -> float:
+        """Returns the seconds until now.
+
+        Args:
+            now: The time of the world, in seconds.
+            counts: Whether those since the last time count.
+        """
+        if counts and 0 < self._last < now:
+            self._seconds += now - self._last
+        self._last = now
+        return self._seconds
 
 
 class ExecutionWatchdog:
@@ -64,6 +99,8 @@ class ExecutionWatchdog:
         self._tell = tell
         self._action_timeout = action_timeout
         self._begin = self._looked_at = environment.now()
+        self._is_late = False
+        self._spent: Dict[int, WorldStopwatch] = {}  # by numbers of actions
         self._look_at = 0.0
         self._progress: Dict[int, int] = {}  # in percent, as it was told, by numbers of actions
 
@@ -87,6 +124,7 @@ class ExecutionWatchdog:
                 "run, and does its terminal say why it waits?"
             )
         rest = [_LOOK_SECONDS]
+        self._is_late = now - self._looked_at > _LATE_SECONDS  # then answers are taken first
         if not self._inbox.recorded.knows_inputs:
             self._tell_progress()
             rest += [*self._begin_retries(now), *self._time_out(now), *self._miss_heartbeats(now)]
@@ -97,20 +135,24 @@ class ExecutionWatchdog:
         """Lets retries begin whose pause is over; yields the seconds until others are due."""
         for one in self._executions.retrying:
             if now >= one.retry_at:
-                self._executions.give_up(one.actuator)  # waiting
+                self._executions.mark_enqueued(one.actuator)
                 self._inbox.put(ControlArrived(Control.RETRY, one.actuator))
             else:
                 yield one.retry_at - now
 
     def _time_out(self, now: float) -> Iterator[float]:
         """Times out what takes too long; yields the seconds that others may take yet."""
+        before, self._spent = self._spent, {}
         for one in self._executions.silent:
             policy = self._policies.of(one.actuator, one.action)
-            for left, limit in self._limits(one, policy, now):
-                if left > 0:
-                    yield left
+            world_now = self._environment.world_now()
+            self._spent[one.number] = before.get(one.number) or WorldStopwatch(world_now)
+            spent = self._spent[one.number].read(world_now, counts=not self._is_late)
+            for left, limit in self._limits(one, policy, spent, now):
+                if left > 0 or self._is_late:
+                    yield max(left, _GRACE_SECONDS)
                     continue
-                self._executions.give_up(one.actuator)
+                self._executions.mark_enqueued(one.actuator)
                 self._environment.warn(
                     f"{one.actuator} has not answered for {limit}: nobody waits for it any more"
                 )
@@ -118,17 +160,16 @@ class ExecutionWatchdog:
                 break
 
     def _limits(
-        self, one: Execution, policy: ActionPolicy, now: float
+        self, one: Execution, policy: ActionPolicy, spent: float, now: float
     ) -> Iterator[Tuple[float, str]]:
         """Yields how many seconds an action may still take, and what says so."""
         expected = self._durations.means.get(one.kind, one.seconds) if one.kind else one.seconds
         by_factor = policy.factor * expected
         if by_factor:
-            spent = self._environment.world_now() - one.world_began
             why = f"{policy.factor:g} times the {expected:g} s that {one.action} takes (~policies)"
             yield by_factor - spent, why
         timeout, name = policy.timeout, "policies"
-        if not (timeout or by_factor):
+        if not timeout:
             timeout, name = self._action_timeout, "action_timeout"
         if timeout:
             yield one.began + timeout - now, f"{timeout:g} s (~{name})"
@@ -142,11 +183,10 @@ class ExecutionWatchdog:
             last = self._heartbeats.last(one.number)
             heard = max(one.began, self._begin, last.seconds if last is not None else 0.0)
             left = heard + _BEATS * seconds - now
-            is_late = now - self._looked_at > seconds + _LOOK_SECONDS  # this process slept itself
-            if left > 0 or is_late:
-                yield max(left, seconds)
+            if left > 0 or self._is_late:
+                yield max(left, _GRACE_SECONDS)
                 continue
-            self._executions.give_up(one.actuator)
+            self._executions.mark_enqueued(one.actuator)
             self._environment.warn(
                 f"the interface of {one.actuator} is lost: no heartbeat for {now - heard:.1f} s "
                 f"(~policies), while {one.action} is executed; start it again"
@@ -160,14 +200,14 @@ class ExecutionWatchdog:
         for one in executed:
             percent = _percent(self._heartbeats, one)
             before = told.get(one.number)
-            if percent is not None and (before is None or percent >= before + _PERCENT):
-                self._tell(f"{one.actuator} {one.action}: {percent} %")
-            elif before is not None:
-                percent = before
             if percent is not None:
                 self._progress[one.number] = percent
+                if before is None or percent > before:
+                    self._tell(f"{one.actuator} {one.action}: {percent} %")
 
 
 def _percent(heartbeats: Heartbeats, one: Execution) -> Optional[int]:
     last = heartbeats.last(one.number)
-    return None if last is None or last.progress is None else round(100 * last.progress)
+    if last is None or last.progress is None:
+        return None
+    return _PERCENT * int(100 * last.progress / _PERCENT + _ROUNDING)

@@ -52,7 +52,7 @@ class Execution:
         kind: What the encoding calls such actions; empty if it does not say how long they take.
         seconds: How long it takes by the plan.
         is_timed: Whether its answer will come when it is through.
-        is_overdue: Whether nobody waits for its answer, or the end of its pause, any more.
+        is_enqueued: Whether its timeout, or the end of its pause, is in the inbox or taken.
         aborted: Whether it is to stop.
         answer: The answer that was taken; None as long as none was.
         outcome: The same as the planner is told it.
@@ -78,7 +78,7 @@ class Execution:
     kind: str = ""
     seconds: int = 0
     is_timed: bool = True
-    is_overdue: bool = False
+    is_enqueued: bool = False
     aborted: bool = False
     answer: Optional[str] = None
     outcome: Optional[str] = None
