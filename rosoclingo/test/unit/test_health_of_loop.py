@@ -380,8 +380,9 @@ def test_who_has_timed_out_until_it_answers(mode: str) -> None:
     goal = system.request("visit(3)")
     assert system.run() is None
     assert not system.loop.state.summarize().timed_out
-    system.clock += 60.0
-    assert system.run() is None
+    for seconds in (60.0, 1.0):  # after a minute in which nobody looked, answers come first
+        system.clock += seconds
+        assert system.run() is None
     assert goes(system) == ["go(2)", "go(2)"]
     summary = system.loop.state.summarize()
     assert summary.timed_out == {"robot"}
