@@ -1,4 +1,4 @@
-"""What is reported of a solver: docs/protocol.md, section "Diagnostics"."""
+"""The health of a solver: docs/protocol.md, section "Diagnostics"."""
 
 from __future__ import annotations
 

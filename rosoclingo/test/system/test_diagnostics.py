@@ -1,4 +1,4 @@
-"""What nodes publish on /diagnostics: docs/protocol.md, section "Diagnostics".
+"""Nodes publish their health on /diagnostics: docs/protocol.md, section "Diagnostics".
 
 Needs a sourced workspace.
 """
@@ -35,7 +35,7 @@ lasts(do(R,A,t),go,1) :- do(R,A,t).
 
 
 class Diagnostics:
-    """What is heard on /diagnostics of some nodes."""
+    """Listens to /diagnostics of some nodes."""
 
     def __init__(self, terminals: Terminals, *nodes: str) -> None:
         self._heard: List[Listener] = [terminals.listen(node, "/diagnostics") for node in nodes]

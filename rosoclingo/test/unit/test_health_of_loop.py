@@ -1,4 +1,4 @@
-"""What is reported of the loop, actuators and store: docs/protocol.md, section "Diagnostics"."""
+"""The health of the loop, actuators and store: docs/protocol.md, section "Diagnostics"."""
 
 from __future__ import annotations
 
@@ -464,7 +464,7 @@ def test_levels_of_a_store() -> None:
 
 
 def matches(rule: Dict[str, Any], name: str) -> bool:
-    """Whether an analyzer takes a status with a name."""
+    """Returns whether an analyzer takes a status with a name."""
     assert set(rule) <= {"type", "path", "timeout", "regex"}
     assert rule["type"] == "diagnostic_aggregator/GenericAnalyzer"
     return re.fullmatch(rule["regex"], name) is not None

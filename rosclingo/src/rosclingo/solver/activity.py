@@ -66,12 +66,12 @@ class SolverActivity:
 
     @property
     def doing(self) -> Tuple[str, float]:
-        """What it does, and since when in seconds of the monotonic clock."""
+        """The current activity, and when it began, in seconds of the monotonic clock."""
         return self._doing
 
     @property
     def since(self) -> float:
-        """Since when it does that."""
+        """When the current activity began, likewise."""
         return self._doing[1]
 
 

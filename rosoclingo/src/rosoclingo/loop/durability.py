@@ -145,7 +145,7 @@ class Durability(DurableInputs):
 
     @property
     def summary(self) -> Optional[StoreSummary]:
-        """What is to be known of the store, for any thread; None if there is none."""
+        """A summary of the store for diagnostics; None if there is no store. Thread-safe."""
         return None
 
     def interrupts(self, reason: str) -> bool:

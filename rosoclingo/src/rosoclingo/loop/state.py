@@ -383,7 +383,7 @@ class State(Progress):
 
     @property
     def _decided_by_operator(self) -> Tuple[bool, Tuple[str, ...], Tuple[HeldAction, ...]]:
-        """Whether the run is paused, who is on hold, and which actions are held."""
+        """The pause, the actuators on hold, and the held actions."""
         interlock = self.interlock
         waiting = tuple(
             HeldAction(one.actuator, one.action, reason)

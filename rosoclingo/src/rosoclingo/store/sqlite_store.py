@@ -329,7 +329,7 @@ class SqliteStore(Durability):
 
     @property
     def summary(self) -> StoreSummary:
-        """What is to be known of the store. Thread-safe."""
+        """A summary of the store for diagnostics. Thread-safe."""
         failure, store = self._store.failure, self._store
         text = "" if failure is None else str(failure)
         return StoreSummary(store.path, store.size, store.committed, text, self._is_unsure)
