@@ -146,10 +146,17 @@ class Terminals:
         connections = self._ask(node).getBusInfo("/test")[2]
         return {to for _, to, way, _, of, *_ in connections if (way, of) == ("o", topic)}
 
-    def wait_until_hears(self, node: str) -> None:
-        """Waits until a node has a connection from whoever publishes what it subscribes to."""
+    def wait_until_hears(self, node: str, *expected: str) -> None:
+        """Waits until a node has a connection from whoever publishes what it subscribes to.
+
+        Args:
+            node: The name of the node.
+            expected: Topics that somebody has to publish first.
+        """
 
         def hears() -> bool:
+            if not all(map(self.publishers, expected)):
+                return False
             publishers, subscribers, _ = self._state()
             topics = {topic for topic, nodes in subscribers if node in nodes}
             return all(

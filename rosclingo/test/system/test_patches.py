@@ -9,7 +9,7 @@ import contextlib
 import socket
 from xmlrpc.client import ServerProxy
 
-from terminals import TIMEOUT, Terminals, terminals
+from terminals import TIMEOUT, Terminals, terminals, wait_for
 
 __all__ = ["terminals"]
 
@@ -167,6 +167,48 @@ def test_nothing_is_left_of_a_thread_that_opens_topics(terminals: Terminals) -> 
     assert terminals.master.lookupNode("/test", "/registering")[0] == -1
     _, _, (publishers, _, _) = terminals.master.getSystemState("/test")
     assert "/late" not in {topic for topic, _ in publishers}
+
+
+# While one thread asks a publisher for its port, another one hears of the same publisher.
+CONNECTING = """
+import threading
+import rospy
+from rospy.impl import masterslave
+from rospy.impl.registration import RegManager, get_registration_listeners
+from std_msgs.msg import String
+from rosclingo.ros.init import init_node
+
+def ask_late(uri, **options):
+    if not others:
+        others.append(threading.Thread(target=tell, args=("/twice", uri)))
+        others[0].start()
+        others[0].join(0.5)  # it waits until this one has connected
+    return ask(uri, **options)
+
+def tell(*arguments):
+    told = connect(*arguments)
+    print(f"told: {told[1]}\\n", end="", flush=True)
+    return told
+
+init_node("connecting")
+ask, others = masterslave.xmlrpcapi, []
+masterslave.xmlrpcapi = ask_late
+(manager,) = [l for l in get_registration_listeners().listeners if isinstance(l, RegManager)]
+connect = manager.handler._connect_topic
+manager.handler._connect_topic = tell
+rospy.Subscriber("twice", String, lambda text: print("heard:", text.data, flush=True))
+rospy.spin()
+"""
+
+
+def test_a_publisher_that_is_told_twice(terminals: Terminals) -> None:
+    """The second connection would close the first, and lose what is under way on that."""
+    terminals.publish("/twice", "std_msgs/String", "data: hello")
+    node = terminals.start("python", "-c", CONNECTING)
+    node.wait_for("heard: hello")
+    wait_for(lambda: node.output.count("told: ") == 2)
+    assert node.output.count("told: Connected") == 1
+    assert "already connected" in node.output
 
 
 # The registration thread waits until it is woken, for as long as that may take.

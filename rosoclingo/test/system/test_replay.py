@@ -22,6 +22,7 @@ from terminals import Terminal, Terminals, package, terminals, wait_for
 
 from rosoclingo.bags.errors import BagError
 from rosoclingo.bags.read.reader import read_recording
+from rosoclingo.bags.topics import LOOP_TYPES
 from rosoclingo.loop.journal import (
     ActionPublished,
     ActionRetried,
@@ -41,6 +42,7 @@ __all__ = ["terminals"]
 
 BAGS = ROOT / "test" / "bags"
 RECORDING = "dynamic.incremental.recording"
+HEARD = ("goal", "cancel", "in", "answer")  # by the loop; it publishes the others
 TOPICS = {ActionPublished: "out", GoalArrived: "goal", MessageArrived: "in"}
 KIND = b"\x07\0\0\0message"  # of a journal's event, as it is on the wire
 EVENT = struct.Struct("<III")  # how it begins: the time and the number
@@ -276,8 +278,8 @@ class Recorder:
             ]  # fmt: skip
         recorder = start("rosrun", "rosoclingo", "record.py", "-o", str(bag), "__name:=recorder")
         recorder.wait_for("recording /rosoclingo")
-        wait_for(lambda: {"/rosoclingo/out", "/rosoclingo/result"} <= self._terminals.names())
-        self._terminals.wait_until_hears("/recorder")
+        published = [f"/rosoclingo/{topic}" for topic in LOOP_TYPES if topic not in HEARD]
+        self._terminals.wait_until_hears("/recorder", *published)
         if groups:
             if not single:
                 pid = self._terminals.pid("/planner")

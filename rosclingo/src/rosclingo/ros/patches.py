@@ -10,12 +10,14 @@ import contextlib
 import socket
 import threading
 from typing import Any
+from weakref import WeakValueDictionary
 
 import rosgraph
 import rosgraph.network
 import rosgraph.xmlrpc
 import rospy
 from rospy.impl import tcpros_base
+from rospy.impl.masterslave import ROSHandler
 from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.registration import RegManager, get_registration_listeners
 
@@ -33,6 +35,7 @@ def init_patched_node(name: str, **options: Any) -> None:
     """
     _end_server_when_closed()
     _refuse_calls()
+    _connect_once()
     rospy.init_node(name, disable_signals=True, **options)
     _wake_registration_at_shutdown()
     _wait_for_registrations_at_shutdown()
@@ -71,6 +74,27 @@ def _refuse_calls() -> None:
         return read_header(connection, *arguments)
 
     tcpros_base.read_ros_handshake_header = read
+
+
+def _connect_once() -> None:
+    """Has a node that hears twice of a publisher at the same time connect to it once.
+
+    ``rospy.impl.masterslave.ROSHandler._connect_topic`` asks the publisher for its port when it has
+    seen no connection, and makes one, which closes any that has come meanwhile. When a second
+    publisher of the topic registers during that, the master tells of both: the first is connected
+    to again, and a message that is under way on its first connection is lost.
+    """
+    connect = ROSHandler._connect_topic
+    locks: WeakValueDictionary[Any, Any] = WeakValueDictionary()
+    guard = threading.Lock()
+
+    def connect_once(handler: ROSHandler, topic: str, publisher: str) -> Any:
+        with guard:
+            lock = locks.setdefault((topic, publisher), threading.Lock())
+        with lock:
+            return connect(handler, topic, publisher)
+
+    ROSHandler._connect_topic = connect_once
 
 
 def _wake_registration_at_shutdown() -> None:
