@@ -60,7 +60,7 @@ apt_packages_for_tests() {
   if is_noetic; then
     echo ros-noetic-cv-bridge ros-noetic-rviz
   else
-    echo python3-cv-bridge rviz
+    echo python3-cv-bridge rviz chromium chromium-driver
   fi
   # A display without a screen, and what takes pictures of it.
   echo imagemagick xvfb

@@ -3,6 +3,7 @@
 >>> table = ActuatorTable()
 >>> table.begin("robot", "go(2)", step=1, time=10.0)
 >>> table.answer("robot", "success", 12.5)
+True
 >>> bar = table.bars()["1"]
 >>> bar["action"], bar["ended"] - bar["began"], bar["answer"]
 ('go(2)', 2.5, 'success')
