@@ -20,6 +20,7 @@ from rosoclingo_console.model.metrics import Counters, Sample, counted
 from rosoclingo_console.model.sentences import tell
 
 _MOST_LINES = 300  # of the journal
+_MOST_NEW_LINES = 50  # likewise, in one message to a page: nobody reads more
 _MOST_PLANNED = 300  # actions
 _DIGITS = 3  # of seconds
 
@@ -30,7 +31,7 @@ class SystemModel:
     def __init__(self) -> None:
         self._board = Board()
         self._lines: Deque[Row] = deque(maxlen=_MOST_LINES)
-        self._new_lines: Deque[Row] = deque(maxlen=_MOST_LINES)
+        self._new_lines: Deque[Row] = deque(maxlen=_MOST_NEW_LINES)
         self._is_new_run = True
         self._map = MapTable()
         self._known_requests: Row = {"requests": []}

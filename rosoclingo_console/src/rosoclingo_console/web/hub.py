@@ -1,5 +1,8 @@
 """Sends what changes to all pages: at once, and then at most twenty times a second.
 
+The more there is to send, the longer it is gathered, so that this takes a part of the time only, and
+the planning loop on the same machine is not held up by those who watch it.
+
 rospy's threads and the event loop of the web server meet here, and nowhere else.
 """
 
@@ -15,6 +18,8 @@ from rosoclingo_console.model.metrics import Sample
 from rosoclingo_console.model.system import SystemModel
 
 FLUSH_SECONDS = 0.05  # between two messages to a page, at least
+_MOST_HEARD = 100_000  # messages until the next flush
+_SHARE = 0.1  # of the time, at most, in which messages are made and sent
 _BEAT_SECONDS = 1.0  # between two signs of life
 
 Heard = Callable[[SystemModel], None]
@@ -51,16 +56,18 @@ class Hub:
         self.models: Dict[str, SystemModel] = {name: SystemModel() for name in systems}
         self.slow = 0
         self._clock = clock
-        self._heard: Deque[Tuple[str, Heard]] = deque()  # thread-safe
+        # Thread-safe. Where more comes than can be taken, the oldest is lost, and missed events are
+        # counted.
+        self._heard: Deque[Tuple[str, Heard]] = deque(maxlen=_MOST_HEARD)
         self._loop: Optional[asyncio.AbstractEventLoop] = None
-        self._is_woken = False  # set by whoever wakes the loop, reset there
+        self._is_woken = False  # set by whoever wakes the loop, reset by a flush
         self._subscribers: Set[Subscriber] = set()
-        self._flushed = 0.0  # when, by the loop's clock
-        self._flush_is_due: Optional[asyncio.TimerHandle] = None
+        self._next_flush = 0.0  # not before, by the loop's clock
 
     def start(self, loop: asyncio.AbstractEventLoop) -> None:
         """Begins to take what was posted; called by the event loop's thread."""
         self._loop = loop
+        self._is_woken = True
         self._wake()
         if self._clock is not None:
             self._beat()
@@ -69,8 +76,8 @@ class Hub:
         """Has a message of a system taken. Thread-safe; does not wait."""
         self._heard.append((system, heard))
         loop = self._loop
-        # Whoever reads False here wakes the loop; twice does no harm, and never is impossible,
-        # since the loop resets it before it looks.
+        # Whoever reads False here wakes the loop; twice does no harm, and never is impossible:
+        # a flush resets it before it takes what there is.
         if loop is not None and not self._is_woken:
             self._is_woken = True
             try:
@@ -79,26 +86,26 @@ class Hub:
                 self._heard.clear()
 
     def _wake(self) -> None:
+        """Has all that was posted taken, as soon as there may be a message to the pages again."""
+        assert self._loop is not None
+        self._loop.call_at(max(self._loop.time(), self._next_flush), self._flush)
+
+    def _flush(self) -> None:
+        assert self._loop is not None
         self._is_woken = False
-        while self._heard:
+        for _ in range(len(self._heard)):  # and no more, however fast others come
             system, heard = self._heard.popleft()
             try:
                 heard(self.models[system])
             except Exception:  # a bug must not stop all that comes later
                 _LOG.exception("a message of %s was not understood", system)
-        assert self._loop is not None
-        if self._flush_is_due is None:
-            due = max(self._loop.time(), self._flushed + FLUSH_SECONDS)
-            self._flush_is_due = self._loop.call_at(due, self._flush)
-
-    def _flush(self) -> None:
-        assert self._loop is not None
-        self._flush_is_due = None
-        self._flushed = self._loop.time()
+        began = self._loop.time()
         for name, model in self.models.items():
             changes = model.changes()
             if changes:
                 self._send({"system": name, **changes})
+        took = self._loop.time() - began
+        self._next_flush = began + max(FLUSH_SECONDS, took / _SHARE)
 
     def _beat(self) -> None:
         assert self._loop is not None
