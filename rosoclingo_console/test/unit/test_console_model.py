@@ -48,7 +48,7 @@ class Run:
         fresh = json.loads(json.dumps(self.model.snapshot()))
         kept = {table: rows for table, rows in self.shown.items() if rows}
         assert {table: rows for table, rows in fresh["tables"].items() if rows} == kept
-        assert fresh["lines"] == self.lines[-300:]
+        assert fresh["lines"][-50:] == self.lines[-50:]  # of more at once, a page has the last
 
     def row(self, table: str, key: str) -> Any:
         self.look()

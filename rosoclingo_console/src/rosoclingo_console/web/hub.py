@@ -1,7 +1,7 @@
 """Sends what changes to all pages: at once, and then at most twenty times a second.
 
-The more there is to send, the longer it is gathered, so that this takes a part of the time only, and
-the planning loop on the same machine is not held up by those who watch it.
+The more there is to send, the longer it is gathered, so that this takes a part of the time only,
+and the planning loop on the same machine is held up little by those who watch it.
 
 rospy's threads and the event loop of the web server meet here, and nowhere else.
 """
