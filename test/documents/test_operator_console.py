@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from page import Page, of
+from page import BAGS, Page, of
 
 
 def takes_any_port(page: Page) -> None:
@@ -16,6 +16,15 @@ def test_a_console(page: Page) -> None:
     page.type("mailbot_dynamic.launch")
     page.hears("/rosoclingo/about")
     page.type("console.py").wait_for("open http://localhost:")
+
+
+@of("rosoclingo_console/README.md", "A bag")
+def test_a_bag(page: Page) -> None:
+    page.has(run_bag=BAGS / "mailbot_dynamic_reset.bag")
+    shell = page.command("run.bag")
+    # Another console may run on this machine.
+    console = page.terminals.start(*shell[:-1], f"{shell[-1]} --port 0")
+    console.wait_for("open http://localhost:")
 
 
 @of("rosoclingo_console/README.md", "Parameters")

@@ -141,6 +141,16 @@ class Shown:
             "_why_seconds:=600", *parameters,
         )  # fmt: skip
 
+    def start_bag(self, bag: Path) -> str:
+        """Starts a console of a recorded run, and returns its link."""
+        console = self.terminals.start(
+            "rosrun", "rosoclingo_console", "console.py", str(bag), "--port", "0"
+        )
+        console.wait_for("open http")
+        found = LINK.search(console.output)
+        assert found is not None
+        return found[1]
+
     def start_robot(self, *parameters: str) -> Terminal:
         """Starts what does all actions."""
         return self.terminals.start("rosrun", "rosoclingo_interfaces", "fulfill.py", *parameters)

@@ -17,6 +17,7 @@ from terminals import Terminals, terminals, wait_for
 
 __all__ = ["terminals"]
 
+BAG = Path(__file__).resolve().parents[3] / "test" / "bags" / "mailbot_dynamic_reset.bag"
 AXE = Path(axe_core_python.__file__).parent / "axe.min.js"
 HOSTILE = (
     '"<img src=x onerror=hacked=1><script>hacked=1</script>\' onclick=hacked=1 javascript:hacked=1"'
@@ -192,6 +193,24 @@ def test_who_has_no_token_looks(browser: Browser, shown: Shown) -> None:
     browser.driver.find_element(By.NAME, "token").send_keys(token, Keys.ENTER)
     browser.click("Pause", "#control")
     browser.sees("The run is paused", "#attention")
+
+
+def test_a_recorded_run(browser: Browser, shown: Shown) -> None:
+    """It is played, and shown as it was at any time; nothing of it can be changed."""
+    browser.show(shown.start_bag(BAG))
+    browser.sees("succeeded", "#goals li.over .badge")
+    end = "const one = document.getElementById('position'); one.value = arguments[0];"
+    end += "one.dispatchEvent(new Event('input')); one.dispatchEvent(new Event('change'))"
+    browser.driver.execute_script(end, "0")
+    browser.sees_no("succeeded", "#goals li.over .badge")
+    assert not browser.driver.find_element(By.CSS_SELECTOR, "button.pause").is_enabled()
+    browser.click("Play", "#player")
+    browser.sees("Stop", "#player")
+    browser.sees("succeeded", "#goals li.over .badge")
+    browser.click("Play", "#player")  # when it is through
+    browser.click("Stop", "#player")
+    assert violations(browser) == ""
+    assert not browser.complaints()
 
 
 @pytest.mark.parametrize("size", [PHONE, SCREEN], ids=["phone", "screen"])

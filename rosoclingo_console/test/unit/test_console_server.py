@@ -207,6 +207,7 @@ def test_a_read_only_console() -> None:
             socket = await one.live()
             assert (await hear(socket, "hello"))["hello"] == {
                 "systems": [SYSTEM], "may_act": False, "may_ask": True, "read_only": True,
+                "recording": None,
             }  # fmt: skip
 
     run(check)

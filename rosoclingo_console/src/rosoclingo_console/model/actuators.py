@@ -180,6 +180,13 @@ class ActuatorTable:
         """Learns what ``~dispatch`` says."""
         self._tokens = tuple(tokens)
 
+    def tokens(self) -> List[TokenRow]:
+        """Returns what ``~dispatch`` would say, as far as it follows from the journal."""
+        return [
+            TokenRow(bar.step, actuator, bar.action, True, False)
+            for actuator, bar in self._acting.items()
+        ]
+
     def count_open(self) -> int:
         """Returns how many actions are not answered."""
         return len(self._doing())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import socket
+import sys
 import threading
 import time
 from pathlib import Path
@@ -14,6 +15,7 @@ import rospy
 
 from rosclingo.ros import parameters
 from rosclingo.ros.init import init_node, on_shutdown, run_node
+from rosoclingo_console import bag_console
 from rosoclingo_console.ros.clock import SystemsClock
 from rosoclingo_console.ros.encodings import EncodingReader
 from rosoclingo_console.ros.listener import Listener
@@ -33,11 +35,11 @@ from rosoclingo_console.web.server import Server
 
 _USAGE = """\
 usage: console.py [_PARAMETER:=VALUE]... [ROS remappings]
+       console.py BAG [--name NAME] [--port PORT]
 
 Serves a page on which an operator sees what planning systems do, and controls them. Prints the
-link. The package's README lists the parameters."""
+link. The package's README lists the parameters. With a bag, it shows a recorded run."""
 
-_PORT = 8088
 _ANYWHERE = ("0.0.0.0", "::")  # noqa: S104 (nothing listens here: the link names this machine)
 _MOST_PORT = 65535
 _LOOKS_SECONDS = 0.5  # how often it is looked whether the systems are there
@@ -59,7 +61,7 @@ class ConsoleNode:
             raise parameters.wrong("systems", "name a planning node at least")
         systems = tuple(dict.fromkeys(rospy.resolve_name(name) for name in names))
         address = parameters.text("address", LOCALHOST)
-        port = parameters.integer("port", _PORT, _MOST_PORT)
+        port = parameters.integer("port", bag_console.PORT, _MOST_PORT)
         token_file = parameters.text("token_file", "")
         access = Access(
             token_of_file(Path(token_file).expanduser()) if token_file else new_token(),
@@ -107,9 +109,12 @@ class ConsoleNode:
 
 
 def main() -> NoReturn:
-    """Runs the node until it is shut down, and ends the process.
+    """Runs the node until it is shut down, or shows a bag, and ends the process.
 
     The exit status is 0, or 2 if a parameter is wrong or the server cannot listen.
     """
+    arguments = [word for word in rospy.myargv(sys.argv)[1:] if not word.startswith("_")]
+    if arguments and not {"-h", "--help"}.issuperset(arguments):
+        bag_console.main(arguments)
     init_node("console", usage=_USAGE)
     run_node(ConsoleNode)

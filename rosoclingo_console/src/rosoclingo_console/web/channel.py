@@ -10,7 +10,7 @@ import asyncio
 import contextlib
 import json
 from collections import deque
-from typing import Any, Deque
+from typing import Any, Deque, Mapping, Optional
 
 from aiohttp import WSMsgType, web
 
@@ -68,8 +68,17 @@ class Channel(Subscriber):
                     await self._socket.send_str(text)  # waits for a page that is slow
 
 
-async def serve(hub: Hub, access: Access, request: web.Request) -> web.WebSocketResponse:
-    """Serves a page from its first word, which is the token, to its end."""
+async def serve(
+    hub: Hub, access: Access, request: web.Request, recording: Optional[Mapping[str, Any]] = None
+) -> web.WebSocketResponse:
+    """Serves a page from its first word, which is the token, to its end.
+
+    Args:
+        hub: What is shown.
+        access: Who may see and act.
+        request: The page's.
+        recording: What it is told of a recorded run; None if it is none.
+    """
     socket = web.WebSocketResponse(
         heartbeat=_SECONDS_TO_ANSWER, max_msg_size=_LONGEST_MESSAGE, compress=False
     )
@@ -87,6 +96,7 @@ async def serve(hub: Hub, access: Access, request: web.Request) -> web.WebSocket
                     "may_act": access.may_act(token),
                     "may_ask": access.is_token(token),
                     "read_only": access.read_only,
+                    "recording": recording,
                 }
             }
         )

@@ -50,7 +50,7 @@ class Hub:
         Args:
             systems: The names of the planning nodes.
             clock: Returns what time it is: ``now`` in seconds of wall time, ``ros`` in those of
-                ROS's time; None for no signs of life.
+                ROS's time, ``rate`` if it is a recorded run's; None for no signs of life.
         """
         # Read by the event loop's thread only, as all that is not said to be thread-safe.
         self.models: Dict[str, SystemModel] = {name: SystemModel() for name in systems}
@@ -70,7 +70,7 @@ class Hub:
         self._is_woken = True
         self._wake()
         if self._clock is not None:
-            self._beat()
+            self._beat_on()
 
     def post(self, system: str, heard: Heard) -> None:
         """Has a message of a system taken. Thread-safe; does not wait."""
@@ -107,11 +107,15 @@ class Hub:
         took = self._loop.time() - began
         self._next_flush = began + max(FLUSH_SECONDS, took / _SHARE)
 
-    def _beat(self) -> None:
+    def beat(self) -> None:
+        """Sends what time it is; called by the event loop's thread."""
+        if self._clock is not None:
+            self._send({"beat": self._clock()})
+
+    def _beat_on(self) -> None:
         assert self._loop is not None
-        assert self._clock is not None
-        self._send({"beat": self._clock()})
-        self._loop.call_later(_BEAT_SECONDS, self._beat)
+        self.beat()
+        self._loop.call_later(_BEAT_SECONDS, self._beat_on)
 
     def _send(self, message: Mapping[str, Any]) -> None:
         if self._subscribers:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Callable, Mapping, Tuple
+from typing import Any, Callable, Mapping, Optional, Tuple
 
 from rosclingo.errors import RosclingoError
 from rosoclingo.loop.journal import Control
 
 _LONGEST = 10_000  # characters of a text
+_LARGEST = 1e9  # number
 _MOST = 100  # texts of a list
 
 
@@ -55,6 +56,14 @@ class Operations:
         """Starts or ends a recording."""
         raise NotImplementedError
 
+    def play(self, plays: bool, position: float, speed: float) -> OperationReply:
+        """Plays a recorded run from a time on, in seconds, so fast; or stops there."""
+        return OperationReply(False, "this is no recorded run")
+
+    def about(self) -> Optional[Mapping[str, Any]]:
+        """Returns what pages are told of a recording; None if it is none."""
+        return None
+
 
 Call = Callable[[Operations], OperationReply]
 """A request that was read."""
@@ -96,6 +105,18 @@ class Body:
         if not isinstance(value, bool):
             raise RequestError(f"{name}: expected true or false")
         return value
+
+    def number(self, name: str) -> float:
+        """Returns a finite number.
+
+        Raises:
+            RequestError: It is something else.
+        """
+        value = self._value.get(name)
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not is_number or not abs(value or 0) < _LARGEST:
+            raise RequestError(f"{name}: expected a number")
+        return float(value or 0)
 
     def texts(self, name: str) -> Tuple[str, ...]:
         """Returns a list of texts.
@@ -154,16 +175,22 @@ def _record(body: Body) -> Call:
     return lambda operations: operations.record(system, is_on)
 
 
+def _play(body: Body) -> Call:
+    plays, position, speed = body.flag("plays"), body.number("position"), body.number("speed")
+    return lambda operations: operations.play(plays, position, speed)
+
+
 READERS: Mapping[str, Callable[[Body], Call]] = {
     "control": _control,
     "goal": _goal,
     "cancel": _cancel,
     "why": _why,
     "record": _record,
+    "play": _play,
 }
 """How each kind of request is read, by its name in the address."""
 
-ONLY_LOOKS = frozenset({"why"})
+ONLY_LOOKS = frozenset({"why", "play"})
 """The kinds that change nothing of a run, and so are there in the read-only mode, too."""
 
 

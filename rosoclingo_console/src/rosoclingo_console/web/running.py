@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import threading
-from typing import Any, Dict, Optional
+from typing import Any, Callable, Dict, Optional
 
 from aiohttp import web
 
@@ -26,7 +26,14 @@ class AddressError(RosclingoError):
 class WebThread:
     """The web server's thread with its event loop."""
 
-    def __init__(self, hub: Hub, server: Server, address: str, port: int) -> None:
+    def __init__(
+        self,
+        hub: Hub,
+        server: Server,
+        address: str,
+        port: int,
+        begin: Callable[[], None] = lambda: None,
+    ) -> None:
         """Starts to listen, and returns when the server does.
 
         Args:
@@ -34,6 +41,7 @@ class WebThread:
             server: Handles requests.
             address: Where to listen: an address or a name of this machine.
             port: Likewise; 0 for any that is free.
+            begin: Called once in the server's thread, when its event loop runs.
 
         Raises:
             AddressError: That is not possible.
@@ -41,6 +49,7 @@ class WebThread:
         self._hub = hub
         self._server = server
         self._address = address
+        self._begin = begin
         self.port = port
         self._error: Optional[OSError] = None
         self._is_ready = threading.Event()
@@ -85,6 +94,7 @@ class WebThread:
             assert listening.sockets
             self.port = listening.sockets[0].getsockname()[1]
             self._hub.start(loop)
+            loop.call_soon(self._begin)
             self._is_ready.set()
             loop.run_forever()
             listening.close()

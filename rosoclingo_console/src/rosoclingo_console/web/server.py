@@ -125,7 +125,7 @@ class Server:
     async def _on_live(self, request: web.Request) -> web.StreamResponse:
         if not self._is_from_here(request):
             return _refusal(403, "only the page of this server may ask for that")
-        return await channel.serve(self._hub, self._access, request)
+        return await channel.serve(self._hub, self._access, request, self._operations.about())
 
     async def _on_metrics(self, request: web.Request) -> web.StreamResponse:
         if not self._access.may_see(_token(request)):

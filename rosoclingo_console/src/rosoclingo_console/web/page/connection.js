@@ -88,5 +88,6 @@ function look() {
 /** Whether what is shown may not be so any more. */
 export const isStale = () => link.word !== "live";
 
-export const mayAct = () => Boolean(state.hello?.may_act) && link.word === "live";
-export const mayAsk = () => Boolean(state.hello?.may_ask) && link.word === "live";
+export const mayPlay = () => Boolean(state.hello?.may_ask) && link.word === "live";
+export const mayAct = () => mayPlay() && state.hello.may_act && !state.hello.recording;
+export const mayAsk = () => mayPlay() && !state.hello.recording;

@@ -1,6 +1,7 @@
 // Begins: the views say what they watch, and then the page connects.
 
 import "./overview.js";
+import "./player.js";
 import "./control.js";
 import "./actuators.js";
 import "./goals.js";

@@ -63,5 +63,5 @@ export const chosen = () => state.systems.get(state.chosen);
 /** The server's time in seconds, however this machine's clock is set. */
 export function now() {
   if (!state.beat) return Date.now() / 1000;
-  return state.beat.now + (performance.now() - state.beat.heard) / 1000;
+  return state.beat.now + ((state.beat.rate ?? 1) * (performance.now() - state.beat.heard)) / 1000;
 }
