@@ -8,9 +8,11 @@ the scripts would run here.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import json
 import os
+import resource
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -68,20 +70,27 @@ def read_encoding(launched: Launched) -> KnownEncoding:
 
 
 def _run(node: str, arguments: Sequence[str], directory: Path) -> KnownEncoding:
+    process = subprocess.Popen(  # noqa: S603 (ourselves)
+        [sys.executable, "-m", __name__],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,  # Ctrl-C is for the console, which ends it
+    )
+    atexit.register(process.kill)
+    task = json.dumps({"arguments": list(arguments), "directory": str(directory)})
     try:
-        ended = subprocess.run(  # noqa: S603 (ourselves)
-            [sys.executable, "-m", __name__],
-            input=json.dumps({"arguments": list(arguments), "directory": str(directory)}),
-            capture_output=True,
-            text=True,
-            timeout=_SECONDS,
-            check=False,
-        )
+        said, wrong = process.communicate(task, _SECONDS)
     except subprocess.TimeoutExpired as err:
         raise EncodingError(f"the encoding of {node} takes more than {_SECONDS:g} s") from err
-    if ended.returncode:
-        raise EncodingError(f"the encoding of {node} is not understood: {ended.stderr.strip()}")
-    found: Dict[str, Any] = json.loads(ended.stdout)
+    finally:
+        process.kill()
+        process.wait()
+        atexit.unregister(process.kill)
+    if process.returncode:
+        raise EncodingError(f"the encoding of {node} is not understood: {wrong.strip()}")
+    found: Dict[str, Any] = json.loads(said)
     return KnownEncoding(tuple(found["requests"]), _graph_of(found["graph"]))
 
 
@@ -95,6 +104,8 @@ def _graph_of(found: Optional[Dict[str, Any]]) -> Optional[Graph]:
 def main() -> None:
     """Grounds the encoding that standard input names, and prints what it says."""
     os.nice(_NICE)
+    # Who has started it may be killed, and then nobody ends it.
+    resource.setrlimit(resource.RLIMIT_CPU, (int(_SECONDS), int(_SECONDS)))
     task = json.loads(sys.stdin.read())
     os.chdir(task["directory"])
     try:

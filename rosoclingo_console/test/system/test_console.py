@@ -17,6 +17,8 @@ import aiohttp
 import pytest
 from terminals import Terminal, Terminals, package, terminals, wait_for
 
+from rosoclingo.bags.read.reader import read_recording
+
 __all__ = ["terminals"]
 
 SECONDS = 180.0  # no more than a bound for what never comes
@@ -195,6 +197,7 @@ def test_two_systems_of_which_one_comes_later(terminals: Terminals, tmp_path: Pa
     async def check() -> None:
         async with link.open() as page:
             await page.until(lambda: page.run("/one").get("connected"))
+            await page.until(lambda: page.run("/two"))
             assert not page.run("/two")["connected"]
             start_system(terminals, name="two")
             await page.until(lambda: page.run("/two")["connected"])
@@ -244,3 +247,33 @@ def test_the_end_with_an_open_page(terminals: Terminals) -> None:
     asyncio.run(check())
     wait_for(lambda: console.process.poll() is not None)
     assert console.wait() == 0
+
+
+def test_a_recording_outlasts_its_console(terminals: Terminals, tmp_path: Path) -> None:
+    """Ctrl-C for the console ends the recording, and the bag is whole."""
+    start_system(terminals)
+    console, link = start_console(terminals, f"_bags:={tmp_path / 'bags'}")
+
+    async def check() -> None:
+        async with link.open() as page:
+            await page.until(lambda: page.run().get("connected"))
+            assert (await page.do("record", on=True))[0]
+            assert await page.do("record", on=True) == (False, "it is recorded already")
+            await page.until(lambda: page.run()["recording"])
+            recorder = "/rosoclingo/journal"
+            wait_for(
+                lambda: any(
+                    name.startswith("/recorder") for name in terminals.subscribers(recorder)
+                )
+            )
+            assert (await page.do("goal", request="visit(3)"))[0]
+            await page.until(lambda: page.robot("action") == "go(2)")
+
+    asyncio.run(check())
+    console.interrupt()
+    assert console.wait() == 0
+    assert "messages of /rosoclingo in" in console.output
+    (bag,) = (tmp_path / "bags").glob("rosoclingo_*.bag")
+    recording = read_recording(bag)
+    assert not recording.remarks
+    assert "visit(3)" in str(recording.entries)

@@ -12,14 +12,14 @@ from actionlib_msgs.msg import GoalID
 from std_srvs.srv import Trigger
 
 from rosclingo.ros.low_latency import publisher
-from rosclingo.ros.presence import presence
+from rosclingo.ros.presence import Presence, presence
 from rosoclingo.loop.journal import Control
 from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
 from rosoclingo.srv import ControlActuator, Why, WhyResponse
 from rosoclingo_console.ros.recordings import Recordings
 from rosoclingo_console.web.operations import OperationReply, Operations
 
-_SECONDS_TO_FIND = 2.0  # a service
+_SECONDS_TO_FIND = 2.0  # a service, or who takes goals
 _SECONDS_TO_TAKE = 3.0  # until a goal that was sent is known
 _POLL_SECONDS = 0.02
 _OF_RUN = (Control.PAUSE, Control.HALT, Control.STEP, Control.RESUME)
@@ -64,7 +64,7 @@ class RosOperations(Operations):
     def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
         """Sends a goal, and waits until the system has taken it."""
         topic = self._goals[system]
-        if not topic.impl.has_connection(system):
+        if not _wait_for(lambda: topic.impl.has_connection(system), _SECONDS_TO_FIND):
             return OperationReply(False, _no_connection(system))
         identifier = f"{self._begun}-{next(self._numbers)}"
         now = rospy.Time.now()
@@ -73,19 +73,19 @@ class RosOperations(Operations):
         )
         message.header.stamp = now
         topic.publish(message)
-        end = time.monotonic() + _SECONDS_TO_TAKE
-        while not self._knows(system, identifier):
-            if time.monotonic() > end or rospy.is_shutdown():
-                return OperationReply(
-                    True, f"sent; {system} has not taken it yet: it searches, grounds or waits"
-                )
-            time.sleep(_POLL_SECONDS)
+        if not _wait_for(lambda: self._knows(system, identifier), _SECONDS_TO_TAKE):
+            # rospy notices late that a subscriber is gone.
+            if presence(system) is not Presence.RUNNING:
+                return OperationReply(False, _no_connection(system))
+            return OperationReply(
+                True, f"sent; {system} has not taken it yet: it searches, grounds or waits"
+            )
         return OperationReply(True, f"{system} has taken it")
 
     def cancel(self, system: str, goal: str) -> OperationReply:
         """Sends a cancel request."""
         topic = self._cancels[system]
-        if not topic.impl.has_connection(system):
+        if not _wait_for(lambda: topic.impl.has_connection(system), _SECONDS_TO_FIND):
             return OperationReply(False, _no_connection(system))
         topic.publish(GoalID(id=goal))
         return OperationReply(True, "the cancel request is sent")
@@ -105,6 +105,16 @@ class RosOperations(Operations):
         if kind is Why:
             return OperationReply(response.status == WhyResponse.ANSWERED, response.text)
         return OperationReply(response.success, response.message)
+
+
+def _wait_for(condition: Callable[[], bool], seconds: float) -> bool:
+    """Waits until a condition holds, so long at most, and returns whether it does."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end or rospy.is_shutdown():
+            return False
+        time.sleep(_POLL_SECONDS)
+    return True
 
 
 def _no_connection(system: str) -> str:

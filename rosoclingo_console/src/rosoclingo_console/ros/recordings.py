@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import Callable, Dict
+from typing import Callable, Dict, Set
 
 from rosoclingo_console.web.operations import OperationReply
 
@@ -33,8 +33,11 @@ class Recordings:
         """
         self._folder = folder
         self._show = show
-        self._lock = threading.Lock()  # guards the one below; no other is taken under it
+        self._lock = threading.Lock()  # guards those below; no other is taken under it
         self._running: Dict[str, subprocess.Popen[bytes]] = {}
+        self._told: Set[int] = (
+            set()
+        )  # processes that are to end: a second signal would lose the bag
 
     def start(self, system: str) -> OperationReply:
         """Starts to record a system."""
@@ -48,6 +51,7 @@ class Recordings:
                 self._running[system] = subprocess.Popen(  # noqa: S603 (ourselves)
                     [sys.executable, "-c", _PROGRAM, "-o", str(file), f"rosoclingo:={system}"],
                     stdin=subprocess.DEVNULL,
+                    start_new_session=True,  # Ctrl-C is for the console, which ends it
                 )
             except OSError as err:
                 return OperationReply(False, f"cannot record in {self._folder}: {err}; set ~bags")
@@ -58,9 +62,9 @@ class Recordings:
         """Ends the recording of a system."""
         with self._lock:
             process = self._running.get(system)
-        if process is None:
-            return OperationReply(False, "it is not recorded")
-        process.send_signal(signal.SIGINT)
+            if process is None:
+                return OperationReply(False, "it is not recorded")
+            self._end(process)
         try:
             process.wait(_SECONDS_TO_END)
         except subprocess.TimeoutExpired:
@@ -73,7 +77,7 @@ class Recordings:
         with self._lock:
             ended = [name for name, one in self._running.items() if one.poll() is not None]
             for name in ended:
-                del self._running[name]
+                self._told.discard(self._running.pop(name).pid)
         for name in ended:
             self._show(name, "")
 
@@ -81,11 +85,16 @@ class Recordings:
         """Ends all recordings, and waits for them; may be called twice."""
         with self._lock:
             running = list(self._running.values())
-        for process in running:
-            process.send_signal(signal.SIGINT)
+            for process in running:
+                self._end(process)
         end = time.monotonic() + _SECONDS_TO_END
         for process in running:
             try:
                 process.wait(max(0.0, end - time.monotonic()))
             except subprocess.TimeoutExpired:
                 continue
+
+    def _end(self, process: subprocess.Popen[bytes]) -> None:
+        if process.pid not in self._told:
+            self._told.add(process.pid)
+            process.send_signal(signal.SIGINT)
