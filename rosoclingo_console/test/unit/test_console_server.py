@@ -97,6 +97,7 @@ def test_what_an_operator_may_want() -> None:
         ("cancel", {"system": SYSTEM, "goal": ""}, "goal: it is empty"),
         ("record", {"system": SYSTEM, "on": "yes"}, "on: expected true or false"),
         ("control", {"system": SYSTEM}, "control: expected pause, halt"),
+        ("control", {"system": SYSTEM, "control": "retry"}, "control: expected pause"),
         ("control", {"system": SYSTEM, "control": "shutdown"}, "control: expected pause"),
         ("control", {"system": SYSTEM, "control": "hold", "actuator": {}}, "actuator: expected"),
     ],

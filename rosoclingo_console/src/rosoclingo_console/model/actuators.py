@@ -83,8 +83,8 @@ class OperatorDecisions:
     Attributes:
         paused: Whether no action begins.
         on_hold: Of which actuators none does.
-        held: Each action that is held, with its actuator and why: ``approval``, ``hold`` or
-            ``pause``.
+        held: Each action that is held, with its actuator and why: ``approval``, ``hold``,
+            ``pause`` or ``retry``.
     """
 
     paused: bool = False
@@ -299,4 +299,5 @@ _WAITS_FOR = {
     "approval": "until somebody approves it",
     "hold": "until it is released",
     "pause": "until the run is resumed",
+    "retry": "until it is tried again",
 }

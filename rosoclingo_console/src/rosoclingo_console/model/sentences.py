@@ -61,6 +61,16 @@ def _plan(event: journal.PlanFound, _: RequestsByGoal) -> str:
     return f"a plan with {count} from now on{best}{cost}"
 
 
+def _retried(event: journal.ActionRetried, _: RequestsByGoal) -> str:
+    return f"{event.actuator}: {event.action} has ended by {event.answer}, retry {event.retry}"
+
+
+def _control(event: journal.ControlArrived, _: RequestsByGoal) -> str:
+    # A retry is asked for by the loop itself.
+    who = "the loop" if event.control is journal.Control.RETRY else "the operator"
+    return f"{who} says: {event.words}"
+
+
 def _took(event: journal.ActionTook, _: RequestsByGoal) -> str:
     return f"{event.actuator}: {event.kind} took {event.seconds:.3g} s"
 
@@ -83,11 +93,12 @@ _TELLERS: Mapping[type, Tuple[str, Callable[[Any, RequestsByGoal], str]]] = {
     journal.StatusSet: ("goal", _status),
     journal.MessageArrived: ("message", lambda e, _: f"{e.source} says {e.value}"),
     journal.MessageDropped: ("message", lambda e, _: f"dropped: {e.reason}"),
-    journal.ControlArrived: ("operator", lambda e, _: f"the operator says: {e.words}"),
+    journal.ControlArrived: ("operator", _control),
     journal.CommandDone: ("command", _command),
     journal.PlanFound: ("plan", _plan),
     journal.SearchEnded: ("command", lambda e, _: f"a search has ended: {e.how.value}"),
     journal.ActionPublished: ("action", lambda e, _: f"{e.actuator}: {e.action}"),
+    journal.ActionRetried: ("action", _retried),
     journal.ActionTook: ("command", _took),
     journal.LoopWaits: ("command", lambda *_: "the loop waits"),
     journal.Explained: ("why", lambda e, _: f"why {e.question}: {e.text}"),

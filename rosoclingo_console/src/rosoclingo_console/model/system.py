@@ -109,6 +109,8 @@ class SystemModel:
             self.goals.set_status(event, time)
         elif isinstance(event, journal.ActionPublished):
             self.actuators.begin(event.actuator, event.action, record.step, time)
+        elif isinstance(event, journal.ActionRetried):
+            self.actuators.answer(event.actuator, event.answer, time)
         elif isinstance(event, journal.MessageArrived):
             self.actuators.answer(event.source, event.value, time)
         elif isinstance(event, journal.CommandDone) and event.resets:

@@ -9,6 +9,7 @@ from rosclingo.errors import RosclingoError
 from rosoclingo.loop.journal import Control
 
 _LONGEST = 10_000  # characters of a text
+_CONTROLS = f"control: expected {', '.join(one for one in Control if one != Control.RETRY)}"
 _LARGEST = 1e9  # number
 _MOST = 100  # texts of a list
 
@@ -147,7 +148,9 @@ def _control(body: Body) -> Call:
     try:
         control = Control(body.text("control"))
     except ValueError as err:
-        raise RequestError(f"control: expected {', '.join(Control)}") from err
+        raise RequestError(_CONTROLS) from err
+    if control is Control.RETRY:  # which the loop says itself
+        raise RequestError(_CONTROLS)
     return lambda operations: operations.control(system, control, actuator, action)
 
 

@@ -12,6 +12,7 @@ const STATES = {
   approval: ["warn", "?", "wants an approval"],
   hold: ["warn", "❚❚", "on hold"],
   pause: ["warn", "❚❚", "paused"],
+  retry: ["warn", "↻", "tries again"],
   others: ["quiet", "…", "waits for others"],
   begins: ["quiet", "…", "begins soon"],
   plan: ["quiet", "↻", "waits for a plan"],
