@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import shutil
 
+import yaml
 from page import LINE, OFFICE, PAPER, Page, has_libraries, of
 from readmes import check_output
+
+from rosoclingo.loop.execution.policies import ActionPolicies
 
 
 @of("rosoclingo/README.md", "rosoclingo")
@@ -91,6 +94,19 @@ def test_policies(page: Page) -> None:
     for retry in (1, 2):
         heard.wait_for(f"robot go(2): failure, retry {retry} of 2 in 1 s")
     assert launched.output.count("robot: go(2)") == 3
+
+
+@of("docs/protocol.md", "Policies")
+def test_the_policies_of_the_protocol(page: Page) -> None:
+    """As roslaunch and rosparam have it: a file that is loaded for the node."""
+    file = page.folder / "policies.yaml"
+    file.write_text(page.block("yaml"))
+    loaded = page.terminals.run("rosparam", "load", str(file), "/rosoclingo")
+    assert loaded.wait() == 0, loaded.output
+    said = page.terminals.run("rosparam", "get", "/rosoclingo/policies").output
+    policies = ActionPolicies(yaml.safe_load(said))
+    assert policies.of("robot", "go(3)").factor == 3
+    assert policies.of("robot", "deliver(3)").then == "stuck"
 
 
 @of("rosoclingo/README.md", "At the desk: plan.py")
