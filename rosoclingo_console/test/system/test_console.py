@@ -44,15 +44,28 @@ class Link:
         async with aiohttp.ClientSession() as self.session, self.session.ws_connect(
             f"{self.url}/live", headers=self.headers, max_msg_size=0
         ) as self.socket:
+            self.heard: asyncio.Queue[aiohttp.WSMessage] = asyncio.Queue()
+            # Also while something else is awaited, as a browser does: it answers pings.
+            hearing = asyncio.ensure_future(self._hear())
             await self.socket.send_str(json.dumps({"token": self.token}))
-            yield self
+            try:
+                yield self
+            finally:
+                hearing.cancel()
+
+    async def _hear(self) -> None:
+        message = await self.socket.receive()
+        while message.type is aiohttp.WSMsgType.TEXT:
+            await self.heard.put(message)
+            message = await self.socket.receive()
+        await self.heard.put(message)
 
     async def until(self, condition: Callable[[], Any]) -> None:
         """Hears what the console says, until a condition holds."""
         end = asyncio.get_event_loop().time() + SECONDS
         while not condition():
             assert asyncio.get_event_loop().time() < end, self.systems
-            message = await self.socket.receive(SECONDS)
+            message = await asyncio.wait_for(self.heard.get(), SECONDS)
             assert message.type is aiohttp.WSMsgType.TEXT, message
             self.take(json.loads(message.data))
 
@@ -148,7 +161,7 @@ def test_an_operator_with_a_page(terminals: Terminals) -> None:
 @pytest.mark.both_spaces
 def test_who_comes_late_and_the_end(terminals: Terminals) -> None:
     """Also: cancelled and rejected goals, and a system that ends before its console."""
-    node = start_system(terminals)
+    node = start_system(terminals, "_why_nice:=0", "_why_seconds:=600")
     console, link = start_console(terminals)
 
     async def check() -> None:
@@ -242,7 +255,7 @@ def test_the_end_with_an_open_page(terminals: Terminals) -> None:
             await page.until(lambda: page.hello)
             console.interrupt()
             while not page.socket.closed:
-                await page.socket.receive(SECONDS)
+                await asyncio.wait_for(page.heard.get(), SECONDS)
 
     asyncio.run(check())
     wait_for(lambda: console.process.poll() is not None)
