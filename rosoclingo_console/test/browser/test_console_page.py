@@ -19,6 +19,7 @@ __all__ = ["terminals"]
 
 BAG = Path(__file__).resolve().parents[3] / "test" / "bags" / "mailbot_dynamic_reset.bag"
 AXE = Path(axe_core_python.__file__).parent / "axe.min.js"
+HEADER = 8192  # bytes: a bag of so many has messages
 HOSTILE = (
     '"<img src=x onerror=hacked=1><script>hacked=1</script>\' onclick=hacked=1 javascript:hacked=1"'
 )
@@ -107,6 +108,7 @@ def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
     browser.sees("visit(5) is asked for", "#lines li")
     browser.click("Halt", "#control")
     browser.sees("The run is paused", "#attention")
+    wait_for(lambda: any(one.stat().st_size > HEADER for one in shown.folder.glob("*.bag")))
     browser.click("Stop recording", "#control")
     browser.sees("the bag is written", "#said")
     assert len(list(shown.folder.glob("rosoclingo_*.bag"))) == 1
