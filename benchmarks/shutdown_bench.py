@@ -25,6 +25,7 @@ NODES = (
     ("rosoclingo", "run.py"),
     ("rosoclingo", "run-1.0.py", "-f", str(ROOT / "rosoclingo" / "example" / "line.lp")),
     ("rosoclingo", "record.py"),
+    ("rosoclingo_console", "console.py", "_port:=0"),
     ("rosoclingo_interfaces", "fulfill.py"),
     ("rosoclingo_interfaces", "move_base_interface.py", f"_waypoints:={WAYPOINTS}"),
     ("rosoclingo_rviz", "graph_markers.py", f"_instance:={GRAPH}"),

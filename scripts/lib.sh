@@ -47,7 +47,7 @@ apt_packages() {
   fi
   echo build-essential cmake python3-venv
   # What cv_bridge and others of apt are built for; pip gets what apt's are too old for.
-  echo python3-cffi python3-defusedxml python3-hypothesis python3-lz4 python3-matplotlib python3-numpy python3-pil python3-ruamel.yaml \
+  echo python3-aiohttp python3-cffi python3-defusedxml python3-hypothesis python3-lz4 python3-matplotlib python3-numpy python3-pil python3-ruamel.yaml \
     python3-scipy python3-shapely python3-skimage
   # OpenGL without a display, for the camera of the simulator with MuJoCo.
   echo libegl1 libgl1 libgl1-mesa-dri
@@ -60,7 +60,7 @@ apt_packages_for_tests() {
   if is_noetic; then
     echo ros-noetic-cv-bridge ros-noetic-rviz
   else
-    echo python3-cv-bridge rviz
+    echo python3-cv-bridge rviz chromium chromium-driver
   fi
   # A display without a screen, and what takes pictures of it.
   echo imagemagick xvfb

@@ -34,6 +34,7 @@ FLOORS = {
         "errors", "store_file", "prompt", "announcements", "watchdog", "navigation",
         "ledger", "execution", "interface", "executor", "retransmitter", "ros", "node",
     ],
+    "rosoclingo_console": ["encoding", "model", "web", "bag_console", "ros"],
     "rosoclingo_examples": ["orders", "ros"],
     "rosoclingo_rviz": ["ros"],
     "rosoclingo_simulator": [

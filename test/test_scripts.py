@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
     ("command", "pieces"),
     [
         (("setup", "--tests"), ["usage: scripts/setup [--test | --bench]"]),
-        (("test", "unit"), ["'unit'", "system whole driving"]),
+        (("test", "unit"), ["'unit'", "system whole browser"]),
         (("test", "--again", "units"), ["--again needs a number"]),
         (("in-chroot", "trixie"), ["usage: scripts/in-chroot SUITE COMMAND..."]),
         (("in-chroot", "sarge", "true"), ["'sarge'", "bookworm, trixie, focal"]),

@@ -1,0 +1,12 @@
+"""Tells catkin which Python packages to build; not to be run by hand."""
+
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import find_packages, setup
+
+setup(
+    **generate_distutils_setup(
+        packages=find_packages("src"),
+        package_dir={"": "src"},
+        package_data={"rosoclingo_console.web": ["page/*"]},
+    )
+)

@@ -1,0 +1,303 @@
+"""The actuators of a system as rows: what each does, and what it waits for.
+
+>>> table = ActuatorTable()
+>>> table.begin("robot", "go(2)", step=1, time=10.0)
+>>> table.answer("robot", "success", 12.5)
+True
+>>> bar = table.bars()["1"]
+>>> bar["action"], bar["ended"] - bar["began"], bar["answer"]
+('go(2)', 2.5, 'success')
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any, Deque, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+from rosclingo.wire.term_text import number, split_term
+from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
+from rosoclingo_console.model.board import Row
+from rosoclingo_console.model.metrics import OTHER
+
+_MOST_BARS = 200  # actions that a chart shows
+_MOST_VALUES = 50  # different answers that are counted one by one
+_WEIGHT = 0.3  # of the last duration in a mean
+_DO, _EXPECTED = "do", "expected"
+
+
+class PlannedAction(NamedTuple):
+    """An action of the plan ahead."""
+
+    step: int
+    actuator: str
+    action: str
+
+
+@dataclass
+class PlanAhead:
+    """The plan ahead, as ``~plan`` says it.
+
+    Attributes:
+        step: The current step.
+        horizon: The last step.
+        actions: From the current step on, ordered by step.
+        expected: When goals will be served, in seconds of ROS's time, by their slots.
+    """
+
+    step: int = 0
+    horizon: int = 0
+    actions: Tuple[PlannedAction, ...] = ()
+    expected: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, step: int, horizon: int, atoms: Sequence[str]) -> PlanAhead:
+        """Reads ``do(Actuator,Action,Step)`` and ``expected(Slot,Second)``; skips all else."""
+        actions, expected = [], {}
+        for atom in atoms:
+            name, arguments = split_term(atom)
+            last = number(arguments[-1]) if arguments else None
+            if last is None:
+                continue
+            if name == _DO and len(arguments) == 3:
+                actions.append(PlannedAction(last, arguments[0], arguments[1]))
+            elif name == _EXPECTED and len(arguments) == 2:
+                expected[arguments[0]] = float(last)
+        return cls(step, horizon, tuple(sorted(actions, key=lambda one: one.step)), expected)
+
+
+class TokenRow(NamedTuple):
+    """The last action of an actuator, as ``~dispatch`` says it."""
+
+    step: int
+    actuator: str
+    action: str
+    is_open: bool
+    is_aborted: bool
+
+
+@dataclass
+class OperatorDecisions:
+    """What an operator has decided, and what waits for that, as ``~held`` says it.
+
+    Attributes:
+        paused: Whether no action begins.
+        on_hold: Of which actuators none does.
+        held: Each action that is held, with its actuator and why: ``approval``, ``hold``,
+            ``pause`` or ``retry``.
+    """
+
+    paused: bool = False
+    on_hold: Tuple[str, ...] = ()
+    held: Tuple[Tuple[str, str, str], ...] = ()
+
+    @classmethod
+    def read(
+        cls, paused: bool, on_hold: Sequence[str], held: Sequence[str], reasons: Sequence[str]
+    ) -> OperatorDecisions:
+        """Reads the fields of a ``ROSoClingoHeld``; an atom that is none is skipped."""
+        found = []
+        for atom, reason in zip(held, reasons):
+            name, arguments = split_term(atom)
+            if name == _DO and len(arguments) == 2:
+                found.append((arguments[0], arguments[1], reason))
+        return cls(paused, tuple(on_hold), tuple(found))
+
+
+@dataclass
+class ActionBar:
+    """An action that was published, with its answer.
+
+    Attributes:
+        number: Counts the actions.
+        began: When it was published, in seconds of wall time.
+        ended: When it was answered, likewise; None while it is not.
+        answer: The answer; empty if another action came before it.
+    """
+
+    number: int
+    actuator: str
+    action: str
+    step: int
+    began: float
+    ended: Optional[float] = None
+    answer: str = ""
+
+
+class ActuatorTable:
+    """Who acts, and who waits for what. Not thread-safe."""
+
+    def __init__(self) -> None:
+        self.plan = PlanAhead()
+        self.decisions = OperatorDecisions()
+        self._tokens: Tuple[TokenRow, ...] = ()
+        self._bars: Deque[ActionBar] = deque(maxlen=_MOST_BARS)
+        self._acting: Dict[str, ActionBar] = {}
+        self._last: Dict[str, ActionBar] = {}
+        self._means: Dict[str, float] = {}
+        self._count = 0
+        self.answers: Dict[str, int] = {}
+
+    def begin(self, actuator: str, action: str, step: int, time: float) -> None:
+        """An action was published."""
+        if actuator == SOLVER or action == ABORT:  # a whole plan; or the end of an action
+            return
+        before = self._acting.get(actuator)
+        if before is not None:
+            before.ended = time
+        self._count += 1
+        bar = ActionBar(self._count, actuator, action, step, time)
+        self._acting[actuator] = self._last[actuator] = bar
+        self._bars.append(bar)
+
+    def answer(self, source: str, value: str, time: float) -> bool:
+        """Ends the action of an actuator that has answered.
+
+        Returns:
+            Whether it is an answer, and no other message.
+        """
+        bar = self._acting.pop(source, None)
+        if bar is None:
+            return False
+        bar.ended, bar.answer = time, value
+        # A stranger may say anything in the place of an actuator.
+        value_counted = (
+            value if value in self.answers or len(self.answers) < _MOST_VALUES else OTHER
+        )
+        self.answers[value_counted] = self.answers.get(value_counted, 0) + 1
+        if value == SUCCESS:
+            seconds = time - bar.began
+            for key in (source, ""):
+                self._means[key] = (1 - _WEIGHT) * self._means.get(key, seconds) + _WEIGHT * seconds
+        return True
+
+    def forget_steps(self) -> None:
+        """Steps are counted anew: no action that was done is one of the plan's."""
+        for bar in self._last.values():
+            bar.step = -1
+
+    def set_tokens(self, tokens: Sequence[TokenRow]) -> None:
+        """Learns what ``~dispatch`` says."""
+        self._tokens = tuple(tokens)
+
+    def tokens(self) -> List[TokenRow]:
+        """Returns what ``~dispatch`` would say, as far as it follows from the journal."""
+        return [
+            TokenRow(bar.step, actuator, bar.action, True, False)
+            for actuator, bar in self._acting.items()
+        ]
+
+    def count_open(self) -> int:
+        """Returns how many actions are not answered."""
+        return len(self._doing())
+
+    def bars(self) -> Dict[str, Row]:
+        """Returns the last actions as rows of a chart."""
+        return {str(bar.number): dict(vars(bar)) for bar in self._bars}
+
+    def means(self) -> Dict[str, Row]:
+        """Returns how long actions have taken lately, in seconds; of all by the empty name."""
+        return {name: {"seconds": round(seconds, 3)} for name, seconds in self._means.items()}
+
+    def planned(self, most: int) -> Row:
+        """Returns the plan ahead, with how far each action is.
+
+        Args:
+            most: How many actions are named.
+        """
+        acting = {(one.actuator, one.action) for one in self._doing().values()}
+        held = {(actuator, action): why for actuator, action, why in self.decisions.held}
+        rows = []
+        for step, actuator, action in self.plan.actions[:most]:
+            state = "planned"
+            if step <= self.plan.step:
+                if (actuator, action) in held:
+                    state = "held"
+                elif (actuator, action) in acting:
+                    state = "acts"
+                elif self._is_done(step, actuator, action):
+                    state = "done"
+            rows.append([step, actuator, action, state])
+        more = max(0, len(self.plan.actions) - most)
+        return {"step": self.plan.step, "horizon": self.plan.horizon, "actions": rows, "more": more}
+
+    def rows(self, searching: bool) -> Dict[str, Row]:
+        """Returns a row for each actuator that is known.
+
+        Args:
+            searching: Whether the loop is at work, and does not wait.
+        """
+        names = {one.actuator for one in self._tokens} | set(self._last)
+        names |= {one.actuator for one in self.plan.actions}
+        names |= {actuator for actuator, _, _ in self.decisions.held} | set(self.decisions.on_hold)
+        names -= {SOLVER}
+        doing = self._doing()
+        return {name: self._row(name, doing, searching) for name in sorted(names)}
+
+    def _doing(self) -> Dict[str, TokenRow]:
+        return {one.actuator: one for one in self._tokens if one.is_open}
+
+    def _is_done(self, step: int, actuator: str, action: str) -> bool:
+        last = self._last.get(actuator)
+        if last is None or last.ended is None:
+            return False
+        return (last.step, last.action) == (step, action)
+
+    def _row(self, name: str, doing: Mapping[str, TokenRow], searching: bool) -> Row:
+        last = self._last.get(name)
+        act = doing.get(name)
+        row: Dict[str, Any] = {
+            "action": "", "since": None, "step": None, "on_hold": name in self.decisions.on_hold,
+            "held": "", "next": self._next(name, act),
+            "last": last.action if last and last.ended else "",
+            "answer": last.answer if last and last.ended else "",
+        }  # fmt: skip
+        if act is not None:
+            begun = last is not None and last.ended is None and last.action == act.action
+            since = last.began if last is not None and begun else None
+            row.update(action=act.action, step=act.step, since=since)
+            row["state"] = "stops" if act.is_aborted else "acts"
+            row["waits"] = "is to stop, and then to answer" if act.is_aborted else ""
+            return row
+        for actuator, action, reason in self.decisions.held:
+            if actuator == name:
+                row.update(held=action, state=reason, waits=_WAITS_FOR.get(reason, reason))
+                return row
+        if row["on_hold"] and row["next"]:
+            row.update(state="hold", waits=_WAITS_FOR["hold"])
+        elif self.decisions.paused and row["next"]:
+            row.update(state="pause", waits=_WAITS_FOR["pause"])
+        elif row["next"] and doing:
+            who = ", ".join(f"{one.actuator} has done {one.action}" for one in doing.values())
+            row.update(state="others", waits=f"until {who}")
+        elif row["next"]:
+            row.update(state="begins", waits="for its step to begin")
+        elif searching:
+            row.update(state="plan", waits="for a plan")
+        else:
+            row.update(state="idle", waits="nothing is planned for it")
+        return row
+
+    def _next(self, name: str, act: Optional[TokenRow]) -> List[Any]:
+        """Returns step and action of what an actuator is to do after what it does now."""
+        for step, actuator, action in self.plan.actions:
+            if actuator != name or step < self.plan.step:
+                continue
+            is_begun = step == self.plan.step and self._has_begun(name, action, act)
+            goes_on = act is not None and action == act.action
+            if not is_begun and not goes_on:
+                return [step, action]
+        return []
+
+    def _has_begun(self, name: str, action: str, act: Optional[TokenRow]) -> bool:
+        return (act is not None and act.action == action) or self._is_done(
+            self.plan.step, name, action
+        )
+
+
+_WAITS_FOR = {
+    "approval": "until somebody approves it",
+    "hold": "until it is released",
+    "pause": "until the run is resumed",
+    "retry": "until it is tried again",
+}

@@ -1,0 +1,148 @@
+"""The goals of a system as rows: status, slot, place in the queue, and when they will be served."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any, Dict, List, Mapping, Optional, Tuple
+
+from rosoclingo.loop.journal import GoalArrived, Status, StatusSet
+from rosoclingo_console.model.board import Row
+
+_MOST_WAITING = 200  # goals without a slot that are shown
+_MOST_ENDED = 50  # likewise, goals that have ended
+_QUEUED = re.compile(r"queued (\d+)")
+_WHY = "why: "
+_LATE = "late by "
+_EXPECTED = "expected in "
+
+
+@dataclass
+class GoalRow:
+    """A goal, as far as the journal and the feedback for its client say it.
+
+    Attributes:
+        number: Counts the goals, in the order in which the loop has taken them.
+        request: The request; empty if only its status was heard.
+        information: What came with it.
+        came: When it was taken, in seconds of wall time; None if that was before the journal's
+            beginning.
+        ended: When it has ended, likewise; None while it is open.
+        status: Its status.
+        slot: The planner's id for it; empty while it waits for one.
+        reason: Why it has ended so.
+        place: Its place in the queue, from 1; 0 if it has none, or if that is not known.
+        canceling: Whether somebody wants it cancelled.
+        line: The last line of feedback that is none of the others.
+        why: Why it waits or has no plan.
+        late: By how much it will be late, as ``12 s``; empty if it says nothing of that.
+    """
+
+    number: int
+    request: str = ""
+    information: Tuple[str, ...] = ()
+    came: Optional[float] = None
+    ended: Optional[float] = None
+    status: Status = Status.PENDING
+    slot: str = ""
+    reason: str = ""
+    place: int = 0
+    canceling: bool = False
+    line: str = ""
+    why: str = ""
+    late: str = ""
+
+
+class GoalTable:
+    """All open goals of a run, and those that have ended last. Not thread-safe.
+
+    Attributes:
+        counts: How many goals have ended with each status.
+        requests: The requests of the goals that are known, by the goals' ids.
+    """
+
+    def __init__(self) -> None:
+        self._goals: Dict[str, GoalRow] = {}
+        self._ended: Dict[str, None] = {}  # in order
+        self._count = 0
+        self.counts: Dict[Status, int] = {}
+        self.requests: Dict[str, str] = {}
+
+    def arrive(self, event: GoalArrived, time: float) -> None:
+        """The loop has taken a goal."""
+        goal = self._goal(event.goal)
+        goal.request, goal.information, goal.came = event.request, event.information, time
+        self.requests[event.goal] = event.request
+
+    def cancel(self, identifier: str) -> None:
+        """The loop has taken a cancel request."""
+        self._goal(identifier).canceling = True
+
+    def set_status(self, event: StatusSet, time: float) -> None:
+        """A goal's status has changed."""
+        goal = self._goal(event.goal)
+        goal.status, goal.slot = event.status, event.slot or goal.slot
+        goal.place = 0
+        if event.status.is_terminal:
+            goal.ended, goal.reason = time, str(event.reason)
+            self.counts[event.status] = self.counts.get(event.status, 0) + 1
+            self._ended[event.goal] = None
+            if len(self._ended) > _MOST_ENDED:
+                oldest = next(iter(self._ended))
+                del self._ended[oldest], self._goals[oldest]
+                self.requests.pop(oldest, None)
+
+    def tell(self, identifier: str, line: str) -> None:
+        """The client of a goal was told something; of goals that are not known, it is ignored."""
+        goal = self._goals.get(identifier)
+        if goal is None or goal.ended is not None:
+            return
+        queued = _QUEUED.fullmatch(line)
+        if queued:
+            goal.place = int(queued[1]) if not goal.slot else 0
+        elif line.startswith(_WHY):
+            goal.why = line[len(_WHY) :]
+        elif line.startswith(_LATE):
+            goal.late = line[len(_LATE) :]
+        elif not line.startswith(_EXPECTED):  # the plan says that of all goals, and the time
+            goal.line = line
+            if line.startswith("plan "):  # another one, so that what was said before is old
+                goal.why = ""
+
+    @property
+    def open(self) -> List[GoalRow]:
+        """The goals that have not ended, in order of arrival."""
+        return [goal for key, goal in self._goals.items() if key not in self._ended]
+
+    def knows(self, identifier: str) -> bool:
+        """Whether the loop has taken a goal, or has ended it without."""
+        return identifier in self._goals
+
+    def request_in(self, slot: str) -> str:
+        """Returns the request of the open goal in a slot; empty if there is none."""
+        return next((goal.request for goal in self.open if goal.slot == slot), "")
+
+    def rows(self, expected: Mapping[str, float]) -> Dict[str, Row]:
+        """Returns the goals that are shown: all with a slot, the first that wait, the last ended.
+
+        Args:
+            expected: When goals will be served, in seconds of ROS's time, by their slots.
+        """
+        waiting = [key for key, goal in self._goals.items() if not goal.slot and not goal.ended]
+        hidden = set(islice(waiting, _MOST_WAITING, None))
+        return {key: _row(goal, expected) for key, goal in self._goals.items() if key not in hidden}
+
+    def _goal(self, identifier: str) -> GoalRow:
+        if identifier not in self._goals:
+            self._count += 1
+            self._goals[identifier] = GoalRow(self._count)
+        return self._goals[identifier]
+
+
+def _row(goal: GoalRow, expected: Mapping[str, float]) -> Row:
+    row: Dict[str, Any] = dict(vars(goal))
+    row["status"] = goal.status.value
+    row["information"] = list(goal.information)
+    row["expected"] = expected.get(goal.slot) if goal.ended is None else None
+    return row

@@ -1,0 +1,105 @@
+"""A recorded run as its console had shown it, at any time.
+
+Only the journal is taken, so plan, actions and an operator's decisions are those that follow from
+it: which actions were held, it does not say.
+
+>>> from rosoclingo.bags.model import Entry
+>>> entries = (Entry(journal.ActionPublished("robot", "go(2)"), 1, 2, 1, 0.5),)
+>>> playback = Playback(Recording("/rosoclingo", entries))
+>>> playback.seek(1.0).actuators.count_open(), playback.seek(0.0).actuators.count_open()
+(1, 0)
+"""
+
+from __future__ import annotations
+
+from typing import Set, Tuple
+
+from rosclingo.wire.term_text import last_number
+from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Control, NumberedRecord
+from rosoclingo_console.encoding import KnownEncoding
+from rosoclingo_console.model.actuators import OperatorDecisions
+from rosoclingo_console.model.system import SystemModel
+
+_UNKNOWN = KnownEncoding()
+_PAUSES = (Control.PAUSE, Control.HALT, Control.STEP)
+
+
+class Playback:
+    """Makes models of a recorded run. Not thread-safe.
+
+    Attributes:
+        name: The name of the planning node.
+        seconds: How long the run lasted.
+        model: What was known at the time that was sought last.
+    """
+
+    def __init__(self, recording: Recording, encoding: KnownEncoding = _UNKNOWN) -> None:
+        """Begins before the first event.
+
+        Args:
+            recording: The run.
+            encoding: What its planner's encoding says.
+        """
+        # What was published before the recording began was there when it did.
+        self._entries: Tuple[Entry, ...] = recording.entries
+        self._encoding = encoding
+        self.name = recording.name
+        self.seconds = max((entry.seconds for entry in recording.entries), default=0.0)
+        self._restart()
+
+    def _restart(self) -> None:
+        self.model = SystemModel()
+        self.model.connect(True, 0.0)
+        self.model.set_encoding(self._encoding)
+        self._next = 0
+        self._plan: Tuple[str, ...] = ()
+        self._paused = False
+        self._on_hold: Set[str] = set()
+
+    def seek(self, seconds: float) -> SystemModel:
+        """Returns what was known at a time; another model if that is earlier than before.
+
+        Args:
+            seconds: Since the recording began.
+        """
+        if self._next and self._entries[self._next - 1].seconds > seconds:
+            self._restart()
+        while self._next < len(self._entries) and self._entries[self._next].seconds <= seconds:
+            self._take(self._entries[self._next])
+            self._next += 1
+        return self.model
+
+    def _take(self, entry: Entry) -> None:
+        event, model = entry.event, self.model
+        model.hear(NumberedRecord(event, entry.step, entry.horizon, entry.number, entry.seconds))
+        if isinstance(event, journal.PlanFound):
+            self._plan = event.actions
+        elif isinstance(event, journal.CommandDone) and event.resets:
+            self._plan = ()  # its steps have other numbers from now on, and it is found again
+        elif isinstance(event, journal.ControlArrived):
+            self._decide(event)
+        if self._plan or model.actuators.plan.actions:
+            atoms = [atom for atom in self._plan if _step(atom) >= entry.step]
+            if atoms != list(self._plan) or isinstance(event, journal.PlanFound) or not atoms:
+                self._plan = tuple(atoms)
+                model.set_plan(entry.step, entry.horizon, atoms)
+            else:
+                model.actuators.plan.step = entry.step
+        model.set_tokens(model.actuators.tokens())
+
+    def _decide(self, event: journal.ControlArrived) -> None:
+        if event.control in _PAUSES:
+            self._paused = True
+        elif event.control is Control.RESUME:
+            self._paused = False
+        elif event.control is Control.HOLD:
+            self._on_hold.add(event.actuator)
+        elif event.control is Control.RELEASE:
+            self._on_hold.discard(event.actuator)
+        self.model.decide(OperatorDecisions(self._paused, tuple(sorted(self._on_hold))))
+
+
+def _step(atom: str) -> int:
+    return last_number(atom) or 0

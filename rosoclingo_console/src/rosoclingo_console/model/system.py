@@ -1,0 +1,224 @@
+"""One planning system as its console knows it: made of its messages, shown as tables and lines.
+
+The journal says what was done; ``~plan``, ``~dispatch``, ``~held`` and the feedback say how it is.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from itertools import islice
+from typing import Any, Deque, Dict, List, Optional, Sequence
+
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import NumberedRecord, Status
+from rosoclingo_console.encoding import KnownEncoding
+from rosoclingo_console.model.actuators import ActuatorTable, OperatorDecisions, PlanAhead, TokenRow
+from rosoclingo_console.model.board import Board, Row
+from rosoclingo_console.model.goals import GoalTable
+from rosoclingo_console.model.map import MapTable
+from rosoclingo_console.model.metrics import Counters, Sample, counted
+from rosoclingo_console.model.sentences import tell
+
+_MOST_LINES = 300  # of the journal
+_MOST_NEW_LINES = 50  # likewise, in one message to a page: nobody reads more
+_MOST_PLANNED = 300  # actions
+_DIGITS = 3  # of seconds
+
+
+class SystemModel:
+    """What is known of a system. Not thread-safe."""
+
+    def __init__(self) -> None:
+        self._board = Board()
+        self._lines: Deque[Row] = deque(maxlen=_MOST_LINES)
+        self._new_lines: Deque[Row] = deque(maxlen=_MOST_NEW_LINES)
+        self._is_new_run = True
+        self._map = MapTable()
+        self._known_requests: Row = {"requests": []}
+        self._recording = ""
+        self._connected = False
+        self._since = 0.0
+        self._begin()
+
+    def _begin(self) -> None:
+        """Forgets the run before."""
+        self.goals = GoalTable()
+        self.actuators = ActuatorTable()
+        self._counters = Counters()
+        self._last: Optional[NumberedRecord] = None
+        self._works = False
+        self._ended = ""
+        self._missed = 0
+        self._quality = ""
+
+    # What is heard.
+
+    def connect(self, is_connected: bool, time: float) -> None:
+        """There is a connection from the planning node, or none any more.
+
+        Args:
+            is_connected: Whether there is.
+            time: Since when, in seconds of wall time.
+        """
+        if is_connected != self._connected:
+            self._connected, self._since = is_connected, time
+
+    def hear(self, record: NumberedRecord) -> None:
+        """Takes an event of the journal; one that was heard before is ignored.
+
+        A number that came before, with a later time, is that of a new run.
+        """
+        last = self._last
+        if last is not None and record.number <= last.number:
+            if record.time <= last.time:
+                return
+            if not isinstance(record.event, journal.NodeResumed):
+                self._forget_run()
+        elif last is not None:
+            self._missed += record.number - last.number - 1
+        self._last = record
+        self._counters.count(record.event)
+        self._follow(record)
+        kind, text = tell(record.event, self.goals.requests)
+        line = {
+            "number": record.number, "time": round(record.time, _DIGITS), "step": record.step,
+            "kind": kind, "text": text,
+        }  # fmt: skip
+        self._lines.append(line)
+        self._new_lines.append(line)
+
+    def _forget_run(self) -> None:
+        plan, decisions = self.actuators.plan, self.actuators.decisions
+        self._begin()
+        self._map.forget_run()
+        # They are latched, and may have come before the journal.
+        self.actuators.plan, self.actuators.decisions = plan, decisions
+        self._lines.clear()
+        self._new_lines.clear()
+        self._is_new_run = True
+
+    def _follow(self, record: NumberedRecord) -> None:
+        event, time = record.event, record.time
+        self._map.hear(event)
+        self._works = not isinstance(event, (journal.LoopWaits, journal.LoopEnded))
+        if isinstance(event, journal.GoalArrived):
+            self.goals.arrive(event, time)
+        elif isinstance(event, journal.CancelArrived):
+            self.goals.cancel(event.goal)
+        elif isinstance(event, journal.StatusSet):
+            self.goals.set_status(event, time)
+        elif isinstance(event, journal.ActionPublished):
+            self.actuators.begin(event.actuator, event.action, record.step, time)
+        elif isinstance(event, journal.ActionRetried):
+            self.actuators.answer(event.actuator, event.answer, time)
+        elif isinstance(event, journal.MessageArrived):
+            self.actuators.answer(event.source, event.value, time)
+        elif isinstance(event, journal.CommandDone) and event.resets:
+            self.actuators.forget_steps()
+        elif isinstance(event, journal.LoopEnded):
+            self._ended = str(event.reason)
+
+    def set_plan(self, step: int, horizon: int, atoms: Sequence[str]) -> None:
+        """Takes a message of ``~plan``."""
+        self.actuators.plan = PlanAhead.read(step, horizon, atoms)
+        self._map.set_plan(atoms)
+
+    def set_tokens(self, tokens: Sequence[TokenRow]) -> None:
+        """Takes a message of ``~dispatch``."""
+        self.actuators.set_tokens(tokens)
+
+    def decide(self, decisions: OperatorDecisions) -> None:
+        """Takes a message of ``~held``."""
+        self.actuators.decisions = decisions
+
+    def set_quality(self, quality: str) -> None:
+        """Takes what the plan costs, in words."""
+        self._quality = quality
+
+    def set_encoding(self, encoding: KnownEncoding) -> None:
+        """Takes what the planner's encoding says."""
+        self._known_requests = {"requests": list(encoding.requests)}
+        self._map.set_graph(encoding.graph)
+
+    def set_recording(self, file: str) -> None:
+        """It is recorded in a bag; an empty text if it is not."""
+        self._recording = file
+
+    def tell_goal(self, identifier: str, line: str) -> None:
+        """Takes a line of feedback for a goal."""
+        self.goals.tell(identifier, line)
+
+    # What is shown.
+
+    def changes(self) -> Dict[str, Any]:
+        """Returns what has changed since the last call; empty if nothing has."""
+        self._update()
+        lines = list(self._new_lines)
+        self._new_lines.clear()
+        is_new_run, self._is_new_run = self._is_new_run, False
+        tables = self._board.take_changes()
+        if is_new_run:
+            return self.snapshot()
+        found: Dict[str, Any] = {}
+        if tables:
+            found["tables"] = tables
+        if lines:
+            found["lines"] = lines
+        return found
+
+    def snapshot(self) -> Dict[str, Any]:
+        """Returns all that :meth:`changes` has returned so far."""
+        shown = len(self._lines) - len(self._new_lines)
+        lines = list(islice(self._lines, shown))
+        return {"all": True, "tables": self._board.all(), "lines": lines}
+
+    def _update(self) -> None:
+        actuators, goals = self.actuators, self.goals
+        self._board.replace("run", {"run": self._run()})
+        self._board.replace("goals", goals.rows(actuators.plan.expected))
+        self._board.replace("actuators", actuators.rows(self._works))
+        self._board.replace("plan", {"plan": actuators.planned(_MOST_PLANNED)})
+        self._board.replace("bars", actuators.bars())
+        self._board.replace("means", actuators.means())
+        self._board.replace("known", {"known": self._known_requests})
+        self._board.replace("map", self._map.rows())
+
+    def _run(self) -> Row:
+        last, open_goals = self._last, self.goals.open
+        state = "unknown"
+        if last is not None:
+            state = "ended" if self._ended else "works" if self._works else "waits"
+        return {
+            "connected": self._connected,
+            "since": round(self._since, _DIGITS),
+            "state": state,
+            "reason": self._ended,
+            "step": last.step if last else 0,
+            "horizon": last.horizon if last else 0,
+            "paused": self.actuators.decisions.paused,
+            "open": len(open_goals),
+            "waiting": sum(not goal.slot for goal in open_goals),
+            "missed": self._missed,
+            "quality": self._quality,
+            "recording": self._recording,
+        }
+
+    def samples(self) -> List[Sample]:
+        """Returns the values of metrics."""
+        run, actuators = self._run(), self.actuators
+        ends = {status.value: self.goals.counts.get(status, 0) for status in Status}
+        ends = {status: count for status, count in ends.items() if count}
+        return [
+            Sample("rosoclingo_up", run["connected"]),
+            Sample("rosoclingo_paused", run["paused"]),
+            Sample("rosoclingo_step", run["step"]),
+            Sample("rosoclingo_horizon", run["horizon"]),
+            Sample("rosoclingo_goals_open", run["open"]),
+            Sample("rosoclingo_goals_waiting", run["waiting"]),
+            Sample("rosoclingo_actions_open", actuators.count_open()),
+            Sample("rosoclingo_actions_held", len(actuators.decisions.held)),
+            Sample("rosoclingo_events_missed_total", run["missed"]),
+            *counted("rosoclingo_goals_total", "status", ends),
+            *counted("rosoclingo_answers_total", "answer", actuators.answers),
+            *self._counters.samples(),
+        ]

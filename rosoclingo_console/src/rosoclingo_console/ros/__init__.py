@@ -1,0 +1,1 @@
+"""The console as a node: hears systems, and calls their services."""

@@ -1,0 +1,121 @@
+"""Has operators' requests carried out by systems: calls their services, sends them goals."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import time
+from typing import Any, Callable, Dict, Tuple
+
+import rospy
+from actionlib_msgs.msg import GoalID
+from std_srvs.srv import Trigger
+
+from rosclingo.ros.low_latency import publisher
+from rosclingo.ros.presence import Presence, presence
+from rosoclingo.loop.journal import Control
+from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
+from rosoclingo.srv import ControlActuator, Why, WhyResponse
+from rosoclingo_console.ros.recordings import Recordings
+from rosoclingo_console.web.operations import OperationReply, Operations
+
+_SECONDS_TO_FIND = 2.0  # a service, or who takes goals
+_SECONDS_TO_TAKE = 3.0  # until a goal that was sent is known
+_POLL_SECONDS = 0.02
+_OF_RUN = (Control.PAUSE, Control.HALT, Control.STEP, Control.RESUME)
+
+
+class RosOperations(Operations):
+    """The systems on the ROS master. Make it after the node is initialised."""
+
+    def __init__(
+        self,
+        systems: Tuple[str, ...],
+        knows: Callable[[str, str], bool],
+        recordings: Recordings,
+    ) -> None:
+        """Opens topics to the systems.
+
+        Args:
+            systems: Resolved names of the planning nodes.
+            knows: Whether a system, by its name, has taken a goal, by its id; thread-safe.
+            recordings: Starts and stops recorders.
+        """
+        self._recordings = recordings
+        self._knows = knows
+        self._numbers = itertools.count(1)  # thread-safe as CPython has it
+        self._begun = f"{rospy.get_name()}-{os.getpid()}-{time.time():.3f}"
+        self._goals: Dict[str, rospy.Publisher] = {}
+        self._cancels: Dict[str, rospy.Publisher] = {}
+        for name in systems:
+            self._goals[name] = publisher(f"{name}/goal", ROSoClingoActionGoal)
+            self._cancels[name] = publisher(f"{name}/cancel", GoalID)
+
+    def control(self, system: str, control: Control, actuator: str, action: str) -> OperationReply:
+        """Calls a service such as ``~pause``, which answers when the request is taken."""
+        if control in _OF_RUN:
+            return self._call(f"{system}/{control}", Trigger)
+        return self._call(f"{system}/{control}", ControlActuator, actuator, action)
+
+    def ask(self, system: str, question: str, arguments: Tuple[str, ...]) -> OperationReply:
+        """Calls ``~why``."""
+        return self._call(f"{system}/why", Why, question, arguments)
+
+    def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
+        """Sends a goal, and waits until the system has taken it."""
+        topic = self._goals[system]
+        if not _wait_for(lambda: topic.impl.has_connection(system), _SECONDS_TO_FIND):
+            return OperationReply(False, _no_connection(system))
+        identifier = f"{self._begun}-{next(self._numbers)}"
+        now = rospy.Time.now()
+        message = ROSoClingoActionGoal(
+            goal_id=GoalID(now, identifier), goal=ROSoClingoGoal(request, list(information))
+        )
+        message.header.stamp = now
+        topic.publish(message)
+        if not _wait_for(lambda: self._knows(system, identifier), _SECONDS_TO_TAKE):
+            # rospy notices late that a subscriber is gone.
+            if presence(system) is not Presence.RUNNING:
+                return OperationReply(False, _no_connection(system))
+            return OperationReply(
+                True, f"sent; {system} has not taken it yet: it searches, grounds or waits"
+            )
+        return OperationReply(True, f"{system} has taken it")
+
+    def cancel(self, system: str, goal: str) -> OperationReply:
+        """Sends a cancel request."""
+        topic = self._cancels[system]
+        if not _wait_for(lambda: topic.impl.has_connection(system), _SECONDS_TO_FIND):
+            return OperationReply(False, _no_connection(system))
+        topic.publish(GoalID(id=goal))
+        return OperationReply(True, "the cancel request is sent")
+
+    def record(self, system: str, is_on: bool) -> OperationReply:
+        """Starts or stops a recorder."""
+        return self._recordings.start(system) if is_on else self._recordings.stop(system)
+
+    def _call(self, service: str, kind: Any, *arguments: Any) -> OperationReply:
+        try:
+            rospy.wait_for_service(service, _SECONDS_TO_FIND)
+            response = rospy.ServiceProxy(service, kind)(*arguments)
+        except rospy.ServiceException as err:
+            return OperationReply(False, f"{service}: {err}")
+        except rospy.ROSException:
+            return OperationReply(False, _no_connection(service.rpartition("/")[0]))
+        if kind is Why:
+            return OperationReply(response.status == WhyResponse.ANSWERED, response.text)
+        return OperationReply(response.success, response.message)
+
+
+def _wait_for(condition: Callable[[], bool], seconds: float) -> bool:
+    """Waits until a condition holds, so long at most, and returns whether it does."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end or rospy.is_shutdown():
+            return False
+        time.sleep(_POLL_SECONDS)
+    return True
+
+
+def _no_connection(system: str) -> str:
+    return f"there is no connection to {system}: {presence(system).value}"

@@ -1,0 +1,203 @@
+"""What operators may have done: the port to the systems, and the requests, read from JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Callable, Mapping, Optional, Tuple
+
+from rosclingo.errors import RosclingoError
+from rosoclingo.loop.journal import Control
+
+_LONGEST = 10_000  # characters of a text
+_CONTROLS = f"control: expected {', '.join(one for one in Control if one != Control.RETRY)}"
+_LARGEST = 1e9  # number
+_MOST = 100  # texts of a list
+
+
+class RequestError(RosclingoError):
+    """A request of a page that is none; the message names the field."""
+
+
+@dataclass(frozen=True)
+class OperationReply:
+    """What became of a request.
+
+    Attributes:
+        done: Whether it was taken.
+        text: How the system is now, or why it was not taken.
+    """
+
+    done: bool
+    text: str
+
+
+class Operations:
+    """What the console can have systems do; a port.
+
+    Methods are called by several threads, may wait for seconds, and raise nothing.
+    """
+
+    def control(self, system: str, control: Control, actuator: str, action: str) -> OperationReply:
+        """Has an operator's request taken, see docs/protocol.md, section "Control"."""
+        raise NotImplementedError
+
+    def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
+        """Sends a goal."""
+        raise NotImplementedError
+
+    def cancel(self, system: str, goal: str) -> OperationReply:
+        """Sends a cancel request for a goal, whoever has sent it."""
+        raise NotImplementedError
+
+    def ask(self, system: str, question: str, arguments: Tuple[str, ...]) -> OperationReply:
+        """Asks why, see docs/protocol.md, section "Questions"."""
+        raise NotImplementedError
+
+    def record(self, system: str, is_on: bool) -> OperationReply:
+        """Starts or ends a recording."""
+        raise NotImplementedError
+
+    def play(self, plays: bool, position: float, speed: float) -> OperationReply:
+        """Plays a recorded run from a time on, in seconds, so fast; or stops there."""
+        return OperationReply(False, "this is no recorded run")
+
+    def about(self) -> Optional[Mapping[str, Any]]:
+        """Returns what pages are told of a recording; None if it is none."""
+        return None
+
+
+Call = Callable[[Operations], OperationReply]
+"""A request that was read."""
+
+
+class Body:
+    """The JSON object of a request, whose fields are read one by one."""
+
+    def __init__(self, value: Any, systems: Tuple[str, ...]) -> None:
+        """Takes the object.
+
+        Args:
+            value: What was sent.
+            systems: The names of the systems.
+
+        Raises:
+            RequestError: It is no object.
+        """
+        if not isinstance(value, dict):
+            raise RequestError("expected a JSON object")
+        self._value: Mapping[str, Any] = value
+        self._systems = systems
+
+    def text(self, name: str, default: str = "") -> str:
+        """Returns a text.
+
+        Raises:
+            RequestError: It is something else.
+        """
+        return _text(name, self._value.get(name, default))
+
+    def flag(self, name: str) -> bool:
+        """Returns true or false.
+
+        Raises:
+            RequestError: It is something else.
+        """
+        value = self._value.get(name)
+        if not isinstance(value, bool):
+            raise RequestError(f"{name}: expected true or false")
+        return value
+
+    def number(self, name: str) -> float:
+        """Returns a finite number.
+
+        Raises:
+            RequestError: It is something else.
+        """
+        value = self._value.get(name)
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not is_number or not abs(value or 0) < _LARGEST:
+            raise RequestError(f"{name}: expected a number")
+        return float(value or 0)
+
+    def texts(self, name: str) -> Tuple[str, ...]:
+        """Returns a list of texts.
+
+        Raises:
+            RequestError: It is something else.
+        """
+        value = self._value.get(name, [])
+        if not isinstance(value, list) or len(value) > _MOST:
+            raise RequestError(f"{name}: expected a list of at most {_MOST} texts")
+        return tuple(_text(name, one) for one in value)
+
+    @property
+    def system(self) -> str:
+        """The system that is meant.
+
+        Raises:
+            RequestError: There is none of this name.
+        """
+        name = self.text("system")
+        if name not in self._systems:
+            raise RequestError(f"system: there are {', '.join(self._systems)}")
+        return name
+
+
+def _control(body: Body) -> Call:
+    system, actuator, action = body.system, body.text("actuator"), body.text("action")
+    try:
+        control = Control(body.text("control"))
+    except ValueError as err:
+        raise RequestError(_CONTROLS) from err
+    if control is Control.RETRY:  # which the loop says itself
+        raise RequestError(_CONTROLS)
+    return lambda operations: operations.control(system, control, actuator, action)
+
+
+def _goal(body: Body) -> Call:
+    system, request, information = body.system, body.text("request"), body.texts("information")
+    if not request.strip():
+        raise RequestError("request: it is empty")
+    return lambda operations: operations.send_goal(system, request, information)
+
+
+def _cancel(body: Body) -> Call:
+    system, goal = body.system, body.text("goal")
+    if not goal:  # actionlib takes it for all goals
+        raise RequestError("goal: it is empty")
+    return lambda operations: operations.cancel(system, goal)
+
+
+def _why(body: Body) -> Call:
+    system, question, arguments = body.system, body.text("question"), body.texts("arguments")
+    return lambda operations: operations.ask(system, question, arguments)
+
+
+def _record(body: Body) -> Call:
+    system, is_on = body.system, body.flag("on")
+    return lambda operations: operations.record(system, is_on)
+
+
+def _play(body: Body) -> Call:
+    plays, position, speed = body.flag("plays"), body.number("position"), body.number("speed")
+    return lambda operations: operations.play(plays, position, speed)
+
+
+READERS: Mapping[str, Callable[[Body], Call]] = {
+    "control": _control,
+    "goal": _goal,
+    "cancel": _cancel,
+    "why": _why,
+    "record": _record,
+    "play": _play,
+}
+"""How each kind of request is read, by its name in the address."""
+
+ONLY_LOOKS = frozenset({"why", "play"})
+"""The kinds that change nothing of a run, and so are there in the read-only mode, too."""
+
+
+def _text(name: str, value: Any) -> str:
+    if not isinstance(value, str) or len(value) > _LONGEST:
+        raise RequestError(f"{name}: expected a text of at most {_LONGEST} characters")
+    return value

@@ -1,0 +1,87 @@
+// Who does what, and who waits for what.
+
+import { order } from "./ask.js";
+import { mayAct } from "./connection.js";
+import { badge, byId, careful, change, fill, make } from "./dom.js";
+import { chosen, now, rowsOf, state, watch } from "./store.js";
+import { byName, lasted } from "./words.js";
+
+const STATES = {
+  acts: ["good", "▶", "acts"],
+  stops: ["warn", "■", "stops"],
+  approval: ["warn", "?", "wants an approval"],
+  hold: ["warn", "❚❚", "on hold"],
+  pause: ["warn", "❚❚", "paused"],
+  retry: ["warn", "↻", "tries again"],
+  others: ["quiet", "…", "waits for others"],
+  begins: ["quiet", "…", "begins soon"],
+  plan: ["quiet", "↻", "waits for a plan"],
+  idle: ["quiet", "○", "has nothing to do"],
+};
+
+/** What it does or waits for, in a line. */
+function does(row) {
+  if (row.action) return row.action;
+  if (row.held) return `${row.held} ${row.waits}`;
+  if (row.next.length) return `${row.next[1]} ${row.waits}`;
+  return `waits: ${row.waits}`;
+}
+
+function more(row) {
+  const parts = [];
+  if (row.action && row.since) parts.push(`for ${lasted(now() - row.since)}`);
+  if (row.action && row.waits) parts.push(row.waits);
+  if (row.on_hold && row.state !== "hold") parts.push("is on hold after that");
+  if (row.action && row.next.length) parts.push(`then ${row.next[1]} in step ${row.next[0]}`);
+  if (row.last) parts.push(`last: ${row.last}, ${row.answer || "no answer"}`);
+  return parts.join(" · ");
+}
+
+function makeActuator() {
+  const name = make("b", { class: "term" }),
+    sign = make("span"),
+    what = make("p", { class: "what" }),
+    small = make("small");
+  const made = make("li");
+  const act = (control, action = "") =>
+    order("control", { control, actuator: made.key, action }, `${control} ${made.key}`);
+  const approve = make("button", { type: "button", text: "Approve", click: () => act("approve", made.row.held) });
+  const reject = careful("Reject", "Reject it?", () => act("reject", made.row.held));
+  const hold = make("button", { type: "button", click: () => act(made.row.on_hold ? "release" : "hold") });
+  let before = "";
+  made.append(
+    make("div", { class: "head" }, name, sign, make("span", { class: "buttons" }, approve, reject, hold)),
+    what,
+    small,
+  );
+  made.update = (row) => {
+    if (before !== row.state) {
+      before = row.state;
+      sign.replaceChildren(badge(...(STATES[row.state] ?? ["quiet", "…", row.state])));
+    }
+    change(what, { text: does(row) });
+    change(approve, { hidden: row.state !== "approval" });
+    change(reject, { hidden: !row.held });
+    change(hold, { text: row.on_hold ? "Release" : "Hold" });
+  };
+  made.draw = () => {
+    change(name, { text: made.key });
+    change(small, { text: more(made.row) });
+    for (const button of [approve, reject, hold]) change(button, { disabled: !mayAct() });
+    change(approve, { "aria-label": `Approve ${made.row.held} of ${made.key}` });
+    change(reject, { "aria-label": `Reject ${made.row.held} of ${made.key}` });
+    change(hold, { "aria-label": `${made.row.on_hold ? "Release" : "Hold"} ${made.key}` });
+  };
+  return made;
+}
+
+watch(() => {
+  const list = byId("actuators").querySelector(".rows");
+  const rows = [...rowsOf(chosen(), "actuators")].sort(([a], [b]) => byName(a, b));
+  fill(list, rows.map(([key, row]) => [`${state.chosen} ${key}`, row]), makeActuator);
+  rows.forEach(([key], i) => {
+    list.children[i].key = key;
+    list.children[i].draw();
+  });
+  list.classList.toggle("none", !rows.length);
+});

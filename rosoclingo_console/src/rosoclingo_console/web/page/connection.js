@@ -1,0 +1,93 @@
+// The live channel: connects, connects again, and knows whether what is shown is stale.
+
+import { changed, state, take } from "./store.js";
+
+const STALE = 3500; // ms without a sign of life
+const FIRST_PAUSE = 300; // ms until it connects again
+const LAST_PAUSE = 5000;
+const REFUSED = 4401;
+const KEY = "rosoclingo token";
+
+export const link = { word: "connecting", since: performance.now(), heard: 0, token: "" };
+
+let socket = null;
+let pause = FIRST_PAUSE;
+let timer = 0;
+
+/** Takes the token out of the address, where others would see it, and keeps it for this tab. */
+export function begin() {
+  const given = decodeURIComponent(location.hash.slice(1));
+  if (given && !document.getElementById(given)) {
+    sessionStorage.setItem(KEY, given);
+    history.replaceState(null, "", location.pathname);
+  }
+  link.token = sessionStorage.getItem(KEY) ?? "";
+  connect();
+  setInterval(look, 500);
+  window.addEventListener("online", hurry);
+  document.addEventListener("visibilitychange", () => document.hidden || hurry());
+}
+
+/** Uses another token. */
+export function use(token) {
+  sessionStorage.setItem(KEY, token);
+  link.token = token;
+  socket?.close();
+  socket = null;
+  connect();
+}
+
+function say(word) {
+  if (link.word !== word) {
+    link.word = word;
+    link.since = performance.now();
+    changed();
+  }
+}
+
+function connect() {
+  clearTimeout(timer);
+  timer = 0;
+  const mine = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`);
+  socket = mine;
+  mine.addEventListener("open", () => mine.send(JSON.stringify({ token: link.token })));
+  mine.addEventListener("message", ({ data }) => {
+    if (socket !== mine) return;
+    link.heard = performance.now();
+    pause = FIRST_PAUSE;
+    say("live");
+    take(JSON.parse(data));
+  });
+  mine.addEventListener("close", ({ code }) => {
+    if (socket !== mine) return;
+    socket = null;
+    if (code === REFUSED) return say("refused");
+    say("lost");
+    timer = setTimeout(connect, pause);
+    pause = Math.min(LAST_PAUSE, 1.6 * pause);
+  });
+}
+
+/** Connects now, if it would only later. */
+function hurry() {
+  if (timer) connect();
+}
+
+function look() {
+  const silent = performance.now() - link.heard;
+  if (link.word === "live" && silent > STALE) {
+    say("stale");
+    // A network that has gone says nothing: a new connection finds out.
+    socket?.close();
+    socket = null;
+    timer = setTimeout(connect, pause);
+  }
+  changed();
+}
+
+/** Whether what is shown may not be so any more. */
+export const isStale = () => link.word !== "live";
+
+export const mayPlay = () => Boolean(state.hello?.may_ask) && link.word === "live";
+export const mayAct = () => mayPlay() && state.hello.may_act && !state.hello.recording;
+export const mayAsk = () => mayPlay() && !state.hello.recording;

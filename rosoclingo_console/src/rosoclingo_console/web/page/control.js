@@ -1,0 +1,71 @@
+// The state of the run, and what an operator may do with it.
+
+import { order } from "./ask.js";
+import { mayAct } from "./connection.js";
+import { byId, change, make } from "./dom.js";
+import { chosen, rowsOf, state, watch } from "./store.js";
+
+const STATES = {
+  unknown: "nothing is known yet",
+  works: "decides or plans",
+  acts: "waits for answers",
+  waits: "waits for something to come",
+  ended: "has ended",
+};
+const BUTTONS = [
+  ["pause", "❚❚", "Pause", "No action begins any more; those under way go on"],
+  ["step", "▶❚", "Step", "The next actions begin, and no others"],
+  ["resume", "▶", "Resume", "Actions begin again"],
+  ["halt", "■", "Halt", "Pause, and stop what is under way"],
+];
+
+const buttons = new Map(
+  BUTTONS.map(([control, sign, text, title]) => [
+    control,
+    make(
+      "button",
+      { type: "button", title, class: control, click: () => order("control", { control }, text) },
+      make("span", { "aria-hidden": "true", text: sign }),
+      ` ${text}`,
+    ),
+  ]),
+);
+const record = make("button", {
+  type: "button",
+  class: "record",
+  click: () => {
+    const isOn = Boolean(rowsOf(chosen(), "run").get("run")?.recording);
+    order("record", { on: !isOn }, isOn ? "Stop recording" : "Record");
+  },
+});
+byId("buttons").append(...buttons.values(), record);
+
+const facts = new Map(
+  ["State", "Step", "Goals", "Cost of the plan", "Recording"].map((name) => [name, make("span")]),
+);
+byId("run").append(
+  make("ul", {}, ...[...facts].map(([name, value]) => make("li", {}, make("small", { text: name }), value))),
+);
+
+watch(() => {
+  const run = rowsOf(chosen(), "run").get("run");
+  const may = mayAct() && Boolean(run?.connected);
+  for (const [control, button] of buttons) {
+    const isUseful = control === "resume" ? run?.paused : control !== "pause" || !run?.paused;
+    change(button, { disabled: !may || !isUseful });
+  }
+  const hint = state.hello?.read_only ? " (this console is read-only)" : "";
+  const acts = [...rowsOf(chosen(), "actuators").values()].some((row) => row.action);
+  const how = run?.state === "waits" && acts ? "acts" : run?.state;
+  const words = run ? (run.paused ? "paused, " : "") + STATES[how] + (run.reason ? `: ${run.reason}` : "") : "";
+  change(facts.get("State"), { text: words + hint });
+  change(facts.get("Step"), { text: run ? `${run.step}, planned up to ${run.horizon}` : "" });
+  change(facts.get("Goals"), { text: run ? `${run.open} open, ${run.waiting} of them wait for a slot` : "" });
+  const cost = facts.get("Cost of the plan");
+  change(cost, { text: run?.quality ?? "" });
+  cost.parentElement.hidden = !run?.quality;
+  change(record, { disabled: !mayAct(), text: run?.recording ? "■ Stop recording" : "● Record" });
+  change(record, { title: run?.recording ? "End the bag" : "Record the run from now on in a bag" });
+  change(facts.get("Recording"), { text: run?.recording ?? "" });
+  facts.get("Recording").parentElement.hidden = !run?.recording;
+});

@@ -1,0 +1,86 @@
+// Makes elements. Texts of messages get into the page by textContent and attributes alone.
+
+export const byId = (id) => document.getElementById(id);
+
+/** Makes an element; properties are set as attributes, but for text, and for functions of events. */
+export function make(tag, properties = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) set(made, name, value);
+  made.append(...children);
+  return made;
+}
+
+function set(element, name, value) {
+  if (name === "text") {
+    if (element.textContent !== value) element.textContent = value;
+  } else if (typeof value === "function") element.addEventListener(name, value);
+  else if (typeof value === "boolean") element.toggleAttribute(name, value);
+  else if (element.getAttribute(name) !== String(value)) element.setAttribute(name, value);
+}
+
+/** Changes an element where it differs. */
+export function change(element, properties) {
+  for (const [name, value] of Object.entries(properties)) set(element, name, value);
+}
+
+/**
+ * Makes a list show rows, in their order. Elements of rows that stay are kept, so that the focus does.
+ * build(row) makes an element with a method update(row).
+ */
+export function fill(parent, rows, build) {
+  const known = parent.known ?? (parent.known = new Map());
+  const keys = new Set(rows.map(([key]) => key));
+  for (const [key, element] of known) {
+    if (!keys.has(key)) {
+      element.remove();
+      known.delete(key);
+    }
+  }
+  let place = parent.firstElementChild;
+  for (const [key, row] of rows) {
+    let element = known.get(key);
+    if (!element) {
+      element = build(row);
+      known.set(key, element);
+    }
+    if (element.row !== row) {
+      element.row = row;
+      element.update(row);
+    }
+    if (element === place) place = place.nextElementSibling;
+    else parent.insertBefore(element, place);
+  }
+}
+
+/** Empties a list of fill. */
+export function empty(parent) {
+  parent.known?.clear();
+  parent.replaceChildren();
+}
+
+/** A word with a sign before it, so that nothing is said by a colour alone. */
+export function badge(kind, sign, text) {
+  return make("span", { class: `badge ${kind}` }, make("span", { "aria-hidden": "true", text: sign }), ` ${text}`);
+}
+
+/** A button that asks once more before it does something. */
+export function careful(text, question, done) {
+  let timer = 0;
+  const button = make("button", { type: "button", text });
+  const calm = () => {
+    clearTimeout(timer);
+    timer = 0;
+    button.textContent = text;
+  };
+  button.addEventListener("click", () => {
+    if (timer) {
+      calm();
+      done();
+    } else {
+      button.textContent = question;
+      timer = setTimeout(calm, 4000);
+    }
+  });
+  button.addEventListener("blur", calm);
+  return button;
+}

@@ -1,0 +1,121 @@
+// The goals, and the form for a new one.
+
+import { order } from "./ask.js";
+import { mayAct, mayAsk } from "./connection.js";
+import { badge, byId, careful, change, fill, make } from "./dom.js";
+import { chosen, now, rowsOf, state, watch } from "./store.js";
+import { why } from "./why.js";
+import { clock, lasted } from "./words.js";
+
+const STATUSES = {
+  pending: ["quiet", "…", "waits"],
+  accepted: ["good", "▶", "accepted"],
+  succeeded: ["good", "✓", "succeeded"],
+  canceled: ["quiet", "⊘", "cancelled"],
+  rejected: ["bad", "✕", "rejected"],
+  aborted: ["bad", "✕", "aborted"],
+};
+
+function expected(goal) {
+  if (goal.expected === null || !state.beat) return "";
+  const left = goal.expected - state.beat.ros;
+  return left > 0 ? `expected in ${lasted(left)}` : "expected now";
+}
+
+/** What is said of a goal, in short parts. */
+function facts(goal) {
+  const parts = [goal.information.join(", ")];
+  if (goal.ended === null) {
+    parts.push(goal.slot && `slot ${goal.slot}`);
+    parts.push(!goal.slot && goal.place && `place ${goal.place} in the queue`);
+    parts.push(goal.canceling && "is to be cancelled");
+    parts.push(expected(goal), goal.late && goal.late !== "0 s" && `late by ${goal.late}`);
+    parts.push(goal.line, goal.came && `for ${lasted(now() - goal.came)}`);
+  } else {
+    parts.push(goal.came && `took ${lasted(goal.ended - goal.came)}`, `ended at ${clock(goal.ended)}`);
+    parts.push(["rejected", "aborted"].includes(goal.status) && goal.reason);
+  }
+  return parts.filter(Boolean).join(" · ");
+}
+
+function makeGoal() {
+  const name = make("b", { class: "term" }),
+    sign = make("span"),
+    more = make("small"),
+    reason = make("p", { class: "reason" });
+  const made = make("li");
+  const ask = make("button", {
+    type: "button",
+    text: "Why?",
+    click: () => why("goal", [made.row.slot || made.row.request], `Why does ${made.row.request} wait or fail?`),
+  });
+  const cancel = careful("Cancel", "Cancel it?", () => order("cancel", { goal: made.key }, `Cancel ${made.row.request}`));
+  let before = "";
+  made.append(make("div", { class: "head" }, name, sign, make("span", { class: "buttons" }, ask, cancel)), more, reason);
+  made.update = (goal) => {
+    change(name, { text: goal.request || "(a goal from before)" });
+    if (before !== goal.status) {
+      before = goal.status;
+      sign.replaceChildren(badge(...STATUSES[goal.status]));
+    }
+    change(reason, { text: goal.ended === null ? goal.why : "", hidden: !(goal.ended === null && goal.why) });
+    change(made, { class: goal.ended === null ? "open" : "over" });
+    change(ask, { "aria-label": `Why ${goal.request}?`, hidden: goal.ended !== null });
+    change(cancel, { "aria-label": `Cancel ${goal.request}`, hidden: goal.ended !== null });
+  };
+  made.draw = () => {
+    change(more, { text: facts(made.row) });
+    change(ask, { disabled: !mayAsk() });
+    change(cancel, { disabled: !mayAct() || made.row.canceling });
+  };
+  return made;
+}
+
+/** Open goals first, in their order; then those that have ended, the last one first. */
+function byTime(a, b) {
+  const over = (goal) => goal.ended !== null;
+  if (over(a) !== over(b)) return over(a) ? 1 : -1;
+  return over(a) ? b.ended - a.ended || b.number - a.number : a.number - b.number;
+}
+
+function drawGoals() {
+  const list = byId("goals").querySelector(".rows");
+  const goals = [...rowsOf(chosen(), "goals")].sort(([, a], [, b]) => byTime(a, b));
+  const prefix = `${state.chosen} `;
+  fill(list, goals.map(([key, goal]) => [prefix + key, goal]), makeGoal);
+  goals.forEach(([key], i) => {
+    list.children[i].key = key;
+    list.children[i].draw();
+  });
+  list.classList.toggle("none", !goals.length);
+}
+
+// The form.
+
+const field = byId("request-text");
+
+byId("request").addEventListener("submit", async (event) => {
+  event.preventDefault();
+  const request = field.value.trim(),
+    more = byId("request-more").value.trim();
+  if (!request) return field.focus();
+  const done = await order("goal", { request, information: more ? [more] : [] }, `Ask for ${request}`);
+  if (done && field.value.trim() === request) {
+    field.value = byId("request-more").value = "";
+    field.focus();
+  }
+});
+
+function drawForm() {
+  for (const one of byId("request").elements) change(one, { disabled: !mayAct() });
+  const known = new Set([...rowsOf(chosen(), "goals").values()].map((goal) => goal.request));
+  for (const request of rowsOf(chosen(), "known").get("known")?.requests ?? []) known.add(request);
+  fill(byId("requests"), [...known].filter(Boolean).sort().map((text) => [text, text]), (value) => {
+    const option = make("option", { value });
+    option.update = () => {};
+    return option;
+  });
+}
+
+watch(drawGoals);
+watch(drawForm);

@@ -1,0 +1,92 @@
+// The map, if the encoding has one: the shapes that rviz shows, too.
+
+import { byId } from "./dom.js";
+import { chosen, rowsOf, watch } from "./store.js";
+
+const SVG = "http://www.w3.org/2000/svg";
+const MARGIN = [3.5, 1.5]; // metres, for what is written beside places
+const GROUPS = ["ways", "blocked ways", "plan", "waypoints", "names", "packages", "robots", "carried packages", "plan's steps"];
+
+function shape(parent, tag, attributes, text) {
+  const made = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  if (text !== undefined) made.textContent = text;
+  parent.append(made);
+  return made;
+}
+
+const paint = {
+  lines(parent, { points, size, colour }, group) {
+    for (let i = 0; i + 1 < points.length; i += 2) {
+      const [[x1, y1], [x2, y2]] = [points[i], points[i + 1]];
+      shape(parent, "line", { x1, y1: -y1, x2, y2: -y2, stroke: colour, "stroke-width": size });
+      if (group === "blocked ways") {
+        const [x, y, d] = [(x1 + x2) / 2, -(y1 + y2) / 2, 0.7];
+        const path = `M${x - d} ${y - d}L${x + d} ${y + d}M${x - d} ${y + d}L${x + d} ${y - d}`;
+        shape(parent, "path", { d: path, stroke: colour, "stroke-width": 0.3 });
+      }
+    }
+  },
+  dots(parent, { points, size, colour }) {
+    for (const [x, y] of points) shape(parent, "circle", { cx: x, cy: -y, r: size / 2, fill: colour });
+  },
+  arrow(parent, { points, size, colour }) {
+    const [[x1, y1], [x2, y2]] = points;
+    const length = Math.hypot(x2 - x1, y2 - y1) || 1;
+    const [ux, uy] = [(x2 - x1) / length, (y2 - y1) / length];
+    const [hx, hy] = [x2 - ux * 0.9, y2 - uy * 0.9];
+    shape(parent, "line", { x1, y1: -y1, x2: hx, y2: -hy, stroke: colour, "stroke-width": size });
+    const head = [[x2, y2], [hx - uy * 0.35, hy + ux * 0.35], [hx + uy * 0.35, hy - ux * 0.35]];
+    shape(parent, "polygon", { points: head.map(([x, y]) => `${x},${-y}`).join(" "), fill: colour });
+  },
+  box(parent, { points, size, colour }) {
+    const [[x, y]] = points;
+    shape(parent, "rect", { x: x - size / 2, y: -y - size / 2, width: size, height: size, fill: colour });
+  },
+  cylinder(parent, { points, colour, robot }) {
+    const [[x, y]] = points;
+    const others = parent.querySelectorAll(`text[x="${x}"]`).length; // at the same place
+    shape(parent, "circle", { cx: x, cy: -y, r: 0.55, fill: colour, stroke: "#fff", "stroke-width": 0.12 });
+    shape(parent, "text", { x, y: -y + 1.2 + others, fill: colour, "font-size": 0.8, "font-weight": 700, "text-anchor": "middle" }, robot);
+  },
+  text(parent, { points, size, colour, text }, group) {
+    const [[x, y]] = points;
+    // Names end at their dots, and what is said of a place begins there; the middle of all else is given.
+    const [anchor, aside] = /packages/.test(group)
+      ? ["start", -1.1]
+      : group === "names"
+        ? ["end", 0.25]
+        : / /.test(text) && /[a-z]/.test(text)
+          ? ["start", -1.4]
+          : ["middle", 0];
+    text.split("\n").forEach((line, i) => {
+      const place = { x: x + aside, y: -y + i * size * 1.1, "text-anchor": anchor };
+      shape(parent, "text", { ...place, fill: colour, "font-size": size }, line);
+    });
+  },
+};
+
+let drawn = [];
+
+watch(() => {
+  const groups = rowsOf(chosen(), "map");
+  const now = GROUPS.map((group) => groups.get(group));
+  byId("map").hidden = !groups.size;
+  if (now.every((row, i) => row === drawn[i])) return;
+  drawn = now;
+  const picture = byId("picture");
+  picture.replaceChildren();
+  const points = [];
+  now.forEach((row, i) => {
+    const group = shape(picture, "g", {});
+    for (const one of row?.shapes ?? []) {
+      points.push(...one.points);
+      paint[one.kind]?.(group, one, GROUPS[i]);
+    }
+  });
+  if (!points.length) return;
+  const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => -y)];
+  const [left, top] = [Math.min(...xs) - MARGIN[0], Math.min(...ys) - MARGIN[1]];
+  const [width, height] = [Math.max(...xs) + MARGIN[0] - left, Math.max(...ys) + MARGIN[1] - top];
+  picture.setAttribute("viewBox", `${left} ${top} ${width} ${height}`);
+});

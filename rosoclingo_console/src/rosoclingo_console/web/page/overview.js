@@ -1,0 +1,138 @@
+// The head of the page: the connection, the systems, and what needs attention.
+
+import { isStale, link, use } from "./connection.js";
+import { badge, byId, change, fill, make } from "./dom.js";
+import { changed, rowsOf, state, watch, chosen, now } from "./store.js";
+import { clock, lasted, plural } from "./words.js";
+
+const LINKS = {
+  connecting: ["quiet", "…", () => "connecting"],
+  live: ["good", "●", () => "live"],
+  stale: ["bad", "!", () => `stale: nothing heard for ${silence()}; connecting again`],
+  lost: ["bad", "✕", () => `no connection to the console for ${silence()}; what is shown is old; connecting again`],
+  refused: ["bad", "✕", () => "the console wants its token"],
+};
+
+const silence = () => lasted((performance.now() - (link.heard || link.since)) / 1000);
+
+let shown = "";
+
+function drawLink() {
+  const [kind, sign, text] = LINKS[link.word];
+  const words = text();
+  if (shown !== link.word) {
+    shown = link.word; // a reader of the screen is told of changes alone, and not each second
+    byId("link").replaceChildren(badge(kind, sign, words));
+  } else byId("link").firstChild.lastChild.textContent = ` ${words}`;
+  document.body.classList.toggle("stale", isStale());
+  const form = byId("key");
+  const needed = link.word === "refused" || (state.hello && !state.hello.may_ask);
+  form.hidden = !needed;
+  byId("key-text").textContent =
+    link.word === "refused"
+      ? "Open the link that console.py has printed, or type the token at its end."
+      : "You may look. To act, open the link that console.py has printed, or type the token at its end.";
+}
+
+byId("key").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const field = event.target.elements.token;
+  use(field.value.trim());
+  field.value = "";
+});
+
+/** How a system is, at a glance: a kind of badge, a sign and words. */
+export function glance(system) {
+  const run = rowsOf(system, "run").get("run");
+  if (!run?.connected) return ["bad", "✕", run?.since ? `no contact since ${clock(run.since)}` : "no contact yet"];
+  if (run.state === "ended") return ["bad", "■", "has ended"];
+  const held = [...rowsOf(system, "actuators").values()].filter((row) => row.held);
+  if (held.some((row) => row.state === "approval")) return ["warn", "?", "waits for an approval"];
+  if (run.paused) return ["warn", "❚❚", "paused"];
+  if (run.state === "works") return ["good", "↻", "plans"];
+  const acts = [...rowsOf(system, "actuators").values()].some((row) => row.state === "acts");
+  return acts ? ["good", "▶", "acts"] : ["good", "✓", "waits"];
+}
+
+function makeSystem(name) {
+  const sign = make("span", { class: "glance" });
+  const counts = make("small");
+  const button = make(
+    "button",
+    {
+      type: "button",
+      click: () => {
+        state.chosen = name;
+        changed();
+      },
+    },
+    make("b", { text: name }),
+    sign,
+    counts,
+  );
+  let before = "";
+  button.update = () => {};
+  button.draw = () => {
+    const system = state.systems.get(name);
+    const [kind, mark, words] = glance(system);
+    if (before !== kind + words) {
+      before = kind + words;
+      sign.replaceChildren(badge(kind, mark, words));
+    }
+    const run = rowsOf(system, "run").get("run");
+    change(counts, { text: run ? `${plural(run.open, "goal")}, step ${run.step} of ${run.horizon}` : "" });
+    change(button, { "aria-pressed": String(name === state.chosen) });
+  };
+  return button;
+}
+
+function drawSystems() {
+  const nav = byId("systems");
+  fill(nav, [...state.systems.keys()].map((name) => [name, name]), makeSystem);
+  for (const button of nav.children) button.draw();
+}
+
+/** What an operator should know of or do, the worst first. */
+function warnings() {
+  const system = chosen(),
+    run = rowsOf(system, "run").get("run"),
+    found = [];
+  if (!run) return found;
+  if (!run.connected) found.push(["bad", "✕", `No contact to ${state.chosen}. What is below is how it was.`]);
+  if (run.state === "ended") found.push(["bad", "■", `The planning loop has ended: ${run.reason}`]);
+  for (const [name, row] of rowsOf(system, "actuators")) {
+    if (row.state === "approval") found.push(["warn", "?", `${name} wants to do ${row.held}: approve or reject it.`]);
+    const mean = rowsOf(system, "means").get(name)?.seconds ?? rowsOf(system, "means").get("")?.seconds;
+    const since = row.since ? now() - row.since : 0;
+    if (row.action && mean && since > Math.max(10, 3 * mean)) {
+      found.push(["warn", "!", `${name} has not answered ${row.action} for ${lasted(since)}; the mean is ${lasted(mean)}.`]);
+    }
+    if (row.answer === "failure" && !row.action) found.push(["warn", "!", `${name} has failed to do ${row.last}.`]);
+  }
+  const held = [...rowsOf(system, "actuators")].filter(([, row]) => row.on_hold).map(([name]) => name);
+  if (held.length) found.push(["warn", "❚❚", `On hold: ${held.join(", ")}.`]);
+  if (run.paused) found.push(["warn", "❚❚", "The run is paused: no action begins."]);
+  for (const goal of rowsOf(system, "goals").values()) {
+    if (goal.ended === null && goal.why) found.push(["warn", "?", `${goal.request}: ${goal.why}`]);
+  }
+  if (run.missed) found.push(["warn", "!", `${plural(run.missed, "event")} of the journal did not get here.`]);
+  return found;
+}
+
+function makeWarning([kind, sign, text]) {
+  const made = make("p", { class: kind }, badge(kind, sign, ""), make("span", { text }));
+  made.update = () => {};
+  return made;
+}
+
+function drawWarnings() {
+  const found = warnings();
+  if (!found.length && rowsOf(chosen(), "run").size) found.push(["good", "✓", "Nothing needs attention."]);
+  // Their words are their keys, without the times in them: they stay, and are not read out again.
+  fill(byId("attention"), found.map((one) => [one[2].replace(/\d+(:\d+)? (s|min|h)/g, ""), one]), makeWarning);
+  found.forEach((one, i) => change(byId("attention").children[i].lastChild, { text: one[2] }));
+}
+
+watch(drawLink);
+watch(drawSystems);
+watch(drawWarnings);

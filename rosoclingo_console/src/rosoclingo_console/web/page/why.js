@@ -1,0 +1,17 @@
+// Answers to why, in a dialog.
+
+import { ask } from "./ask.js";
+import { byId } from "./dom.js";
+
+let number = 0;
+
+/** Asks, and shows question and answer. */
+export async function why(question, args, words) {
+  const mine = ++number;
+  byId("why-question").textContent = words;
+  byId("why-answer").textContent = "The planner's copy is asked …";
+  const dialog = byId("why");
+  if (!dialog.open) dialog.showModal();
+  const { text } = await ask("why", { question, arguments: args });
+  if (mine === number) byId("why-answer").textContent = text;
+}

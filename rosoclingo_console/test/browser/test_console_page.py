@@ -1,0 +1,235 @@
+"""The page in Chromium: each function is clicked, against a running system.
+
+Needs a sourced workspace, Chromium and Selenium; ``scripts/test system`` runs it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Iterator
+
+import axe_core_python
+import pytest
+from browser import PHONE, SCREEN, Browser, Shown, browsing, quoted
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from terminals import Terminals, terminals, wait_for
+
+__all__ = ["terminals"]
+
+BAG = Path(__file__).resolve().parents[3] / "test" / "bags" / "mailbot_dynamic_reset.bag"
+AXE = Path(axe_core_python.__file__).parent / "axe.min.js"
+HEADER = 8192  # bytes: a bag of so many has messages
+HOSTILE = (
+    '"<img src=x onerror=hacked=1><script>hacked=1</script>\' onclick=hacked=1 javascript:hacked=1"'
+)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with browsing() as one:
+        yield one
+
+
+@pytest.fixture
+def shown(terminals: Terminals, tmp_path: Path) -> Shown:
+    return Shown(terminals, tmp_path)
+
+
+def violations(browser: Browser) -> str:
+    """What axe-core finds that is serious."""
+    browser.run(AXE.read_text())
+    found = browser.driver.execute_async_script(
+        "const done = arguments[0]; axe.run(document).then((found) => done(found.violations))"
+    )
+    return "\n".join(
+        f"{one['impact']}: {one['help']}: {[node['html'] for node in one['nodes']]}"
+        for one in found
+        if one["impact"] in ("serious", "critical")
+    )
+
+
+def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
+    """From a request to its end: pause, step, hold, release, approve, why."""
+    shown.start_system("_ask_before:=go(3)")
+    browser.show(shown.start_console())
+    browser.sees("live", "#link")
+    assert "#" not in browser.driver.current_url  # nobody sees the token there
+    browser.click("Pause", "#control")
+    browser.sees("The run is paused", "#attention")
+    browser.type("request-text", "visit(3)")
+    browser.sees("visit(3)", "#goals li.open")
+    browser.sees("go(2) until the run is resumed", "#actuators")
+    browser.click("Step", "#control")
+    browser.sees("acts", "#actuators .badge")
+    browser.click("Hold robot", "#actuators")
+    browser.sees("is on hold after that", "#actuators")
+    browser.click("Resume", "#control")
+    browser.sees_no("The run is paused", "#attention")
+    shown.answer()
+    browser.sees("go(3) until", "#actuators")
+    browser.click("Release robot", "#actuators")
+    browser.sees("robot wants to do go(3)", "#attention")
+    browser.click("Why visit(3)?", "#goals")
+    browser.sees("visit(3) ends in step", "#why-answer")
+    browser.click("Close", "#why")
+    browser.click("Why robot: go(3)", "#plan")
+    browser.sees("If robot were not to do go(3)", "#why-answer")
+    browser.driver.switch_to.active_element.send_keys(Keys.ESCAPE)
+    browser.click("Approve go(3)", "#actuators")
+    browser.sees("go(3)", "#drawing")
+    browser.sees("robot: go(3)", "#lines li.action")
+    shown.answer()
+    browser.sees("succeeded", "#goals li.over .badge")
+    assert not browser.complaints()
+
+
+def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
+    """Cancel, reject, filter, halt, and a recording."""
+    shown.start_system("_ask_before:=go(3)")
+    browser.show(shown.start_console(f"_bags:={shown.folder}"))
+    browser.click("Record", "#control")
+    browser.sees("rosoclingo_2", "#run")
+    browser.type("request-text", "visit(5)")
+    browser.sees("acts", "#actuators .badge")
+    browser.click("Cancel visit(5)", "#goals")
+    browser.click("Cancel visit(5)", "#goals")  # it has asked once more
+    browser.sees("is to be cancelled", "#goals")
+    shown.answer()
+    browser.sees("cancelled", "#goals li.over .badge")
+
+    browser.type("request-text", "visit(3)")
+    browser.sees("wants an approval", "#actuators")
+    browser.click("Reject go(3)", "#actuators")
+    browser.click("Reject go(3)", "#actuators")
+    browser.sees("the operator says: reject robot", "#lines li.operator")
+    browser.type("filter", "asked for", end="")
+    browser.sees_no("robot: go(2)", "#lines li")
+    browser.sees("visit(5) is asked for", "#lines li")
+    browser.click("Halt", "#control")
+    browser.sees("The run is paused", "#attention")
+    wait_for(lambda: any(one.stat().st_size > HEADER for one in shown.folder.glob("*.bag")))
+    browser.click("Stop recording", "#control")
+    browser.sees("the bag is written", "#said")
+    assert len(list(shown.folder.glob("rosoclingo_*.bag"))) == 1
+    assert not browser.complaints()
+
+
+def test_completion_and_the_form_by_keyboard(browser: Browser, shown: Shown) -> None:
+    shown.start_system()
+    shown.start_robot()
+    browser.show(shown.start_console(), PHONE)
+    known = "return [...document.querySelectorAll('#requests option')].map((one) => one.value)"
+    wait_for(lambda: "visit(6)" in browser.run(known))
+    body = browser.driver.find_element(By.TAG_NAME, "body")
+    body.send_keys(Keys.TAB)
+    for _ in range(40):
+        active = browser.driver.switch_to.active_element
+        assert browser.run("return getComputedStyle(document.activeElement).outlineStyle") != "none"
+        if active.get_attribute("id") == "request-text":
+            break
+        active.send_keys(Keys.TAB)
+    active.send_keys("visit(6)", Keys.ENTER)
+    browser.sees("succeeded", "#goals .badge")
+    assert browser.driver.switch_to.active_element.get_attribute("id") == "request-text"
+
+
+def test_nothing_of_messages_runs(browser: Browser, shown: Shown) -> None:
+    """Names with markup in what comes from outside are text."""
+    node = shown.start_system()
+    browser.show(shown.start_console())
+    browser.sees("live", "#link")
+    wait_for(lambda: "/rosoclingo/goal" in shown.terminals.names())
+    text = f"{{goal_id: {{id: {quoted(HOSTILE)}}}, goal: {{request: {quoted(HOSTILE)}, "
+    text += f"information: [{quoted(HOSTILE)}]}}}}"
+    shown.terminals.publish("/rosoclingo/goal", "rosoclingo/ROSoClingoActionGoal", text)
+    shown.say("info", HOSTILE)
+    shown.say(HOSTILE, HOSTILE)
+    browser.type("request-text", f"visit({HOSTILE})")
+    for css in ("#goals li", "#lines li.goal", "#lines li.message"):
+        browser.sees("<img src=x onerror=hacked=1>", css)
+    assert not browser.run("return window.hacked")
+    assert not browser.run("return document.querySelectorAll('main img, main script').length")
+    assert not browser.complaints()
+    # Even somebody who could put markup into the page would have nothing run.
+    refused = "try { document.body.innerHTML = '<b>x</b>' } catch (err) { return err.name }"
+    assert browser.run(refused) == "TypeError"
+    handler = "try { document.body.setAttribute('onclick', 'hacked=1') } catch (err) {}"
+    browser.run(handler + "document.body.click()")
+    assert not browser.run("return window.hacked")
+    assert browser.complaints()  # which come from this test
+    node.interrupt()
+    browser.sees("has ended", "#systems")
+
+
+def test_it_connects_again_and_says_what_is_stale(browser: Browser, shown: Shown) -> None:
+    node = shown.start_system()
+    browser.show(shown.start_console())
+    browser.sees("waits", "#systems")
+    assert shown.console is not None
+    shown.console.interrupt()
+    shown.console.wait()
+    browser.sees("what is shown is old", "#link")
+    assert browser.run("return document.body.classList.contains('stale')")
+    assert not browser.driver.find_element(By.CSS_SELECTOR, "button.pause").is_enabled()
+    node.interrupt()
+    node.wait()
+    shown.start_console()
+    browser.sees("live", "#link")
+    browser.sees("no contact", "#systems")
+    shown.start_system()
+    browser.sees("waits", "#systems")
+    browser.click("Pause", "#control")
+    browser.sees("The run is paused", "#attention")
+
+
+def test_who_has_no_token_looks(browser: Browser, shown: Shown) -> None:
+    shown.start_system()
+    link, _, token = shown.start_console().partition("#")
+    browser.show(link)
+    browser.run("sessionStorage.clear()")
+    browser.show(link)
+    browser.sees("You may look", "#key")
+    browser.sees("waits", "#systems")
+    assert not browser.driver.find_element(By.CSS_SELECTOR, "button.pause").is_enabled()
+    browser.driver.find_element(By.NAME, "token").send_keys(token, Keys.ENTER)
+    browser.click("Pause", "#control")
+    browser.sees("The run is paused", "#attention")
+
+
+def test_a_recorded_run(browser: Browser, shown: Shown) -> None:
+    """It is played, and shown as it was at any time; nothing of it can be changed."""
+    browser.show(shown.start_bag(BAG))
+    browser.sees("succeeded", "#goals li.over .badge")
+    end = "const one = document.getElementById('position'); one.value = arguments[0];"
+    end += "one.dispatchEvent(new Event('input')); one.dispatchEvent(new Event('change'))"
+    browser.driver.execute_script(end, "0")
+    browser.sees_no("succeeded", "#goals li.over .badge")
+    assert not browser.driver.find_element(By.CSS_SELECTOR, "button.pause").is_enabled()
+    browser.click("Play", "#player")
+    browser.sees("Stop", "#player")
+    browser.sees("succeeded", "#goals li.over .badge")
+    browser.click("Play", "#player")  # when it is through
+    browser.click("Stop", "#player")
+    assert violations(browser) == ""
+    assert not browser.complaints()
+
+
+@pytest.mark.parametrize("size", [PHONE, SCREEN], ids=["phone", "screen"])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_all_can_use_it(browser: Browser, shown: Shown, size: object, scheme: str) -> None:
+    """axe-core finds nothing serious, and nothing is wider than the window."""
+    media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
+    shown.start_system("_ask_before:=go(4)")
+    shown.start_robot("_delay:=1")
+    browser.show(shown.start_console(), size)
+    browser.type("request-text", "visit(6)")
+    browser.sees("wants an approval", "#actuators")
+    browser.click("Why visit(6)?", "#goals")
+    browser.sees("visit(6) ends in", "#why-answer")
+    assert violations(browser) == ""
+    browser.click("Close", "#why")
+    assert violations(browser) == ""
+    wide = "return document.scrollingElement.scrollWidth - document.documentElement.clientWidth"
+    assert browser.run(wide) <= 0

@@ -1,0 +1,321 @@
+"""What a console knows of a system, from its messages."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Dict, List, Sequence
+
+import pytest
+
+from rosclingo.wire.commands import Result
+from rosoclingo.loop import journal
+from rosoclingo.loop.journal import Event, NumberedRecord, Status
+from rosoclingo_console.model.actuators import OperatorDecisions, PlanAhead, TokenRow
+from rosoclingo_console.model.metrics import METRICS, exposition
+from rosoclingo_console.model.sentences import tell
+from rosoclingo_console.model.system import SystemModel
+
+HOSTILE = '<img src=x onerror="alert(1)">\u202e\x00\ud800'
+
+
+class Run:
+    """A run of a system, which is told event by event."""
+
+    def __init__(self) -> None:
+        self.model = SystemModel()
+        self.shown: Dict[str, Dict[str, Any]] = {}
+        self.lines: List[Any] = []
+        self.number = 0
+        self.time = 1000.0
+
+    def hear(self, *events: Event, step: int = 0) -> None:
+        for event in events:
+            self.number += 1
+            self.time += 1.0
+            self.model.hear(NumberedRecord(event, step, 9, self.number, self.time))
+
+    def look(self) -> None:
+        """Takes the changes as a page does; what it has then is what a new page gets."""
+        changes = json.loads(json.dumps(self.model.changes(), allow_nan=False))
+        if changes.get("all"):
+            self.shown, self.lines = {}, []
+        for table, rows in changes.get("tables", {}).items():
+            for key, row in rows.items():
+                self.shown.setdefault(table, {})[key] = row
+                if row is None:
+                    del self.shown[table][key]
+        self.lines += changes.get("lines", [])
+        fresh = json.loads(json.dumps(self.model.snapshot()))
+        kept = {table: rows for table, rows in self.shown.items() if rows}
+        assert {table: rows for table, rows in fresh["tables"].items() if rows} == kept
+        assert fresh["lines"][-50:] == self.lines[-50:]  # of more at once, a page has the last
+
+    def row(self, table: str, key: str) -> Any:
+        self.look()
+        return self.shown[table][key]
+
+
+def act(actuator: str, action: str, is_aborted: bool = False) -> TokenRow:
+    return TokenRow(1, actuator, action, True, is_aborted)
+
+
+def test_a_goal_from_its_arrival_to_its_end() -> None:
+    run = Run()
+    run.hear(journal.GoalArrived("g", "bring(1,3)", ("a book",)))
+    run.model.tell_goal("g", "queued 2")
+    goal = run.row("goals", "g")
+    assert (goal["status"], goal["place"], goal["information"]) == ("pending", 2, ["a book"])
+    assert (run.row("run", "run")["open"], run.row("run", "run")["waiting"]) == (1, 1)
+
+    run.hear(journal.StatusSet("g", Status.ACCEPTED, "1"))
+    run.model.set_plan(1, 9, ["do(robot,go(2),1)", "expected(1,42)"])
+    run.model.tell_goal("g", "expected in 5 s")
+    run.model.tell_goal("g", "late by 3 s")
+    run.model.tell_goal("g", "why: a way is blocked")
+    run.model.tell_goal("g", "step 1 of 9")
+    goal = run.row("goals", "g")
+    assert (goal["slot"], goal["place"], goal["expected"]) == ("1", 0, 42.0)
+    assert (goal["why"], goal["late"], goal["line"]) == ("a way is blocked", "3 s", "step 1 of 9")
+    run.model.tell_goal("g", "plan 4 steps")
+    assert run.row("goals", "g")["why"] == ""
+
+    run.hear(journal.CancelArrived("g"))
+    assert run.row("goals", "g")["canceling"]
+    run.hear(journal.StatusSet("g", Status.CANCELED, "1", "because"))
+    goal = run.row("goals", "g")
+    assert (goal["status"], goal["reason"], goal["expected"]) == ("canceled", "because", None)
+    assert goal["ended"] - goal["came"] == 3.0
+    assert run.row("run", "run")["open"] == 0
+
+
+def test_only_the_last_goals_that_have_ended_are_kept() -> None:
+    run = Run()
+    for number in range(60):
+        run.hear(journal.GoalArrived(f"g{number}", "r"))
+        run.hear(journal.StatusSet(f"g{number}", Status.SUCCEEDED, "1"))
+        run.look()
+    assert set(run.shown["goals"]) == {f"g{number}" for number in range(10, 60)}
+    assert len(run.model.goals.requests) == 50
+    assert run.model.goals.counts == {Status.SUCCEEDED: 60}
+
+
+def test_of_many_goals_that_wait_the_first_are_shown() -> None:
+    run = Run()
+    for number in range(300):
+        run.hear(journal.GoalArrived(f"g{number}", "r"))
+    assert run.row("run", "run")["open"] == 300
+    assert set(run.shown["goals"]) == {f"g{number}" for number in range(200)}
+    run.hear(journal.StatusSet("g0", Status.SUCCEEDED))
+    run.look()
+    assert "g200" in run.shown["goals"]
+
+
+@pytest.mark.parametrize(
+    ("tokens", "decisions", "state", "waits"),
+    [
+        ([act("r", "go(2)")], OperatorDecisions(), "acts", ""),
+        ([act("r", "go(2)", True)], OperatorDecisions(), "stops", "is to stop"),
+        ([], OperatorDecisions(held=(("r", "go(2)", "approval"),)), "approval", "approves"),
+        ([], OperatorDecisions(on_hold=("r",), held=(("r", "go(2)", "hold"),)), "hold", "released"),
+        ([], OperatorDecisions(True, held=(("r", "go(2)", "pause"),)), "pause", "resumed"),
+        ([], OperatorDecisions(held=(("r", "go(2)", "retry"),)), "retry", "tried again"),
+        ([], OperatorDecisions(on_hold=("r",)), "hold", "released"),
+        ([], OperatorDecisions(True), "pause", "resumed"),
+        ([act("s", "wait")], OperatorDecisions(), "others", "until s has done wait"),
+        ([], OperatorDecisions(), "begins", "step"),
+    ],
+)
+def test_what_an_actuator_waits_for(
+    tokens: Sequence[TokenRow], decisions: OperatorDecisions, state: str, waits: str
+) -> None:
+    run = Run()
+    run.model.set_plan(1, 3, ["do(r,go(2),1)", "do(r,go(3),2)"])
+    run.model.set_tokens(tokens)
+    run.model.decide(decisions)
+    row = run.row("actuators", "r")
+    assert row["state"] == state
+    assert waits in row["waits"]
+
+
+def test_an_actuator_without_a_next_action() -> None:
+    run = Run()
+    run.model.set_tokens([TokenRow(1, "r", "go(2)", False, False)])
+    run.hear(journal.CommandDone("solve", Result.UNSAT))
+    assert run.row("actuators", "r")["state"] == "plan"
+    run.hear(journal.LoopWaits())
+    assert run.row("actuators", "r")["state"] == "idle"
+    assert run.row("run", "run")["state"] == "waits"
+
+
+def test_how_far_the_actions_of_a_plan_are() -> None:
+    run = Run()
+    run.hear(journal.ActionPublished("r", "go(2)"), journal.ActionPublished("s", "go(4)"), step=1)
+    run.hear(journal.MessageArrived("s", "success"), step=1)
+    run.model.set_tokens([act("r", "go(2)")])
+    atoms = ["do(s,go(4),1)", "do(r,go(2),1)", "do(t,give,1)", "do(r,go(3),2)", "do(s,go(4),2)"]
+    run.model.set_plan(1, 2, atoms)
+    run.model.decide(OperatorDecisions.read(False, [], ["do(t,give)"], ["approval"]))
+    plan = run.row("plan", "plan")
+    states = {(step, who): state for step, who, _, state in plan["actions"]}
+    assert states == {
+        (1, "s"): "done", (1, "r"): "acts", (1, "t"): "held", (2, "r"): "planned",
+        (2, "s"): "planned",
+    }  # fmt: skip
+    assert run.row("actuators", "r")["next"] == [2, "go(3)"]
+    assert run.row("actuators", "s")["next"] == [2, "go(4)"]
+    run.hear(journal.CommandDone("reset(1)"))
+    run.model.set_plan(1, 2, ["do(s,go(4),1)"])  # the same action in a step of the same number
+    assert run.row("plan", "plan")["actions"] == [[1, "s", "go(4)", "planned"]]
+
+
+def test_a_long_plan_is_cut() -> None:
+    run = Run()
+    run.model.set_plan(0, 400, [f"do(r,go({step}),{step})" for step in range(400)])
+    plan = run.row("plan", "plan")
+    assert (len(plan["actions"]), plan["more"]) == (300, 100)
+
+
+def test_actions_are_bars() -> None:
+    run = Run()
+    run.hear(journal.ActionPublished("r", "go(2)"), journal.MessageArrived("info", "blocked(1,2)"))
+    run.hear(journal.ActionPublished("r", "abort"), journal.ActionPublished("r", "go(3)"))
+    run.hear(journal.MessageArrived("r", "success"), journal.MessageArrived("r", "success"))
+    run.look()
+    first, second = run.shown["bars"].values()
+    assert (first["action"], first["ended"] is not None, first["answer"]) == ("go(2)", True, "")
+    assert (second["action"], second["ended"] - second["began"]) == ("go(3)", 1.0)
+    assert run.shown["means"]["r"]["seconds"] == 1.0
+    for _ in range(300):
+        run.hear(journal.ActionPublished("r", "go(2)"), journal.MessageArrived("r", "failure"))
+    run.look()
+    assert len(run.shown["bars"]) == 200
+
+
+def test_numbers_that_were_heard_are_ignored_and_missed_ones_counted() -> None:
+    run = Run()
+    run.hear(journal.GoalArrived("g", "r"))
+    run.model.hear(NumberedRecord(journal.GoalArrived("g", "r"), 0, 0, 1, 1001.0))
+    run.look()
+    assert [line["number"] for line in run.lines] == [1]
+    run.number = 4
+    run.hear(journal.LoopWaits())
+    assert run.row("run", "run")["missed"] == 3
+
+
+def test_another_run_begins_anew() -> None:
+    run = Run()
+    run.model.decide(OperatorDecisions(True))
+    run.hear(journal.GoalArrived("g", "r"), journal.LoopEnded("no plan"))
+    assert run.row("run", "run")["state"] == "ended"
+    run.number = 0
+    run.hear(journal.LoopWaits())
+    run.look()
+    assert (len(run.lines), run.shown.get("goals", {}), run.shown["run"]["run"]["state"]) == (
+        1, {}, "waits",
+    )  # fmt: skip
+    assert run.shown["run"]["run"]["paused"]  # as its latched topic says
+
+
+def test_a_run_that_goes_on_is_the_same() -> None:
+    run = Run()
+    run.hear(journal.GoalArrived("g", "r"), journal.LoopWaits())
+    run.number = 1  # the last events are forgotten, since power had failed
+    run.hear(journal.NodeResumed("rosoclingo", seconds=0.5))
+    run.look()
+    assert list(run.shown["goals"]) == ["g"]
+    assert [line["number"] for line in run.lines] == [1, 2, 2]
+
+
+def test_contact() -> None:
+    run = Run()
+    assert not run.row("run", "run")["connected"]
+    run.model.connect(True, 5.0)
+    run.model.connect(True, 6.0)
+    assert (run.row("run", "run")["connected"], run.row("run", "run")["since"]) == (True, 5.0)
+    run.model.connect(False, 7.0)
+    assert (run.row("run", "run")["connected"], run.row("run", "run")["since"]) == (False, 7.0)
+
+
+ALL_EVENTS = (
+    journal.GoalArrived(HOSTILE, HOSTILE, (HOSTILE,), 1.0),
+    journal.CancelArrived(HOSTILE),
+    journal.MessageArrived(HOSTILE, HOSTILE),
+    journal.ControlArrived(journal.Control.HOLD, HOSTILE),
+    journal.AnswerArrived(HOSTILE, 1, HOSTILE),
+    journal.MessageDropped(HOSTILE),
+    journal.CommandDone(HOSTILE, Result.SAT, float("nan")),
+    journal.PlanFound((HOSTILE,)),
+    journal.SearchEnded(journal.Ended.BETTER, (HOSTILE,)),
+    journal.ActionPublished(HOSTILE, HOSTILE),
+    journal.ActionRetried(HOSTILE, HOSTILE, 1, HOSTILE),
+    journal.ActionTook(HOSTILE, HOSTILE, 1, float("inf")),
+    journal.StatusSet(HOSTILE, Status.ABORTED, HOSTILE, HOSTILE),
+    journal.LoopWaits(),
+    journal.Explained(HOSTILE, HOSTILE, HOSTILE),
+    journal.NodeResumed(HOSTILE, HOSTILE),
+    journal.LoopEnded(HOSTILE),
+    journal.Unknown(journal.Fields(HOSTILE, HOSTILE, HOSTILE)),
+)
+
+
+def test_every_kind_of_event_is_told() -> None:
+    kinds = {type(event) for event in ALL_EVENTS}
+    assert kinds == set(journal.Event.__subclasses__())
+    for event in ALL_EVENTS:
+        assert tell(event, {})[0] != "other" or isinstance(
+            event, (journal.Unknown, journal.AnswerArrived)
+        )
+
+
+def test_hostile_words_are_words() -> None:
+    run = Run()
+    run.hear(*ALL_EVENTS)
+    run.model.set_plan(1, 2, [HOSTILE, f"do({HOSTILE},{HOSTILE},1)", "do(", "expected(1)", ""])
+    run.model.set_tokens([act(HOSTILE, HOSTILE)])
+    run.model.decide(
+        OperatorDecisions.read(True, [HOSTILE], [HOSTILE, "do(a,b)"], [HOSTILE, HOSTILE])
+    )
+    run.model.tell_goal(HOSTILE, HOSTILE)
+    run.look()
+    assert HOSTILE in run.shown["actuators"]
+    text = exposition({HOSTILE: run.model.samples()})
+    values = [line for line in text.splitlines() if not line.startswith("#")]
+    assert all(line.startswith("rosoclingo_") for line in values)
+
+
+def test_a_plan_of_nonsense_is_empty() -> None:
+    assert PlanAhead.read(0, 0, ["do(a,b)", "do(a,b,c)", "go", "(", "expected(1,x)"]).actions == ()
+
+
+def test_metrics() -> None:
+    run = Run()
+    run.model.connect(True, 1.0)
+    run.hear(journal.GoalArrived("g", "r"), journal.GoalArrived("h", "r"))
+    run.hear(journal.StatusSet("g", Status.SUCCEEDED), step=3)
+    run.hear(journal.ActionPublished("r", "go"), journal.MessageArrived("r", 'a"b'), step=3)
+    run.hear(journal.CommandDone("solve", Result.SAT, 0.5), journal.CommandDone("idle"), step=3)
+    run.model.set_tokens([act("r", "go")])
+    text = exposition({"/r": run.model.samples()})
+    for line in (
+        'rosoclingo_up{system="/r"} 1',
+        'rosoclingo_step{system="/r"} 3',
+        'rosoclingo_goals_open{system="/r"} 1',
+        'rosoclingo_goals_total{system="/r",status="succeeded"} 1',
+        'rosoclingo_answers_total{system="/r",answer="a\\"b"} 1',
+        'rosoclingo_events_total{system="/r",kind="goal"} 2',
+        'rosoclingo_search_seconds_sum{system="/r"} 0.5',
+        'rosoclingo_search_seconds_count{system="/r"} 1',
+        'rosoclingo_actions_open{system="/r"} 1',
+    ):
+        assert f"{line}\n" in text
+    families = [line.split()[2] for line in text.splitlines() if line.startswith("# TYPE")]
+    assert len(families) == len(set(families))
+    assert set(families) <= set(METRICS)
+
+
+def test_answers_of_strangers_need_no_memory() -> None:
+    run = Run()
+    for number in range(200):
+        run.hear(journal.ActionPublished("r", "go"), journal.MessageArrived("r", f"a({number})"))
+    assert len(run.model.actuators.answers) == 51
+    assert sum(run.model.actuators.answers.values()) == 200
