@@ -16,10 +16,11 @@ from selenium.common.exceptions import (
 )
 from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webelement import WebElement
-from terminals import Terminal, Terminals, package, wait_for
+from terminals import TIMEOUT, Terminal, Terminals, package, wait_for
 
 LINK = re.compile(r"open (http://\S+)")
 PHONE, SCREEN = (375, 800), (1280, 1000)
+_TRIES = 20  # until a system takes a request
 _PASSES = (
     NoSuchElementException,
     StaleElementReferenceException,
@@ -41,7 +42,9 @@ def start_browser() -> webdriver.Chrome:
                  "--no-proxy-server", "--disable-background-networking"):  # fmt: skip
         options.add_argument(word)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    return webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    chrome = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    chrome.set_script_timeout(TIMEOUT)
+    return chrome
 
 
 class Browser:
@@ -102,6 +105,31 @@ class Browser:
         self._wait(field.is_enabled, f"{name} takes nothing: ")
         field.clear()
         field.send_keys(text + end)
+
+    def request(self, text: str) -> None:
+        """Sends a request by the form, and again as long as the system is not there."""
+        field, said = (self.driver.find_element(By.ID, name) for name in ("request-text", "said"))
+
+        def is_sent() -> bool:
+            return not field.get_attribute("value")
+
+        def is_over() -> bool:
+            return is_sent() or "bad" in (said.get_attribute("class") or "")
+
+        for _ in range(_TRIES):
+            self.type("request-text", text, end="")
+            self.click("Ask for it", "#request")
+            self._wait(is_over, f"{text} is not sent: ")
+            if is_sent():
+                return
+        raise AssertionError(f"{text} is not sent: {said.text}")
+
+    def confirm(self, words: str, within: str) -> None:
+        """Clicks a button that asks once more, and again as long as it asks."""
+        asks = True
+        while asks:
+            self.click(words, within)
+            asks = any("?" in one.text for one in self.find(f"{within} button", words))
 
     def run(self, script: str) -> Any:
         return self.driver.execute_script(script)

@@ -89,5 +89,6 @@ function look() {
 export const isStale = () => link.word !== "live";
 
 export const mayPlay = () => Boolean(state.hello?.may_ask) && link.word === "live";
-export const mayAct = () => mayPlay() && state.hello.may_act && !state.hello.recording;
+export const mayActWhenLive = () => Boolean(state.hello?.may_ask && state.hello.may_act && !state.hello.recording);
+export const mayAct = () => mayPlay() && mayActWhenLive();
 export const mayAsk = () => mayPlay() && !state.hello.recording;

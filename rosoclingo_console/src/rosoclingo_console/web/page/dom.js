@@ -63,6 +63,8 @@ export function badge(kind, sign, text) {
   return make("span", { class: `badge ${kind}` }, make("span", { "aria-hidden": "true", text: sign }), ` ${text}`);
 }
 
+const ASKS_FOR = 10000; // ms
+
 /** A button that asks once more before it does something. */
 export function careful(text, question, done) {
   let timer = 0;
@@ -78,7 +80,7 @@ export function careful(text, question, done) {
       done();
     } else {
       button.textContent = question;
-      timer = setTimeout(calm, 4000);
+      timer = setTimeout(calm, ASKS_FOR);
     }
   });
   button.addEventListener("blur", calm);

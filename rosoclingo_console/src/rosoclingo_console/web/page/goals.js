@@ -1,7 +1,7 @@
 // The goals, and the form for a new one.
 
 import { order } from "./ask.js";
-import { mayAct, mayAsk } from "./connection.js";
+import { mayAct, mayActWhenLive, mayAsk } from "./connection.js";
 import { badge, byId, careful, change, fill, make } from "./dom.js";
 import { chosen, now, rowsOf, state, watch } from "./store.js";
 import { why } from "./why.js";
@@ -107,7 +107,10 @@ byId("request").addEventListener("submit", async (event) => {
 });
 
 function drawForm() {
-  for (const one of byId("request").elements) change(one, { disabled: !mayAct() });
+  // What is typed is not lost when the link is, for a moment.
+  for (const one of byId("request").elements) change(one, { disabled: !mayActWhenLive() });
+  const isThere = rowsOf(chosen(), "run").get("run")?.connected;
+  change(byId("request-send"), { disabled: !mayAct() || !isThere });
   const known = new Set([...rowsOf(chosen(), "goals").values()].map((goal) => goal.request));
   for (const request of rowsOf(chosen(), "known").get("known")?.requests ?? []) known.add(request);
   fill(byId("requests"), [...known].filter(Boolean).sort().map((text) => [text, text]), (value) => {
