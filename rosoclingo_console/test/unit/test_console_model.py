@@ -10,10 +10,10 @@ import pytest
 from rosclingo.wire.commands import Result
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Event, NumberedRecord, Status
-from rosoclingo_console.model.actuators import OperatorDecisions, PlanAhead, TokenRow
 from rosoclingo_console.model.metrics import METRICS, exposition
 from rosoclingo_console.model.sentences import tell
 from rosoclingo_console.model.system import SystemModel
+from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow
 
 HOSTILE = '<img src=x onerror="alert(1)">\u202e\x00\ud800'
 
@@ -56,7 +56,7 @@ class Run:
 
 
 def act(actuator: str, action: str, is_aborted: bool = False) -> TokenRow:
-    return TokenRow(1, actuator, action, True, is_aborted)
+    return TokenRow(7, 1, actuator, action, True, is_aborted)
 
 
 def test_a_goal_from_its_arrival_to_its_end() -> None:
@@ -110,6 +110,20 @@ def test_of_many_goals_that_wait_the_first_are_shown() -> None:
     assert "g200" in run.shown["goals"]
 
 
+def test_progress_of_what_is_executed() -> None:
+    run = Run()
+    run.model.set_progress(7, 0.1)  # of which nothing is known yet
+    run.model.set_tokens([act("r", "go(2)")])
+    assert run.row("actuators", "r")["progress"] is None
+    run.model.set_progress(7, 0.257)
+    assert run.row("actuators", "r")["progress"] == 0.26
+    for no_progress in (-1.0, 1.5, float("nan"), float("inf")):
+        run.model.set_progress(7, no_progress)
+    assert run.row("actuators", "r")["progress"] == 0.26
+    run.model.set_tokens([TokenRow(8, 2, "r", "go(3)", True, False)])
+    assert run.row("actuators", "r")["progress"] is None
+
+
 @pytest.mark.parametrize(
     ("tokens", "decisions", "state", "waits"),
     [
@@ -139,7 +153,7 @@ def test_what_an_actuator_waits_for(
 
 def test_an_actuator_without_a_next_action() -> None:
     run = Run()
-    run.model.set_tokens([TokenRow(1, "r", "go(2)", False, False)])
+    run.model.set_tokens([TokenRow(7, 1, "r", "go(2)", False, False)])
     run.hear(journal.CommandDone("solve", Result.UNSAT))
     assert run.row("actuators", "r")["state"] == "plan"
     run.hear(journal.LoopWaits())

@@ -12,96 +12,17 @@ True
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, field
-from typing import Any, Deque, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from dataclasses import dataclass
+from typing import Any, Deque, Dict, List, Mapping, Optional, Sequence, Tuple
 
-from rosclingo.wire.term_text import number, split_term
 from rosoclingo.loop.words import ABORT, SOLVER, SUCCESS
 from rosoclingo_console.model.board import Row
 from rosoclingo_console.model.metrics import OTHER
+from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow
 
 _MOST_BARS = 200  # actions that a chart shows
 _MOST_VALUES = 50  # different answers that are counted one by one
 _WEIGHT = 0.3  # of the last duration in a mean
-_DO, _EXPECTED = "do", "expected"
-
-
-class PlannedAction(NamedTuple):
-    """An action of the plan ahead."""
-
-    step: int
-    actuator: str
-    action: str
-
-
-@dataclass
-class PlanAhead:
-    """The plan ahead, as ``~plan`` says it.
-
-    Attributes:
-        step: The current step.
-        horizon: The last step.
-        actions: From the current step on, ordered by step.
-        expected: When goals will be served, in seconds of ROS's time, by their slots.
-    """
-
-    step: int = 0
-    horizon: int = 0
-    actions: Tuple[PlannedAction, ...] = ()
-    expected: Mapping[str, float] = field(default_factory=dict)
-
-    @classmethod
-    def read(cls, step: int, horizon: int, atoms: Sequence[str]) -> PlanAhead:
-        """Reads ``do(Actuator,Action,Step)`` and ``expected(Slot,Second)``; skips all else."""
-        actions, expected = [], {}
-        for atom in atoms:
-            name, arguments = split_term(atom)
-            last = number(arguments[-1]) if arguments else None
-            if last is None:
-                continue
-            if name == _DO and len(arguments) == 3:
-                actions.append(PlannedAction(last, arguments[0], arguments[1]))
-            elif name == _EXPECTED and len(arguments) == 2:
-                expected[arguments[0]] = float(last)
-        return cls(step, horizon, tuple(sorted(actions, key=lambda one: one.step)), expected)
-
-
-class TokenRow(NamedTuple):
-    """The last action of an actuator, as ``~dispatch`` says it."""
-
-    step: int
-    actuator: str
-    action: str
-    is_open: bool
-    is_aborted: bool
-
-
-@dataclass
-class OperatorDecisions:
-    """What an operator has decided, and what waits for that, as ``~held`` says it.
-
-    Attributes:
-        paused: Whether no action begins.
-        on_hold: Of which actuators none does.
-        held: Each action that is held, with its actuator and why: ``approval``, ``hold``,
-            ``pause`` or ``retry``.
-    """
-
-    paused: bool = False
-    on_hold: Tuple[str, ...] = ()
-    held: Tuple[Tuple[str, str, str], ...] = ()
-
-    @classmethod
-    def read(
-        cls, paused: bool, on_hold: Sequence[str], held: Sequence[str], reasons: Sequence[str]
-    ) -> OperatorDecisions:
-        """Reads the fields of a ``ROSoClingoHeld``; an atom that is none is skipped."""
-        found = []
-        for atom, reason in zip(held, reasons):
-            name, arguments = split_term(atom)
-            if name == _DO and len(arguments) == 2:
-                found.append((arguments[0], arguments[1], reason))
-        return cls(paused, tuple(on_hold), tuple(found))
 
 
 @dataclass
@@ -131,6 +52,7 @@ class ActuatorTable:
         self.plan = PlanAhead()
         self.decisions = OperatorDecisions()
         self._tokens: Tuple[TokenRow, ...] = ()
+        self._progress: Dict[int, float] = {}  # by numbers of actions
         self._bars: Deque[ActionBar] = deque(maxlen=_MOST_BARS)
         self._acting: Dict[str, ActionBar] = {}
         self._last: Dict[str, ActionBar] = {}
@@ -179,11 +101,24 @@ class ActuatorTable:
     def set_tokens(self, tokens: Sequence[TokenRow]) -> None:
         """Learns what ``~dispatch`` says."""
         self._tokens = tuple(tokens)
+        numbers = {one.number for one in self._doing().values()}
+        self._progress = {n: done for n, done in self._progress.items() if n in numbers}
+
+    def set_progress(self, number: int, progress: float) -> None:
+        """Learns what ``~heartbeat`` says.
+
+        Args:
+            number: The action's, as ``~dispatch`` says it; of an unknown one, nothing is kept.
+            progress: The part that is done, from 0 to 1; less, more or no number if that is
+                unknown.
+        """
+        if any(one.number == number for one in self._doing().values()) and 0 <= progress <= 1:
+            self._progress[number] = round(progress, 2)
 
     def tokens(self) -> List[TokenRow]:
         """Returns what ``~dispatch`` would say, as far as it follows from the journal."""
         return [
-            TokenRow(bar.step, actuator, bar.action, True, False)
+            TokenRow(bar.number, bar.step, actuator, bar.action, True, False)
             for actuator, bar in self._acting.items()
         ]
 
@@ -256,6 +191,7 @@ class ActuatorTable:
             begun = last is not None and last.ended is None and last.action == act.action
             since = last.began if last is not None and begun else None
             row.update(action=act.action, step=act.step, since=since)
+            row["progress"] = self._progress.get(act.number)
             row["state"] = "stops" if act.is_aborted else "acts"
             row["waits"] = "is to stop, and then to answer" if act.is_aborted else ""
             return row

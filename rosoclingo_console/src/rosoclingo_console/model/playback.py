@@ -19,8 +19,8 @@ from rosoclingo.bags.model import Entry, Recording
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Control, NumberedRecord
 from rosoclingo_console.encoding import KnownEncoding
-from rosoclingo_console.model.actuators import OperatorDecisions
 from rosoclingo_console.model.system import SystemModel
+from rosoclingo_console.model.values import OperatorDecisions
 
 _UNKNOWN = KnownEncoding()
 _PAUSES = (Control.PAUSE, Control.HALT, Control.STEP)

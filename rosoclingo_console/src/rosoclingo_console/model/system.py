@@ -12,12 +12,13 @@ from typing import Any, Deque, Dict, List, Optional, Sequence
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import NumberedRecord, Status
 from rosoclingo_console.encoding import KnownEncoding
-from rosoclingo_console.model.actuators import ActuatorTable, OperatorDecisions, PlanAhead, TokenRow
+from rosoclingo_console.model.actuators import ActuatorTable
 from rosoclingo_console.model.board import Board, Row
 from rosoclingo_console.model.goals import GoalTable
 from rosoclingo_console.model.map import MapTable
 from rosoclingo_console.model.metrics import Counters, Sample, counted
 from rosoclingo_console.model.sentences import tell
+from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow
 
 _MOST_LINES = 300  # of the journal
 _MOST_NEW_LINES = 50  # likewise, in one message to a page: nobody reads more
@@ -126,6 +127,10 @@ class SystemModel:
     def set_tokens(self, tokens: Sequence[TokenRow]) -> None:
         """Takes a message of ``~dispatch``."""
         self.actuators.set_tokens(tokens)
+
+    def set_progress(self, number: int, progress: float) -> None:
+        """Takes a message of ``~heartbeat``."""
+        self.actuators.set_progress(number, progress)
 
     def decide(self, decisions: OperatorDecisions) -> None:
         """Takes a message of ``~held``."""

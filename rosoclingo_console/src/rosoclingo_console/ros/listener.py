@@ -15,11 +15,12 @@ from rosoclingo.msg import (
     ROSoClingoActionFeedback,
     ROSoClingoDispatch,
     ROSoClingoEvent,
+    ROSoClingoHeartbeat,
     ROSoClingoHeld,
     ROSoClingoPlan,
     ROSoClingoToken,
 )
-from rosoclingo_console.model.actuators import OperatorDecisions, TokenRow
+from rosoclingo_console.model.values import OperatorDecisions, TokenRow
 from rosoclingo_console.web.hub import Heard
 
 
@@ -39,6 +40,7 @@ class Listener:
         self._others = [
             hear(f"{name}/plan", ROSoClingoPlan, _plan),
             hear(f"{name}/dispatch", ROSoClingoDispatch, _tokens),
+            hear(f"{name}/heartbeat", ROSoClingoHeartbeat, _progress),
             hear(f"{name}/held", ROSoClingoHeld, _decisions),
             hear(f"{name}/plan_quality", String, _quality),
             hear(f"{name}/feedback", ROSoClingoActionFeedback, _feedback),
@@ -67,6 +69,7 @@ def _plan(message: ROSoClingoPlan) -> Heard:
 def _tokens(message: ROSoClingoDispatch) -> Heard:
     tokens = [
         TokenRow(
+            one.number,
             one.step,
             one.id,
             one.action,
@@ -76,6 +79,10 @@ def _tokens(message: ROSoClingoDispatch) -> Heard:
         for one in message.actions
     ]
     return lambda model: model.set_tokens(tokens)
+
+
+def _progress(message: ROSoClingoHeartbeat) -> Heard:
+    return lambda model: model.set_progress(message.number, message.progress)
 
 
 def _decisions(message: ROSoClingoHeld) -> Heard:

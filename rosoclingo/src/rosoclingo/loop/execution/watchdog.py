@@ -152,11 +152,8 @@ class ExecutionWatchdog:
                 if left > 0 or self._is_late:
                     yield max(left, _GRACE_SECONDS)
                     continue
-                self._executions.mark_enqueued(one.actuator)
-                self._environment.warn(
-                    f"{one.actuator} has not answered for {limit}: nobody waits for it any more"
-                )
-                self._inbox.put(MessageArrived(one.actuator, TIMEOUT))
+                why = f"{one.actuator} has not answered for {limit}: nobody waits for it any more"
+                self._give_up(one, TIMEOUT, why)
                 break
 
     def _limits(
@@ -186,12 +183,17 @@ class ExecutionWatchdog:
             if left > 0 or self._is_late:
                 yield max(left, _GRACE_SECONDS)
                 continue
-            self._executions.mark_enqueued(one.actuator)
-            self._environment.warn(
+            why = (
                 f"the interface of {one.actuator} is lost: no heartbeat for {now - heard:.1f} s "
                 f"(~policies), while {one.action} is executed; start it again"
             )
-            self._inbox.put(MessageArrived(one.actuator, LOST))
+            self._give_up(one, LOST, why)
+
+    def _give_up(self, one: Execution, answer: str, why: str) -> None:
+        """Has an answer in the place of one that does not come, and warns of it."""
+        self._executions.mark_enqueued(one.actuator)
+        self._environment.warn(why)
+        self._inbox.put(MessageArrived(one.actuator, answer))
 
     def _tell_progress(self) -> None:
         executed: List[Execution] = self._executions.silent

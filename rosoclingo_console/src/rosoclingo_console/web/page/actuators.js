@@ -30,6 +30,7 @@ function does(row) {
 function more(row) {
   const parts = [];
   if (row.action && row.since) parts.push(`for ${lasted(now() - row.since)}`);
+  if (row.action && typeof row.progress === "number") parts.push(`${Math.round(100 * row.progress)} % done`);
   if (row.action && row.waits) parts.push(row.waits);
   if (row.on_hold && row.state !== "hold") parts.push("is on hold after that");
   if (row.action && row.next.length) parts.push(`then ${row.next[1]} in step ${row.next[0]}`);

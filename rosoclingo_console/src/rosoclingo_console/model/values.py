@@ -1,0 +1,93 @@
+"""Values of the console: a planning node's messages, as far as rows are made of them.
+
+>>> PlanAhead.read(1, 2, ["do(robot,go(2),1)", "expected(1,60)"]).actions
+(PlannedAction(step=1, actuator='robot', action='go(2)'),)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Mapping, NamedTuple, Sequence, Tuple
+
+from rosclingo.wire.term_text import number, split_term
+
+_DO, _EXPECTED = "do", "expected"
+
+
+class PlannedAction(NamedTuple):
+    """An action of the plan ahead."""
+
+    step: int
+    actuator: str
+    action: str
+
+
+@dataclass
+class PlanAhead:
+    """The plan ahead, as ``~plan`` says it.
+
+    Attributes:
+        step: The current step.
+        horizon: The last step.
+        actions: From the current step on, ordered by step.
+        expected: When goals will be served, in seconds of ROS's time, by their slots.
+    """
+
+    step: int = 0
+    horizon: int = 0
+    actions: Tuple[PlannedAction, ...] = ()
+    expected: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, step: int, horizon: int, atoms: Sequence[str]) -> PlanAhead:
+        """Reads ``do(Actuator,Action,Step)`` and ``expected(Slot,Second)``; skips all else."""
+        actions, expected = [], {}
+        for atom in atoms:
+            name, arguments = split_term(atom)
+            last = number(arguments[-1]) if arguments else None
+            if last is None:
+                continue
+            if name == _DO and len(arguments) == 3:
+                actions.append(PlannedAction(last, arguments[0], arguments[1]))
+            elif name == _EXPECTED and len(arguments) == 2:
+                expected[arguments[0]] = float(last)
+        return cls(step, horizon, tuple(sorted(actions, key=lambda one: one.step)), expected)
+
+
+class TokenRow(NamedTuple):
+    """The last action of an actuator, as ``~dispatch`` says it."""
+
+    number: int
+    step: int
+    actuator: str
+    action: str
+    is_open: bool
+    is_aborted: bool
+
+
+@dataclass
+class OperatorDecisions:
+    """What an operator has decided, and what waits for that, as ``~held`` says it.
+
+    Attributes:
+        paused: Whether no action begins.
+        on_hold: Of which actuators none does.
+        held: Each action that is held, with its actuator and why: ``approval``, ``hold``,
+            ``pause`` or ``retry``.
+    """
+
+    paused: bool = False
+    on_hold: Tuple[str, ...] = ()
+    held: Tuple[Tuple[str, str, str], ...] = ()
+
+    @classmethod
+    def read(
+        cls, paused: bool, on_hold: Sequence[str], held: Sequence[str], reasons: Sequence[str]
+    ) -> OperatorDecisions:
+        """Reads the fields of a ``ROSoClingoHeld``; an atom that is none is skipped."""
+        found = []
+        for atom, reason in zip(held, reasons):
+            name, arguments = split_term(atom)
+            if name == _DO and len(arguments) == 2:
+                found.append((arguments[0], arguments[1], reason))
+        return cls(paused, tuple(on_hold), tuple(found))
