@@ -16,10 +16,13 @@ from waiting import TIMEOUT, wait_for
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
     ROSoClingoActionResult,
+    ROSoClingoDispatch,
     ROSoClingoGoal,
+    ROSoClingoHeartbeat,
     ROSoClingoIn,
     ROSoClingoOut,
     ROSoClingoPlan,
+    ROSoClingoToken,
 )
 
 
@@ -53,6 +56,8 @@ class TestMarkers(unittest.TestCase):
             for name, kind, latch in (
                 ("in", ROSoClingoIn, False),
                 ("out", ROSoClingoOut, True),
+                ("dispatch", ROSoClingoDispatch, True),
+                ("heartbeat", ROSoClingoHeartbeat, False),
                 ("plan", ROSoClingoPlan, True),
                 ("goal", ROSoClingoActionGoal, False),
                 ("result", ROSoClingoActionResult, False),
@@ -94,6 +99,15 @@ class TestMarkers(unittest.TestCase):
         self.assertEqual([(point.x, point.y) for point in arrow.points], [(7, -8), (16, -8)])
         steps = {marker.text for marker in rviz.group("plan's steps")}
         self.assertEqual(steps, {"2", "1 pickup(1)"})
+
+        token = ROSoClingoToken(number=7, id="mailbot", action="pickup(1)")
+        topics["dispatch"].publish("run", [token])
+        rviz.wait(lambda: topics["heartbeat"].publish("run", 7, 0.4) or rviz.group("progress"))
+        (progress,) = rviz.group("progress")
+        self.assertEqual((progress.text, progress.header.frame_id), ("40%", "mailbot/base_link"))
+        token.state = ROSoClingoToken.ANSWERED
+        topics["dispatch"].publish("run", [token])
+        rviz.wait(lambda: not rviz.group("progress"))
 
         self.act("pickup(1)")
         rviz.wait(lambda: self.package().header.frame_id == "mailbot/base_link")

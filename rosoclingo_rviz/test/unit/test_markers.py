@@ -52,6 +52,19 @@ def instance(folder: Path, text: str) -> List[str]:
     return [str(path)]
 
 
+def test_progress_is_written_behind_the_robot(situation: MapSituation) -> None:
+    assert not situation.set_progress(7, 0.5)  # whose that is comes later
+    situation.set_numbers({7: "r", 8: "door"})
+    assert situation.set_progress(7, 0.5)
+    assert not situation.set_progress(7, 0.5)
+    assert not any(situation.set_progress(7, unknown) for unknown in (-1.0, 2.0, float("nan")))
+    assert not situation.set_progress(8, 0.5)  # it is no robot
+    (shape,) = drawn(situation, "progress")
+    assert (shape.text, shape.robot) == ("50%", "r")
+    situation.set_numbers({9: "r"})
+    assert not drawn(situation, "progress")
+
+
 def test_the_office_has_all_that_the_instance_says() -> None:
     graph = read_graph([str(INSTANCE)])
     assert graph.places["open1"] == (7.0, -8.0)

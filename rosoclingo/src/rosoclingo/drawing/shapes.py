@@ -25,6 +25,7 @@ _LETTERS = 0.6
 _ABOVE = 0.6  # where texts are: higher than the walls that rviz shows
 _ROBOT_RADIUS, _ROBOT_HEIGHT = 0.18, 0.4
 _BOX = 0.3
+_PROGRESS_AT = (-1.0, 0.0, _ABOVE)  # behind the robot; packages' names are before it
 _ASIDE = 0.5  # how far a step's number is to the right of its arrow
 
 
@@ -64,6 +65,10 @@ def draw(graph: Graph, situation: MapSituation) -> List[Shape]:
                 "robots", "cylinder", middle, size, ROBOT_COLOUR, height=_ROBOT_HEIGHT, robot=robot
             )
             for robot in situation.positions
+        ),
+        *(
+            Shape("progress", "text", (_PROGRESS_AT,), _LETTERS, PLAN, f"{done:.0%}", robot=robot)
+            for robot, done in situation.progress.items()
         ),
         *_packages(graph, situation),
     ]

@@ -68,6 +68,8 @@ class MapSituation:
         self.positions: Dict[str, str] = dict(starts)
         self.blocked: Set[MapEdge] = set()
         self.steps: Tuple[Step, ...] = ()
+        self._progress: Dict[int, float] = {}  # by numbers of actions
+        self._numbers: Dict[int, str] = {}  # of actions, and whose they are
         self._open: Dict[str, Package] = {}  # by the ids of goals
         self._strange: Dict[str, Package] = {}  # by slots: of goals that came before this node
         self._delivered: List[Package] = []
@@ -78,6 +80,11 @@ class MapSituation:
     def packages(self) -> List[Package]:
         """All packages, those that were delivered first."""
         return [*self._delivered, *self._open.values(), *self._strange.values()]
+
+    @property
+    def progress(self) -> Mapping[str, float]:
+        """Which part of its action is done, from 0 to 1, for each robot that says so."""
+        return {self._numbers[number]: done for number, done in self._progress.items()}
 
     def begin_goal(self, goal: str, request: str) -> None:
         """A goal was sent."""
@@ -109,6 +116,27 @@ class MapSituation:
             answer = self._early.pop(robot, None)
             if answer is not None:
                 self._end_action(robot, answer)
+
+    def set_numbers(self, numbers: Mapping[int, str]) -> None:
+        """Replaces the numbers of the actions that are executed, each with its actuator."""
+        self._numbers = {number: str(parse_term(name)) for number, name in numbers.items()}
+        self._progress = {n: done for n, done in self._progress.items() if n in self._numbers}
+
+    def set_progress(self, number: int, progress: float) -> bool:
+        """An interface has said how much of its action is done.
+
+        Args:
+            number: The action's number.
+            progress: From 0 to 1; anything else if that is unknown.
+
+        Returns:
+            Whether that is to be shown, and new.
+        """
+        robot = self._numbers.get(number, "")
+        if robot not in self.positions or not 0 <= progress <= 1:
+            return False
+        before, self._progress[number] = self._progress.get(number), progress
+        return before != progress
 
     def hear(self, source: str, value: str) -> None:
         """Handles a message to rosoclingo: an answer or an announcement."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Callable, List, NoReturn
+from typing import Any, Callable, Dict, List, NoReturn
 
 import rospy
 from actionlib_msgs.msg import GoalStatus
@@ -19,9 +19,12 @@ from rosoclingo.drawing.situation import MapSituation
 from rosoclingo.msg import (
     ROSoClingoActionGoal,
     ROSoClingoActionResult,
+    ROSoClingoDispatch,
+    ROSoClingoHeartbeat,
     ROSoClingoIn,
     ROSoClingoOut,
     ROSoClingoPlan,
+    ROSoClingoToken,
 )
 from rosoclingo_interfaces.ros.topics import topic
 from rosoclingo_rviz.ros.messages import marker_array, read_markers
@@ -60,6 +63,8 @@ class MarkerNode:
         self._subscribers = [
             self._subscribe("in", ROSoClingoIn, lambda m: hear.hear(m.id, m.value)),
             self._subscribe("out", ROSoClingoOut, lambda m: hear.begin_action(m.id, m.action)),
+            self._subscribe("dispatch", ROSoClingoDispatch, lambda m: hear.set_numbers(_open(m))),
+            subscriber(topic("heartbeat"), ROSoClingoHeartbeat, self._on_heartbeat),
             self._subscribe("plan", ROSoClingoPlan, lambda m: hear.set_plan(m.actions)),
             self._subscribe(
                 "goal",
@@ -87,6 +92,11 @@ class MarkerNode:
 
         return subscriber(topic(name), kind, on_message)
 
+    def _on_heartbeat(self, message: ROSoClingoHeartbeat) -> None:
+        with self._lock:
+            if self._situation.set_progress(message.number, round(message.progress, 2)):
+                self._publish()
+
     def _publish(self) -> None:
         shapes = draw(self._graph, self._situation)
         message = marker_array(
@@ -96,6 +106,11 @@ class MarkerNode:
             lambda name: self._robot.replace(ROBOT_TOPICS, name),
         )
         self._markers.publish(message)
+
+
+def _open(message: ROSoClingoDispatch) -> Dict[int, str]:
+    """Returns the numbers of the actions that are not answered, with whose they are."""
+    return {one.number: one.id for one in message.actions if one.state != ROSoClingoToken.ANSWERED}
 
 
 def main() -> NoReturn:
