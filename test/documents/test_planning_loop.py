@@ -42,7 +42,8 @@ def test_diagnostics(page: Page) -> None:
     assert "success: True" in terminals.run("rosservice", "call", "/rosoclingo/pause").output
     echo = page.type("rostopic echo")
     echo.wait_for("paused by an operator")
-    check_output("rosoclingo/README.md", "Diagnostics", echo.output)
+    summary = page.run("/rosoclingo/summary")
+    check_output("rosoclingo/README.md", "Diagnostics", echo.output + summary)
     page.run("rosparam load")
     analyzers = terminals.run("rosparam", "get", "/diagnostic_aggregator/analyzers/rosoclingo")
     assert "path: ROSoClingo" in analyzers.output

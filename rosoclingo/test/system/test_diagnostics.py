@@ -1,6 +1,6 @@
 """Nodes publish their health on /diagnostics: docs/protocol.md, section "Diagnostics".
 
-Needs a sourced workspace.
+The planning node publishes the same in short on ~summary. Needs a sourced workspace.
 """
 
 from __future__ import annotations
@@ -62,6 +62,30 @@ class Diagnostics:
             return status["level"] == level and bool(found) and is_right and is_known
 
         wait_for(is_so, self.statuses, poll=0.2)
+        return found
+
+
+class Summaries:
+    """Listens to the summaries of the planning node."""
+
+    def __init__(self, terminals: Terminals) -> None:
+        self._heard = terminals.listen(NODE, f"{NODE}/summary")
+
+    def last(self) -> Dict[str, Any]:
+        """Returns the last one, by its fields; nothing if there is none."""
+        found = self._heard.output.split("\n---\n")[-2:-1]
+        return yaml.load(found[0], yaml.CSafeLoader) if found else {}
+
+    def wait_for(self, text: str, **known: object) -> Dict[str, Any]:
+        """Waits for one whose text and other fields are so, and returns it."""
+        found: Dict[str, Any] = {}
+
+        def is_so() -> bool:
+            found.update(self.last())
+            is_known = all(found.get(name) == value for name, value in known.items())
+            return is_known and re.search(text, found.get("text", "")) is not None
+
+        wait_for(is_so, self.last, poll=0.2)
         return found
 
 
@@ -156,17 +180,52 @@ def test_a_run(terminals: Terminals, tmp_path: Path, nodes: int) -> None:
     assert not any("Traceback" in one.output for one in started)
 
 
+@pytest.mark.parametrize("nodes", [1, 3])
+def test_a_summary(terminals: Terminals, tmp_path: Path, nodes: int) -> None:
+    """At rest, paused, with a robot that acts, and in a long search."""
+    more = tmp_path / "more.lp"
+    more.write_text(MORE)
+    start(terminals, nodes, [line(), str(more)], "_diagnostics_period:=0.2")
+    summaries = Summaries(terminals)
+    summary = summaries.wait_for("^waits for inputs at step 0 of 0: 0 goals open, 0 wait$")
+    assert (summary["state"], summary["paused"], summary["actuators"]) == ("waits", False, [])
+    assert summary["header"]["stamp"]["secs"] > 0
+
+    call(terminals, "pause")
+    ask(terminals, "visit(3)")
+    summary = summaries.wait_for(
+        r"^paused.* at step \d+ of \d+: 1 goal open, 0 wait; robot waits for an operator to begin",
+        paused=True, goals_open=1, goals_waiting=0,
+        actuators=["robot"], states=["held"], actions=["go(2)"], seconds=[0.0],
+    )  # fmt: skip
+    assert summary["horizon"] >= 2
+    assert min(summary[f"seconds_{name}"] for name in ("since_decision", "of_last_search")) >= 0.0
+    assert summary["age"] >= 0.0
+    call(terminals, "resume")
+    does = r"; robot does go\(2\) for \d+ s$"
+    summary = summaries.wait_for(does, paused=False, states=["acts"], actions=["go(2)"])
+    assert summary["seconds"][0] >= 0.0
+
+    ask(terminals, "hard")
+    summaries.wait_for("^searches for a plan at ", state="searches", goals_open=2)
+
+
 def test_the_end_of_a_loop(terminals: Terminals) -> None:
     """Its reason is published before the node ends."""
     (node,) = start(terminals, 1, [line()], "-c", "steps=2")
     seen = Diagnostics(terminals, NODE)
     seen.wait_for("rosoclingo: loop", OK, "^waits for inputs")
+    summaries = Summaries(terminals)
     ask(terminals, "visit(6)")
     assert node.wait() == 1
     seen.wait_for("rosoclingo: loop", ERROR, r"^has ended: the planner has no plan within")
+    summaries.wait_for(
+        r"^has ended \(the planner has no plan within .* 0 goals open", state="ended"
+    )
 
 
 def test_a_replay_publishes_none(terminals: Terminals) -> None:
     start(terminals, 1, [line()], '_replay:="[]"')
     terminals.latched(f"{NODE}/plan")  # the loop is at work
     assert not terminals.publishers("/diagnostics")
+    assert not terminals.publishers(f"{NODE}/summary")
