@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import contextlib
+import gc
+import gzip
 import http.client
-import json
-import random
 import socket
-from typing import Any, Iterator
+import time
+import tracemalloc
+from typing import Callable, Iterator
 
 import pytest
+from console_fuzz import (
+    RequestFuzzer,
+    check_answer,
+    check_operations,
+    exchange,
+    fuzzed_console,
+)
 from console_server import SECONDS, SYSTEM, TOKEN, Remembered
 
 from rosoclingo_console.web import running, server
@@ -122,36 +131,113 @@ def test_so_many_connections(monkeypatch: pytest.MonkeyPatch) -> None:
         assert get(port) == 200
 
 
-def noise(draw: random.Random, port: int) -> bytes:
-    """A request of which something is wrong."""
-    good = (
-        f"POST /do/goal HTTP/1.1\r\nHost: localhost:{port}\r\nOrigin: http://localhost:{port}\r\n"
-        f"Authorization: Bearer {TOKEN}\r\nContent-Type: application/json\r\n"
-    ).encode()
-    body = json.dumps({"system": SYSTEM, "request": "a", "information": ["b"]}).encode()
-    text = bytearray(good + b"Content-Length: %d\r\n\r\n" % len(body) + body)
-    for _ in range(draw.randint(1, 20)):
-        place = draw.randrange(len(text))
-        kind = draw.randrange(3)
-        if kind == 0:
-            text[place] = draw.randrange(256)
-        elif kind == 1:
-            del text[place : place + draw.randint(1, 9)]
-        else:
-            text[place:place] = bytes(draw.randrange(256) for _ in range(draw.randint(1, 9)))
-    return bytes(text)
-
-
-def test_noise() -> None:
-    """Whatever comes: there is an answer or none, and the next one is served."""
-    draw: Any = random.Random(1)
-    with web() as port:
-        for _ in range(300):
-            with connect(port) as one:
-                one.sendall(noise(draw, port))
-                one.shutdown(socket.SHUT_WR)
-                answer = read_all(one)
-            assert answer.startswith(b"HTTP/") or not answer  # with the version that was asked for
-            assert b"Traceback" not in answer
-            assert b"500" not in answer[:20]
+def test_pipelined_requests_are_limited() -> None:
+    """aiohttp would queue them all while the client does not read."""
+    with web() as port, connect(port) as greedy:
+        number = 20_000
+        with contextlib.suppress(ConnectionError):
+            greedy.sendall(b"GET /x HTTP/1.1\r\nHost: localhost\r\n\r\n" * number)
+        assert read_all(greedy).count(b"HTTP/1.1 404") < number
         assert get(port) == 200
+
+
+def test_who_does_not_read_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(running, "_SECONDS_TO_RECEIVE", 0.2)
+    monkeypatch.setattr(running, "_SECONDS_IDLE", 10 * SECONDS)
+    monkeypatch.setattr(running, "_MOST_QUEUED", 10_000)
+    monkeypatch.setattr(running, "_MOST_CONNECTIONS", 1)
+    with web() as port, socket.socket() as slow:
+        slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        slow.connect(("127.0.0.1", port))
+        slow.sendall(b"GET /page/page.css HTTP/1.1\r\nHost: localhost\r\n\r\n" * 2000)
+        # There is room for another connection as soon as that one is aborted.
+        wait_until(lambda: is_served(port))
+
+
+@pytest.mark.parametrize("line", ["CONNECT /\xff", "GET /"])
+def test_who_asks_once_is_disconnected(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, line: str
+) -> None:
+    """Also who asks then for what ends aiohttp's task, but not the connection."""
+    monkeypatch.setattr(running, "_SECONDS_IDLE", 0.2)
+    with web() as port, connect(port) as one:
+        one.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        assert one.recv(12) == b"HTTP/1.1 200"
+        text = f"{line} HTTP/1.1\r\nHost: localhost\r\n\r\n"
+        one.sendall(text.encode("latin-1"))
+        read_all(one)
+        assert get(port) == 200
+    gc.collect()
+    assert not [record for record in caplog.records if record.exc_info]
+
+
+def is_served(port: int) -> bool:
+    with contextlib.suppress(ConnectionError, http.client.HTTPException):
+        return get(port) == 200
+    return False
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + SECONDS
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize(
+    ("header", "body"),
+    [("Content-Length: 100", b"{"), ("Transfer-Encoding: chunked", b"5\r\n[1,2]\r\nx\r\n")],
+)
+def test_a_body_that_is_cut_or_malformed(
+    caplog: pytest.LogCaptureFixture, header: str, body: bytes
+) -> None:
+    """It is no fault of the server's, so that the log has no traceback of it."""
+    with fuzzed_console() as console, connect(console.port) as one:
+        one.sendall(
+            f"POST /do/goal HTTP/1.1\r\nHost: localhost\r\nOrigin: http://localhost\r\n"
+            f"Authorization: Bearer {TOKEN}\r\nContent-Type: application/json\r\n"
+            f"Expect: 100-continue\r\n{header}\r\n\r\n".encode()
+        )
+        assert one.recv(12) == b"HTTP/1.1 100"  # so that it is read
+        one.sendall(body)
+        one.shutdown(socket.SHUT_WR)
+        answer = read_all(one)
+        assert b" 500 " not in answer
+        assert get(console.port) == 200
+        assert not console.operations.wanted
+    assert not [record for record in caplog.records if record.exc_info]
+
+
+@pytest.mark.skipif(not running._NO_DECOMPRESSION, reason="aiohttp has no such option")
+def test_a_compressed_body_is_left_as_it_is() -> None:
+    """Some kilobytes would become 30 MiB, before anything asks for a token."""
+    body = gzip.compress(bytes(30 * 2**20))
+    with web() as port, connect(port) as one:
+        head = (
+            f"POST /do/goal HTTP/1.1\r\nHost: localhost:{port}\r\nConnection: close\r\n"
+            f"Content-Encoding: gzip\r\nContent-Length: {len(body)}\r\n\r\n"
+        )
+        tracemalloc.start()
+        try:
+            one.sendall(head.encode() + body)
+            assert read_all(one).startswith(b"HTTP/1.1 403")
+            assert tracemalloc.get_traced_memory()[1] < 10 * 2**20
+        finally:
+            tracemalloc.stop()
+
+
+def test_fuzzed_requests(caplog: pytest.LogCaptureFixture) -> None:
+    """Whatever comes: nothing is done without a right to it, and the next one is served.
+
+    By hand, console_fuzz.py sends as many as you like.
+    """
+    with fuzzed_console() as console:
+        fuzzer = RequestFuzzer(console.port, seed=1)
+        for _ in range(300):
+            request = fuzzer.request()
+            check_answer(request, exchange(fuzzer.draw, console.port, request))
+        assert get(console.port) == 200
+        wait_until(lambda: console.pages == 0)
+        check_operations(console)
+        assert console.operations.wanted
+        assert not [record for record in caplog.records if record.exc_info]

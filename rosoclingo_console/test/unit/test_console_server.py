@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gzip
 import json
 from typing import Any
 
@@ -86,6 +87,7 @@ def test_what_an_operator_may_want() -> None:
         ("goal", {"system": SYSTEM}, "request: it is empty"),
         ("goal", {"system": SYSTEM, "request": 3}, "request: expected a text"),
         ("goal", {"system": SYSTEM, "request": "a" * 10_001}, "request: expected a text"),
+        ("goal", {"system": SYSTEM, "request": "\ud800"}, "request: expected Unicode"),
         ("goal", {"system": SYSTEM, "request": "a", "information": "b"}, "information: expected"),
         ("goal", {"system": SYSTEM, "request": "a", "information": [1]}, "information: expected"),
         (
@@ -123,6 +125,19 @@ def test_what_is_no_json(body: bytes) -> None:
             answer = await one.client.post("/do/goal", data=body, headers=headers)
             assert answer.status in (400, 413)
             assert not (await answer.json())["done"]
+
+    run(check)
+
+
+def test_a_compressed_body_is_no_request() -> None:
+    async def check() -> None:
+        async with console() as one:
+            for body in (b"x", gzip.compress(b'{"system": "/rosoclingo", "request": "a"}')):
+                headers = one.headers(Content_Type="application/json", Content_Encoding="gzip")
+                answer = await one.client.post("/do/goal", data=body, headers=headers)
+                assert answer.status == 400
+                assert (await answer.json())["text"] == "expected no Content-Encoding"
+            assert not one.operations.wanted
 
     run(check)
 

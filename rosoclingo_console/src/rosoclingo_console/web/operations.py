@@ -200,4 +200,8 @@ ONLY_LOOKS = frozenset({"why", "play"})
 def _text(name: str, value: Any) -> str:
     if not isinstance(value, str) or len(value) > _LONGEST:
         raise RequestError(f"{name}: expected a text of at most {_LONGEST} characters")
+    try:
+        value.encode("utf-8")  # as ROS does
+    except UnicodeEncodeError as err:
+        raise RequestError(f"{name}: expected Unicode, without lone surrogates") from err
     return value

@@ -52,6 +52,7 @@ class Server:
 
     Attributes:
         asked: Called with aiohttp's protocol of the connection by which a request has come.
+        answered: Likewise, when the request was handled.
     """
 
     def __init__(
@@ -75,6 +76,7 @@ class Server:
         self._log = log
         self._files = read_files()
         self.asked: Callable[[Any], None] = lambda _: None
+        self.answered: Callable[[Any], None] = lambda _: None
         self._calls = 0
         self._threads = ThreadPoolExecutor(_MOST_CALLS, "operator")
 
@@ -82,7 +84,11 @@ class Server:
         """Returns the application."""
 
         async def guard(request: web.Request, handler: _Handler) -> web.StreamResponse:
-            return await self._guard(request, handler)
+            self.asked(request.protocol)
+            try:
+                return await self._guard(request, handler)
+            finally:
+                self.answered(request.protocol)
 
         application = web.Application(
             middlewares=[web.middleware(guard)], client_max_size=_LONGEST_BODY
@@ -99,7 +105,6 @@ class Server:
         self._threads.shutdown(wait=False)
 
     async def _guard(self, request: web.Request, handler: _Handler) -> web.StreamResponse:
-        self.asked(request.protocol)
         if not self._access.is_host(request.headers.get("Host", "")):
             response: web.StreamResponse = _refusal(
                 421, "this server is not known by that name; _hosts:=NAME allows another one"
@@ -109,8 +114,9 @@ class Server:
                 response = await handler(request)
             except web.HTTPException as err:
                 response = _refusal(err.status, err.reason)
-            except Exception:
-                _LOG.exception("a request was not carried out")
+            except Exception as err:
+                if not (isinstance(err, ConnectionError) and _is_gone(request)):
+                    _LOG.exception("a request was not carried out")
                 response = _refusal(500, "internal error; the console's log has more")
         if not response.prepared:
             response.headers.update(HEADERS)
@@ -183,12 +189,19 @@ async def _body(request: web.Request) -> Any:
     Raises:
         RequestError: It is none.
     """
+    if "Content-Encoding" in request.headers:
+        raise RequestError("expected no Content-Encoding")
     if request.content_type != "application/json":
         raise RequestError("expected the content type application/json")
     try:
         return json.loads(await request.read())
     except (ValueError, RecursionError) as err:
         raise RequestError(f"expected JSON: {err}") from err
+
+
+def _is_gone(request: web.Request) -> bool:
+    """Whether the client of a request has ended its connection."""
+    return request.transport is None or request.transport.is_closing()
 
 
 def _token(request: web.Request) -> str:
