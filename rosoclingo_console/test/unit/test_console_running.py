@@ -164,7 +164,8 @@ def test_who_asks_once_is_disconnected(
         one.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
         assert one.recv(12) == b"HTTP/1.1 200"
         text = f"{line} HTTP/1.1\r\nHost: localhost\r\n\r\n"
-        one.sendall(text.encode("latin-1"))
+        with contextlib.suppress(ConnectionError):  # a slow machine may have ended it already
+            one.sendall(text.encode("latin-1"))
         read_all(one)
         assert get(port) == 200
     gc.collect()
