@@ -21,7 +21,7 @@ from rosoclingo.desk.command_line import parse_planner
 from rosoclingo.desk.parts import EXAMPLES
 from rosoclingo.single.dialects import detect
 
-EPISODES = os.environ.get("EPISODES", "2")
+EPISODES = os.environ.get("EPISODES", "1")
 ROOT = Path(__file__).resolve().parents[3]
 LINE = f"{EXAMPLES}/line.lp"
 ASP = ROOT / "rosoclingo_aspprograms"
