@@ -1,4 +1,4 @@
-"""What a planner's encoding says by itself: the requests that it knows, and a map.
+"""Requests and map of a planner's encoding, read without a run.
 
 It is grounded in a process of its own, ``python -m rosoclingo_console.encoding``, which gives way
 to all others: clingo cannot be interrupted, and may take any time. The process reads a command line
@@ -40,7 +40,7 @@ class EncodingError(RosclingoError):
 
 @dataclass(frozen=True)
 class KnownEncoding:
-    """What an encoding says.
+    """Requests and map of an encoding.
 
     Attributes:
         requests: The first of the requests that it knows, sorted.

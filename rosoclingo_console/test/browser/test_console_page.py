@@ -1,6 +1,6 @@
 """The page in Chromium: each function is clicked, against a running system.
 
-Needs a sourced workspace, Chromium and Selenium; ``scripts/test system`` runs it.
+Needs a sourced workspace, Chromium and Selenium; ``scripts/test browser`` runs it.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ class MapSituation:
 
     @property
     def progress(self) -> Mapping[str, float]:
-        """Which part of its action is done, from 0 to 1, for each robot that says so."""
+        """Progress of robots in their actions, from 0 to 1; only of those that report it."""
         return {self._numbers[number]: done for number, done in self._progress.items()}
 
     def begin_goal(self, goal: str, request: str) -> None:

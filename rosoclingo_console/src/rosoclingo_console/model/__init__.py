@@ -1,1 +1,1 @@
-"""What a page shows of a system, made of its messages. Needs no ROS and no web server."""
+"""Models of systems for the page: tables and lines, made of messages. Needs neither ROS nor web."""

@@ -46,7 +46,7 @@ class ActionBar:
 
 
 class ActuatorTable:
-    """Who acts, and who waits for what. Not thread-safe."""
+    """Table of the actuators: each one's action, or its reason to wait. Not thread-safe."""
 
     def __init__(self) -> None:
         self.plan = PlanAhead()

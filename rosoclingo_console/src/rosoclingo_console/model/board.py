@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import Any, Dict, Mapping, Optional
 
 Row = Mapping[str, Any]
-"""What JSON can hold; nobody changes it once it is in a table."""
+"""A row of a table, in types of JSON; it is not changed once it is in the table."""
 
 Tables = Dict[str, Dict[str, Optional[Row]]]
 """For each table its rows by their keys; None for a row that is gone."""

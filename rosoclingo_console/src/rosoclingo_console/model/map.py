@@ -21,11 +21,11 @@ _REQUEST = "bring"
 _NEWS = ("blocked", "unblocked")
 
 Happening = Callable[[MapSituation], None]
-"""What an event does to the situation on the map."""
+"""An update of the situation on the map, which an event causes."""
 
 
 class MapTable:
-    """What goes on on a map, once there is one. Not thread-safe."""
+    """Table of what the map shows; empty until there is a map. Not thread-safe."""
 
     def __init__(self) -> None:
         self._graph: Optional[Graph] = None

@@ -1,4 +1,4 @@
-"""One planning system as its console knows it: made of its messages, shown as tables and lines.
+"""Model of a planning system: reads its messages, and returns tables and lines to show.
 
 The journal says what was done; ``~plan``, ``~dispatch``, ``~held`` and the feedback say how it is.
 """
@@ -27,7 +27,7 @@ _DIGITS = 3  # of seconds
 
 
 class SystemModel:
-    """What is known of a system. Not thread-safe."""
+    """Model of a planning system. Not thread-safe."""
 
     def __init__(self) -> None:
         self._board = Board()

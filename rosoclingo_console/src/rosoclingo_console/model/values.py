@@ -67,7 +67,7 @@ class TokenRow(NamedTuple):
 
 @dataclass
 class OperatorDecisions:
-    """What an operator has decided, and what waits for that, as ``~held`` says it.
+    """Decisions of an operator, and the actions that wait for one, from ``~held``.
 
     Attributes:
         paused: Whether no action begins.

@@ -1,4 +1,4 @@
-"""Who may see and who may act: the token, the names of this server, and where requests come from.
+"""Access control: the token, the names of this server, and the origins of requests.
 
 Browsers send nothing of this by themselves: the page sends the token with each request, from a
 storage that only pages of the same scheme, host and port can read. So a page of somebody else's,
@@ -47,15 +47,15 @@ class Access:
     hosts: FrozenSet[str] = frozenset()
 
     def is_token(self, text: str) -> bool:
-        """Whether a text is the token, in a time that says nothing of it."""
+        """Compares a text with the token, in constant time."""
         return hmac.compare_digest(text.encode("utf-8", "replace"), self.token.encode("utf-8"))
 
     def may_see(self, token: str) -> bool:
-        """Whether one with this token may see what is shown."""
+        """Whether a client with this token may read the systems' state."""
         return self.sees_all or self.is_token(token)
 
     def may_act(self, token: str) -> bool:
-        """Whether one with this token may have something done."""
+        """Whether a client with this token may request operations."""
         return not self.read_only and self.is_token(token)
 
     def is_host(self, host: str) -> bool:

@@ -1,4 +1,4 @@
-"""What operators may have done: the port to the systems, and the requests, read from JSON."""
+"""Operations on systems: the port that carries them out, and requests for them in JSON."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class RequestError(RosclingoError):
 
 @dataclass(frozen=True)
 class OperationReply:
-    """What became of a request.
+    """Reply to a request for an operation.
 
     Attributes:
         done: Whether it was taken.
@@ -32,7 +32,7 @@ class OperationReply:
 
 
 class Operations:
-    """What the console can have systems do; a port.
+    """Port to the systems: carries out the operations.
 
     Methods are called by several threads, may wait for seconds, and raise nothing.
     """
@@ -191,7 +191,7 @@ READERS: Mapping[str, Callable[[Body], Call]] = {
     "record": _record,
     "play": _play,
 }
-"""How each kind of request is read, by its name in the address."""
+"""Parsers of requests, by the kind in the address."""
 
 ONLY_LOOKS = frozenset({"why", "play"})
 """The kinds that change nothing of a run, and so are there in the read-only mode, too."""

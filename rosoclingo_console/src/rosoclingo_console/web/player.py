@@ -33,7 +33,7 @@ class Player(Operations):
 
     @property
     def hub(self) -> Hub:
-        """What is shown."""
+        """The hub that shows the recording."""
         return self._hub
 
     def clock(self) -> Mapping[str, float]:

@@ -41,7 +41,7 @@ HEADERS: Mapping[str, str] = {
     "X-Frame-Options": "DENY",
     "Cache-Control": "no-store",
 }
-"""What each answer has: nothing runs but our scripts, and nobody else shows or keeps anything."""
+"""Headers of each response: only our scripts run, and nobody else shows or keeps anything."""
 
 _LOG = logging.getLogger(__name__)
 _Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]

@@ -19,7 +19,7 @@ const STATES = {
   idle: ["quiet", "○", "has nothing to do"],
 };
 
-/** What it does or waits for, in a line. */
+/** The action of an actuator, or its reason to wait, in a line. */
 function does(row) {
   if (row.action) return row.action;
   if (row.held) return `${row.held} ${row.waits}`;

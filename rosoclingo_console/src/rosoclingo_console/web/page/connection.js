@@ -85,7 +85,7 @@ function look() {
   changed();
 }
 
-/** Whether what is shown may not be so any more. */
+/** Whether the page may be out of date. */
 export const isStale = () => link.word !== "live";
 
 export const mayPlay = () => Boolean(state.hello?.may_ask) && link.word === "live";

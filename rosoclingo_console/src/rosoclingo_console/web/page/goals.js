@@ -22,7 +22,7 @@ function expected(goal) {
   return left > 0 ? `expected in ${lasted(left)}` : "expected now";
 }
 
-/** What is said of a goal, in short parts. */
+/** Details of a goal, in short parts. */
 function facts(goal) {
   const parts = [goal.information.join(", ")];
   if (goal.ended === null) {

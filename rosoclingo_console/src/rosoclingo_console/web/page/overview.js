@@ -92,7 +92,7 @@ function drawSystems() {
   for (const button of nav.children) button.draw();
 }
 
-/** What an operator should know of or do, the worst first. */
+/** Messages that need the operator's attention, the worst first. */
 function warnings() {
   const system = chosen(),
     run = rowsOf(system, "run").get("run"),
