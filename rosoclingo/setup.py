@@ -7,6 +7,9 @@ setup(
     **generate_distutils_setup(
         packages=find_packages("src"),
         package_dir={"": "src"},
-        package_data={"rosoclingo.bags.report": ["html/*"]},
+        package_data={
+            "rosoclingo.bags.report": ["html/*"],
+            "rosoclingo.drawing": ["page/*"],
+        },
     )
 )

@@ -189,6 +189,15 @@ def test_the_page_needs_nothing_else_and_runs_its_own_script_alone() -> None:
         assert word not in page.texts["module"]
 
 
+def test_its_modules_are_one_script() -> None:
+    """None of them imports anything, and no name stands in two of them."""
+    script = Page(page_of(Journal().goal("g", "x").recording())).texts["module"]
+    assert not re.search(r"^(import|export)\b", script, re.MULTILINE)
+    names = re.findall(r"^(?:const|let|function) (\w+)", script, re.MULTILINE)
+    assert len(names) == len(set(names))
+    assert {"drawLanes", "tabulate"} <= set(names)
+
+
 @pytest.mark.long
 def test_a_page_of_10000_steps_is_below_5_mib() -> None:
     recording = long_journal(10_000).recording()

@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 from typing import Any, Callable, Iterator, List, Optional
 
+import axe_core_python
 from selenium import webdriver
 from selenium.common.exceptions import (
     ElementNotInteractableException,
@@ -18,6 +19,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.remote.webelement import WebElement
 from terminals import TIMEOUT, Terminal, Terminals, package, wait_for
 
+AXE = Path(axe_core_python.__file__).parent / "axe.min.js"
 LINK = re.compile(r"open (http://\S+)")
 PHONE, SCREEN = (375, 800), (1280, 1000)
 _TRIES = 20  # until a system takes a request
@@ -216,3 +218,16 @@ def browsing() -> Iterator[Browser]:
         yield Browser(driver)
     finally:
         driver.quit()
+
+
+def violations(browser: Browser) -> str:
+    """What axe-core finds that is serious."""
+    browser.run(AXE.read_text())
+    found = browser.driver.execute_async_script(
+        "const done = arguments[0]; axe.run(document).then((found) => done(found.violations))"
+    )
+    return "\n".join(
+        f"{one['impact']}: {one['help']}: {[node['html'] for node in one['nodes']]}"
+        for one in found
+        if one["impact"] in ("serious", "critical")
+    )

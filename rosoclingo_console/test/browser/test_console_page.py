@@ -8,9 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Iterator
 
-import axe_core_python
 import pytest
-from browser import PHONE, SCREEN, Browser, Shown, browsing, quoted
+from browser import PHONE, SCREEN, Browser, Shown, browsing, quoted, violations
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from terminals import Terminals, terminals, wait_for
@@ -18,7 +17,6 @@ from terminals import Terminals, terminals, wait_for
 __all__ = ["terminals"]
 
 BAG = Path(__file__).resolve().parents[3] / "test" / "bags" / "mailbot_dynamic_reset.bag"
-AXE = Path(axe_core_python.__file__).parent / "axe.min.js"
 HEADER = 8192  # bytes: a bag of so many has messages
 HOSTILE = (
     '"<img src=x onerror=hacked=1><script>hacked=1</script>\' onclick=hacked=1 javascript:hacked=1"'
@@ -34,19 +32,6 @@ def browser() -> Iterator[Browser]:
 @pytest.fixture
 def shown(terminals: Terminals, tmp_path: Path) -> Shown:
     return Shown(terminals, tmp_path)
-
-
-def violations(browser: Browser) -> str:
-    """What axe-core finds that is serious."""
-    browser.run(AXE.read_text())
-    found = browser.driver.execute_async_script(
-        "const done = arguments[0]; axe.run(document).then((found) => done(found.violations))"
-    )
-    return "\n".join(
-        f"{one['impact']}: {one['help']}: {[node['html'] for node in one['nodes']]}"
-        for one in found
-        if one["impact"] in ("serious", "critical")
-    )
 
 
 def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:

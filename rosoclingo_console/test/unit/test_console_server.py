@@ -5,11 +5,16 @@ from __future__ import annotations
 import asyncio
 import gzip
 import json
+import re
+from pathlib import Path
 from typing import Any
 
 import pytest
 from console_server import SYSTEM, TOKEN, closed, console, hear, run, until
 
+from rosoclingo.bags.model import Recording
+from rosoclingo.bags.report.page import render
+from rosoclingo.bags.report.statistics import compute
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import NumberedRecord
 from rosoclingo_console.web.channel import REFUSED
@@ -32,6 +37,19 @@ def test_the_page_and_its_files() -> None:
                 file = await one.client.get(f"/page/{name}")
                 assert file.status == 200
                 assert {key: file.headers[key] for key in HEADERS} == dict(HEADERS)
+
+    run(check)
+
+
+def test_the_report_draws_with_the_same_files() -> None:
+    recording = Recording("/rosoclingo", (), {})
+    report = render(recording, compute(recording), Path("run.bag"))
+
+    async def check() -> None:
+        async with console() as one:
+            for name in ("elements.js", "times.js", "lanes.js", "lanes.css"):
+                text = await (await one.client.get(f"/page/{name}")).text()
+                assert re.sub("^(import .*\n|export )", "", text, flags=re.MULTILINE) in report
 
     run(check)
 

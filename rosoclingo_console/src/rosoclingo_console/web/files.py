@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Dict, NamedTuple
 
-_FOLDER = Path(__file__).resolve().parent / "page"
+from rosoclingo.drawing.page_files import SHARED_FILES
+
+_FOLDERS = (Path(__file__).resolve().parent / "page", SHARED_FILES)
 _KINDS = {
     ".css": "text/css",
     ".html": "text/html",
@@ -30,6 +32,7 @@ def read_files() -> Dict[str, PageFile]:
     """Returns the files by their names."""
     return {
         file.name: PageFile(file.read_bytes(), _KINDS[file.suffix])
-        for file in sorted(_FOLDER.iterdir())
+        for folder in _FOLDERS
+        for file in sorted(folder.iterdir())
         if file.suffix in _KINDS
     }

@@ -16,9 +16,15 @@ from typing import Any, Dict, List, Sequence, Tuple
 from rosoclingo.bags.model import Recording
 from rosoclingo.bags.report.rows import COLOURS, LEGEND, Lane, charts, rows
 from rosoclingo.bags.report.run import Statistics
+from rosoclingo.drawing.page_files import SHARED_FILES
 
 _FOLDER = Path(__file__).resolve().parent / "html"
-_SCRIPTS = ("data", "timeline", "tables")  # in this order
+_SCRIPTS = (  # each after those that it imports
+    *(SHARED_FILES / name for name in ("elements.js", "times.js", "lanes.js")),
+    *(_FOLDER / name for name in ("data.js", "timeline.js", "tables.js")),
+)
+_STYLES = (SHARED_FILES / "lanes.css", _FOLDER / "page.css")
+_MODULE = re.compile(r"^(?:import [^;]*;\n|export )", re.MULTILINE)
 _HASH_DIGITS = 8  # of a file's SHA-256
 _DECIMALS = 4  # of seconds
 _MARK = re.compile("@([A-Z_]+)@")
@@ -35,8 +41,8 @@ def render(recording: Recording, statistics: Statistics, file: Path) -> str:
         statistics: What happened in it.
         file: The bag.
     """
-    style = _read("page.css")
-    script = "\n".join(_read(f"{name}.js") for name in _SCRIPTS)
+    style = _joined(_STYLES)
+    script = _MODULE.sub("", _joined(_SCRIPTS))  # what they import is in the same script
     parts = {
         "STYLE": style,
         "STYLE_HASH": _digest(style),
@@ -44,7 +50,7 @@ def render(recording: Recording, statistics: Statistics, file: Path) -> str:
         "SCRIPT_HASH": _digest(script),
         "DATA": _embedded(data(recording, statistics, file)),
     }
-    return _MARK.sub(lambda match: parts[match.group(1)], _read("page.html"))
+    return _MARK.sub(lambda match: parts[match.group(1)], _joined([_FOLDER / "page.html"]))
 
 
 def data(recording: Recording, statistics: Statistics, file: Path) -> Dict[str, Any]:
@@ -179,8 +185,8 @@ def _digest(text: str) -> str:
     return base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
 
 
-def _read(name: str) -> str:
-    return (_FOLDER / name).read_text(encoding="utf-8")
+def _joined(files: Sequence[Path]) -> str:
+    return "\n".join(file.read_text(encoding="utf-8") for file in files)
 
 
 def _counts(numbers: Counter[str]) -> str:

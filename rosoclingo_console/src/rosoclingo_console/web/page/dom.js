@@ -1,27 +1,8 @@
-// Makes elements. Texts of messages get into the page by textContent and attributes alone.
+// Lists that keep their elements, badges, and buttons that ask once more.
 
-export const byId = (id) => document.getElementById(id);
+import { make } from "./elements.js";
 
-/** Makes an element; properties are set as attributes, but for text, and for functions of events. */
-export function make(tag, properties = {}, ...children) {
-  const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(properties)) set(made, name, value);
-  made.append(...children);
-  return made;
-}
-
-function set(element, name, value) {
-  if (name === "text") {
-    if (element.textContent !== value) element.textContent = value;
-  } else if (typeof value === "function") element.addEventListener(name, value);
-  else if (typeof value === "boolean") element.toggleAttribute(name, value);
-  else if (element.getAttribute(name) !== String(value)) element.setAttribute(name, value);
-}
-
-/** Changes an element where it differs. */
-export function change(element, properties) {
-  for (const [name, value] of Object.entries(properties)) set(element, name, value);
-}
+export { byId, change, make } from "./elements.js";
 
 /**
  * Makes a list show rows, in their order. Elements of rows that stay are kept, so that the focus does.

@@ -1,19 +1,10 @@
 // The map, if the encoding has one: the shapes that rviz shows, too.
 
-import { byId } from "./dom.js";
+import { byId, shape } from "./elements.js";
 import { chosen, rowsOf, watch } from "./store.js";
 
-const SVG = "http://www.w3.org/2000/svg";
 const MARGIN = [3.5, 1.5]; // metres, for what is written beside places
 const GROUPS = ["ways", "blocked ways", "plan", "waypoints", "names", "packages", "robots", "carried packages", "plan's steps"];
-
-function shape(parent, tag, attributes, text) {
-  const made = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  if (text !== undefined) made.textContent = text;
-  parent.append(made);
-  return made;
-}
 
 const paint = {
   lines(parent, { points, size, colour }, group) {

@@ -129,7 +129,7 @@ function drawWarnings() {
   const found = warnings();
   if (!found.length && rowsOf(chosen(), "run").size) found.push(["good", "✓", "Nothing needs attention."]);
   // Their words are their keys, without the times in them: they stay, and are not read out again.
-  fill(byId("attention"), found.map((one) => [one[2].replace(/\d+(:\d+)? (s|min|h)/g, ""), one]), makeWarning);
+  fill(byId("attention"), found.map((one) => [one[2].replace(/\d+(:\d+)* (s|min|h)/g, ""), one]), makeWarning);
   found.forEach((one, i) => change(byId("attention").children[i].lastChild, { text: one[2] }));
 }
 

@@ -1,18 +1,13 @@
 // Times and durations in words.
 
 import { state } from "./store.js";
+import { clock as sinceBegin, lasted as exactly } from "./times.js";
 
-export function lasted(seconds) {
-  const whole = Math.max(0, Math.round(seconds));
-  if (whole < 60) return `${whole} s`;
-  const minutes = Math.floor(whole / 60);
-  if (minutes < 60) return `${minutes}:${String(whole % 60).padStart(2, "0")} min`;
-  return `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, "0")} h`;
-}
+export const lasted = (seconds) => exactly(seconds, 1);
 
 /** The time of day; of a recorded run, that since its beginning. */
-export function clock(seconds) {
-  if (state.hello?.recording) return new Date(Math.max(0, seconds) * 1000).toISOString().slice(11, 21);
+export function clock(seconds, unit = 0.1) {
+  if (state.hello?.recording) return sinceBegin(seconds, unit);
   return new Date(seconds * 1000).toLocaleTimeString([], { hour12: false });
 }
 

@@ -1,8 +1,11 @@
-// Reads the report's data. Texts of the bag get into the page by textContent alone.
+// Reads the report's data, and says in words what is in it.
 
-const DATA = JSON.parse(document.getElementById("data").textContent);
-const LEAST = 0.05; // shortest section, in seconds
-const END = Math.max(DATA.ended, DATA.began + LEAST);
+import { byId } from "./elements.js";
+import { clock, lasted } from "./times.js";
+
+export const DATA = JSON.parse(byId("data").textContent);
+export const LEAST = 0.05; // shortest section, in seconds
+export const END = Math.max(DATA.ended, DATA.began + LEAST);
 const MOST_CAUSES = 4; // that are named of one plan change
 const CAUSES = {
   start: "the first plan",
@@ -15,39 +18,6 @@ const CAUSES = {
   success: "done",
   none: "nothing came",
 };
-
-const byId = (id) => document.getElementById(id);
-const colour = (name) => DATA.colours[name];
-
-function element(tag, text, parent, className) {
-  const made = document.createElement(tag);
-  if (text !== undefined) made.textContent = text;
-  if (className) made.className = className;
-  if (parent) parent.append(made);
-  return made;
-}
-
-function dot(name, parent) {
-  element("i", "", parent).style.background = colour(name);
-}
-
-function clock(seconds, unit = 0.001) {
-  const digits = unit >= 1 ? 0 : Math.min(3, Math.ceil(-Math.log10(unit)));
-  const sign = seconds < 0 ? "−" : "";
-  const rounded = Math.abs(seconds).toFixed(digits);
-  if (rounded < 60) return `${sign}${rounded} s`;
-  const whole = Math.floor(rounded),
-    parts = [Math.floor(whole / 60) % 60, whole % 60];
-  if (whole >= 3600) parts.unshift(Math.floor(whole / 3600));
-  const text = parts.map((part, i) => (i ? String(part).padStart(2, "0") : part)).join(":");
-  return sign + text + (digits ? (rounded - whole).toFixed(digits).slice(1) : "");
-}
-
-function lasted(seconds) {
-  if (!seconds) return "0 s";
-  if (seconds < 0.9995) return `${(seconds * 1000).toPrecision(3)} ms`;
-  return seconds < 60 ? `${seconds.toFixed(1)} s` : clock(seconds, 1);
-}
 
 const maybe = (seconds) => (seconds === null ? "" : clock(seconds));
 const took = (began, ended) => (began === null || ended === null ? "" : lasted(Math.max(0, ended - began)));
@@ -63,7 +33,7 @@ const AT = ["at", (row) => clock(row.seconds), "number"],
   STEP = ["step", (row) => row.step, "number"],
   HORIZON = ["horizon", (row) => row.horizon, "number"],
   TOOK = ["took", (row) => lasted(row.duration), "number"];
-const FIELDS = {
+export const FIELDS = {
   goals: [
     ["request", (goal) => goal.name || goal.id, "term"],
     ["information", (goal) => goal.information.join(", ")],
@@ -117,21 +87,26 @@ const FIELDS = {
 };
 
 /** Says all that is known of a row of a kind. */
-const tell = (kind, row) =>
+export const tell = (kind, row) =>
   FIELDS[kind]
     .map(([name, text]) => `${name}: ${text(row)}`)
     .filter((line) => !line.endsWith(": "))
     .join("\n");
 
-const rowsOf = {};
+export const rowsOf = {};
 for (const kind of Object.keys(FIELDS)) {
   const { names, rows } = DATA[kind];
   rowsOf[kind] = rows.map((row) => Object.fromEntries(names.map((name, i) => [name, row[i]])));
 }
-// The time line shows the same objects; of those on one lane, none overlap.
-const NAMES = Object.keys(DATA.colours);
+// The time line shows the same objects.
+const KINDS = Object.keys(DATA.colours);
+for (const kind of KINDS) document.documentElement.style.setProperty(`--${kind}`, DATA.colours[kind]);
 for (const lane of DATA.lanes) {
-  lane.bars = lane.bars.map(([i, from, to, number]) =>
-    Object.assign(rowsOf[lane.kind][i], { from, to, colour: NAMES[number] }),
-  );
+  lane.tell = (row) => tell(lane.kind, row);
+  lane.bars = lane.bars.map(([i, from, to, number]) => {
+    const row = Object.assign(rowsOf[lane.kind][i], { from, to, kind: KINDS[number] });
+    row.text = row.name; // which goals and actions have
+    if (lane.kind !== "goals") return row;
+    return Object.assign(row, { begins: row.accepted ?? to, notes: [[row.accepted, "▼"], [row.cancels, "×"]] });
+  });
 }

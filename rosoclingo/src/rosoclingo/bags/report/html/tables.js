@@ -1,34 +1,36 @@
 // The head and the tables.
 
+import { DATA, FIELDS, rowsOf, tell } from "./data.js";
+import { byId, make } from "./elements.js";
+import { sample } from "./lanes.js";
+import { reveal } from "./timeline.js";
+
 const PAGE = 25; // rows of a table that are shown at once
 
-/** Fills a section with a table of rows of a kind; its rows have a dot beside one field. */
+/** Fills a section with a table of rows of a kind; its rows have a sample beside one field. */
 function tabulate(id, title, kind, rows, dotted) {
-  const section = byId(id),
-    bar = element("div", undefined, section, "bar");
-  element("h2", `${title}: ${rows.length}`, bar);
+  const tools = make("div", { class: "tools" }, make("h2", { text: `${title}: ${rows.length}` }));
+  byId(id).append(tools);
   if (!rows.length) return;
-  const filter = element("input", undefined, bar);
-  Object.assign(filter, { type: "search", placeholder: "filter", ariaLabel: `filter ${title}` });
-  const where = element("span", "", bar),
-    back = element("button", "◀", bar),
-    on = element("button", "▶", bar);
+  const filter = make("input", { type: "search", placeholder: "filter", "aria-label": `filter ${title}` });
+  const where = make("span"),
+    back = make("button", { text: "◀", click: () => fill((start -= PAGE)) }),
+    on = make("button", { text: "▶", click: () => fill((start += PAGE)) });
+  tools.append(filter, where, back, on);
   const columns = FIELDS[kind].filter(([, text, look]) => look !== "told" && rows.some((row) => text(row) !== ""));
-  const table = element("table", undefined, element("div", undefined, section, "scroll"));
-  const head = element("tr", undefined, element("thead", undefined, table));
-  for (const [name, , look] of columns) element("th", name, head, look);
-  const body = element("tbody", undefined, table);
+  const head = make("tr", {}, ...columns.map(([name, , look = ""]) => make("th", { class: look, text: name })));
+  const body = make("tbody");
+  byId(id).append(make("div", { class: "scroll" }, make("table", {}, make("thead", {}, head), body)));
   let shown = rows,
     start = 0;
   function fill() {
     body.replaceChildren();
     for (const row of shown.slice(start, start + PAGE)) {
-      const line = element("tr", undefined, body, "go");
-      for (const [name, text, look] of columns) {
-        const cell = element("td", undefined, line, look);
-        if (name === dotted) dot(row.colour, cell);
-        cell.append(text(row));
-      }
+      const cells = columns.map(([name, text, look = ""]) =>
+        make("td", { class: look }, ...(name === dotted ? [sample(row.kind)] : []), text(row)),
+      );
+      const line = make("tr", { class: "go" }, ...cells);
+      body.append(line);
       line.onclick = () => reveal(row.from ?? row.seconds, row.to ?? row.seconds, tell(kind, row));
     }
     where.textContent =
@@ -39,8 +41,6 @@ function tabulate(id, title, kind, rows, dotted) {
     back.disabled = !start;
     on.disabled = start + PAGE >= shown.length;
   }
-  back.onclick = () => fill((start -= PAGE));
-  on.onclick = () => fill((start += PAGE));
   filter.oninput = () => {
     const word = filter.value.toLowerCase();
     const has = (row) => columns.some(([, text]) => String(text(row)).toLowerCase().includes(word));
@@ -62,22 +62,16 @@ tabulate("dropped", "Messages dropped", "messages", dropped);
 document.title = `${DATA.title} – rosoclingo report`;
 byId("title").textContent = DATA.title;
 byId("subtitle").textContent = DATA.subtitle;
-for (const remark of DATA.remarks) element("p", remark, byId("remarks"));
+byId("remarks").append(...DATA.remarks.map((text) => make("p", { text })));
 for (const [name, value, more] of DATA.figures) {
-  const box = element("div", undefined, byId("figures"));
-  element("b", value, box);
-  element("span", name, box);
-  element("small", more, box);
+  const texts = [make("b", { text: value }), make("span", { text: name }), make("small", { text: more })];
+  byId("figures").append(make("div", {}, ...texts));
 }
-for (const program of DATA.programs) {
-  const box = element("p", undefined, byId("programs"));
-  element("b", `${program.node}${program.role && ` (${program.role})`} `, box);
-  element("span", program.versions, box);
-  element("br", undefined, box);
-  element("code", program.command, box);
-  for (const [path, hash] of program.files) {
-    element("br", undefined, box);
-    element("code", `${hash} ${path}`, box);
+for (const { node, role, versions, command, files } of DATA.programs) {
+  const box = make("p", {}, make("b", { text: node + (role && ` (${role})`) }), ` ${versions}`);
+  for (const text of [command, ...files.map(([path, hash]) => `${hash} ${path}`)]) {
+    box.append(make("br"), make("code", { text }));
   }
+  byId("programs").append(box);
 }
 if (!DATA.programs.length) byId("programs").textContent = "The bag does not say with what the nodes were started.";

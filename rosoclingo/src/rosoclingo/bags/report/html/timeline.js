@@ -1,11 +1,15 @@
 // The time line, the strip with the whole recording above it, and the charts below.
 
+import { byId, clear, make, shape } from "./elements.js";
+import { DATA, END, LEAST, rowsOf } from "./data.js";
+import { drawLanes, first, sample, scale, ticks } from "./lanes.js";
+import { clock } from "./times.js";
+
 const ROW = 20,
   LABELS = 108,
   CHART = 190,
   LEFT = 48; // heights and widths, in pixels
-const LETTER = 6.6; // width of one, on average
-const SVG = "http://www.w3.org/2000/svg";
+const RESTARTS = rowsOf.restarts.map(({ seconds }) => ({ at: seconds, kind: "restart" }));
 const scroller = byId("scroller"),
   timeline = byId("timeline"),
   overview = byId("overview");
@@ -26,7 +30,7 @@ function zoom(factor, around = (from + to) / 2) {
 
 const move = (part) => show(from + part * (to - from), to + part * (to - from));
 
-function reveal(a, b, text) {
+export function reveal(a, b, text) {
   const least = (20 * (END - DATA.began)) / Math.max(20, DATA.steps.length);
   const half = Math.min(to - from, Math.max(20 * LEAST, 3 * (b - a), least)) / 2;
   show((a + b) / 2 - half, (a + b) / 2 + half);
@@ -46,128 +50,46 @@ function redraw() {
   });
 }
 
-/** Returns the index of the first item for which a test holds; it holds for all after it too. */
-function first(items, test) {
-  let low = 0,
-    high = items.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (test(items[middle])) high = middle;
-    else low = middle + 1;
-  }
-  return low;
-}
-
-function shape(parent, tag, attributes, text) {
-  const made = document.createElementNS(SVG, tag);
-  for (const name in attributes) made.setAttribute(name, attributes[name]);
-  if (text !== undefined) made.textContent = text;
-  parent.append(made);
-  return made;
-}
-
 const bar = (parent, x, y, width, height, fill, more) =>
   shape(parent, "rect", { x, y, width: Math.max(width, 0), height: Math.max(height, 0), fill, ...more });
 
-function empty(drawing, width, height) {
-  drawing.replaceChildren();
-  drawing.setAttribute("width", width);
-  drawing.setAttribute("height", height);
-}
-
-/** Returns a round distance of ticks on an axis. */
-function ticks(low, high, most, isTime) {
-  const raw = Math.max((high - low) / most, 1e-9),
-    power = 10 ** Math.floor(Math.log10(raw));
-  const nice = isTime && raw > 5 ? [10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 21600, 86400] : [];
-  return [...nice, power, 2 * power, 5 * power, 10 * power].find((n) => n >= raw * 0.999);
-}
-
 function drawTimeline() {
-  const width = scroller.clientWidth,
-    height = ROW * DATA.lanes.length,
-    unit = ticks(from, to, (width - LABELS) / 90, true);
-  const x = (seconds) => LABELS + ((Math.min(Math.max(seconds, from), to) - from) / (to - from)) * (width - LABELS);
-  empty(byId("axis"), width, 18);
-  empty(timeline, width, height);
-  for (let t = Math.ceil(from / unit) * unit; t <= to; t += unit) {
-    bar(timeline, x(t), 0, 1, height, "#e2e6ec");
-    if (x(t) < width - 24) shape(byId("axis"), "text", { x: x(t), y: 9, class: "middle" }, clock(t, unit));
-  }
-  for (const { seconds } of rowsOf.restarts) {
-    if (seconds >= from && seconds <= to) bar(timeline, x(seconds), 0, 1, height, colour("restart"));
-  }
-  DATA.lanes.forEach(({ name, kind, bars }, number) => {
-    const y = number * ROW;
-    shape(timeline, "text", { x: LABELS - 8, y: y + ROW / 2, class: "end" }, name.slice(0, LABELS / LETTER));
-    let reached = -1,
-      drawn = "";
-    for (let i = first(bars, (row) => row.to >= from); i < bars.length && bars[i].from <= to; i++) {
-      const row = bars[i],
-        isMark = row.from === row.to,
-        a = x(row.from) - (isMark ? 1.5 : 0),
-        b = Math.max(x(row.to), a + (isMark || kind === "goals" ? 3 : 1.5));
-      // Of those on the same pixel one is drawn, but each colour.
-      if (b <= reached && row.colour === drawn) continue;
-      reached = Math.ceil(b);
-      drawn = row.colour;
-      drawBar(kind, row, a, b, y, x);
-    }
-  });
-}
-
-function drawBar(kind, row, a, b, y, x) {
-  const waits = kind === "goals" ? Math.max(x(row.accepted ?? row.to) - a, 0) : 0,
-    fill = colour(row.colour);
-  const parts = [bar(timeline, a + waits, y + 2, b - a - waits, ROW - 4, fill)];
-  if (waits) parts.push(bar(timeline, a, y + 2, waits, ROW - 4, fill, { "fill-opacity": 0.25 }));
-  for (const part of parts) [part.row, part.tell] = [row, () => tell(kind, row)];
-  const text = kind === "goals" || kind === "actions" ? row.name : "",
-    isPale = waits > b - a - waits,
-    room = Math.floor(((isPale ? waits : b - a - waits) - 8) / LETTER);
-  if (text && room > 2) {
-    const cut = text.length > room ? `${text.slice(0, room - 1)}…` : text;
-    shape(timeline, "text", { x: a + (isPale ? 0 : waits) + 5, y: y + ROW / 2, class: isPale ? "" : "white" }, cut);
-  }
-  const isSeen = (seconds) => kind === "goals" && b - a > 14 && seconds !== null && seconds >= from && seconds <= to;
-  if (isSeen(row.accepted)) shape(timeline, "text", { x: x(row.accepted), y: y + 4, class: "middle", "font-size": 8 }, "▼");
-  if (isSeen(row.cancels)) shape(timeline, "text", { x: x(row.cancels), y: y + ROW / 2, class: "middle" }, "×");
+  const view = { from, to, width: scroller.clientWidth, labels: LABELS, row: ROW, clock, marks: RESTARTS };
+  drawLanes(byId("axis"), timeline, DATA.lanes, view);
 }
 
 function drawOverview() {
   const width = scroller.clientWidth,
     height = 38,
     counts = [],
-    x = (seconds) => LABELS + ((seconds - DATA.began) / (END - DATA.began)) * (width - LABELS);
-  empty(overview, width, height);
-  bar(overview, LABELS, 0, width, height, "#f5f6f8");
+    x = scale(DATA.began, END, LABELS, width);
+  clear(overview, width, height);
+  bar(overview, LABELS, 0, width, height, "var(--back)");
   shape(overview, "text", { x: LABELS - 8, y: height / 2, class: "end" }, "all actions");
-  for (const { from, colour } of rowsOf.actions) {
+  for (const { from, kind } of rowsOf.actions) {
     const count = (counts[Math.floor(x(from))] ??= { all: 0, failed: 0 });
     count.all++;
-    count.failed += colour === "failure";
+    count.failed += kind === "failure";
   }
   const most = counts.reduce((best, { all }) => Math.max(best, all), 1);
   counts.forEach(({ all, failed }, i) => {
     const tall = 6 + ((height - 14) * all) / most;
-    bar(overview, i, height - tall, 1, tall, colour("success"));
-    if (failed) bar(overview, i, 0, 1.5, 7, colour("failure"));
+    bar(overview, i, height - tall, 1, tall, "var(--success)");
+    if (failed) bar(overview, i, 0, 1.5, 7, "var(--failure)");
   });
   bar(overview, LABELS, 0, x(from) - LABELS, height, "#fffa");
   bar(overview, x(to), 0, width - x(to), height, "#fffa");
-  bar(overview, x(from), 0.5, Math.max(x(to) - x(from) - 1, 3), height - 1, "none", { stroke: colour("open") });
+  bar(overview, x(from), 0.5, Math.max(x(to) - x(from) - 1, 3), height - 1, "none", { stroke: "var(--open)" });
 }
 
 // The charts.
 
 const figures = DATA.charts.map(({ title, series }) => {
-  const figure = element("figure", undefined, byId("charts")),
-    caption = element("figcaption", `${title}: `, figure);
-  for (const [name, tint] of series) {
-    dot(tint, caption);
-    caption.append(name);
-  }
-  return shape(figure, "svg", {});
+  const caption = make("figcaption", { text: `${title}: ` });
+  for (const [name, tint] of series) caption.append(make("span", {}, sample(tint, true), `${name} `));
+  const figure = make("figure", {}, caption);
+  byId("charts").append(figure);
+  return shape(figure, "svg", { class: "drawn" });
 });
 
 function tellStep(i) {
@@ -186,7 +108,7 @@ function drawCharts() {
     const drawing = figures[index],
       width = byId("charts").firstChild.clientWidth,
       count = DATA.steps.length && Math.max(1, Math.min(number, Math.floor(width - LEFT)));
-    empty(drawing, width, CHART);
+    clear(drawing, width, CHART);
     // A column for each step, or for each pixel: the largest of its steps.
     const columns = Array.from({ length: count }, (_, i) => {
       const a = low + Math.floor((i * number) / count),
@@ -205,7 +127,7 @@ function drawCharts() {
     const y = (value) => 8 + (CHART - 28) * (1 - (value - bottom) / (top - bottom)),
       wide = (width - LEFT) / Math.max(1, count);
     for (let value = bottom; value <= top + unit / 2; value += unit) {
-      bar(drawing, LEFT, y(value), width - LEFT, 1, "#e2e6ec");
+      bar(drawing, LEFT, y(value), width - LEFT, 1, "var(--line)");
       shape(drawing, "text", { x: LEFT - 6, y: y(value), class: "end" }, Number(value.toPrecision(6)));
     }
     const every = Math.max(1, Math.ceil(ticks(low, high + 1, width / 70)));
@@ -215,10 +137,10 @@ function drawCharts() {
     }
     for (const [, tint, values] of series) {
       columns.forEach((step, i) => {
-        if (is_stacked) bar(drawing, LEFT + i * wide, y(values[step]), wide * 0.8, y(0) - y(values[step]), colour(tint));
+        if (is_stacked) bar(drawing, LEFT + i * wide, y(values[step]), wide * 0.8, y(0) - y(values[step]), `var(--${tint})`);
       });
       const path = columns.map((step, i) => `${i ? "L" : "M"}${LEFT + i * wide} ${y(values[step])}h${wide}`).join("");
-      if (!is_stacked) shape(drawing, "path", { d: path, fill: "none", stroke: colour(tint), "stroke-width": 2 });
+      if (!is_stacked) shape(drawing, "path", { d: path, fill: "none", stroke: `var(--${tint})`, "stroke-width": 2 });
     }
     columns.forEach((step, i) => {
       const column = bar(drawing, LEFT + i * wide, 8, wide, CHART - 28, "transparent");
@@ -231,12 +153,9 @@ function drawCharts() {
 // What the mouse and the keys do.
 
 for (const [kind, words] of Object.entries(DATA.legend)) {
-  const names = Object.keys(words).filter((name) => name !== "restart" || rowsOf.restarts.length);
-  const group = names.length && element("span", `${kind}: `, byId("legend"));
-  for (const name of names) {
-    dot(name, group);
-    group.append(`${words[name]}  `);
-  }
+  const names = Object.keys(words).filter((name) => name !== "restart" || RESTARTS.length);
+  const samples = names.map((name) => make("span", {}, sample(name), words[name]));
+  if (names.length) byId("legend").append(make("span", { class: "legend" }, `${kind}:`, ...samples));
 }
 
 const secondsAt = (event, a, b) => {
@@ -279,9 +198,6 @@ onDrag(
     show(middle - (to - from) / 2, middle + (to - from) / 2);
   },
 );
-document.addEventListener("pointerover", ({ target }) => {
-  if (target.tell && !target.firstChild) shape(target, "title", {}, target.tell());
-});
 timeline.addEventListener(
   "wheel",
   (event) => {
