@@ -1,7 +1,7 @@
 // Makes elements and shapes. Texts of messages and bags get into a page by textContent and attributes alone.
 
 const SVG = "http://www.w3.org/2000/svg";
-export const LETTER = 6.6; // width of one, in pixels, on average
+const LETTER = 6.6; // width of one, in pixels, on average
 
 export const byId = (id) => document.getElementById(id);
 

@@ -1,39 +1,36 @@
 // Lanes of bars over time, with an axis above: the time lines of console.py and report.py. A page has a colour for each
 // kind of bars: --success is that of success.
 
-import { clear, cut, LETTER, shape } from "./elements.js";
+import { clear, cut, shape } from "./elements.js";
 
 const AXIS = 18; // height, in pixels
 const TICKS = 70; // pixels between two, at least
 const NEAR = 46; // pixels: the text of a mark hides those of ticks
 const MARK = 3; // width of a bar that begins and ends at once
 const NARROW = 2; // width of any other one
-const THIN = 6; // pixels: a narrower bar has no border
-const NOTED = 14; // pixels: a narrower bar has no notes, and its sign beside it
+const THIN = 4; // pixels: a narrower bar has no border
+const NOTED = 14; // pixels: a narrower bar has no notes
+const SIGN = 7; // pixels that one needs
+const WORDS = 34; // pixels: a narrower bar has its sign alone
 
-// They say without colours what the kind of a bar means; a planned one has dashes.
-const SIGNS = {
-  success: "✓",
-  succeeded: "✓",
-  sat: "✓",
-  failure: "✕",
-  aborted: "✕",
-  dropped: "✕",
-  open: "▶",
-  rejected: "⊗",
-  canceled: "⊘",
-  recalled: "⊘",
-  cancel: "⊘",
-  unsat: "∅",
-  unknown: "…",
-  answer: "•",
-  other: "•",
-  none: "?",
-  message: "✉",
-  goal: "+",
-  queued: "+",
-  restart: "↻",
-};
+// The sign of each kind of bars, so that they differ without colours; planned ones have dashes.
+const SIGNS = {};
+for (const [sign, ...kinds] of [
+  ["✓", "success", "succeeded", "sat"],
+  ["✕", "failure", "aborted", "dropped"],
+  ["▶", "open"],
+  ["⊘", "canceled", "recalled", "cancel"],
+  ["⊗", "rejected"],
+  ["∅", "unsat"],
+  ["…", "unknown"],
+  ["•", "answer", "other"],
+  ["?", "none"],
+  ["✉", "message"],
+  ["+", "goal", "queued"],
+  ["↻", "restart"],
+]) {
+  for (const kind of kinds) SIGNS[kind] = sign;
+}
 
 /** Returns the index of the first item for which a test holds; it holds for all after it too. */
 export function first(items, test) {
@@ -100,17 +97,14 @@ function drawLane(drawing, { bars, tell }, y, height, { from, to }, x) {
     if (b > middle) drawBar(drawing, bar.kind, middle, y + 2, b - middle, height - 4).tell = () => tell(bar);
     const notes = b - a < NOTED ? [] : (bar.notes ?? []).filter(([at]) => at !== null && at >= from && at <= to);
     for (const [at, note] of notes) shape(drawing, "text", { x: x(at), y: y + 5, class: "middle note" }, note);
-    // The text is in the wider part, behind what is noted at its beginning; the sign of a narrow bar stands beside it.
-    const isBeside = b - a < NOTED,
-      isEarly = middle - a > b - middle,
-      start = isBeside ? b : isEarly ? a : middle,
-      left = notes.reduce((x0, [at]) => (Math.abs(x(at) - x0) < NOTED ? Math.max(x0, x(at) + 3) : x0), start),
-      right = isBeside ? x(bars[i + 1]?.from ?? to) : isEarly ? middle : b;
-    const sign = SIGNS[bar.kind] ?? "",
-      room = right - left - 8,
-      text = [sign, isBeside ? "" : bar.text].filter(Boolean).join(" "),
-      shown = room >= 4 * LETTER ? cut(text, room) : room >= LETTER - 2 ? sign : "";
-    if (shown) shape(drawing, "text", { x: left + (isBeside ? 2 : 4), y: y + height / 2 }, shown);
+    // The text is in the wider part, behind what is noted at its beginning; without room, the sign stands beside the bar.
+    const [start, end] = middle - a > b - middle ? [a, middle] : [middle, b],
+      left = notes.reduce((best, [at]) => (Math.abs(x(at) - best) < NOTED ? Math.max(best, x(at) + 3) : best), start),
+      sign = SIGNS[bar.kind] ?? "",
+      write = (at, text, look = "") => text && shape(drawing, "text", { x: at, y: y + height / 2, class: look }, text);
+    if (end - left >= WORDS) write(left + 4, cut([sign, bar.text].filter(Boolean).join(" "), end - left - 8));
+    else if (end - left >= SIGN) write((left + end) / 2, sign, "middle note");
+    else if (x(bars[i + 1]?.from ?? to) - b >= 2 * SIGN) write(b + 2, sign);
   }
 }
 
@@ -118,7 +112,7 @@ function drawLane(drawing, { bars, tell }, y, height, { from, to }, x) {
  * Draws lanes of bars between two times.
  *
  * A lane is { name, bars, tell }; its bars are in order and do not overlap, and tell(bar) says all that is known of one.
- * A bar is { from, to, kind, text }. One with { begins } waits until then, and { notes } such as [[seconds, "×"]] stand on it.
+ * A bar is { from, to, kind, text }. One with { begins } waits until then; { notes }, such as [[seconds, "×"]], stand on it.
  * A view is { from, to, width, labels, row, clock, marks }: the section, the pixels of all, of names and of the height of a
  * lane, clock(seconds, unit) that makes a text, and lines such as { at, kind, text }.
  */
