@@ -86,7 +86,7 @@ function drawOverview() {
 
 const figures = DATA.charts.map(({ title, series }) => {
   const caption = make("figcaption", { text: `${title}: ` });
-  for (const [name, tint] of series) caption.append(make("span", {}, sample(tint, true), `${name} `));
+  for (const [name, tint] of series) caption.append(make("span", {}, sample(tint, true), name));
   const figure = make("figure", {}, caption);
   byId("charts").append(figure);
   return shape(figure, "svg", { class: "drawn" });
