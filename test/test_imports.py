@@ -28,14 +28,14 @@ FLOORS = {
         "why", "bags.text", "ros",  # below the other bags: no live node imports a replay
         "bags.errors", "bags.wire", "bags.topics", "bags.model",
         "bags.read", "bags.record", "bags.compare", "bags.replay", "bags.ros", "bags.report",
-        "profile", "desk", "scaffold", "check", "pddl",
+        "profile", "desk", "scaffold", "check", "completion", "pddl",
     ],
     "rosoclingo_interfaces": [
         "errors", "store_file", "prompt", "announcements", "watchdog", "navigation",
         "ledger", "execution", "interface", "executor", "retransmitter", "ros", "node",
     ],
-    "rosoclingo_console": ["encoding", "model", "web", "bag_console", "ros"],
-    "rosoclingo_examples": ["orders", "ros"],
+    "rosoclingo_console": ["model", "web", "bag_console", "ros"],
+    "rosoclingo_examples": ["orders", "line_words", "ros"],
     "rosoclingo_rviz": ["ros"],
     "rosoclingo_simulator": [
         "errors", "calls", "pacer", "followed_clock", "world", "physics", "navigation", "ros",

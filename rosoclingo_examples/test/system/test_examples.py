@@ -13,7 +13,7 @@ from typing import Sequence
 import pytest
 import yaml
 from terminals import Terminal, Terminals, package, terminals, wait_for
-from typist import CTRL_C, CTRL_D, keyboard, pipe
+from typist import CTRL_C, CTRL_D, Typist, keyboard, pipe
 
 __all__ = ["terminals"]
 
@@ -197,7 +197,7 @@ def test_a_client_and_its_server_are_killed(terminals: Terminals, tmp_path: Path
 
 
 def test_at_a_keyboard(terminals: Terminals, tmp_path: Path) -> None:
-    """A prompt, a list on Enter, an end with Ctrl-C, and one with Ctrl-D.
+    """A prompt, words by TAB, a list on Enter, an end with Ctrl-C, and one with Ctrl-D.
 
     Requests that are open at Ctrl-C go on without the client.
     """
@@ -209,7 +209,9 @@ def test_at_a_keyboard(terminals: Terminals, tmp_path: Path) -> None:
     client.wait_for("mailbot_manual> ")
     typist.type("what?\n")
     client.wait_for("expected FROM TO")
-    typist.type("1 3\n")
+    typist.type("1 ")
+    press_tab(client, typist, "2  3  4")  # as soon as the encoding is known
+    typist.type("3\n")
     client.wait_for("[1] bring(1,3): accepted")
     typist.type(f"half a line{CTRL_C}")
     assert client.wait() == 130
@@ -230,6 +232,55 @@ def test_at_a_keyboard(terminals: Terminals, tmp_path: Path) -> None:
     typist.type(CTRL_D)
     assert client.wait() == 0
     assert client.output.split()[-2:] == ["1", "delivery"]
+
+
+PLACES = """
+rslot(1).
+#program state(t).
+#external event(1,bring(kitchen,lab),t).
+#external event(1,bring(lab,("$(touch)";"`touch`";kitchen)),t).
+#external event(1,bring(lab,kitchen,urgent),t).
+#external event(1,cancel,t).
+asked(t) :- event(1,bring(_,_),t).
+asked(t) :- event(1,bring(_,_,_),t).
+asked(t) :- asked(t-1), not event(1,cancel,t-1).
+status(1,accepted,t) :- asked(t).
+status(1,canceled,t) :- asked(t), event(1,cancel,t).
+#program query(t).
+#external query(t).
+#show status/3.
+"""
+
+
+def test_words_at_a_keyboard(terminals: Terminals, tmp_path: Path) -> None:
+    """Words of the encoding, whatever their names are, and numbers of open requests."""
+    file = tmp_path / "places.lp"
+    file.write_text(PLACES)
+    terminals.start("rosrun", "rosoclingo", "run-1.0.py", "-f", str(file))
+    client, typist = keyboard(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot.py")
+    client.wait_for("mailbot> ")
+    typist.type("k")
+    press_tab(client, typist, "kitchen lab ")
+    typist.type("box\n")
+    client.wait_for("[1] bring(kitchen,lab) box: ")
+    typist.type("\t\t")
+    client.wait_for("1  kitchen  lab")
+    typist.type('la\t"$\tbox u\t\n')
+    client.wait_for('[2] bring(lab,"$(touch)",urgent) box: sent')
+    typist.type("1\n")
+    client.wait_for("[1] bring(kitchen,lab) box: cancel")
+    typist.type(CTRL_C)
+    assert client.wait() == 130
+
+
+def press_tab(client: Terminal, typist: Typist, text: str) -> None:
+    """Presses TAB until a text is there: before the encoding is known, it does nothing."""
+
+    def is_there() -> bool:
+        typist.type("\t")
+        return text in client.output.replace("\a", "")  # the bell, without a word that fits
+
+    wait_for(is_there, lambda: client.output, poll=0.5)
 
 
 def test_usage(terminals: Terminals) -> None:

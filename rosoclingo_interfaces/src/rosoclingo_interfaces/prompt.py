@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from types import FrameType
-from typing import Callable, Iterator, Optional
+from typing import Callable, Iterator, List, Optional, Sequence
 
 _POLL_SECONDS = 0.05  # how often a wait looks at its condition
 _WAKE = signal.SIGUSR1  # interrupts the reading of a line
@@ -42,6 +42,7 @@ class Prompt:
         self._prompt = prompt
         self._reading = False
         self._has_ended = False
+        self._fitting: List[str] = []  # the words that TAB offers
         self._output = threading.Lock()  # one line at a time; guards the one above
         if self.interactive:
             import readline  # noqa: PLC0415 (it may write to the terminal when imported)
@@ -58,6 +59,36 @@ class Prompt:
                 return
             yield line.strip()
 
+    def complete(self, offered: Callable[[Sequence[str]], Sequence[str]]) -> None:
+        """Has TAB complete words; without effect when lines come from a pipe.
+
+        Args:
+            offered: Returns the words that may come next, of those of the line before. Called in
+                the main thread, while it reads.
+        """
+        if self.interactive:
+            import readline  # noqa: PLC0415 (as above)
+
+            self._offered = offered
+            self._begins: Callable[[], int] = readline.get_begidx
+            readline.set_completer_delims(" \t")
+            readline.set_completer(self._complete)
+            readline.set_completion_display_matches_hook(self._list)
+            readline.parse_and_bind("tab: complete")
+
+    def _complete(self, begun: str, number: int) -> Optional[str]:
+        """Returns the word of this number that fits what is typed of it; None after the last."""
+        if number == 0:
+            before = self._typed()[: self._begins()].split()
+            self._fitting = [word for word in self._offered(before) if word.startswith(begun)]
+            if len(self._fitting) == 1:
+                self._fitting[0] += " "
+        return self._fitting[number] if number < len(self._fitting) else None
+
+    def _list(self, _begun: str, words: Sequence[str], _longest: int) -> None:
+        # readline itself would print amid what others say, and wait for a key if there are many.
+        self.say("  ".join(words))
+
     def say(self, text: str, last: bool = False) -> None:
         """Prints a line above what is being typed; nothing, once the last line was typed."""
         with self._output:
@@ -73,10 +104,7 @@ class Prompt:
         """Ends reading and waiting; the first reason is kept."""
         if self.reason is None:
             self.reason = reason
-            # A system call that reads is interrupted by nothing but a signal to its thread.
-            identifier = threading.main_thread().ident
-            if identifier is not None:
-                signal.pthread_kill(identifier, _WAKE)
+            _wake()
 
     def wait(self, condition: Callable[[], bool], seconds: float = math.inf) -> bool:
         """Waits until a condition holds, for some time or for a stop.
@@ -110,9 +138,21 @@ class Prompt:
         finally:
             self._reading = False
 
-    def _on_signal(self, number: int, _: Optional[FrameType]) -> None:
+    def _on_signal(self, number: int, frame: Optional[FrameType]) -> None:
         if number != _WAKE:
             self.interrupted = True
             self.reason = self.reason or "interrupted"
-        if self._reading:
+        called = (Prompt._complete.__code__, Prompt._list.__code__)
+        while frame is not None and frame.f_code not in called:
+            frame = frame.f_back
+        if frame is not None:  # readline has called it, and ignores what is raised there
+            threading.Timer(_POLL_SECONDS, _wake).start()
+        elif self._reading:
             raise _StoppedError
+
+
+def _wake() -> None:
+    # A system call that reads is interrupted by nothing but a signal to its thread.
+    identifier = threading.main_thread().ident
+    if identifier is not None:
+        signal.pthread_kill(identifier, _WAKE)

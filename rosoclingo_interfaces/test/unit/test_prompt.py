@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import signal
-from typing import Iterator
+import threading
+from typing import Iterator, List, Sequence
 
 import pytest
 
-from rosoclingo_interfaces.prompt import Prompt
+from rosoclingo_interfaces.prompt import Prompt, _StoppedError
 
 
 @pytest.fixture
@@ -27,3 +28,22 @@ def test_nothing_is_printed_after_the_last_line(
     prompt.say("0 deliveries, 1 open", last=True)
     prompt.say("[1] step 1 of 6")
     assert capsys.readouterr().out == "[1] accepted\n0 deliveries, 1 open\n"
+
+
+def test_a_stop_while_a_word_is_completed(prompt: Prompt, monkeypatch: pytest.MonkeyPatch) -> None:
+    """readline ignores what is raised by what it calls, and reads on."""
+    before: List[Sequence[str]] = []
+
+    def offered(words: Sequence[str]) -> Sequence[str]:
+        before.append(words)
+        prompt.stop("the server has gone")
+        return ["kitchen", "lab"]
+
+    for name, value in {
+        "_typed": lambda: "kitchen l", "_begins": lambda: 8, "_offered": offered, "_reading": True,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(prompt, name, value, raising=False)
+    assert [prompt._complete("l", number) for number in (0, 1)] == ["lab ", None]
+    assert before == [["kitchen"]]
+    with pytest.raises(_StoppedError):
+        threading.Event().wait(60.0)

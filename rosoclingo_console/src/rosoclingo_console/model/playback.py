@@ -16,9 +16,9 @@ from typing import Set, Tuple
 
 from rosclingo.wire.term_text import last_number
 from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.completion.encoding import KnownEncoding
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Control, NumberedRecord
-from rosoclingo_console.encoding import KnownEncoding
 from rosoclingo_console.model.system import SystemModel
 from rosoclingo_console.model.values import OperatorDecisions
 

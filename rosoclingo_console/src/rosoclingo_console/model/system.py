@@ -9,9 +9,9 @@ from collections import deque
 from itertools import islice
 from typing import Any, Deque, Dict, List, Optional, Sequence
 
+from rosoclingo.completion.encoding import KnownEncoding
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import NumberedRecord, Status
-from rosoclingo_console.encoding import KnownEncoding
 from rosoclingo_console.model.actuators import ActuatorTable
 from rosoclingo_console.model.board import Board, Row
 from rosoclingo_console.model.goals import GoalTable
@@ -23,6 +23,7 @@ from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenR
 _MOST_LINES = 300  # of the journal
 _MOST_NEW_LINES = 50  # likewise, in one message to a page: nobody reads more
 _MOST_PLANNED = 300  # actions
+_MOST_REQUESTS = 2000  # that are offered
 _DIGITS = 3  # of seconds
 
 
@@ -142,7 +143,7 @@ class SystemModel:
 
     def set_encoding(self, encoding: KnownEncoding) -> None:
         """Takes what the planner's encoding says."""
-        self._known_requests = {"requests": list(encoding.requests)}
+        self._known_requests = {"requests": list(encoding.requests[:_MOST_REQUESTS])}
         self._map.set_graph(encoding.graph)
 
     def set_recording(self, file: str) -> None:

@@ -15,9 +15,10 @@ import rospy
 
 from rosclingo.ros import parameters
 from rosclingo.ros.init import init_node, on_shutdown, run_node
+from rosoclingo.completion.encoding import KnownEncoding
+from rosoclingo.completion.ros.encodings import EncodingReader
 from rosoclingo_console import bag_console
 from rosoclingo_console.ros.clock import SystemsClock
-from rosoclingo_console.ros.encodings import EncodingReader
 from rosoclingo_console.ros.listener import Listener
 from rosoclingo_console.ros.operations import RosOperations
 from rosoclingo_console.ros.recordings import Recordings
@@ -72,7 +73,9 @@ class ConsoleNode:
         )
         self._clock = SystemsClock()
         self._hub = hub = Hub(systems, self._clock.now)
-        self._encodings = EncodingReader()
+        self._encodings = EncodingReader(
+            lambda reason: rospy.logwarn("there are no completions and no map: %s", reason)
+        )
         self._listeners = [self._listen(name) for name in systems]
         folder = Path(parameters.text("bags", ".")).expanduser().absolute()
         self._recordings = Recordings(folder, self._show_recording)
@@ -92,7 +95,10 @@ class ConsoleNode:
         def post(heard: Heard) -> None:
             self._hub.post(name, heard)
 
-        self._encodings.listen(name, post)
+        def learn(known: KnownEncoding) -> None:
+            post(lambda model: model.set_encoding(known))
+
+        self._encodings.listen(name, learn)
         return Listener(name, post)
 
     def _show_recording(self, system: str, file: str) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, Sequence
 
 import rospy
 
 from rosclingo.ros import parameters
 from rosclingo.ros.init import give_up, init_node, on_shutdown
+from rosoclingo.completion.ros.encodings import EncodingReader
+from rosoclingo_examples.line_words import LineWords
 from rosoclingo_examples.orders import Orders, parse_line
 from rosoclingo_examples.ros.client import RequestClient
 from rosoclingo_interfaces.errors import LedgerError, LineError
@@ -57,6 +59,7 @@ def run(prompt: Prompt, orders: Orders, with_object: bool, *, waits: bool) -> in
         client.go_on()
         if prompt.interactive:
             prompt.say(_help(with_object))
+            _complete(prompt, client.name, orders, LineWords(with_object))
         for line in prompt.lines():
             try:
                 _do(line, client, orders, prompt, with_object)
@@ -70,6 +73,17 @@ def run(prompt: Prompt, orders: Orders, with_object: bool, *, waits: bool) -> in
         prompt.say(prompt.reason)
     prompt.say(orders.summary(), last=True)
     return 0 if orders.all_as_asked and not wrong_lines and prompt.reason is None else 1
+
+
+def _complete(prompt: Prompt, server: str, orders: Orders, words: LineWords) -> None:
+    """Has TAB complete words, of an encoding as soon as that is known."""
+
+    def offered(before: Sequence[str]) -> Sequence[str]:
+        return words.offered(before, [order.number for order in orders.open])
+
+    reader = EncodingReader(lambda reason: rospy.logdebug("there are no completions: %s", reason))
+    reader.listen(server, lambda known: words.learn(known.requests))
+    prompt.complete(offered)
 
 
 def _help(with_object: bool) -> str:

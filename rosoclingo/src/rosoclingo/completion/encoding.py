@@ -1,37 +1,32 @@
 """Requests and map of a planner's encoding, read without a run.
 
-It is grounded in a process of its own, ``python -m rosoclingo_console.encoding``, which gives way
-to all others: clingo cannot be interrupted, and may take any time. The process reads a command line
-as JSON, and prints what it has found. Files with scripts are not read: they come from a topic, and
-the scripts would run here.
+It is grounded in a process of its own, :mod:`.grounding`: clingo cannot be interrupted, and may
+take any time. Files with scripts are not read: they come from a topic, and the scripts would run
+here.
 """
 
 from __future__ import annotations
 
 import atexit
-import contextlib
 import json
 import os
-import resource
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, Optional, Sequence, Tuple
 
 from rosclingo.errors import RosclingoError
-from rosclingo.solver.options import parse_options
-from rosoclingo.check.alphabet import read_alphabet
-from rosoclingo.drawing.errors import GraphError
-from rosoclingo.drawing.graph import Graph, read_graph
+from rosoclingo.drawing.graph import Graph
 from rosoclingo.launched.about import Launched
 from rosoclingo.launched.folder import Folder
 from rosoclingo.launched.unpack import unpack
 
-_SECONDS = 60.0  # that it may take
-_NICE = 19
-_MOST_REQUESTS = 2000
+_COMMAND = (sys.executable, "-m", "rosoclingo.completion.grounding")
 _SCRIPT = "#script"
+
+SECONDS = 60
+"""How long reading an encoding may take."""
 
 
 class EncodingError(RosclingoError):
@@ -71,19 +66,22 @@ def read_encoding(launched: Launched) -> KnownEncoding:
 
 def _run(node: str, arguments: Sequence[str], directory: Path) -> KnownEncoding:
     process = subprocess.Popen(  # noqa: S603 (ourselves)
-        [sys.executable, "-m", __name__],
+        _COMMAND,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        start_new_session=True,  # Ctrl-C is for the console, which ends it
+        cwd=os.sep,  # Python imports from it first, and it may be anybody's
+        start_new_session=True,  # Ctrl-C is for whoever has started it, who ends it
     )
     atexit.register(process.kill)
-    task = json.dumps({"arguments": list(arguments), "directory": str(directory)})
+    task = json.dumps(
+        {"arguments": list(arguments), "directory": str(directory), "starter": os.getpid()}
+    )
     try:
-        said, wrong = process.communicate(task, _SECONDS)
+        said, wrong = process.communicate(task, SECONDS)
     except subprocess.TimeoutExpired as err:
-        raise EncodingError(f"the encoding of {node} takes more than {_SECONDS:g} s") from err
+        raise EncodingError(f"the encoding of {node} takes more than {SECONDS} s") from err
     finally:
         process.kill()
         process.wait()
@@ -99,25 +97,3 @@ def _graph_of(found: Optional[Dict[str, Any]]) -> Optional[Graph]:
         return None
     places = {name: (float(x), float(y)) for name, (x, y) in found["places"].items()}
     return Graph(places, tuple((a, b) for a, b in found["edges"]), found["starts"])
-
-
-def main() -> None:
-    """Grounds the encoding that standard input names, and prints what it says."""
-    os.nice(_NICE)
-    # Who has started it may be killed, and then nobody ends it.
-    resource.setrlimit(resource.RLIMIT_CPU, (int(_SECONDS), int(_SECONDS)))
-    task = json.loads(sys.stdin.read())
-    os.chdir(task["directory"])
-    try:
-        options = parse_options(task["arguments"])
-        requests: List[str] = list(read_alphabet(options).requests[:_MOST_REQUESTS])
-    except RosclingoError as err:
-        sys.exit(str(err))
-    graph = None
-    with contextlib.suppress(GraphError):  # most encodings have no map
-        graph = vars(read_graph(options.files, options.clingo, options.theory))
-    print(json.dumps({"requests": requests, "graph": graph}))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,50 @@
+"""Grounds an encoding, as the process ``python -m`` that :mod:`.encoding` starts.
+
+It reads a command line as JSON, prints what it has found, and gives way to all other processes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import json
+import os
+import resource
+import signal
+import sys
+
+from rosclingo.errors import RosclingoError
+from rosclingo.solver.options import parse_options
+from rosoclingo.check.alphabet import read_alphabet
+from rosoclingo.completion.encoding import SECONDS
+from rosoclingo.drawing.errors import GraphError
+from rosoclingo.drawing.graph import read_graph
+
+_NICE = 19
+_MOST_REQUESTS = 20_000
+_PR_SET_PDEATHSIG = 1  # of Linux's prctl
+
+
+def main() -> None:
+    """Grounds the encoding that standard input names, and prints what it says."""
+    os.nice(_NICE)
+    # Who has started it may be killed: the kernel ends it then, or the limit.
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+    task = json.loads(sys.stdin.read())
+    if os.getppid() != task["starter"]:
+        sys.exit("who has started it has ended")
+    os.chdir(task["directory"])
+    try:
+        options = parse_options(task["arguments"])
+        requests = read_alphabet(options).requests[:_MOST_REQUESTS]
+    except RosclingoError as err:
+        sys.exit(str(err))
+    graph = None
+    with contextlib.suppress(GraphError):  # most encodings have no map
+        graph = vars(read_graph(options.files, options.clingo, options.theory))
+    print(json.dumps({"requests": requests, "graph": graph}))
+
+
+if __name__ == "__main__":
+    main()
