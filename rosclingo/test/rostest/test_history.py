@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
+import time
 import unittest
 from collections import defaultdict
 from pathlib import Path
@@ -67,6 +68,12 @@ class Topic:
     def publish(self, first: int, last: int, keep: bool = True) -> None:
         for number in range(first, last + 1):
             self._publisher.publish(String(f"{number} {'.' * (number % 300)}"), keep)
+
+    @property
+    def writes(self) -> int:
+        """How often something was written to the only subscriber."""
+        ((_, _, number, _),) = self._publisher._publisher.impl.get_stats()[2]
+        return int(number)
 
     def wait_for_connections(self, number: int) -> None:
         wait_for(lambda: self._publisher._publisher.get_num_connections() == number)
@@ -143,6 +150,18 @@ class TestHistory(unittest.TestCase):
             numbers = subscriber.received[topic.name]
             wait_for(lambda numbers=numbers: numbers[-1] == 150)
             self.assertEqual(numbers, kept + later)
+
+    def test_many_messages_are_sent_in_few_writes(self) -> None:
+        topic, (subscriber, *_) = Topic("~many", 1_000), self.subscribers
+        topic.publish(1, 1)
+        subscriber.subscribe(topic.name)
+        wait_for(lambda: subscriber.received[topic.name] == [1])
+        begin, before = time.monotonic(), topic.writes
+        topic.publish(2, 1_000)
+        self.wait_for_numbers(topic, subscriber, 1_000)
+        pauses = (time.monotonic() - begin) / 0.02
+        self.assertEqual(subscriber.received[topic.name], list(range(1, 1_001)))
+        self.assertLessEqual(topic.writes - before, pauses + 2)
 
     def test_what_is_not_kept_reaches_those_who_listen(self) -> None:
         topic = Topic("~passing", 20)

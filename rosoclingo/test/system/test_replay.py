@@ -528,8 +528,11 @@ def test_an_operator(terminals: Terminals, recorder: Recorder, nodes: str) -> No
     bag = recorder.record(
         ["1"], [line()], single=single, driver=OPERATED, parameters=[ask], failures=[7], steps=60
     )
+    recording = read_recording(bag)
+    assert any(one.is_paused for one in recording.held)
+    assert "approval" in {reason for one in recording.held for reason in one.reasons}
     is_paused = steps = False
-    for event in (entry.event for entry in read_recording(bag).entries):
+    for event in (entry.event for entry in recording.entries):
         if isinstance(event, ControlArrived):
             is_paused |= event.control in (Control.PAUSE, Control.HALT, Control.STEP)
             is_paused &= event.control is not Control.RESUME

@@ -424,3 +424,31 @@ def test_goals_ask_about_one_slot(system: Callable[..., System]) -> None:
     declared = run.loop.state.planner.demand.declared
     asked = [source for source, content in declared if content == "visit(3)"]
     assert asked == run.loop.state.goals.slots[:1]
+
+
+def test_goals_that_come_together_are_asked_about_together(
+    system: Callable[..., System], tmp_path: Path
+) -> None:
+    """Each in the slot that it is about to get, so that nothing is grounded for another one."""
+    encoding = without_examples(tmp_path)
+    solver = Counting(Engine(Options((encoding,), ("-c", "slots=3"))))
+    run = system("dynamic.incremental.recording", planner=solver)
+    later: List[Any] = []
+
+    def answer(actuator: str, action: str) -> str:
+        if not later:
+            later.extend(map(run.goal, ("visit(3)", "visit(5)", "visit(6)", "fly(2)")))
+        return "success"
+
+    run.world.answer = answer
+    run.start()
+    assert run.goal("visit(2)").wait() == "succeeded"
+    assert [goal.wait() for goal in later] == ["succeeded"] * 3 + ["rejected"]
+    asked = [
+        [part.parameters for part in command.parts if len(part.parameters) == 2]
+        for command in solver.commands
+        if isinstance(command, Ground) and command.parts[0].name == "event"
+    ]
+    pairs = [("2", "visit(3)"), ("3", "visit(5)"), ("1", "visit(6)"), ("1", "fly(2)")]
+    assert pairs in asked
+    assert sum(pairs[0] in one for one in asked) == 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import random
 from pathlib import Path
-from typing import Tuple
+from typing import Any, Dict, Tuple
 
 import pytest
 from bag_maker import STORE, Maker, data, run, source, stamp, texts
@@ -21,7 +21,7 @@ from rosoclingo.bags.errors import (
     NoSystemError,
     SeveralSystemsError,
 )
-from rosoclingo.bags.model import Recording
+from rosoclingo.bags.model import OperatorHold, Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.replay.startup import check
@@ -83,6 +83,17 @@ def test_programs(tmp_path: Path) -> None:
     assert planner.arguments == ("-f", "/planner.lp")
     assert planner.files == {"/planner.lp": "a."}
     assert planner.versions == {"clingo": "5.5.0"}
+
+
+def test_what_an_operator_held(tmp_path: Path) -> None:
+    held: Dict[str, Any] = {
+        "paused": True, "on_hold": ["lift"], "held": ["do(robot,go(2))"], "reasons": ["pause"],
+    }  # fmt: skip
+    maker = run().add("held", 0.25).add("held", 0.75, **held)
+    assert read_recording(maker.write(tmp_path / "a.bag")).held == (
+        OperatorHold(0.25),
+        OperatorHold(0.75, True, ("lift",), ("do(robot,go(2))",), ("pause",)),
+    )
 
 
 def test_about_that_is_no_description(tmp_path: Path) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from pathlib import Path
-from typing import Any, Dict
+from typing import Any, Dict, Sequence
 
 import pytest
 from console_server import run, until
 
-from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.model import Entry, OperatorHold, Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Control
@@ -42,9 +42,9 @@ def test_a_bag_to_and_fro(name: str) -> None:
     assert {goal["status"] for goal in ended} <= {"succeeded", "canceled", "aborted", "rejected"}
 
 
-def entries(*events: journal.Event) -> Playback:
+def entries(*events: journal.Event, held: Sequence[OperatorHold] = ()) -> Playback:
     made = [Entry(event, 1, 3, number, float(number)) for number, event in enumerate(events, 1)]
-    return Playback(Recording("/rosoclingo", tuple(made)))
+    return Playback(Recording("/rosoclingo", tuple(made), held=tuple(held)))
 
 
 def test_what_follows_from_a_journal() -> None:
@@ -70,6 +70,29 @@ def test_what_follows_from_a_journal() -> None:
     assert not shown(playback, 7.5)["tables"]["run"]["run"]["paused"]
     assert shown(playback, 8.5)["tables"]["plan"]["plan"]["actions"] == []
     assert robot(1.5)["state"] == "begins"
+
+
+def test_what_an_operator_held() -> None:
+    """The bag says it, so it is not guessed from the requests of the journal."""
+    playback = entries(
+        journal.PlanFound(("do(robot,go(2),1)",)),
+        journal.ControlArrived(Control.PAUSE),
+        journal.ActionPublished("robot", "go(2)"),
+        held=[
+            OperatorHold(0.5),
+            OperatorHold(1.25, held=("do(robot,go(2))",), reasons=("approval",)),
+            OperatorHold(1.75, True, ("lift",), ("do(robot,go(2))",), ("pause",)),
+            OperatorHold(2.5),
+        ],
+    )
+
+    def state(seconds: float) -> Any:
+        tables = shown(playback, seconds)["tables"]
+        return tables["actuators"].get("robot", {}).get("state"), tables["run"]["run"]["paused"]
+
+    expected = {1.5: ("approval", False), 2.25: ("pause", True), 2.75: ("begins", False)}
+    assert {seconds: state(seconds) for seconds in expected} == expected
+    assert state(1.5) == expected[1.5]
 
 
 def test_a_player() -> None:

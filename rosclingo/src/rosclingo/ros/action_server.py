@@ -39,8 +39,8 @@ _STATUSES = 100  # that wait for a slow client; each one tells of all goals
 _ENDED_GOALS = 25
 _ENDED_SECONDS = 0.2
 
-# With more goals in the list, it is published so often at most, in seconds.
-_MANY_GOALS = 50
+# With more goals in the list, what changes in so many seconds after a change is published together.
+_MANY_GOALS = 10
 _PAUSE_SECONDS = 0.05
 
 _TERMINAL = {
@@ -101,6 +101,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._results_kept = results_kept
         self._is_canceling = False
         self._repeats = False  # whether statuses are repeated
+        self._has_changed = threading.Event()  # and nobody has been told yet
         self._published_at = 0.0
 
     def initialize(self) -> None:
@@ -285,13 +286,16 @@ class LowLatencyActionServer(actionlib.ActionServer):
     def publish_status(self) -> None:
         """Publishes the goals' statuses; called by actionlib at each change.
 
-        Of many goals, what changes in a short time is published together, at the latest when the
-        statuses are repeated. Results do not wait for that.
+        Of many goals, what changes in a short time is published together at its end. Results do not
+        wait for that.
         """
         with self.lock:
             now = time.monotonic()
+            if self._is_canceling:
+                return
             may_wait = self._repeats and len(self.status_list) > _MANY_GOALS
-            if self._is_canceling or (may_wait and now - self._published_at < _PAUSE_SECONDS):
+            if may_wait and now - self._published_at < _PAUSE_SECONDS:
+                self._has_changed.set()
                 return
             self._published_at = now
             message = GoalStatusArray(status_list=[goal.status for goal in self.status_list])
@@ -304,8 +308,12 @@ class LowLatencyActionServer(actionlib.ActionServer):
         # simulator's clock is slow, stands still or begins anew. A timer of rospy's ends then.
         end = threading.Event()
         rospy.on_shutdown(end.set)
-        while not end.wait(seconds):
+        rospy.on_shutdown(self._has_changed.set)
+        while not end.is_set():
+            if self._has_changed.wait(seconds):
+                end.wait(self._published_at + _PAUSE_SECONDS - time.monotonic())
             with self.lock:
-                if self.started:
+                self._has_changed.clear()
+                if self.started and not end.is_set():
                     self._published_at = time.monotonic()
                     super().publish_status()  # forgets what is old, which takes longer

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
-from typing import Any, Callable, Deque
+from typing import Any, Callable, Deque, List
 
-from rosclingo.ros.low_latency import publisher
+import rospy
+
+from rosclingo.ros.low_latency import batch_of, publisher
+
+_PAUSE_SECONDS = 0.02  # at least, between two writes
 
 
 class HistoryPublisher:
     """Publishes to a topic, and keeps the last messages for subscribers that come later.
 
-    A recorder that starts a little late misses nothing. Thread-safe. A message that is published
-    while a subscriber connects may reach it twice, so messages should be numbered.
+    A recorder that starts a little late misses nothing. Messages that come within 20 ms after a
+    write are sent together in the next one, since each write wakes a thread here and a process
+    there; so a process that is killed takes with it what came in its last 20 ms. Thread-safe. A
+    message that is published while a subscriber connects may reach it twice, so messages should be
+    numbered.
     """
 
     def __init__(self, name: str, message: Any, length: int) -> None:
@@ -24,11 +32,17 @@ class HistoryPublisher:
             message: Type of the messages.
             length: How many messages are kept.
         """
-        # Guards the history and the topic: rospy does not guard what goes to one subscriber from
+        # Guards all below and the topic: rospy does not guard what goes to one subscriber from
         # what goes to all. rospy's own lock is taken under it, and never the other way round.
         self._lock = threading.Lock()
         self._history: Deque[Any] = deque(maxlen=length)
+        self._waiting: List[Any] = []
+        self._has_waiting = threading.Event()
+        self._written_at = 0.0
+        self._batch = batch_of(message)
         self._publisher = publisher(name, message, on_subscriber=self._on_subscriber)
+        threading.Thread(target=self._run, name=f"batches of {name}", daemon=True).start()
+        rospy.on_shutdown(self._finish)
 
     def publish(self, message: Any, keep: bool = True) -> None:
         """Publishes a message, which must not be changed any more; does not wait.
@@ -40,10 +54,37 @@ class HistoryPublisher:
         with self._lock:
             if keep:
                 self._history.append(message)
-            if self._publisher.get_num_connections():
-                self._publisher.publish(message)
+            if not self._publisher.get_num_connections():
+                return
+            self._waiting.append(message)
+            paused = time.monotonic() - self._written_at
+            if paused >= _PAUSE_SECONDS or rospy.core.is_shutdown_requested():
+                self._write()
+            else:
+                self._has_waiting.set()
+
+    def _run(self) -> None:
+        while True:
+            self._has_waiting.wait()
+            time.sleep(_PAUSE_SECONDS)
+            try:
+                self._finish()
+            except Exception:  # a bug must not end the thread
+                rospy.logerr("internal error", exc_info=True)
+
+    def _finish(self) -> None:
+        with self._lock:
+            self._has_waiting.clear()
+            self._write()
+
+    def _write(self) -> None:
+        if self._waiting:
+            waiting, self._waiting = self._waiting, []
+            self._written_at = time.monotonic()
+            self._publisher.publish(self._batch(waiting))
 
     def _on_subscriber(self, send: Callable[[Any], None]) -> None:
         with self._lock:
-            for message in self._history:
-                send(message)
+            self._write()
+            if self._history:
+                send(self._batch(self._history))

@@ -7,7 +7,7 @@ topic by this module sets it for all others of that topic.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, Iterable, Optional
 
 import rospy
 
@@ -77,3 +77,29 @@ def subscriber(
 ) -> rospy.Subscriber:
     """Opens a topic to receive messages of a kind, with TCP_NODELAY."""
     return rospy.Subscriber(topic, kind, callback, tcp_nodelay=True)
+
+
+def batch_of(kind: Any) -> Any:
+    """Returns a class of messages that are several of a kind, and that are sent in one write.
+
+    What is published is a buffer, to which ``rospy.msg.serialize_message`` has a message write
+    itself, and in front of which it puts the length up to where the message has left the buffer's
+    position. Behind that position stand the others, each with its own length.
+    """
+
+    class Batch(kind):
+        __slots__ = ("messages",)
+
+        def __init__(self, messages: Iterable[Any]) -> None:
+            super().__init__()
+            self.messages = tuple(messages)  # one at least
+
+        def serialize(self, buff: Any) -> None:
+            first, *others = self.messages
+            first.serialize(buff)
+            end = buff.tell()
+            for message in others:
+                rospy.msg.serialize_message(buff, 0, message)
+            buff.seek(end)
+
+    return Batch

@@ -24,6 +24,25 @@ class Entry(Record):
 
 
 @dataclass(frozen=True)
+class OperatorHold:
+    """What an operator held from a time on, as ``~held`` said it.
+
+    Attributes:
+        seconds: When it was recorded, like those of an entry.
+        is_paused: Whether the run was paused.
+        on_hold: The actuators that were on hold.
+        held: The actions that were held, as ``do(Actuator,Action)``.
+        reasons: Why each of them was.
+    """
+
+    seconds: float
+    is_paused: bool = False
+    on_hold: Tuple[str, ...] = ()
+    held: Tuple[str, ...] = ()
+    reasons: Tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Recording:
     """The recorded run of one system, read from a bag.
 
@@ -35,6 +54,8 @@ class Recording:
         size: Size of the bag in bytes.
         has_journal: Whether the bag has the journal itself; otherwise the entries were made from
             what the bag has of the node's other topics.
+        held: What an operator held, in order; empty if the bag does not say, which one from before
+            ``~held`` was recorded does not.
     """
 
     name: str
@@ -43,3 +64,4 @@ class Recording:
     remarks: Tuple[str, ...] = ()
     size: int = 0
     has_journal: bool = True
+    held: Tuple[OperatorHold, ...] = ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import time
 from dataclasses import dataclass, field, replace
-from typing import Callable, Dict, List, Optional, Set, Tuple
+from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
 from rosoclingo.loop import journal
@@ -340,6 +340,8 @@ class Mail(MailState):
             self._note(replace(arrival, seconds=seconds))
         for number, item in enumerate(items):
             try:
+                if may_ask and number == 0:
+                    self._ask_together(items)
                 is_news = self._take(item, may_ask, dropped)
             except Exception:  # nothing is lost when the planner does not answer
                 self._held += items[number:]
@@ -347,6 +349,17 @@ class Mail(MailState):
             if is_news and number >= len(held):
                 self._news += 1
         self._log_dropped(dropped)
+
+    def _ask_together(self, items: Sequence[Taken]) -> None:
+        """Asks the planner about the requests of several goals at once, not about one by one."""
+        requests = [item.request for item in items if isinstance(item, Goal)]
+        if len(requests) < 2 or not self._goals.slots or self.rejection:
+            return
+        pairs = list(zip(self._goals.likely_slots(len(requests)), requests))
+        externals = self._externals
+        unknown = [one for one in pairs if not (externals.knows([one]) or externals.is_sure([one]))]
+        if unknown:
+            externals.ask(unknown)
 
     def _sort_queue(self) -> None:
         """Asks the encoding which goals are to get a slot before others."""

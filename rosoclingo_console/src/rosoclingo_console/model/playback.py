@@ -1,7 +1,7 @@
 """A recorded run as its console had shown it, at any time.
 
-Only the journal is taken, so plan, actions and an operator's decisions are those that follow from
-it: which actions were held, it does not say.
+Plan and actions are those that follow from the journal. What an operator decided follows from it,
+too, in a bag from before ``~held`` was recorded: there, nobody knows which actions were held.
 
 >>> from rosoclingo.bags.model import Entry
 >>> entries = (Entry(journal.ActionPublished("robot", "go(2)"), 1, 2, 1, 0.5),)
@@ -12,10 +12,11 @@ it: which actions were held, it does not say.
 
 from __future__ import annotations
 
-from typing import Set, Tuple
+from collections import deque
+from typing import Deque, Set, Tuple
 
 from rosclingo.wire.term_text import last_number
-from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.model import Entry, OperatorHold, Recording
 from rosoclingo.completion.encoding import KnownEncoding
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Control, NumberedRecord
@@ -44,6 +45,7 @@ class Playback:
         """
         # What was published before the recording began was there when it did.
         self._entries: Tuple[Entry, ...] = recording.entries
+        self._held: Tuple[OperatorHold, ...] = recording.held
         self._encoding = encoding
         self.name = recording.name
         self.seconds = max((entry.seconds for entry in recording.entries), default=0.0)
@@ -53,7 +55,9 @@ class Playback:
         self.model = SystemModel()
         self.model.connect(True, 0.0)
         self.model.set_encoding(self._encoding)
+        self._seconds = float("-inf")
         self._next = 0
+        self._holds: Deque[OperatorHold] = deque(self._held)  # that come later
         self._plan: Tuple[str, ...] = ()
         self._paused = False
         self._on_hold: Set[str] = set()
@@ -64,12 +68,22 @@ class Playback:
         Args:
             seconds: Since the recording began.
         """
-        if self._next and self._entries[self._next - 1].seconds > seconds:
+        if seconds < self._seconds:
             self._restart()
+        self._seconds = seconds
         while self._next < len(self._entries) and self._entries[self._next].seconds <= seconds:
+            self._hold(self._entries[self._next].seconds)
             self._take(self._entries[self._next])
             self._next += 1
+        self._hold(seconds)
         return self.model
+
+    def _hold(self, seconds: float) -> None:
+        while self._holds and self._holds[0].seconds <= seconds:
+            one = self._holds.popleft()
+            self.model.decide(
+                OperatorDecisions.read(one.is_paused, one.on_hold, one.held, one.reasons)
+            )
 
     def _take(self, entry: Entry) -> None:
         event, model = entry.event, self.model
@@ -78,7 +92,7 @@ class Playback:
             self._plan = event.actions
         elif isinstance(event, journal.CommandDone) and event.resets:
             self._plan = ()  # its steps have other numbers from now on, and it is found again
-        elif isinstance(event, journal.ControlArrived):
+        elif isinstance(event, journal.ControlArrived) and not self._held:
             self._decide(event)
         if self._plan or model.actuators.plan.actions:
             atoms = [atom for atom in self._plan if _step(atom) >= entry.step]

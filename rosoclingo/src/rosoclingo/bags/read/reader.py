@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
 from rosoclingo.bags.errors import BagTypeError, NoSystemError, SeveralSystemsError
-from rosoclingo.bags.model import Entry, Recording
+from rosoclingo.bags.model import Entry, OperatorHold, Recording
 from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
 from rosoclingo.bags.read.records import Records
@@ -61,7 +61,7 @@ class _Reading:
             self._remarks.append(
                 "the bag has no journal; the run was put together from the node's other topics"
             )
-        programs = self._read_programs()
+        programs, held = self._read_programs(), self._read_held()
         for topic, number in sorted(self._lost.items()):
             self._remarks.append(f"{number} messages of {topic} are damaged and were left out")
         if not entries:
@@ -70,7 +70,7 @@ class _Reading:
                 f"read{_because(self._remarks)}; record again while the system runs"
             )
         return Recording(
-            self._name, entries, programs, tuple(self._remarks), self._bag.size, has_journal
+            self._name, entries, programs, tuple(self._remarks), self._bag.size, has_journal, held
         )
 
     # Which system.
@@ -177,6 +177,16 @@ class _Reading:
             for one, message in self._messages(*(f"{self._name}/{topic}" for topic in TOPICS))
         ]
         return tuple(Historian().entries(recorded))
+
+    def _read_held(self) -> Tuple[OperatorHold, ...]:
+        return tuple(
+            OperatorHold(
+                (message.time - self._begin) * 1e-9,
+                bool(said.paused),
+                *(tuple(part) for part in (said.on_hold, said.held, said.reasons)),
+            )
+            for message, said in self._messages(f"{self._name}/held")
+        )
 
     # How it was started.
 

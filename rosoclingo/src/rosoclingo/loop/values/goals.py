@@ -334,6 +334,17 @@ class Goals:
             self._waiting.popleft()
         return bool(self._waiting)
 
+    def likely_slots(self, number: int) -> List[str]:
+        """Returns the slots that further goals will probably get, and the first if none is free.
+
+        Raises:
+            ValueError: The slots are not known yet.
+        """
+        first, *_ = self._slots
+        free = [slot for slot, goal in self._slots.items() if goal is None or goal.ended]
+        free = free[len(self._waiting) :][:number]
+        return free + [first] * (number - len(free))
+
     def has_free_slot(self, next_step: bool = False) -> bool:
         """Whether there is a free slot, now or as soon as the next step begins."""
         return any(goal is None or (next_step and goal.ended) for goal in self._slots.values())
