@@ -18,10 +18,10 @@ import random
 import socket
 import struct
 import sys
-import time
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Tuple
 
 from console_server import SECONDS, SYSTEM, TOKEN, Remembered
+from waiting import wait_for
 
 from rosoclingo_console.web.access import Access
 from rosoclingo_console.web.hub import Hub
@@ -29,7 +29,7 @@ from rosoclingo_console.web.running import WebThread
 from rosoclingo_console.web.server import Server
 
 STOLEN = "stolen"
-"""What requests ask for that have no right to it."""
+"""Mark of all that is asked for without the right to it."""
 
 _MARKUP = '"><script>alert(1)</script><img src=x onerror=alert(1)>{{7*7}}`id`$(id)%s%n'
 _TEXTS = (
@@ -44,7 +44,7 @@ _KINDS = ("control", "goal", "cancel", "why", "record", "play")
 
 
 class FuzzedRequest(NamedTuple):
-    """What somebody sends in a connection.
+    """Bytes that somebody sends in a connection.
 
     Attributes:
         data: The bytes.
@@ -371,10 +371,8 @@ def main() -> None:
                 console.operations.wanted.clear()
                 print(count + 1, f"{pages * 4 // 1024} MiB", console.holds(), f"{done} done")
         print(dict(sorted(answers.items())))
-        end = time.monotonic() + SECONDS
-        while console.holds() != before and time.monotonic() < end:
-            time.sleep(0.1)
-        print("in the end", console.holds(), "in the beginning", before)
+        wait_for(lambda: console.holds() == before, lambda: (console.holds(), before))
+        print("in the end as in the beginning", before)
 
 
 if __name__ == "__main__":

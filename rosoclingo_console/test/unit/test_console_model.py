@@ -112,15 +112,16 @@ def test_of_many_goals_that_wait_the_first_are_shown() -> None:
 
 def test_progress_of_what_is_executed() -> None:
     run = Run()
-    run.model.set_progress(7, 0.1)  # of which nothing is known yet
-    run.model.set_tokens([act("r", "go(2)")])
+    run.model.set_progress("a", 7, 0.1)  # of which nothing is known yet
+    run.model.set_tokens([act("r", "go(2)")], "a")
     assert run.row("actuators", "r")["progress"] is None
-    run.model.set_progress(7, 0.257)
+    run.model.set_progress("b", 7, 0.5)  # of an earlier run
+    run.model.set_progress("a", 7, 0.257)
     assert run.row("actuators", "r")["progress"] == 0.26
     for no_progress in (-1.0, 1.5, float("nan"), float("inf")):
-        run.model.set_progress(7, no_progress)
+        run.model.set_progress("a", 7, no_progress)
     assert run.row("actuators", "r")["progress"] == 0.26
-    run.model.set_tokens([TokenRow(8, 2, "r", "go(3)", True, False)])
+    run.model.set_tokens([TokenRow(8, 2, "r", "go(3)", True, False)], "a")
     assert run.row("actuators", "r")["progress"] is None
 
 

@@ -7,9 +7,8 @@ import gc
 import gzip
 import http.client
 import socket
-import time
 import tracemalloc
-from typing import Callable, Iterator
+from typing import Iterator
 
 import pytest
 from console_fuzz import (
@@ -20,6 +19,7 @@ from console_fuzz import (
     fuzzed_console,
 )
 from console_server import SECONDS, SYSTEM, TOKEN, Remembered
+from waiting import wait_for
 
 from rosoclingo_console.web import running, server
 from rosoclingo_console.web.access import Access
@@ -151,7 +151,7 @@ def test_who_does_not_read_answers(monkeypatch: pytest.MonkeyPatch) -> None:
         slow.connect(("127.0.0.1", port))
         slow.sendall(b"GET /page/page.css HTTP/1.1\r\nHost: localhost\r\n\r\n" * 2000)
         # There is room for another connection as soon as that one is aborted.
-        wait_until(lambda: is_served(port))
+        wait_for(lambda: is_served(port))
 
 
 @pytest.mark.parametrize("line", ["CONNECT /\xff", "GET /"])
@@ -176,13 +176,6 @@ def is_served(port: int) -> bool:
     with contextlib.suppress(ConnectionError, http.client.HTTPException):
         return get(port) == 200
     return False
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + SECONDS
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 @pytest.mark.parametrize(
@@ -238,7 +231,7 @@ def test_fuzzed_requests(caplog: pytest.LogCaptureFixture) -> None:
             request = fuzzer.request()
             check_answer(request, exchange(fuzzer.draw, console.port, request))
         assert get(console.port) == 200
-        wait_until(lambda: console.pages == 0)
+        wait_for(lambda: console.pages == 0)
         check_operations(console)
         assert console.operations.wanted
         assert not [record for record in caplog.records if record.exc_info]

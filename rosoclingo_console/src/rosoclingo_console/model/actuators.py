@@ -53,6 +53,7 @@ class ActuatorTable:
         self.decisions = OperatorDecisions()
         self._tokens: Tuple[TokenRow, ...] = ()
         self._progress: Dict[int, float] = {}  # by numbers of actions
+        self._run = ""  # of the tokens
         self._bars: Deque[ActionBar] = deque(maxlen=_MOST_BARS)
         self._acting: Dict[str, ActionBar] = {}
         self._last: Dict[str, ActionBar] = {}
@@ -98,21 +99,26 @@ class ActuatorTable:
         for bar in self._last.values():
             bar.step = -1
 
-    def set_tokens(self, tokens: Sequence[TokenRow]) -> None:
-        """Learns what ``~dispatch`` says."""
+    def set_tokens(self, tokens: Sequence[TokenRow], run: str = "") -> None:
+        """Learns what ``~dispatch`` says of a run."""
         self._tokens = tuple(tokens)
-        numbers = {one.number for one in self._doing().values()}
+        numbers = {one.number for one in self._doing().values() if run == self._run}
         self._progress = {n: done for n, done in self._progress.items() if n in numbers}
+        self._run = run
 
-    def set_progress(self, number: int, progress: float) -> None:
+    def set_progress(self, run: str, number: int, progress: float) -> None:
         """Learns what ``~heartbeat`` says.
 
         Args:
+            run: That of the action; of another run than that of ``~dispatch``, nothing is kept.
             number: The action's, as ``~dispatch`` says it; of an unknown one, nothing is kept.
             progress: The part that is done, from 0 to 1; less, more or no number if that is
                 unknown.
         """
-        if any(one.number == number for one in self._doing().values()) and 0 <= progress <= 1:
+        is_under_way = run == self._run and any(
+            one.number == number for one in self._doing().values()
+        )
+        if is_under_way and 0 <= progress <= 1:
             self._progress[number] = round(progress, 2)
 
     def tokens(self) -> List[TokenRow]:

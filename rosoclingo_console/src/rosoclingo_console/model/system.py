@@ -125,13 +125,13 @@ class SystemModel:
         self.actuators.plan = PlanAhead.read(step, horizon, atoms)
         self._map.set_plan(atoms)
 
-    def set_tokens(self, tokens: Sequence[TokenRow]) -> None:
+    def set_tokens(self, tokens: Sequence[TokenRow], run: str = "") -> None:
         """Takes a message of ``~dispatch``."""
-        self.actuators.set_tokens(tokens)
+        self.actuators.set_tokens(tokens, run)
 
-    def set_progress(self, number: int, progress: float) -> None:
+    def set_progress(self, run: str, number: int, progress: float) -> None:
         """Takes a message of ``~heartbeat``."""
-        self.actuators.set_progress(number, progress)
+        self.actuators.set_progress(run, number, progress)
 
     def decide(self, decisions: OperatorDecisions) -> None:
         """Takes a message of ``~held``."""

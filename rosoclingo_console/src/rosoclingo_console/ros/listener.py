@@ -78,11 +78,11 @@ def _tokens(message: ROSoClingoDispatch) -> Heard:
         )
         for one in message.actions
     ]
-    return lambda model: model.set_tokens(tokens)
+    return lambda model: model.set_tokens(tokens, message.run)
 
 
 def _progress(message: ROSoClingoHeartbeat) -> Heard:
-    return lambda model: model.set_progress(message.number, message.progress)
+    return lambda model: model.set_progress(message.run, message.number, message.progress)
 
 
 def _decisions(message: ROSoClingoHeld) -> Heard:

@@ -57,13 +57,14 @@ class MarkerNode:
         self._robot = robot
         self._lock = threading.Lock()  # guards the situation, and keeps drawings in order
         self._situation = MapSituation(graph.starts)
+        self._run = ""  # of which the situation has the actions' numbers
         self._markers = publisher("~markers", MarkerArray, latch=True, queue_size=10)
         self._publish()
         hear = self._situation
         self._subscribers = [
             self._subscribe("in", ROSoClingoIn, lambda m: hear.hear(m.id, m.value)),
             self._subscribe("out", ROSoClingoOut, lambda m: hear.begin_action(m.id, m.action)),
-            self._subscribe("dispatch", ROSoClingoDispatch, lambda m: hear.set_numbers(_open(m))),
+            self._subscribe("dispatch", ROSoClingoDispatch, self._on_dispatch),
             subscriber(topic("heartbeat"), ROSoClingoHeartbeat, self._on_heartbeat),
             self._subscribe("plan", ROSoClingoPlan, lambda m: hear.set_plan(m.actions)),
             self._subscribe(
@@ -92,9 +93,15 @@ class MarkerNode:
 
         return subscriber(topic(name), kind, on_message)
 
+    def _on_dispatch(self, message: ROSoClingoDispatch) -> None:
+        self._run = message.run
+        self._situation.set_numbers(_open(message))
+
     def _on_heartbeat(self, message: ROSoClingoHeartbeat) -> None:
         with self._lock:
-            if self._situation.set_progress(message.number, round(message.progress, 2)):
+            progress = round(message.progress, 2)
+            is_known = message.run == self._run
+            if is_known and self._situation.set_progress(message.number, progress):
                 self._publish()
 
     def _publish(self) -> None:

@@ -4,7 +4,7 @@ import { link } from "./connection.js";
 import { byId } from "./dom.js";
 import { state } from "./store.js";
 
-const SECONDS = 40;
+const SECONDS = 75; // more than the console takes for any of them
 
 /** Says something to the operator, also to one who does not see it. */
 export function tell(text, isBad = false) {
