@@ -9,7 +9,7 @@ import time
 import unittest
 from collections import defaultdict
 from pathlib import Path
-from typing import Dict, List
+from typing import Any, Dict, List
 
 import rospy
 import rostest
@@ -162,6 +162,19 @@ class TestHistory(unittest.TestCase):
         pauses = (time.monotonic() - begin) / 0.02
         self.assertEqual(subscriber.received[topic.name], list(range(1, 1_001)))
         self.assertLessEqual(topic.writes - before, pauses + 2)
+
+    def test_who_is_new_gets_what_was_written_before_the_rest(self) -> None:
+        topic, (subscriber, *_) = Topic("~rest", 100), self.subscribers
+        topic.publish(1, 1)
+        subscriber.subscribe(topic.name)
+        wait_for(lambda: subscriber.received[topic.name] == [1])
+        topic.publish(2, 50)
+        sent: List[Any] = []
+        topic._publisher._on_subscriber(sent.append)
+        first = [int(one.data.split()[0]) for batch in sent for one in batch.messages]
+        self.assertEqual(first, list(range(1, len(first) + 1)))
+        self.wait_for_numbers(topic, subscriber, 50)
+        self.assertEqual(subscriber.received[topic.name], list(range(1, 51)))
 
     def test_what_is_not_kept_reaches_those_who_listen(self) -> None:
         topic = Topic("~passing", 20)

@@ -11,6 +11,7 @@ import pytest
 import rospy
 from actionlib import CommState, msg
 from actionlib_msgs.msg import GoalID, GoalStatus
+from waiting import wait_for
 
 from rosclingo.ros import action_client, action_server
 from rosclingo.ros.action_client import LowLatencyActionClient
@@ -123,9 +124,39 @@ def test_statuses_of_many_goals_are_published_together(
     before = len(topics["a/status"].sent)
     for goal in server.goals:
         goal.set_accepted()
-        goal.set_succeeded(msg.TestResult(1))
     assert len(topics["a/status"].sent) == before
+    for goal in server.goals:
+        goal.set_succeeded(msg.TestResult(1))
+    assert len(topics["a/status"].sent) <= before + action_server._MANY_GOALS + 1
     assert len(topics["a/result"].sent) == 51
+
+
+def test_no_status_waits_while_the_node_shuts_down(
+    topics: Dict[str, Topic], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The thread that would publish it has ended."""
+    quiet(monkeypatch)
+    monkeypatch.setattr(action_server, "_PAUSE_SECONDS", 1000.0)
+    server = Server()
+    for number in range(51):
+        server.goal(str(number))
+    monkeypatch.setattr(rospy.core, "is_shutdown_requested", lambda: True)
+    server.goals[0].set_accepted()
+    statuses = [goal.status for goal in topics["a/status"].sent[-1].status_list]
+    assert statuses == [GoalStatus.ACTIVE, *[GoalStatus.PENDING] * 50]
+
+
+def test_a_status_that_has_waited_is_published(
+    topics: Dict[str, Topic], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(action_server, "_PAUSE_SECONDS", 0.2)
+    parameters = {"a/status_list_timeout": 5.0, "actionlib_status_frequency": 0.001}
+    monkeypatch.setattr(rospy, "get_param", lambda name, *_: parameters[name])
+    server = Server()
+    for number in range(51):
+        server.goal(str(number))
+    server.goals[0].set_accepted()
+    wait_for(lambda: len(topics["a/status"].sent[-1].status_list) == 51)
 
 
 def test_statuses_are_repeated_while_the_clock_stands_still(topics: Dict[str, Topic]) -> None:

@@ -26,6 +26,7 @@ text("$(touch ran)"; "`touch ran`"; "it's").
 #external event(ID,say(T),t) : rslot(ID), text(T).
 """
 # In the place of the program that rosrun finds, so that the arguments are seen that bash gives it.
+TRIES = 24  # of TAB, 5 s each
 ROSRUN = "rosrun() { printf '<%s>' \"$@\"; echo; }"
 
 
@@ -60,10 +61,12 @@ def test_why(terminals: Terminals, tmp_path: Path) -> None:
         """
         before = len(shell.output)
         typist.type(f"rosrun rosoclingo {begun}")
-        while completed not in shell.output[before:]:
+        for _ in range(TRIES):
             typist.type("\t")
             with contextlib.suppress(AssertionError):
                 wait_for(lambda: completed in shell.output[before:], timeout=5.0)
+                break
+        assert completed in shell.output[before:], shell.output
         typist.type("\n")
         wait_for(lambda: f"<{argument}>\n" in shell.output[before:], lambda: shell.output)
 

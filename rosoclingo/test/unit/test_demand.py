@@ -15,6 +15,7 @@ from rosclingo.solver.options import Options
 from rosclingo.wire.commands import (
     AssignExternal,
     Command,
+    Failure,
     GetExternals,
     Ground,
     Outcome,
@@ -437,13 +438,14 @@ def test_goals_that_come_together_are_asked_about_together(
 
     def answer(actuator: str, action: str) -> str:
         if not later:
-            later.extend(map(run.goal, ("visit(3)", "visit(5)", "visit(6)", "fly(2)")))
+            later.extend(map(run.goal, ("cancel", "visit(3)", "visit(5)", "visit(6)", "fly(2)")))
         return "success"
 
     run.world.answer = answer
     run.start()
     assert run.goal("visit(2)").wait() == "succeeded"
-    assert [goal.wait() for goal in later] == ["succeeded"] * 3 + ["rejected"]
+    expected = ["rejected", "succeeded", "succeeded", "succeeded", "rejected"]
+    assert [goal.wait() for goal in later] == expected
     asked = [
         [part.parameters for part in command.parts if len(part.parameters) == 2]
         for command in solver.commands
@@ -452,3 +454,34 @@ def test_goals_that_come_together_are_asked_about_together(
     pairs = [("2", "visit(3)"), ("3", "visit(5)"), ("1", "visit(6)"), ("1", "fly(2)")]
     assert pairs in asked
     assert sum(pairs[0] in one for one in asked) == 1
+
+
+def test_a_question_that_is_refused_is_asked_for_each_goal(
+    system: Callable[..., System], tmp_path: Path
+) -> None:
+    """None is lost, and those are taken that are no reason for it."""
+
+    class Refusing(Counting):
+        def run(self, commands: Sequence[Command]) -> Reply:
+            first = commands[0]
+            parts = first.parts if isinstance(first, Ground) else ()
+            if [len(part.parameters) for part in parts] == [2, 2, 2]:
+                refused.append(first)
+                return Reply(failure=Failure("ground", 0, "too large"))
+            return super().run(commands)
+
+    refused: List[Command] = []
+    solver = Refusing(Engine(Options((without_examples(tmp_path),), ("-c", "slots=4"))))
+    run = system("dynamic.incremental.recording", planner=solver)
+    later: List[Any] = []
+
+    def answer(actuator: str, action: str) -> str:
+        if not later:
+            later.extend(map(run.goal, ("visit(3)", "visit(5)", "visit(6)")))
+        return "success"
+
+    run.world.answer = answer
+    run.start()
+    assert run.goal("visit(2)").wait() == "succeeded"
+    assert [goal.wait() for goal in later] == ["succeeded"] * 3
+    assert refused

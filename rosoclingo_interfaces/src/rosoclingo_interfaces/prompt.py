@@ -11,6 +11,7 @@ from types import FrameType
 from typing import Callable, Iterator, List, Optional, Sequence
 
 _POLL_SECONDS = 0.05  # how often a wait looks at its condition
+_MOST_WORDS = 200  # that TAB lists
 _WAKE = signal.SIGUSR1  # interrupts the reading of a line
 
 
@@ -87,7 +88,8 @@ class Prompt:
 
     def _list(self, _begun: str, words: Sequence[str], _longest: int) -> None:
         # readline itself would print amid what others say, and wait for a key if there are many.
-        self.say("  ".join(words))
+        more = f"  and {len(words) - _MOST_WORDS} more" if len(words) > _MOST_WORDS else ""
+        self.say("  ".join(words[:_MOST_WORDS]) + more)
 
     def say(self, text: str, last: bool = False) -> None:
         """Prints a line above what is being typed; nothing, once the last line was typed."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from typing import Iterator, List, Sequence
+from typing import Iterator, List, Optional, Sequence
 
 import pytest
 
@@ -43,7 +43,13 @@ def test_a_stop_while_a_word_is_completed(prompt: Prompt, monkeypatch: pytest.Mo
         "_typed": lambda: "kitchen l", "_begins": lambda: 8, "_offered": offered, "_reading": True,
     }.items():  # fmt: skip
         monkeypatch.setattr(prompt, name, value, raising=False)
-    assert [prompt._complete("l", number) for number in (0, 1)] == ["lab ", None]
-    assert before == [["kitchen"]]
-    with pytest.raises(_StoppedError):
+    fitting: List[Optional[str]] = []
+
+    def read() -> None:
+        fitting.extend(prompt._complete("l", number) for number in (0, 1))
         threading.Event().wait(60.0)
+
+    with pytest.raises(_StoppedError):
+        read()
+    assert fitting == ["lab ", None]
+    assert before == [["kitchen"]]

@@ -39,7 +39,7 @@ _STATUSES = 100  # that wait for a slow client; each one tells of all goals
 _ENDED_GOALS = 25
 _ENDED_SECONDS = 0.2
 
-# With more goals in the list, what changes in so many seconds after a change is published together.
+# With more open goals, statuses that change within so many seconds are coalesced.
 _MANY_GOALS = 10
 _PAUSE_SECONDS = 0.05
 
@@ -101,7 +101,7 @@ class LowLatencyActionServer(actionlib.ActionServer):
         self._results_kept = results_kept
         self._is_canceling = False
         self._repeats = False  # whether statuses are repeated
-        self._has_changed = threading.Event()  # and nobody has been told yet
+        self._has_changed = threading.Event()  # a status, and it has not been published
         self._published_at = 0.0
 
     def initialize(self) -> None:
@@ -286,34 +286,51 @@ class LowLatencyActionServer(actionlib.ActionServer):
     def publish_status(self) -> None:
         """Publishes the goals' statuses; called by actionlib at each change.
 
-        Of many goals, what changes in a short time is published together at its end. Results do not
+        If many goals are open, changes within a short time are published at its end. Results do not
         wait for that.
         """
         with self.lock:
             now = time.monotonic()
             if self._is_canceling:
                 return
-            may_wait = self._repeats and len(self.status_list) > _MANY_GOALS
-            if may_wait and now - self._published_at < _PAUSE_SECONDS:
+            may_wait = self._repeats and not rospy.core.is_shutdown_requested()
+            if may_wait and now - self._published_at < _PAUSE_SECONDS and self._has_many:
                 self._has_changed.set()
                 return
+            self._has_changed.clear()
             self._published_at = now
             message = GoalStatusArray(status_list=[goal.status for goal in self.status_list])
             message.header.stamp = rospy.Time.now()
             self.status_pub.publish(message)
 
+    @property
+    def _has_many(self) -> bool:
+        is_open = (goal.status.status not in _TERMINAL for goal in self.status_list)
+        return sum(is_open) > _MANY_GOALS
+
     def _repeat_statuses(self, seconds: float) -> None:
-        """Publishes the goals' statuses again and again, until the node is shut down."""
+        """Publishes changes that have waited, and all statuses again and again, until the end."""
         # In wall time: by these messages a client sees that the server is there, also when a
         # simulator's clock is slow, stands still or begins anew. A timer of rospy's ends then.
         end = threading.Event()
-        rospy.on_shutdown(end.set)
-        rospy.on_shutdown(self._has_changed.set)
-        while not end.is_set():
+
+        def finish() -> None:
+            end.set()
+            if self._has_changed.is_set():
+                self.publish_status()  # which does not wait any more
+            self._has_changed.set()
+
+        rospy.on_shutdown(finish)
+        while True:
             if self._has_changed.wait(seconds):
                 end.wait(self._published_at + _PAUSE_SECONDS - time.monotonic())
-            with self.lock:
-                self._has_changed.clear()
-                if self.started and not end.is_set():
-                    self._published_at = time.monotonic()
-                    super().publish_status()  # forgets what is old, which takes longer
+            if end.is_set():
+                return
+            try:
+                with self.lock:
+                    self._has_changed.clear()
+                    if self.started:
+                        self._published_at = time.monotonic()
+                        super().publish_status()  # forgets what is old, which takes longer
+            except Exception:  # a bug must not end the thread
+                rospy.logerr("internal error", exc_info=True)

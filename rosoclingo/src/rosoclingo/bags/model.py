@@ -28,7 +28,7 @@ class OperatorHold:
     """What an operator held from a time on, as ``~held`` said it.
 
     Attributes:
-        seconds: When it was recorded, like those of an entry.
+        seconds: When it was recorded, by the recorder's clock, since the recording began.
         is_paused: Whether the run was paused.
         on_hold: The actuators that were on hold.
         held: The actions that were held, as ``do(Actuator,Action)``.

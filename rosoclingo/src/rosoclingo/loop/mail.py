@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import time
 from dataclasses import dataclass, field, replace
 from typing import Callable, Dict, List, Optional, Sequence, Set, Tuple
 
 from rosclingo.errors import TermError, shorten
+from rosoclingo.errors import PlannerError
 from rosoclingo.loop import journal
 from rosoclingo.loop.backoff import Backoff, Pace
 from rosoclingo.loop.execution.executions import Executions
@@ -33,6 +35,7 @@ _LOG_SECONDS = 1.0
 _CONTROL = journal.ControlArrived
 # What an encoding that does not declare an answer is told instead, until it declares it.
 _LESS_SAID = {UNKNOWN: (FAILURE,), TIMEOUT: (FAILURE,), LOST: (UNKNOWN, FAILURE)}
+_CANCEL = "cancel"
 _OPERATOR = "operator"  # the sender of the failure of what is rejected; no name of a node
 
 
@@ -351,15 +354,25 @@ class Mail(MailState):
         self._log_dropped(dropped)
 
     def _ask_together(self, items: Sequence[Taken]) -> None:
-        """Asks the planner about the requests of several goals at once, not about one by one."""
-        requests = [item.request for item in items if isinstance(item, Goal)]
-        if len(requests) < 2 or not self._goals.slots or self.rejection:
+        """Asks the planner about the requests of several goals in one question, not in one each.
+
+        If the planner refuses it, because of one of them, they are asked about one by one.
+        """
+        externals, slots = self._externals, self._goals.slots
+        if self.rejection or not slots:
             return
+        requests = [
+            item.request
+            for item in items
+            if isinstance(item, Goal) and not item.ended and item.request != _CANCEL
+            if externals.knows([(slots[0], item.request)])
+            or not externals.is_sure([(slots[0], item.request)])
+        ]
         pairs = list(zip(self._goals.likely_slots(len(requests)), requests))
-        externals = self._externals
         unknown = [one for one in pairs if not (externals.knows([one]) or externals.is_sure([one]))]
-        if unknown:
-            externals.ask(unknown)
+        if len(unknown) > 1:
+            with contextlib.suppress(PlannerError):
+                externals.ask(unknown)
 
     def _sort_queue(self) -> None:
         """Asks the encoding which goals are to get a slot before others."""
@@ -388,7 +401,7 @@ class Mail(MailState):
         return self._take_goal(item, may_ask)
 
     def _take_cancel(self, goal: Goal) -> bool:
-        if goal in self.cancels or (goal.slot and self._is_known(goal.slot, "cancel")):
+        if goal in self.cancels or (goal.slot and self._is_known(goal.slot, _CANCEL)):
             return False
         self.cancels.append(goal)
         return True
@@ -402,7 +415,7 @@ class Mail(MailState):
         if self.rejection:
             self._goals.end(goal, journal.Status.REJECTED, self.rejection)
             return False
-        if goal.request == "cancel":
+        if goal.request == _CANCEL:
             reason = "cancel is no request; a goal is cancelled by a cancel request of its action"
             self._goals.end(goal, journal.Status.REJECTED, reason)
             return False

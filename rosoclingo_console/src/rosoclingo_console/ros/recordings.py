@@ -79,7 +79,7 @@ class Recordings:
         self.look()
         if not file.exists():
             return OperationReply(False, "the recorder wrote no bag; the console's log has more")
-        return OperationReply(True, "the bag is written")
+        return OperationReply(True, f"the bag is written: {file}")
 
     @staticmethod
     def _wait_for_bag(process: subprocess.Popen[bytes], file: Path, seconds: float) -> None:

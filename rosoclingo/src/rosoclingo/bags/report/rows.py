@@ -1,4 +1,4 @@
-"""The one drawing of a run: rows of bars and charts, for the page and the picture. Needs no ROS."""
+"""Rows of bars and charts over a run, for the report's page and its picture. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ LEGEND: Dict[str, Dict[str, str]] = {
     },
     "messages": {"message": "no answer to an action", "dropped": "dropped"},
     "plan changes by": {
-        "goal": "goal", "cancel": "cancel", "failure": "failure", "message": "message",
+        "start": "first plan", "goal": "goal", "cancel": "cancel", "failure": "failure",
+        "message": "message",
     },
     "searches": {"sat": "sat", "unsat": "unsat", "unknown": "interrupted"},
     "a node": {"restart": "goes on after it had died"},

@@ -1,6 +1,6 @@
-"""Looks at a running system for moments, for the words of questions about it.
+"""Queries a planning node for what TAB offers, without a node of its own.
 
-This is no node: it asks the master where the planning node is, and that node for a topic.
+It asks the master where the planning node is, and subscribes to a topic there.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import contextlib
 import signal
 import socket
 import sys
+import time
 from typing import Any, BinaryIO, Dict, Iterator, List, Sequence
 from xmlrpc.client import ServerProxy
 
@@ -23,6 +24,7 @@ _CALLER = "rosoclingo_completion"  # for connections only, no node has this name
 _SECONDS = 0.7  # for all of it, also for looking up the name of a machine
 _ANSWER_SECONDS = 0.4  # for an answer
 _QUIET_SECONDS = 0.05  # after which no more of a topic's history comes
+_HISTORY_SECONDS = 0.2  # likewise, from a node that is never quiet
 _LONGEST = 2**26  # bytes of a message
 
 
@@ -82,9 +84,13 @@ def _hear(uri: str, topic: str, most: int) -> Iterator[bytes]:
         file = connection.makefile("rb")
         _read_block(file)  # the node's header
         with contextlib.suppress(socket.timeout, EOFError):
-            for _ in range(most):
+            yield _read_block(file)
+            end = time.monotonic() + _HISTORY_SECONDS
+            connection.settimeout(_QUIET_SECONDS)
+            for _ in range(most - 1):
+                if time.monotonic() > end:
+                    break
                 yield _read_block(file)
-                connection.settimeout(_QUIET_SECONDS)
 
 
 def _read_block(file: BinaryIO) -> bytes:

@@ -19,7 +19,8 @@ for (const [sign, ...kinds] of [
   ["✓", "success", "succeeded", "sat"],
   ["✕", "failure", "aborted", "dropped"],
   ["▶", "open"],
-  ["⊘", "canceled", "recalled", "cancel"],
+  ["⊘", "canceled", "cancel"],
+  ["⊖", "recalled"],
   ["⊗", "rejected"],
   ["∅", "unsat"],
   ["…", "unknown"],
@@ -27,6 +28,7 @@ for (const [sign, ...kinds] of [
   ["?", "none"],
   ["✉", "message"],
   ["+", "goal", "queued"],
+  ["◆", "start"],
   ["↻", "restart"],
 ]) {
   for (const kind of kinds) SIGNS[kind] = sign;

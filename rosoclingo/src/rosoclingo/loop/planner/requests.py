@@ -71,7 +71,7 @@ class Requests:
         missing: List[Tuple[str, str]] = []
         rest = list(atoms)
         while rest:
-            batch = _batch(rest)
+            batch = rest[: _fitting(rest)]
             reply = self._solver.run([wire.AssignExternal(atom, value) for atom in batch])
             done = len(batch)
             if reply.failure is not None:
@@ -99,7 +99,13 @@ class Requests:
         Raises:
             PlannerError: The solver refuses a whole request.
         """
-        rest = demand.questions(pairs)
+        questions = demand.questions(pairs)
+        while questions:
+            fitting = _fitting(list(map(",".join, questions)))
+            self._declare(demand, questions[:fitting])
+            questions = questions[fitting:]
+
+    def _declare(self, demand: Demand, rest: List[Pair]) -> None:
         has_unknown = False
         while rest:
             asking, *questions = demand.ask(rest)
@@ -131,11 +137,11 @@ def _is_false_query(command: wire.AssignExternal) -> bool:
     return command.value is wire.Truth.FALSE and command.name.startswith(QUERY)
 
 
-def _batch(atoms: Sequence[str]) -> List[str]:
-    """Returns the first atoms, as many as fit into one request; at least one."""
+def _fitting(texts: Sequence[str]) -> int:
+    """Returns how many of the first atoms or events fit into one request; one at least."""
     size = 0
-    for number, atom in enumerate(atoms):
-        size += len(atom)
+    for number, text in enumerate(texts):
+        size += len(text)
         if number and size > _BATCH_CHARACTERS:
-            return list(atoms[:number])
-    return list(atoms)
+            return number
+    return len(texts)
