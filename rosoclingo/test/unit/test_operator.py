@@ -81,10 +81,12 @@ def test_nothing_begins_until_resume(mode: str) -> None:
     assert system.published == []
     assert system.shown[-1][0]
     assert [reason for _, reason in system.held] == [HoldReason.PAUSE]
+    assert system.loop.state.held_sentences() == ["The run is paused."]
     assert not goal.ended
     system.operate(Control.RESUME)
     assert system.run() is None
     assert goal.words[-1] == "succeeded"
+    assert system.loop.state.held_sentences() == []
     assert system.shown[-1] == (False, (), ())
 
 
@@ -146,6 +148,7 @@ def test_clients_hear_what_waits(mode: str) -> None:
     goal = system.request("visit(3)")
     system.run()
     assert "waits for an operator: robot go(3) (approval)" in goal.lines
+    assert system.loop.state.held_sentences() == ["go(3) of robot waits for an approval."]
 
 
 def test_what_is_rejected_counts_as_failed(mode: str) -> None:
@@ -169,6 +172,7 @@ def test_an_actuator_on_hold(mode: str) -> None:
     system.run()
     assert system.published == []
     assert [reason for _, reason in system.held] == [HoldReason.HOLD]
+    assert system.loop.state.held_sentences() == ["robot is on hold."]
     system.operate(Control.RESUME)
     system.run()
     assert system.published == []

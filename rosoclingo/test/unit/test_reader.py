@@ -21,7 +21,7 @@ from rosoclingo.bags.errors import (
     NoSystemError,
     SeveralSystemsError,
 )
-from rosoclingo.bags.model import OperatorHold, Recording
+from rosoclingo.bags.model import FeedbackLine, OperatorHold, Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.record.writer import COMPRESSIONS, BagWriter
 from rosoclingo.bags.replay.startup import check
@@ -94,6 +94,13 @@ def test_what_an_operator_held(tmp_path: Path) -> None:
         OperatorHold(0.25),
         OperatorHold(0.75, True, ("lift",), ("do(robot,go(2))",), ("pause",)),
     )
+
+
+def test_feedback(tmp_path: Path) -> None:
+    said: Dict[str, Any] = {"status": {"goal_id": {"id": "g"}}, "feedback": {"status": "plan 7"}}
+    file = run().add("feedback", 0.5, **said).write(tmp_path / "a.bag")
+    assert read_recording(file, with_feedback=True).feedback[-1] == FeedbackLine(0.5, "g", "plan 7")
+    assert read_recording(file).feedback == ()
 
 
 def test_about_that_is_no_description(tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ def main(arguments: List[str]) -> NoReturn:
     """
     chosen = _parse(arguments)
     try:
-        recording = read_recording(Path(chosen.bag), chosen.name)
+        recording = read_recording(Path(chosen.bag), chosen.name, with_feedback=True)
         player = Player(Playback(recording, _encoding(recording)))
         access = Access(new_token(), sees_all=True)
         server = Server(player.hub, access, player)

@@ -53,10 +53,13 @@ def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
     browser.sees_no("The run is paused", "#attention")
     shown.answer()
     browser.sees("go(3) until", "#actuators")
+    browser.sees("waits for an operator: robot on hold", "#goals li.open")
+    browser.sees("on hold", "#systems")
     browser.click("Release robot", "#actuators")
     browser.sees("robot wants to do go(3)", "#attention")
     browser.click("Why visit(3)?", "#goals")
     browser.sees("visit(3) ends in step", "#why-answer")
+    browser.sees("go(3) of robot waits for an approval.", "#why-answer")
     browser.click("Close", "#why")
     browser.click("Why robot: go(3)", "#plan")
     browser.sees("If robot were not to do go(3)", "#why-answer")
@@ -113,6 +116,7 @@ def test_completion_and_the_form_by_keyboard(browser: Browser, shown: Shown) -> 
         if active.get_attribute("id") == "request-text":
             break
         active.send_keys(Keys.TAB)
+    wait_for(lambda: active.get_attribute("placeholder") == "visit(1)")
     active.send_keys("visit(6)", Keys.ENTER)
     browser.sees("succeeded", "#goals .badge")
     assert browser.driver.switch_to.active_element.get_attribute("id") == "request-text"
@@ -184,6 +188,7 @@ def test_who_has_no_token_looks(browser: Browser, shown: Shown) -> None:
 def test_a_recorded_run(browser: Browser, shown: Shown) -> None:
     """It is played, and shown as it was at any time; nothing of it can be changed."""
     browser.show(shown.start_bag(BAG))
+    browser.sees("recorded", "#link")
     browser.sees("succeeded", "#goals li.over .badge")
     set_value = "const one = document.getElementById(arguments[0]); one.value = arguments[1];"
     set_value += "one.dispatchEvent(new Event('input')); one.dispatchEvent(new Event('change'))"

@@ -146,7 +146,7 @@ def test_an_operator_with_a_page(terminals: Terminals) -> None:
             assert await page.do("control", control="pause") == (True, "paused")
             await page.until(lambda: page.run()["paused"])
             assert await page.do("goal", request="visit(3)", information=["a book"]) == (
-                True, "/rosoclingo has taken it",
+                True, "sent to /rosoclingo",
             )  # fmt: skip
             await page.until(lambda: page.robot("held") and page.rows("goals"))
             (goal,) = page.rows("goals").values()

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import asyncio
 from pathlib import Path
-from typing import Any, Dict, Sequence
+from typing import Any, Dict
 
 import pytest
 from console_server import run, until
 
-from rosoclingo.bags.model import Entry, OperatorHold, Recording
+from rosoclingo.bags.model import Entry, FeedbackLine, OperatorHold, Recording
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Control
+from rosoclingo.loop.quality import Quality
 from rosoclingo_console import bag_console
 from rosoclingo_console.model.playback import Playback
 from rosoclingo_console.web.player import Player
@@ -32,7 +33,8 @@ def shown(playback: Playback, seconds: float) -> Dict[str, Any]:
 )
 def test_a_bag_to_and_fro(name: str) -> None:
     """Whatever was seen before, a time is shown in the same way."""
-    recording = read_recording(BAGS / f"{name}.bag")
+    recording = read_recording(BAGS / f"{name}.bag", with_feedback=True)
+    assert recording.feedback
     playback = Playback(recording)
     times = [playback.seconds * part for part in (1.0, 0.3, 0.0, 0.6, 0.5, 2.0)]
     for seconds in times:
@@ -42,9 +44,9 @@ def test_a_bag_to_and_fro(name: str) -> None:
     assert {goal["status"] for goal in ended} <= {"succeeded", "canceled", "aborted", "rejected"}
 
 
-def entries(*events: journal.Event, held: Sequence[OperatorHold] = ()) -> Playback:
+def entries(*events: journal.Event, **others: Any) -> Playback:
     made = [Entry(event, 1, 3, number, float(number)) for number, event in enumerate(events, 1)]
-    return Playback(Recording("/rosoclingo", tuple(made), held=tuple(held)))
+    return Playback(Recording("/rosoclingo", tuple(made), **others))
 
 
 def test_what_follows_from_a_journal() -> None:
@@ -78,12 +80,12 @@ def test_what_an_operator_held() -> None:
         journal.PlanFound(("do(robot,go(2),1)",)),
         journal.ControlArrived(Control.PAUSE),
         journal.ActionPublished("robot", "go(2)"),
-        held=[
+        held=(
             OperatorHold(0.5),
             OperatorHold(1.25, held=("do(robot,go(2))",), reasons=("approval",)),
             OperatorHold(1.75, True, ("lift",), ("do(robot,go(2))",), ("pause",)),
             OperatorHold(2.5),
-        ],
+        ),
     )
 
     def state(seconds: float) -> Any:
@@ -93,6 +95,22 @@ def test_what_an_operator_held() -> None:
     expected = {1.5: ("approval", False), 2.25: ("pause", True), 2.75: ("begins", False)}
     assert {seconds: state(seconds) for seconds in expected} == expected
     assert state(1.5) == expected[1.5]
+
+
+def test_what_goals_were_told_and_what_the_plan_costs() -> None:
+    playback = entries(
+        journal.GoalArrived("g", "visit(2)"),
+        journal.PlanFound((), quality=Quality((3, 7), (3, 7))),
+        feedback=(FeedbackLine(1.5, "g", "why: 2 is closed"), FeedbackLine(2.5, "g", "plan 7")),
+    )
+
+    def why(seconds: float) -> Any:
+        return shown(playback, seconds)["tables"]["goals"]["g"]["why"]
+
+    assert [why(seconds) for seconds in (1.25, 2.0, 3.0, 2.0)] == [
+        "", "2 is closed", "", "2 is closed",
+    ]  # fmt: skip
+    assert shown(playback, 2.0)["tables"]["run"]["run"]["quality"] == "3 7, the best"
 
 
 def test_a_player() -> None:

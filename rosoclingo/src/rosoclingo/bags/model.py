@@ -43,6 +43,21 @@ class OperatorHold:
 
 
 @dataclass(frozen=True)
+class FeedbackLine:
+    """A line of feedback for a goal.
+
+    Attributes:
+        seconds: When it was recorded, by the recorder's clock, since the recording began.
+        goal: The goal's id.
+        text: The line.
+    """
+
+    seconds: float
+    goal: str
+    text: str
+
+
+@dataclass(frozen=True)
 class Recording:
     """The recorded run of one system, read from a bag.
 
@@ -56,6 +71,7 @@ class Recording:
             what the bag has of the node's other topics.
         held: What an operator held, in order; empty if the bag does not say, which one from before
             ``~held`` was recorded does not.
+        feedback: Goals' feedback, in order; empty if it was not to be read.
     """
 
     name: str
@@ -65,3 +81,4 @@ class Recording:
     size: int = 0
     has_journal: bool = True
     held: Tuple[OperatorHold, ...] = ()
+    feedback: Tuple[FeedbackLine, ...] = ()

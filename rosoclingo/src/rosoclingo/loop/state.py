@@ -393,6 +393,19 @@ class State(Progress):
         )
         return interlock.is_paused, tuple(sorted(interlock.on_hold)), waiting
 
+    def held_sentences(self) -> List[str]:
+        """Returns what an operator holds, a sentence each."""
+        is_paused, on_hold, waiting = self._decided_by_operator
+        return [
+            *(["The run is paused."] if is_paused else []),
+            *(f"{actuator} is on hold." for actuator in on_hold),
+            *(
+                f"{one.action} of {one.actuator} waits for an approval."
+                for one in waiting
+                if one.reason is HoldReason.APPROVAL
+            ),
+        ]
+
     def show_held(self, *, again: bool = False) -> None:
         """Publishes whether the run is paused, and which actions are held, if new, or again."""
         held = self._decided_by_operator

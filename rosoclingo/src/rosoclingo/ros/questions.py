@@ -10,6 +10,7 @@ import contextlib
 import threading
 import time
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import replace
 from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 import rospy
@@ -28,6 +29,7 @@ from rosoclingo.why.situation import Situation
 from rosoclingo.why.task import QuestionTask
 
 _SECONDS_AT_END = 5.0  # how long goals wait for a reason before they end
+_HELD_UP = (QuestionKind.GOAL, QuestionKind.ACTION)  # what an operator may hold up
 _POLL_SECONDS = 0.05  # how often what waits looks whether the node is shutting down
 
 
@@ -119,10 +121,12 @@ class Questions:
             text = f"other questions have taken more than {self._seconds:g} s; ask again"
             return WhyReply(ReplyStatus.UNANSWERED, text)
         situations: List[Situation] = []
+        held: List[str] = []
         taken = threading.Event()
 
         def take() -> None:
             situations.append(Situation.of(self._state))
+            held.extend(self._state.held_sentences())
             taken.set()
 
         if not self._inbox.call_soon(take):
@@ -136,7 +140,10 @@ class Questions:
                     "to start, to ground or to decide; ask again"
                 )
                 return WhyReply(ReplyStatus.UNANSWERED, text)
-        return self._ask(question, situations[0])
+        reply = self._ask(question, situations[0])
+        if reply.status is ReplyStatus.ANSWERED and question.kind in _HELD_UP:
+            return replace(reply, text=" ".join((reply.text, *held)))
+        return reply
 
     def _find_reason(self, question: Question) -> None:
         """Finds the reason why goals wait or have no plan, and tells it to them."""

@@ -1,7 +1,7 @@
 """A recorded run as its console had shown it, at any time.
 
-Plan and actions are those that follow from the journal. What an operator decided follows from it,
-too, in a bag from before ``~held`` was recorded: there, nobody knows which actions were held.
+Plan and actions are those that follow from the journal. What goals were told, and what was held, is
+in topics of their own; which actions were held, a bag from before ``~held`` was recorded lacks.
 
 >>> from rosoclingo.bags.model import Entry
 >>> entries = (Entry(journal.ActionPublished("robot", "go(2)"), 1, 2, 1, 0.5),)
@@ -13,7 +13,8 @@ too, in a bag from before ``~held`` was recorded: there, nobody knows which acti
 from __future__ import annotations
 
 from collections import deque
-from typing import Deque, Set, Tuple
+from functools import partial
+from typing import Callable, Iterator, Set, Tuple
 
 from rosclingo.wire.term_text import last_number
 from rosoclingo.bags.model import Entry, OperatorHold, Recording
@@ -21,7 +22,7 @@ from rosoclingo.completion.encoding import KnownEncoding
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Control, NumberedRecord
 from rosoclingo_console.model.system import SystemModel
-from rosoclingo_console.model.values import OperatorDecisions
+from rosoclingo_console.model.values import OperatorDecisions, quality_words
 
 _UNKNOWN = KnownEncoding()
 _PAUSES = (Control.PAUSE, Control.HALT, Control.STEP)
@@ -45,7 +46,8 @@ class Playback:
         """
         # What was published before the recording began was there when it did.
         self._entries: Tuple[Entry, ...] = recording.entries
-        self._held: Tuple[OperatorHold, ...] = recording.held
+        self._says_held = bool(recording.held)
+        self._others = sorted(_others(recording), key=lambda one: one[0])
         self._encoding = encoding
         self.name = recording.name
         self.seconds = max((entry.seconds for entry in recording.entries), default=0.0)
@@ -57,7 +59,7 @@ class Playback:
         self.model.set_encoding(self._encoding)
         self._seconds = float("-inf")
         self._next = 0
-        self._holds: Deque[OperatorHold] = deque(self._held)  # that come later
+        self._later = deque(self._others)  # what other topics say after that
         self._plan: Tuple[str, ...] = ()
         self._paused = False
         self._on_hold: Set[str] = set()
@@ -72,27 +74,26 @@ class Playback:
             self._restart()
         self._seconds = seconds
         while self._next < len(self._entries) and self._entries[self._next].seconds <= seconds:
-            self._hold(self._entries[self._next].seconds)
+            self._take_others(self._entries[self._next].seconds)
             self._take(self._entries[self._next])
             self._next += 1
-        self._hold(seconds)
+        self._take_others(seconds)
         return self.model
 
-    def _hold(self, seconds: float) -> None:
-        while self._holds and self._holds[0].seconds <= seconds:
-            one = self._holds.popleft()
-            self.model.decide(
-                OperatorDecisions.read(one.is_paused, one.on_hold, one.held, one.reasons)
-            )
+    def _take_others(self, seconds: float) -> None:
+        while self._later and self._later[0][0] <= seconds:
+            self._later.popleft()[1](self.model)
 
     def _take(self, entry: Entry) -> None:
         event, model = entry.event, self.model
         model.hear(NumberedRecord(event, entry.step, entry.horizon, entry.number, entry.seconds))
         if isinstance(event, journal.PlanFound):
             self._plan = event.actions
+            if event.quality is not None:
+                model.set_quality(quality_words(event.quality.cost, event.quality.is_best))
         elif isinstance(event, journal.CommandDone) and event.resets:
             self._plan = ()  # its steps have other numbers from now on, and it is found again
-        elif isinstance(event, journal.ControlArrived) and not self._held:
+        elif isinstance(event, journal.ControlArrived) and not self._says_held:
             self._decide(event)
         if self._plan or model.actuators.plan.actions:
             atoms = [atom for atom in self._plan if _step(atom) >= entry.step]
@@ -113,6 +114,18 @@ class Playback:
         elif event.control is Control.RELEASE:
             self._on_hold.discard(event.actuator)
         self.model.decide(OperatorDecisions(self._paused, tuple(sorted(self._on_hold))))
+
+
+def _others(recording: Recording) -> Iterator[Tuple[float, Callable[[SystemModel], None]]]:
+    """Yields what other topics than the journal say: when, and what it changes."""
+    for one in recording.held:
+        yield one.seconds, partial(_decide, hold=one)
+    for line in recording.feedback:
+        yield line.seconds, partial(SystemModel.tell_goal, identifier=line.goal, line=line.text)
+
+
+def _decide(model: SystemModel, hold: OperatorHold) -> None:
+    model.decide(OperatorDecisions.read(hold.is_paused, hold.on_hold, hold.held, hold.reasons))
 
 
 def _step(atom: str) -> int:

@@ -65,6 +65,12 @@ class TokenRow(NamedTuple):
     is_aborted: bool
 
 
+def quality_words(cost: Sequence[int], is_best: bool) -> str:
+    """Returns what a plan costs, in words; nothing if that is not known."""
+    text = " ".join(map(str, cost))
+    return f"{text}, the best" if text and is_best else text
+
+
 @dataclass
 class OperatorDecisions:
     """Decisions of an operator, and the actions that wait for one, from ``~held``.

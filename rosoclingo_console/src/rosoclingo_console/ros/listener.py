@@ -20,7 +20,7 @@ from rosoclingo.msg import (
     ROSoClingoPlan,
     ROSoClingoToken,
 )
-from rosoclingo_console.model.values import OperatorDecisions, TokenRow
+from rosoclingo_console.model.values import OperatorDecisions, TokenRow, quality_words
 from rosoclingo_console.web.hub import Heard
 
 
@@ -96,8 +96,7 @@ def _quality(message: String) -> Heard:
     text = ""
     try:
         said = json.loads(message.data)
-        cost = [str(int(one)) for one in said.get("cost", [])]
-        text = " ".join(cost) + (", the best" if cost and said.get("optimal") is True else "")
+        text = quality_words(list(map(int, said.get("cost", []))), said.get("optimal") is True)
     except (AttributeError, TypeError, ValueError, OverflowError):
         rospy.logwarn_throttle(60.0, "a message of plan_quality is not understood")
     return lambda model: model.set_quality(text)

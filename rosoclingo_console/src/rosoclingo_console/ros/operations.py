@@ -80,7 +80,7 @@ class RosOperations(Operations):
             return OperationReply(
                 True, f"sent; {system} has not taken it yet: it searches, grounds or waits"
             )
-        return OperationReply(True, f"{system} has taken it")
+        return OperationReply(True, f"sent to {system}")
 
     def cancel(self, system: str, goal: str) -> OperationReply:
         """Sends a cancel request."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Set, Tuple
 
 from rosoclingo.bags.errors import BagTypeError, NoSystemError, SeveralSystemsError
-from rosoclingo.bags.model import Entry, OperatorHold, Recording
+from rosoclingo.bags.model import Entry, FeedbackLine, OperatorHold, Recording
 from rosoclingo.bags.read.bagfile import read_bag
 from rosoclingo.bags.read.decode import Decoder
 from rosoclingo.bags.read.records import Records
@@ -22,7 +22,9 @@ _OWN_TYPES = {kind for kind in LOOP_TYPES.values() if kind.startswith("rosocling
 _RUNS = ("journal", "goal", "in", "out")  # topics of which one at least shows that there is a run
 
 
-def read_recording(file: Path, name: Optional[str] = None) -> Recording:
+def read_recording(
+    file: Path, name: Optional[str] = None, *, with_feedback: bool = False
+) -> Recording:
     """Reads the run of one system from a bag.
 
     A damaged bag is read as far as that goes; the recording's remarks say what is lost.
@@ -30,12 +32,13 @@ def read_recording(file: Path, name: Optional[str] = None) -> Recording:
     Args:
         file: The bag.
         name: Name of the node with the planning loop; needed if the bag has several.
+        with_feedback: Whether to read goals' feedback, too.
 
     Raises:
         BagError: The bag cannot be read, or has no such run.
     """
     bag = read_bag(file, lambda one: one.type == LOOP_TYPES.get(owner(one.topic)[1]))
-    return _Reading(file, bag, name).recording()
+    return _Reading(file, bag, name).recording(with_feedback)
 
 
 class _Reading:
@@ -50,7 +53,7 @@ class _Reading:
         self._lost: Counter[str] = Counter()
         self._readable: Set[PublisherConnection] = set()
 
-    def recording(self) -> Recording:
+    def recording(self, with_feedback: bool) -> Recording:
         """Reads the recording of the chosen node."""
         topic = f"{self._name}/journal"
         has_journal = any(connection.topic == topic for connection in self._connections)
@@ -61,7 +64,8 @@ class _Reading:
             self._remarks.append(
                 "the bag has no journal; the run was put together from the node's other topics"
             )
-        programs, held = self._read_programs(), self._read_held()
+        programs = self._read_programs()
+        held, feedback = self._read_held(), self._read_feedback() if with_feedback else ()
         for topic, number in sorted(self._lost.items()):
             self._remarks.append(f"{number} messages of {topic} are damaged and were left out")
         if not entries:
@@ -70,7 +74,14 @@ class _Reading:
                 f"read{_because(self._remarks)}; record again while the system runs"
             )
         return Recording(
-            self._name, entries, programs, tuple(self._remarks), self._bag.size, has_journal, held
+            self._name,
+            entries,
+            programs,
+            tuple(self._remarks),
+            self._bag.size,
+            has_journal,
+            held,
+            feedback,
         )
 
     # Which system.
@@ -186,6 +197,14 @@ class _Reading:
                 *(tuple(part) for part in (said.on_hold, said.held, said.reasons)),
             )
             for message, said in self._messages(f"{self._name}/held")
+        )
+
+    def _read_feedback(self) -> Tuple[FeedbackLine, ...]:
+        return tuple(
+            FeedbackLine(
+                (message.time - self._begin) * 1e-9, said.status.goal_id.id, said.feedback.status
+            )
+            for message, said in self._messages(f"{self._name}/feedback")
         )
 
     # How it was started.

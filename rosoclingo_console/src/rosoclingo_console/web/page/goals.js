@@ -22,6 +22,12 @@ function expected(goal) {
   return left > 0 ? `expected in ${lasted(left)}` : "expected now";
 }
 
+/** Says whose planned actions wait until an operator releases them. */
+function onHold() {
+  const held = [...rowsOf(chosen(), "actuators")].filter(([, row]) => row.held && row.state === "hold");
+  return held.length && `waits for an operator: ${held.map(([name]) => name).sort().join(", ")} on hold`;
+}
+
 /** Details of a goal, in short parts. */
 function facts(goal) {
   const parts = [goal.information.join(", ")];
@@ -30,7 +36,7 @@ function facts(goal) {
     parts.push(!goal.slot && goal.place && `place ${goal.place} in the queue`);
     parts.push(goal.canceling && "is to be cancelled");
     parts.push(expected(goal), goal.late && goal.late !== "0 s" && `late by ${goal.late}`);
-    parts.push(goal.line, goal.came && `for ${lasted(now() - goal.came)}`);
+    parts.push(goal.slot && onHold(), goal.line, goal.came && `for ${lasted(now() - goal.came)}`);
   } else {
     parts.push(goal.came && `took ${lasted(goal.ended - goal.came)}`, `ended at ${clock(goal.ended)}`);
     parts.push(["rejected", "aborted"].includes(goal.status) && goal.reason);
@@ -111,8 +117,10 @@ function drawForm() {
   for (const one of byId("request").elements) change(one, { disabled: !mayActWhenLive() });
   const isThere = rowsOf(chosen(), "run").get("run")?.connected;
   change(byId("request-send"), { disabled: !mayAct() || !isThere });
-  const known = new Set([...rowsOf(chosen(), "goals").values()].map((goal) => goal.request));
-  for (const request of rowsOf(chosen(), "known").get("known")?.requests ?? []) known.add(request);
+  const { requests = [] } = rowsOf(chosen(), "known").get("known") ?? {};
+  change(field, { placeholder: requests[0] ?? "bring(1,3)" });
+  const asked = [...rowsOf(chosen(), "goals").values()].filter((goal) => goal.status !== "rejected");
+  const known = new Set([...requests, ...asked.map((goal) => goal.request)]);
   fill(byId("requests"), [...known].filter(Boolean).sort().map((text) => [text, text]), (value) => {
     const option = make("option", { value });
     option.update = () => {};

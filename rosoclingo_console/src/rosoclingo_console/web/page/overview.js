@@ -7,7 +7,7 @@ import { clock, lasted, plural } from "./words.js";
 
 const LINKS = {
   connecting: ["quiet", "…", () => "connecting"],
-  live: ["good", "●", () => "live"],
+  live: ["good", "●", () => (state.hello?.recording ? "recorded" : "live")],
   stale: ["bad", "!", () => `stale: nothing heard for ${silence()}; connecting again`],
   lost: ["bad", "✕", () => `no connection to the console for ${silence()}; what is shown is old; connecting again`],
   refused: ["bad", "✕", () => "the console wants its token"],
@@ -49,6 +49,7 @@ export function glance(system) {
   const held = [...rowsOf(system, "actuators").values()].filter((row) => row.held);
   if (held.some((row) => row.state === "approval")) return ["warn", "?", "waits for an approval"];
   if (run.paused) return ["warn", "❚❚", "paused"];
+  if (held.some((row) => row.state === "hold")) return ["warn", "❚❚", "on hold"];
   if (run.state === "works") return ["good", "↻", "plans"];
   const acts = [...rowsOf(system, "actuators").values()].some((row) => row.state === "acts");
   return acts ? ["good", "▶", "acts"] : ["good", "✓", "waits"];

@@ -1,0 +1,176 @@
+#!/usr/bin/env python3
+"""Times the loop's reactions beside who listens: a recorder, and a console with twenty pages.
+
+The planning node is told 1,000 unknown things in a second, each of which is in the journal.
+Meanwhile a robot answers, and the time until its next action is measured: without a listener, with
+record.py, with the console, and with twenty open pages of it, in turn. The pages give way to all
+other processes, since those of a user are on other machines.
+
+Run by scripts/bench. Exit status 1 says that a limit is missed. ``--rounds N`` says how often each
+is measured.
+"""
+
+from __future__ import annotations
+
+import argparse
+import queue
+import sys
+import threading
+import time
+from functools import partial
+from pathlib import Path
+from typing import Callable, Dict, List
+
+from harness import HarnessError, Report, RosSystem, Row, Samples, measure, wait_for_node
+from rosclingo.ros.action_client import LowLatencyActionClient
+from rosclingo.ros.low_latency import publisher, subscriber
+from rosoclingo.msg import ROSoClingoAction, ROSoClingoGoal, ROSoClingoIn, ROSoClingoOut
+
+ROOT = Path(__file__).resolve().parents[1]
+PLANNER = ROOT / "rosoclingo" / "example" / "line.lp"  # takes some milliseconds to plan
+PAGES_SCRIPT = Path(__file__).with_name("pages.py")
+NODE, LISTENER = "listened", "listener"
+RATE = 1000  # inputs in a second
+TICK_SECONDS = 0.01
+TARGETS = (6, 1)  # from one end of the line to the other: four reactions
+GOALS = 10
+WORK_SECONDS = 0.02  # how long an action takes
+ROUNDS = 5
+LIMIT = 1.1  # times the reaction without a listener
+PAGES = 20
+_TIMEOUT_SECONDS = 60.0
+
+
+class Robot:
+    """The robot, its client, and whoever tells the planning node what it does not know."""
+
+    def __init__(self) -> None:
+        """Waits for the planning node."""
+        self._actions: queue.Queue[float] = queue.Queue()
+        self._in = publisher(f"{NODE}/in", ROSoClingoIn, queue_size=100 * RATE)
+        self._out = subscriber(f"{NODE}/out", ROSoClingoOut, self._on_action)
+        self._client = LowLatencyActionClient(NODE, ROSoClingoAction)
+        wait_for_node(self._client, self._in, self._out)
+
+    def reactions(self) -> List[float]:
+        """Returns how many milliseconds it takes from each answer to the next action."""
+        is_over = threading.Event()
+        flood = threading.Thread(target=self._flood, args=(is_over,), daemon=True)
+        flood.start()
+        try:
+            return [ms for number in range(GOALS) for ms in self._visit(TARGETS[number % 2])]
+        finally:
+            is_over.set()
+            flood.join()
+
+    def _flood(self, is_over: threading.Event) -> None:
+        begin, told = time.monotonic(), 0
+        while not is_over.wait(TICK_SECONDS):
+            due = int((time.monotonic() - begin) * RATE)
+            for number in range(told, due):
+                self._in.publish("info", f"nonsense({number})")
+            told = due
+
+    def _visit(self, target: int) -> List[float]:
+        found: List[float] = []
+        self._client.send_goal(ROSoClingoGoal(f"visit({target})", []))
+        self._next()
+        for _ in range(abs(TARGETS[0] - TARGETS[1]) - 1):
+            time.sleep(WORK_SECONDS)
+            begin = time.perf_counter()
+            self._in.publish("robot", "success")
+            found.append((self._next() - begin) * 1e3)
+        self._in.publish("robot", "success")
+        return found
+
+    def _on_action(self, _: ROSoClingoOut) -> None:
+        self._actions.put(time.perf_counter())
+
+    def _next(self) -> float:
+        try:
+            return self._actions.get(timeout=_TIMEOUT_SECONDS)
+        except queue.Empty:
+            raise HarnessError("no action came") from None
+
+    def close(self) -> None:
+        """Closes the connections."""
+        self._in.unregister()
+        self._out.unregister()
+        self._client.stop()
+
+
+def record(system: RosSystem, folder: Path) -> None:
+    """Starts a recorder."""
+    bag = folder / f"{time.monotonic()}.bag"
+    system.rosrun("rosoclingo", "record.py", "-o", str(bag), f"rosoclingo:={NODE}", name=LISTENER)
+    system.wait_until_hears(f"/{LISTENER}", NODE)
+
+
+def watch(system: RosSystem, _: Path, pages: int = 0) -> None:
+    """Starts a console, and opens pages of it."""
+    arguments = ("_port:=0", f"_systems:={NODE}")
+    system.rosrun("rosoclingo_console", "console.py", *arguments, name=LISTENER)
+    system.wait_until_hears(f"/{LISTENER}", NODE)
+    if pages:
+        link = system.output(LISTENER).split("open http")[-1].split()[0]
+        opened = system.start(
+            "pages",
+            ["nice", "-n", "19", sys.executable, str(PAGES_SCRIPT), f"http{link}", str(pages)],
+        )
+        end = time.monotonic() + _TIMEOUT_SECONDS
+        while f"{pages} pages are open" not in system.output("pages"):
+            if opened.poll() is not None or time.monotonic() > end:
+                raise HarnessError("the pages did not open")
+            time.sleep(TICK_SECONDS)
+
+
+LISTENERS: Dict[str, Callable[[RosSystem, Path], None]] = {
+    "nobody": lambda *_: None,
+    "record.py": record,
+    "the console": watch,
+    f"the console with {PAGES} pages": partial(watch, pages=PAGES),
+}
+
+
+def react(
+    system: RosSystem, folder: Path, listen: Callable[[RosSystem, Path], None]
+) -> List[float]:
+    """Returns the reactions of a fresh node beside a listener."""
+    system.rosrun("rosoclingo", "run-1.0.py", "-f", str(PLANNER), name=NODE)
+    robot = Robot()
+    listen(system, folder)
+    try:
+        return robot.reactions()
+    finally:
+        robot.close()
+        for name in ("pages", LISTENER, NODE):
+            try:
+                system.end(name)
+            except KeyError:  # it was not started
+                continue
+
+
+def main() -> int:
+    """Measures, and returns the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=ROUNDS, metavar="N", help="of each listener")
+    rounds = parser.parse_args().rounds
+
+    def run(system: RosSystem, folder: Path, report: Report) -> None:
+        times: Dict[str, List[float]] = {name: [] for name in LISTENERS}
+        for _ in range(rounds):
+            for name, listen in LISTENERS.items():
+                times[name] += react(system, folder, listen)
+        alone = Samples("ms", tuple(times["nobody"]))
+        for name, values in times.items():
+            samples = Samples("ms", tuple(values))
+            ratio = samples.median / alone.median
+            limit = LIMIT if str(PAGES) in name else None
+            what = f"an answer to the next action: {name}"
+            report.add(Row(what, None, samples, "to nobody", ratio, "x", limit))
+
+    return measure("listeners", run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
