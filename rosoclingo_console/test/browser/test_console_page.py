@@ -53,8 +53,6 @@ def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
     browser.sees_no("The run is paused", "#attention")
     shown.answer()
     browser.sees("go(3) until", "#actuators")
-    browser.sees("waits for an operator: robot on hold", "#goals li.open")
-    browser.sees("on hold", "#systems")
     browser.click("Release robot", "#actuators")
     browser.sees("robot wants to do go(3)", "#attention")
     browser.click("Why visit(3)?", "#goals")
@@ -69,6 +67,10 @@ def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
     browser.sees("robot: go(3)", "#lines li.action")
     shown.answer()
     browser.sees("succeeded", "#goals li.over .badge")
+    browser.click("Hold robot", "#actuators")
+    browser.request("visit(5)")
+    browser.sees("waits for an operator: robot on hold", "#goals li.open")
+    browser.sees("on hold", "#systems")
     assert not browser.complaints()
 
 
