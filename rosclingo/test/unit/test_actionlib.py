@@ -113,14 +113,20 @@ def test_the_status_list_is_short(topics: object, monkeypatch: pytest.MonkeyPatc
     assert server.listed == ["open", *map(str, range(175, 200))]
 
 
-def test_statuses_of_many_goals_are_published_together(
-    topics: Dict[str, Topic], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def server_with_many_goals(monkeypatch: pytest.MonkeyPatch) -> Server:
+    """Returns a server with 51 open goals, whose statuses wait until somebody publishes them."""
     quiet(monkeypatch)
     monkeypatch.setattr(action_server, "_PAUSE_SECONDS", 1000.0)
     server = Server()
     for number in range(51):
         server.goal(str(number))
+    return server
+
+
+def test_statuses_of_many_goals_are_published_together(
+    topics: Dict[str, Topic], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server = server_with_many_goals(monkeypatch)
     before = len(topics["a/status"].sent)
     for goal in server.goals:
         goal.set_accepted()
@@ -135,11 +141,7 @@ def test_no_status_waits_while_the_node_shuts_down(
     topics: Dict[str, Topic], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The thread that would publish it has ended."""
-    quiet(monkeypatch)
-    monkeypatch.setattr(action_server, "_PAUSE_SECONDS", 1000.0)
-    server = Server()
-    for number in range(51):
-        server.goal(str(number))
+    server = server_with_many_goals(monkeypatch)
     monkeypatch.setattr(rospy.core, "is_shutdown_requested", lambda: True)
     server.goals[0].set_accepted()
     statuses = [goal.status for goal in topics["a/status"].sent[-1].status_list]

@@ -1,4 +1,4 @@
-"""What TAB offers in bash: words of an encoding and of a system, quoted so that nothing runs."""
+"""Words that TAB offers in bash, of an encoding and of a system, quoted so that nothing runs."""
 
 from __future__ import annotations
 

@@ -221,7 +221,7 @@ def browsing() -> Iterator[Browser]:
 
 
 def violations(browser: Browser) -> str:
-    """What axe-core finds that is serious."""
+    """Serious findings of axe-core."""
     browser.run(AXE.read_text())
     found = browser.driver.execute_async_script(
         "const done = arguments[0]; axe.run(document).then((found) => done(found.violations))"

@@ -64,5 +64,5 @@ class LineWords:
 
 
 def _is_word(place: str) -> bool:
-    """Whether a place can be typed as a word, and shown as it is."""
+    """Returns whether a place can be typed as a word, and shown as it is."""
     return place.isprintable() and " " not in place

@@ -42,7 +42,7 @@ def test_numbers_of_requests_are_a_first_word() -> None:
 
 
 def test_hostile_places() -> None:
-    """What is no word of a line, or what a terminal would not show as it is, is left out."""
+    """No place is offered that is no word of a line, or that a terminal would show as another."""
     words = LineWords(with_object=False)
     words.learn(['bring("a b",c)', 'bring("\x1b[2J",c)', 'bring("$(x)",c)', "bring("])
     assert words.offered([]) == ['"$(x)"']

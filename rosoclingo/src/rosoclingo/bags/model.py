@@ -25,7 +25,7 @@ class Entry(Record):
 
 @dataclass(frozen=True)
 class OperatorHold:
-    """What an operator held from a time on, as ``~held`` said it.
+    """A message of ``~held``: pause, actuators and actions that an operator held from then on.
 
     Attributes:
         seconds: When it was recorded, by the recorder's clock, since the recording began.
@@ -69,8 +69,7 @@ class Recording:
         size: Size of the bag in bytes.
         has_journal: Whether the bag has the journal itself; otherwise the entries were made from
             what the bag has of the node's other topics.
-        held: What an operator held, in order; empty if the bag does not say, which one from before
-            ``~held`` was recorded does not.
+        held: The messages of ``~held``, in order; empty in a bag from before that was recorded.
         feedback: Goals' feedback, in order; empty if it was not to be read.
     """
 

@@ -51,11 +51,11 @@ class Access:
         return hmac.compare_digest(text.encode("utf-8", "replace"), self.token.encode("utf-8"))
 
     def may_see(self, token: str) -> bool:
-        """Whether a client with this token may read the systems' state."""
+        """Returns whether a client with this token may read the systems' state."""
         return self.sees_all or self.is_token(token)
 
     def may_act(self, token: str) -> bool:
-        """Whether a client with this token may request operations."""
+        """Returns whether a client with this token may request operations."""
         return not self.read_only and self.is_token(token)
 
     def is_host(self, host: str) -> bool:
