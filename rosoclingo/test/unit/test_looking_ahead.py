@@ -12,7 +12,16 @@ from conftest import PACKAGE, System
 from test_replay_inbox import Session, commands, replay
 
 from rosclingo.solver.options import Options
-from rosclingo.wire.commands import AssignExternal, Command, Ground, Outcome, Reply, Result, Truth
+from rosclingo.wire.commands import (
+    AssignExternal,
+    Command,
+    Ground,
+    Improvement,
+    Outcome,
+    Reply,
+    Result,
+    Truth,
+)
 from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
@@ -179,7 +188,8 @@ def test_a_plan_that_the_mode_does_not_ask_for_is_forgotten(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("rule", "hard", "patience"), [("", [2, 3], 0.0), (BUSY, range(1, 12), 0.0), (DEAR, [], 60.0)]
+    ("rule", "hard", "patience"),
+    [("", [2, 3], 0.0), (BUSY, range(1, 12), 0.0), (DEAR, [], 60.0), (DEAR, [2, 3, 4], 0.0)],
 )
 def test_a_replay_takes_what_was_found_ahead(
     system: Callable[..., System],
@@ -316,3 +326,45 @@ def test_a_cheaper_plan_may_be_longer(mode: str, tmp_path: Path) -> None:
         assert plans[0].is_best
     assert actions[0.0] == ("do(robot,go(2),1)", "do(robot,go(3),2)")
     assert actions[60.0] == ("do(robot,go(2),3)", "do(robot,go(3),4)")
+
+
+# A plan beyond the shortest horizon becomes cheaper, if its encoding minimises something.
+
+EARLY = "#minimize { t,t : do(robot,_,t) }."  # the less is done, and the sooner, the better
+
+
+class Hasty(Slow):
+    """One with which a search without assumptions ends with its first answer set."""
+
+    def solve(self, assumptions: Any = (), stopped: Any = None, improved: Any = None) -> Outcome:
+        found: List[Improvement] = []
+
+        def has_to_end() -> bool:
+            return bool(found and not assumptions) or (stopped is not None and stopped())
+
+        def tell(one: Improvement) -> None:
+            found.append(one)
+            if improved is not None:
+                improved(one)
+
+        return super().solve(assumptions, has_to_end, tell)
+
+
+@pytest.mark.parametrize("mode", RESETS)
+def test_a_plan_becomes_cheaper_while_robots_act(mode: str, tmp_path: Path) -> None:
+    """Its cost is proven to be the lowest then, and no other plan takes its place."""
+    options = Options((changed_line(tmp_path, EARLY),), ("-c", "steps=40", "--sign-def=pos"))
+    parts = make_parts(mode, options, ("-c", "steps=40"))
+    parts = dataclasses.replace(parts, planner=Hasty(parts.planner, range(1, FAR)))
+    run = DeskSimulation(parts.loop, one_by_one_seconds=AT_ONCE, improves=True)
+    goal = run.request("visit(6)")
+    assert run.run() is None
+    assert goal.words == ["accepted", "succeeded"]
+    assert [action for _, action in run.published] == WALK
+    ahead, better, *_ = [one for one in searches(run) if one.quality]
+    assert (ahead.how, better.how) == (Ended.AHEAD, Ended.BETTER)
+    assert ahead.quality is not None
+    assert better.quality is not None
+    assert not ahead.quality.is_best
+    assert better.quality.is_best
+    assert better.quality.cost < ahead.quality.cost

@@ -17,7 +17,7 @@ from rosoclingo.loop.planner.looking_ahead import look_ahead, look_for_cheaper
 from rosoclingo.loop.planner.neighbourhoods import Neighbourhoods
 from rosoclingo.loop.planner.requests import Requests, read_externals
 from rosoclingo.loop.planner.searching import Searching, read_summary
-from rosoclingo.loop.planner.shortening import shorten
+from rosoclingo.loop.planner.shortening import cheapen, shorten
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS, STILL, STILL_PART
 from rosoclingo.loop.values.atoms import QUERY, Action, Plan, query
@@ -448,7 +448,7 @@ class Planner(PlannerState):
             is_best = self.quality is None or self.quality.is_best
             return self.patience > 0 and self.demand.improves and not (is_best or self._is_through)
         is_open = self._is_timed and bool(self._symbols) and not self._is_through
-        return is_open and self._takes_turns and self.quality is None
+        return is_open and self._takes_turns
 
     def improve(
         self, step: int, stopped: Callable[[], bool], *, horizon: int = 0
@@ -457,13 +457,13 @@ class Planner(PlannerState):
 
         That is for an encoding that has opted in, see ``Demand.improves``: it is not stopped before
         it is known what the plan costs that stands. And for a plan beyond the shortest horizon, in
-        whose place a shorter one comes. What was published stays in the plan. If it is not told of
-        a better one, the plan stands as it was.
+        whose place a shorter one comes, or a cheaper one, if its encoding minimises. What was
+        published stays in the plan. If it is not told of a better one, the plan stands as it was.
 
         Args:
             step: The current step.
             stopped: Whether the search has to end; what it has found is taken then.
-            horizon: The step at which all has to be done, where the plan may be made shorter.
+            horizon: The step at which all has to be done, where the encoding is not on demand.
 
         Returns:
             The better plan; None if none was found.
@@ -472,7 +472,7 @@ class Planner(PlannerState):
             PlannerError: The encoding asks for what there is not.
         """
         if not self.demand:
-            return self._shorten(step, horizon, stopped)
+            return self._improve_plain(step, horizon, stopped)
         self.run(self.demand.prepare_improving(step))
         ended, better = self._searching().improve(stopped)
         self.quality = ended.quality
@@ -481,18 +481,27 @@ class Planner(PlannerState):
         self._is_through = ended.how is Ended.AS_BEFORE and not stopped()
         return better
 
-    def _shorten(
+    def _improve_plain(
         self, step: int, horizon: int, stopped: Callable[[], bool]
     ) -> Optional[wire.Outcome]:
-        """Looks for a shorter plan."""
+        """Looks for a cheaper plan, or, if the encoding minimises nothing, for a shorter one."""
         ended = self.recorded.search_due(*IMPROVING)
         if ended is None:
-            self.run(*self._still_parts(horizon))
-            ended = shorten(
-                self._solver, self._requests.run, Plan(self._symbols),
-                step=step, horizon=horizon, stopped=stopped,
-            )  # fmt: skip
+            plan = Plan(self._symbols)
+            if self.quality is not None:
+                cost_of = self._searching().cost
+                ended = cheapen(
+                    self._solver, cost_of, plan, self.quality.cost, step=step, stopped=stopped
+                )
+            else:
+                self.run(*self._still_parts(horizon))
+                ended = shorten(
+                    self._solver, self._requests.run, plan,
+                    step=step, horizon=horizon, stopped=stopped,
+                )  # fmt: skip
             self._is_through = not stopped()
+        if self.quality is not None:
+            self.quality = ended.quality
         self.note(ended)
         if ended.how is not Ended.BETTER:
             return None

@@ -1,7 +1,8 @@
-"""Anytime improvement of a plan's length: looks for a shorter plan while one is executed.
+"""Anytime improvement of a plan: looks for a shorter or cheaper one while one is executed.
 
 The horizon stays as it is, so that modes need not know of this. A shorter plan is one in which
-nobody does anything from some step on: for each step there is an external that forbids actions.
+nobody does anything from some step on: for each step there is an external that forbids actions. A
+cheaper one is looked for where the encoding says what plans cost.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import Callable, List, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
 from rosoclingo.loop.journal import Ended, SearchEnded
+from rosoclingo.loop.planner.local_search import below
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.added import STILL_PART
 from rosoclingo.loop.values.atoms import Action, Plan
@@ -71,6 +73,44 @@ def shorten(
     bound = (last,) if is_best or last <= step else ()
     how = Ended.AS_BEFORE if best is plan else Ended.BETTER
     return SearchEnded(how, best.symbols, Quality((last,), bound))
+
+
+def cheapen(
+    solver: Solver,
+    cost_of: Callable[[wire.Outcome, Sequence[wire.Improvement]], Tuple[int, ...]],
+    plan: Plan,
+    cost: Tuple[int, ...],
+    *,
+    step: int,
+    stopped: Callable[[], bool],
+) -> SearchEnded:
+    """Searches for a plan that costs less, until there is none or it is stopped.
+
+    What was done up to the current step stays, as for :func:`shorten`.
+
+    Args:
+        solver: The planner's solver.
+        cost_of: Returns what the last answer set of a search costs.
+        plan: The plan that stands.
+        cost: What that one costs.
+        step: The current step, whose actions are published.
+        stopped: Whether the search has to end.
+
+    Returns:
+        How it has ended; the bound is that of the horizon, with what was done.
+    """
+    past = _until(plan, step)
+    found: List[wire.Improvement] = []
+    done = [wire.Assumption(str(action), True) for action in past]
+    outcome = solver.solve((*done, wire.CostBound(below(cost))), stopped, found.append)
+    symbols = outcome.symbols or (found[-1].symbols if found else ())
+    if outcome.result is wire.Result.UNSAT:
+        return SearchEnded(Ended.AS_BEFORE, plan.symbols, Quality(cost, cost))
+    if not symbols or _until(Plan(symbols), step) != past:
+        return SearchEnded(Ended.AS_BEFORE, plan.symbols, Quality(cost))
+    cost = cost_of(outcome, found) or below(cost)
+    bound = cost if outcome.result is wire.Result.SAT and not outcome.interrupted else ()
+    return SearchEnded(Ended.BETTER, symbols, Quality(cost, bound))
 
 
 def _until(plan: Plan, step: int) -> List[Action]:
