@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""Times plans by an encoding that is written step by step, and is hard one horizon after the other.
+
+In process: a hospital of 40 places with two requests, whose shortest plan has 20 to 40 steps. The
+planner has two seconds for one horizon after the other, as by default, and then lets several take
+turns; its first plan is improved until it is proven the best of its horizon, as while robots act.
+clingo itself is told that the plan has at most 60 steps, which nobody knows before; these two
+seconds are granted to the first plan, for a shortest plan that is found by then. Both in turn.
+
+Run by scripts/bench. Exit status 1 says that a limit is missed. ``--draws N`` says how often each
+is measured.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import time
+from itertools import count
+from pathlib import Path
+from typing import List, NamedTuple
+
+import clingo
+
+from harness import HarnessError, Report, Row, Samples
+from rosclingo.solver.engine import Engine
+from rosclingo.solver.options import Options
+from rosclingo.wire.commands import Result
+from rosoclingo.loop.planner.planner import Planner
+from rosoclingo.loop.values.atoms import event, query
+
+ENCODING = Path(__file__).with_name("encodings") / "linen.lp"
+DRAWS = 10
+STEPS = 60  # the horizon that clingo is told
+ONE_BY_ONE = 2.0  # s, by default
+MOST = 120.0  # s, after which neither goes on
+FIRST, BEST = 1.0, 1.4  # of clingo's time
+# Those wards to which the battery lasts for the way there and back.
+WARDS = [f"ward(1,{i})" for i in range(1, 8)] + [f"ward(2,{i})" for i in range(1, 6)]
+
+
+class Times(NamedTuple):
+    """Times of one run: milliseconds to the first and to the best plan, and what that costs."""
+
+    first: float
+    best: float
+    cost: int
+
+
+def draw(seed: int) -> List[str]:
+    """Returns two random requests, as events of step 0."""
+    dice = random.Random(seed)
+    wards = dice.sample(WARDS, 2)
+    return [event(str(i), f"bring({w},{dice.randint(1, 3)})", 0) for i, w in enumerate(wards, 1)]
+
+
+def plan(events: List[str]) -> Times:
+    """Plans as a mode does, and improves the plan before anything is published."""
+    begin = time.monotonic()
+    planner = Planner(Engine(Options((str(ENCODING),))), one_by_one_seconds=ONE_BY_ONE)
+    planner.begin()
+    planner.note_last_horizon(10_000)
+    planner.tell(events)
+    planner.query(0, None, [])
+    for horizon in count():
+        if planner.search(0, horizon, lambda: False).result is Result.SAT:
+            break
+        planner.query(horizon + 1, horizon, [horizon + 1])
+    first = time.monotonic()
+    while planner.may_improve:
+        planner.improve(0, lambda: time.monotonic() > begin + MOST, horizon=horizon)
+    if planner.quality is None or not planner.quality.is_best:
+        raise HarnessError(f"{events}: no plan is proven the best in {MOST:.0f} s")
+    best = time.monotonic()
+    return Times((first - begin) * 1e3, (best - begin) * 1e3, *planner.quality.cost)
+
+
+def solve(events: List[str]) -> Times:
+    """Has clingo find the best plan of ``STEPS`` steps."""
+    begin = time.monotonic()
+    control = clingo.Control(logger=lambda code, text: None)
+    control.load(str(ENCODING))
+    start = [("base", []), ("state", [clingo.Number(0)]), ("query", [clingo.Number(0)])]
+    control.ground(start)
+    for told in events:
+        control.assign_external(clingo.parse_term(told), True)
+    for step in range(1, STEPS + 1):
+        control.ground([(name, [clingo.Number(step)]) for name in ("state", "transition", "query")])
+    control.assign_external(clingo.parse_term(query(STEPS)), True)
+    first, cost = 0.0, 0
+    with control.solve(yield_=True) as handle:
+        for model in handle:
+            first = first or time.monotonic()
+            (cost,) = model.cost
+    return Times((first - begin) * 1e3, (time.monotonic() - begin) * 1e3, cost)
+
+
+def main() -> int:
+    """Measures, and returns the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--draws", type=int, default=DRAWS, metavar="N", help="of requests")
+    draws = range(parser.parse_args().draws)
+    pairs = [(solve(draw(seed)), plan(draw(seed))) for seed in draws]
+    report = Report("plain")
+    rows = [("first plan", 0, ONE_BY_ONE * 1e3, FIRST), ("best plan", 1, 0.0, BEST)]
+    for name, number, granted, limit in rows:
+        base, ours = (Samples("ms", tuple(run[number] for run in runs)) for runs in zip(*pairs))
+        ratios = tuple(run[number] / (ref[number] + granted) for ref, run in pairs)
+        of = "ours / (clingo + 2 s)" if granted else "ours / clingo"
+        report.add(Row(name, base, ours, of, Samples("", ratios).median, "x", limit))
+    dearer = sum(run.cost > ref.cost for ref, run in pairs)
+    report.add(Row("plans that cost more than clingo's", None, None, "plans", dearer, "", 0))
+    return report.finish()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
