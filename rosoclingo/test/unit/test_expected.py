@@ -29,6 +29,7 @@ class Run(DeskSimulation):
 
     def __init__(self, folder: Path, seconds: Sequence[float], *inputs: str, **more: Any) -> None:
         self.shown: List[Tuple[str, ...]] = []
+        self._message: Tuple[Any, ...] = ()
         file = folder / "times.lp"
         file.write_text(TIMES)
         options = Options((f"{EXAMPLES}/line.lp", str(file)))
@@ -42,6 +43,8 @@ class Run(DeskSimulation):
         )
 
     def show_plan(self, *shown: Any) -> None:
+        assert shown != self._message  # what is said again is not published
+        self._message = shown
         said = tuple(map(str, shown[-1]))
         if not self.shown or self.shown[-1] != said:
             self.shown.append(said)

@@ -437,11 +437,9 @@ class State(Progress):
             for goal in (self.goals.open if self.shows_plan else ())
             if goal.expected is not None
         )
-        shown = (self.plan, self.shows_plan, self.step, self.horizon, arrivals, quality)
-        if shown == self._shown:
-            return
+        shown = (self.step, self.horizon, tuple(self.ahead()), arrivals, quality)
         if shown[:-1] != self._shown[:-1]:
-            self.environment.show_plan(self.step, self.horizon, self.ahead(), arrivals)
+            self.environment.show_plan(*shown[:-1])
         if quality != (self._shown[-1] if self._shown else None):
             self.environment.show_quality(quality)
         self._shown = shown
