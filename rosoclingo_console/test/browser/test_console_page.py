@@ -87,6 +87,18 @@ def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
     shown.answer()
     browser.sees("cancelled", "#goals li.over .badge")
 
+    field = browser.driver.find_element(By.ID, "message-text")
+    known = "return [...document.querySelectorAll('#messages option')].map((one) => one.value)"
+    wait_for(lambda: "info:close(4)" in browser.run(known))
+    browser.type("message-text", "info:close(4)")
+    browser.sees("sent to /rosoclingo", "#said")
+    wait_for(lambda: not field.get_attribute("value"))
+    browser.sees("info says close(4)", "#lines li.message")
+    browser.type("message-text", "info:close(9)")
+    browser.sees("declares no such event", "#said")
+    browser.sees("A message was dropped", "#attention")
+    assert field.get_attribute("value") == "info:close(9)"  # to be corrected
+
     browser.request("visit(3)")
     browser.sees("wants an approval", "#actuators")
     browser.confirm("Reject go(3)", "#actuators")

@@ -10,6 +10,7 @@ import pytest
 from rosclingo.wire.commands import Result
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Event, NumberedRecord, Status
+from rosoclingo_console.model.messages import MessageFate
 from rosoclingo_console.model.metrics import METRICS, exposition
 from rosoclingo_console.model.sentences import tell
 from rosoclingo_console.model.system import SystemModel
@@ -215,6 +216,30 @@ def test_numbers_that_were_heard_are_ignored_and_missed_ones_counted() -> None:
     run.number = 4
     run.hear(journal.LoopWaits())
     assert run.row("run", "run")["missed"] == 3
+
+
+def test_what_has_become_of_messages() -> None:
+    run = Run()
+    messages = run.model.messages
+    assert run.row("run", "run")["dropped"] is None
+    run.hear(journal.MessageArrived("info", "close(2)"), journal.MessageArrived("info", "close(9)"))
+    assert messages.fate("info", "close(2)") == MessageFate(1)
+    run.hear(journal.MessageDropped("id info, value close(9): there is no such cell"))
+    assert messages.fate("info", "close(9)") == MessageFate(2, "there is no such cell")
+    assert run.row("run", "run")["dropped"] == {
+        "time": 1003.0, "text": "id info, value close(9): there is no such cell",
+    }  # fmt: skip
+    run.hear(journal.MessageDropped("'a(' is not a ground term"), journal.CommandDone("solve"))
+    assert messages.fate("info", "close(2)") == MessageFate(1)
+    run.hear(journal.CommandDone("assign_messages(1)"))
+    assert messages.fate("info", "close(2)") == MessageFate(1, "")
+    assert messages.fate("info", "close(9)") == MessageFate(2, "there is no such cell")
+    run.hear(journal.MessageArrived("info", "close(2)"))
+    assert messages.fate("info", "close(2)") == MessageFate(7)
+    for number in range(1000):
+        run.hear(journal.MessageArrived("info", f"a({number})"))
+    assert messages.fate("info", "close(2)") is None
+    assert messages.fate("info", "a(0)") == MessageFate(8)
 
 
 def test_another_run_begins_anew() -> None:

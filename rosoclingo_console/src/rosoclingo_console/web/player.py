@@ -91,6 +91,10 @@ class Player(Operations):
         """Refuses."""
         return _RECORDED
 
+    def send_message(self, system: str, source: str, value: str) -> OperationReply:
+        """Refuses."""
+        return _RECORDED
+
     def cancel(self, system: str, goal: str) -> OperationReply:
         """Refuses."""
         return _RECORDED

@@ -1,7 +1,7 @@
-// The goals, and the form for a new one.
+// The goals.
 
 import { order } from "./ask.js";
-import { mayAct, mayActWhenLive, mayAsk } from "./connection.js";
+import { mayAct, mayAsk } from "./connection.js";
 import { badge, byId, careful, change, fill, make } from "./dom.js";
 import { chosen, now, rowsOf, state, watch } from "./store.js";
 import { why } from "./why.js";
@@ -96,37 +96,4 @@ function drawGoals() {
   list.classList.toggle("none", !goals.length);
 }
 
-// The form.
-
-const field = byId("request-text");
-
-byId("request").addEventListener("submit", async (event) => {
-  event.preventDefault();
-  const request = field.value.trim(),
-    more = byId("request-more").value.trim();
-  if (!request) return field.focus();
-  const done = await order("goal", { request, information: more ? [more] : [] }, `Ask for ${request}`);
-  if (done && field.value.trim() === request) {
-    field.value = byId("request-more").value = "";
-    field.focus();
-  }
-});
-
-function drawForm() {
-  // What is typed is not lost when the link is, for a moment.
-  for (const one of byId("request").elements) change(one, { disabled: !mayActWhenLive() });
-  const isThere = rowsOf(chosen(), "run").get("run")?.connected;
-  change(byId("request-send"), { disabled: !mayAct() || !isThere });
-  const { requests = [] } = rowsOf(chosen(), "known").get("known") ?? {};
-  change(field, { placeholder: requests[0] ?? "bring(1,3)" });
-  const asked = [...rowsOf(chosen(), "goals").values()].filter((goal) => goal.status !== "rejected");
-  const known = new Set([...requests, ...asked.map((goal) => goal.request)]);
-  fill(byId("requests"), [...known].filter(Boolean).sort().map((text) => [text, text]), (value) => {
-    const option = make("option", { value });
-    option.update = () => {};
-    return option;
-  });
-}
-
 watch(drawGoals);
-watch(drawForm);
