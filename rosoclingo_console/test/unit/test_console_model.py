@@ -79,6 +79,15 @@ def test_a_goal_from_its_arrival_to_its_end() -> None:
     assert (goal["why"], goal["late"], goal["line"]) == ("a way is blocked", "3 s", "step 1 of 9")
     run.model.tell_goal("g", "plan 4 steps")
     assert run.row("goals", "g")["why"] == ""
+    for line, why in (
+        ("waiting in step 2: the plan has no action for now", "the plan has no action for it now"),
+        ("why: a way is blocked", "a way is blocked"),
+        ("waiting in step 3: the plan has no action for now", "a way is blocked"),
+        ("no plan within the horizon of 9 steps: looking for the reason",) * 2,
+        ("why: two ways are blocked", "two ways are blocked"),
+    ):
+        run.model.tell_goal("g", line)
+        assert run.row("goals", "g")["why"] == why
 
     run.hear(journal.CancelArrived("g"))
     assert run.row("goals", "g")["canceling"]
