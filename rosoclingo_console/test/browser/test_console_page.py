@@ -71,6 +71,13 @@ def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
     browser.request("visit(5)")
     browser.sees("waits for an operator: robot on hold", "#goals li.open")
     browser.sees("on hold", "#systems")
+
+    text = "{step: 3, horizon: 9, actions: ['expected(1,160)', 'expected(2,160)']}"
+    shown.terminals.publish("/rosoclingo/plan", "rosoclingo/ROSoClingoPlan", text)
+    browser.sees("expected now", "#goals li.open")
+    shown.terminals.master.setParam("/test", "/use_sim_time", True)
+    shown.terminals.publish("/clock", "rosgraph_msgs/Clock", "{clock: {secs: 100, nsecs: 0}}")
+    browser.sees("expected in 1:00 min of simulated time", "#goals li.open")
     assert not browser.complaints()
 
 

@@ -51,7 +51,8 @@ class Hub:
         Args:
             systems: The names of the planning nodes.
             clock: Returns what time it is: ``now`` in seconds of wall time, ``ros`` in those of
-                ROS's time, ``rate`` if it is a recorded run's; None for no signs of life.
+                ROS's time, which differ if a simulator has the clock, ``rate`` if it is a recorded
+                run's; None for no signs of life.
         """
         # Read by the event loop's thread only, as all that is not said to be thread-safe.
         self.models: Dict[str, SystemModel] = {name: SystemModel() for name in systems}

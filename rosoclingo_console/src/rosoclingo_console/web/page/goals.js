@@ -16,10 +16,13 @@ const STATUSES = {
   aborted: ["bad", "✕", "aborted"],
 };
 
+/** Says of a duration if a simulator's clock measures it; all others are of wall time. */
+const ofClock = () => (state.beat && state.beat.ros !== state.beat.now ? " of simulated time" : "");
+
 function expected(goal) {
   if (goal.expected === null || !state.beat) return "";
   const left = goal.expected - state.beat.ros;
-  return left > 0 ? `expected in ${lasted(left)}` : "expected now";
+  return left > 0 ? `expected in ${lasted(left)}${ofClock()}` : "expected now";
 }
 
 /** Says whose planned actions wait until an operator releases them. */
@@ -35,7 +38,7 @@ function facts(goal) {
     parts.push(goal.slot && `slot ${goal.slot}`);
     parts.push(!goal.slot && goal.place && `place ${goal.place} in the queue`);
     parts.push(goal.canceling && "is to be cancelled");
-    parts.push(expected(goal), goal.late && goal.late !== "0 s" && `late by ${goal.late}`);
+    parts.push(expected(goal), goal.late && goal.late !== "0 s" && `late by ${goal.late}${ofClock()}`);
     parts.push(goal.slot && onHold(), goal.line, goal.came && `for ${lasted(now() - goal.came)}`);
   } else {
     parts.push(goal.came && `took ${lasted(goal.ended - goal.came)}`, `ended at ${clock(goal.ended)}`);
