@@ -49,6 +49,7 @@ def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
     browser.sees("acts", "#actuators .badge")
     browser.click("Hold robot", "#actuators")
     browser.sees("is on hold after that", "#actuators")
+    browser.sees("operator", "#drawing")
     browser.click("Resume", "#control")
     browser.sees_no("The run is paused", "#attention")
     shown.answer()

@@ -156,7 +156,7 @@ def test_what_an_actuator_waits_for(
     run = Run()
     run.model.set_plan(1, 3, ["do(r,go(2),1)", "do(r,go(3),2)"])
     run.model.set_tokens(tokens)
-    run.model.decide(decisions)
+    run.model.decide(decisions, run.time)
     row = run.row("actuators", "r")
     assert row["state"] == state
     assert waits in row["waits"]
@@ -179,7 +179,8 @@ def test_how_far_the_actions_of_a_plan_are() -> None:
     run.model.set_tokens([act("r", "go(2)")])
     atoms = ["do(s,go(4),1)", "do(r,go(2),1)", "do(t,give,1)", "do(r,go(3),2)", "do(s,go(4),2)"]
     run.model.set_plan(1, 2, atoms)
-    run.model.decide(OperatorDecisions.read(False, [], ["do(t,give)"], ["approval"]))
+    decisions = OperatorDecisions.read(False, [], ["do(t,give)"], ["approval"])
+    run.model.decide(decisions, run.time)
     plan = run.row("plan", "plan")
     states = {(step, who): state for step, who, _, state in plan["actions"]}
     assert states == {
@@ -214,6 +215,21 @@ def test_actions_are_bars() -> None:
         run.hear(journal.ActionPublished("r", "go(2)"), journal.MessageArrived("r", "failure"))
     run.look()
     assert len(run.shown["bars"]) == 200
+
+
+def test_what_an_operator_held_is_a_bar() -> None:
+    run = Run()
+    run.model.decide(OperatorDecisions(on_hold=("r",)), 5.0)
+    run.model.decide(OperatorDecisions(on_hold=("r",), held=(("r", "go(2)", "hold"),)), 6.0)
+    assert run.row("holds", "5.0") == {
+        "began": 5.0, "ended": None, "kind": "hold", "name": "r on hold",
+    }  # fmt: skip
+    run.model.decide(OperatorDecisions(), 7.5)
+    assert run.row("holds", "5.0")["ended"] == 7.5
+    for number in range(200):
+        run.model.decide(OperatorDecisions(number % 2 == 0), 10.0 + number)
+    run.look()
+    assert len(run.shown["holds"]) == 100
 
 
 def test_numbers_that_were_heard_are_ignored_and_missed_ones_counted() -> None:
@@ -253,7 +269,7 @@ def test_what_has_become_of_messages() -> None:
 
 def test_another_run_begins_anew() -> None:
     run = Run()
-    run.model.decide(OperatorDecisions(True))
+    run.model.decide(OperatorDecisions(True), run.time)
     run.hear(journal.GoalArrived("g", "r"), journal.LoopEnded("no plan"))
     assert run.row("run", "run")["state"] == "ended"
     run.number = 0
@@ -322,7 +338,7 @@ def test_hostile_words_are_words() -> None:
     run.model.set_plan(1, 2, [HOSTILE, f"do({HOSTILE},{HOSTILE},1)", "do(", "expected(1)", ""])
     run.model.set_tokens([act(HOSTILE, HOSTILE)])
     run.model.decide(
-        OperatorDecisions.read(True, [HOSTILE], [HOSTILE, "do(a,b)"], [HOSTILE, HOSTILE])
+        OperatorDecisions.read(True, [HOSTILE], [HOSTILE, "do(a,b)"], [HOSTILE, HOSTILE]), run.time
     )
     run.model.tell_goal(HOSTILE, HOSTILE)
     run.look()

@@ -10,6 +10,7 @@ from itertools import islice
 from typing import Any, Deque, Dict, List, Optional, Sequence
 
 from rosoclingo.completion.encoding import KnownEncoding
+from rosoclingo.drawing.holds import HoldHistory
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import NumberedRecord, Status
 from rosoclingo_console.model.actuators import ActuatorTable
@@ -24,6 +25,7 @@ from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenR
 _MOST_LINES = 300  # of the journal
 _MOST_NEW_LINES = 50  # likewise, in one message to a page: nobody reads more
 _MOST_PLANNED = 300  # actions
+_MOST_HOLDS = 100  # times in which an operator held something
 _MOST_KNOWN = 2000  # requests, and messages, that are offered
 _DIGITS = 3  # of seconds
 
@@ -37,6 +39,7 @@ class SystemModel:
         self._new_lines: Deque[Row] = deque(maxlen=_MOST_NEW_LINES)
         self._is_new_run = True
         self._map = MapTable()
+        self._holds = HoldHistory(_MOST_HOLDS)
         self._known: Row = {"requests": [], "messages": []}
         self._recording = ""
         self._connected = False
@@ -144,9 +147,10 @@ class SystemModel:
         """Takes a message of ``~heartbeat``."""
         self.actuators.set_progress(run, number, progress)
 
-    def decide(self, decisions: OperatorDecisions) -> None:
-        """Takes a message of ``~held``."""
+    def decide(self, decisions: OperatorDecisions, time: float) -> None:
+        """Takes a message of ``~held``, which came at a time in seconds of wall time."""
         self.actuators.decisions = decisions
+        self._holds.add(time, decisions.paused, decisions.on_hold, decisions.held)
 
     def set_quality(self, quality: str) -> None:
         """Takes what the plan costs, in words."""
@@ -199,6 +203,7 @@ class SystemModel:
         self._board.replace("actuators", actuators.rows(self._works))
         self._board.replace("plan", {"plan": actuators.planned(_MOST_PLANNED)})
         self._board.replace("bars", actuators.bars())
+        self._board.replace("holds", {str(one.began): vars(one) for one in self._holds.spans})
         self._board.replace("means", actuators.means())
         self._board.replace("known", {"known": self._known})
         self._board.replace("map", self._map.rows())
