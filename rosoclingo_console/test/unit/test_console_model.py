@@ -169,6 +169,12 @@ def test_an_actuator_without_a_next_action() -> None:
     assert run.row("actuators", "r")["state"] == "plan"
     run.hear(journal.LoopWaits())
     assert run.row("actuators", "r")["state"] == "idle"
+    run.hear(journal.ControlArrived(journal.Control.HOLD, "r"))
+    run.model.decide(OperatorDecisions(on_hold=("r",)), run.time)
+    row = run.row("actuators", "r")
+    assert (row["state"], row["waits"]) == (
+        "hold", "until it is released; nothing is planned for it",
+    )  # fmt: skip
     assert run.row("run", "run")["state"] == "waits"
 
 

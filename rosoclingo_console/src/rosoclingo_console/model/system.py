@@ -28,6 +28,7 @@ _MOST_PLANNED = 300  # actions
 _MOST_HOLDS = 100  # times in which an operator held something
 _MOST_KNOWN = 2000  # requests, and messages, that are offered
 _DIGITS = 3  # of seconds
+_BESIDE = (journal.ControlArrived, journal.Explained)  # which alone end no wait of the loop
 
 
 class SystemModel:
@@ -107,7 +108,8 @@ class SystemModel:
     def _follow(self, record: NumberedRecord) -> None:
         event, time = record.event, record.time
         self._map.hear(event)
-        self._works = not isinstance(event, (journal.LoopWaits, journal.LoopEnded))
+        if not isinstance(event, _BESIDE):
+            self._works = not isinstance(event, (journal.LoopWaits, journal.LoopEnded))
         if isinstance(event, journal.GoalArrived):
             self.goals.arrive(event, time)
         elif isinstance(event, journal.CancelArrived):
