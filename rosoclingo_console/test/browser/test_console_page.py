@@ -69,6 +69,7 @@ def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
     shown.answer()
     browser.sees("succeeded", "#goals li.over .badge")
     browser.click("Hold robot", "#actuators")
+    browser.sees("until it is released; nothing is planned for it", "#actuators")
     browser.request("visit(5)")
     browser.sees("waits for an operator: robot on hold", "#goals li.open")
     browser.sees("on hold", "#systems")
@@ -114,8 +115,22 @@ def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
     browser.type("filter", "asked for", end="")
     browser.sees_no("robot: go(2)", "#lines li")
     browser.sees("visit(5) is asked for", "#lines li")
+    browser.type("filter", "a", end="")
+    browser.sees("visit(5) is to be cancelled", "#lines li")
+    scroll = """const list = document.getElementById('lines');
+        const row = [...list.children].find((one) => one.textContent.includes('to be cancelled'));
+        const top = () => row.getBoundingClientRect().top - list.getBoundingClientRect().top;"""
+    browser.run(f"{scroll} list.style.height = '2em'; list.scrollTop += top() - 5")
+    follow = browser.driver.find_element(By.ID, "follow")
+    wait_for(lambda: follow.get_attribute("aria-pressed") == "false")
+    where = browser.run(f"{scroll} return top()")
     browser.click("Halt", "#control")
     browser.sees("The run is paused", "#attention")
+    browser.sees("the operator says: halt", "#lines li")
+    assert abs(browser.run(f"{scroll} return top()") - where) < 1
+    browser.type("filter", "visit(", end="")
+    browser.sees_no("the operator says: halt", "#lines li")
+    assert abs(browser.run(f"{scroll} return top()") - where) < 1
     wait_for(lambda: any(one.stat().st_size > HEADER for one in shown.folder.glob("*.bag")))
     browser.click("Stop recording", "#control")
     browser.sees("bag is written", "#said")

@@ -25,6 +25,7 @@ from rosoclingo_console.model.system import SystemModel
 from rosoclingo_console.model.values import OperatorDecisions, quality_words
 
 _UNKNOWN = KnownEncoding()
+_MOST_HOLDS = 100
 _PAUSES = (Control.PAUSE, Control.HALT, Control.STEP)
 
 
@@ -34,6 +35,7 @@ class Playback:
     Attributes:
         name: The name of the planning node.
         seconds: How long the run lasted.
+        holds: When an operator held something, and what; the last ones if there are many.
         model: What was known at the time that was sought last.
     """
 
@@ -50,6 +52,7 @@ class Playback:
         self._others = sorted(_others(recording), key=lambda one: one[0])
         self._encoding = encoding
         self.name = recording.name
+        self.holds = [(one.began, one.name) for one in recording.hold_spans[-_MOST_HOLDS:]]
         self.seconds = max((entry.seconds for entry in recording.entries), default=0.0)
         self._restart()
 

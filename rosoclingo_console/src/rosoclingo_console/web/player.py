@@ -67,7 +67,7 @@ class Player(Operations):
 
     def about(self) -> Dict[str, Any]:
         """Returns what pages are told of the recording."""
-        return {"seconds": self._playback.seconds}
+        return {"seconds": self._playback.seconds, "holds": self._playback.holds}
 
     def play(self, plays: bool, position: float, speed: float) -> OperationReply:
         """Goes to a time in the run, and plays from there or stops; called by any thread."""

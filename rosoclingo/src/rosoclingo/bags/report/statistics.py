@@ -26,7 +26,6 @@ from rosoclingo.bags.report.run import (
     numbered,
 )
 from rosoclingo.bags.text import compact
-from rosoclingo.drawing.holds import HoldHistory, HoldSpan, read_held
 from rosoclingo.loop import journal
 
 _RECENT = 1000  # a message is dropped soon after it has come
@@ -53,16 +52,8 @@ def compute(recording: Recording) -> Statistics:
         changes=explained(reading.changes, reading.plans, reading.causes()),
         answers=tuple(reading.answers),
         restarts=tuple(reading.restarts),
-        holds=_holds(recording),
+        holds=recording.hold_spans,
     )
-
-
-def _holds(recording: Recording) -> Tuple[HoldSpan, ...]:
-    history = HoldHistory()
-    for one in recording.held:
-        held = read_held(one.held, one.reasons)
-        history.add(one.seconds, one.is_paused, one.on_hold, held)
-    return tuple(history.spans)
 
 
 class _Taken(NamedTuple):
