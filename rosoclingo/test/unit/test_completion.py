@@ -42,11 +42,14 @@ def launched(file: Path) -> Launched:
 def test_hostile_names_of_an_encoding(tmp_path: Path) -> None:
     text = """#program base. rslot(1). text("$(touch x)"; "it's"; "a b").
         #program state(t). #external event(1,say(T),t) : text(T).
+        #external event((info;goal),heard(T),t) : text(T). #external event(info,passed,t).
         #program query(t). #external query(t)."""
     file = tmp_path / "hostile.lp"
     file.write_text(text)
-    requests = read_encoding(launched(file)).requests
-    assert set(requests) == {'say("$(touch x)")', 'say("it\'s")', 'say("a b")'}
+    known = read_encoding(launched(file))
+    texts = ('"$(touch x)"', '"it\'s"', '"a b"')
+    assert set(known.requests) == {f"say({text})" for text in texts}
+    assert set(known.messages) == {f"{who}:heard({t})" for t in texts for who in ("info", "(goal)")}
 
 
 def test_the_process_that_reads_ends_with_whoever_has_started_it(tmp_path: Path) -> None:

@@ -75,7 +75,10 @@ def test_only_the_goal_that_cannot_be_reached_ends(
     made.start()
     assert unreachable.wait() == "aborted"
     assert "no plan within the horizon of 9 steps for visit(5)" in unreachable.reason
+    no_plan = "no plan within the horizon of 9 steps: looking for the reason"
+    assert no_plan in unreachable.lines
     assert reachable.wait() == "succeeded"
+    assert no_plan in reachable.lines
     assert made.world.actions == ["go(2)", "go(3)"]
     assert any("~abort_unreachable" in warning for warning in made.world.warnings)
     rest(made)

@@ -5,6 +5,7 @@ import hashlib
 import json
 import re
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any, Dict, List, Tuple
@@ -14,7 +15,7 @@ from bag_maker import Maker, run_without, source
 from journals import Journal, long_journal
 from matplotlib.figure import Figure
 
-from rosoclingo.bags.model import Recording
+from rosoclingo.bags.model import OperatorHold, Recording
 from rosoclingo.bags.report.command import main
 from rosoclingo.bags.report.page import data, render
 from rosoclingo.bags.report.picture import draw, label
@@ -222,6 +223,32 @@ def test_restarts_are_marked(tmp_path: Path) -> None:
     draw(Journal().action("r", "a").compute(), "run", plain)
     assert COLOURS["restart"] in marked.read_text()
     assert COLOURS["restart"] not in plain.read_text()
+
+
+def test_what_an_operator_held_is_a_lane(tmp_path: Path) -> None:
+    journal = Journal().action("r", "a").message("r", "success").action("r", "b")
+    held = (
+        OperatorHold(-1.0),
+        OperatorHold(0.5, True, ("r",)),
+        OperatorHold(1.0, True, ("r",), ("do(r,b)",), ("pause",)),
+        OperatorHold(1.5, False, (), ("do(r,b)", "nonsense"), ("approval", "approval")),
+        OperatorHold(2.0),
+        OperatorHold(2.5, on_hold=(HOSTILE,)),
+    )
+    recording = replace(journal.recording(), held=held)
+    found = Page(page_of(recording)).data
+    spans = [(one["began"], one["ended"], one["kind"], one["name"]) for one in rows(found["holds"])]
+    assert spans == [
+        (0.5, 1.5, "hold", "paused, r on hold"), (1.5, 2.0, "approval", "r: b for approval"),
+        (2.5, None, "hold", f"{HOSTILE} on hold"),
+    ]  # fmt: skip
+    (lane,) = (one for one in found["lanes"] if one["name"] == "operator")
+    assert [bar[:3] for bar in lane["bars"]] == [[0, 0.5, 1.5], [1, 1.5, 2.0], [2, 2.5, 3.0]]
+    marked, plain = tmp_path / "marked.svg", tmp_path / "plain.svg"
+    draw(compute(recording), "run", marked)
+    draw(journal.compute(), "run", plain)
+    assert COLOURS["hold"] in marked.read_text()
+    assert COLOURS["hold"] not in plain.read_text()
 
 
 def test_a_label_does_not_reach_into_the_next_bar() -> None:

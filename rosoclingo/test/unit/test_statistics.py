@@ -203,6 +203,35 @@ def test_a_queued_goal_changes_the_plan_when_it_gets_its_slot() -> None:
     ]
 
 
+def test_a_queued_goal_is_accepted_after_further_plans() -> None:
+    """Its plan is the first one after it got the slot; a better one may have been found since."""
+    journal = Journal().goal("a", "first").command("assign_messages(1)").plan("do(r,a,1)")
+    journal.status("a", "accepted", "1").goal("b", "second").move(1).status("a", "aborted", "1")
+    journal.command("assign_messages(1)").message("info", "x").plan("do(r,c,1)")  # still of first
+    journal.move(2).command("assign_messages(2)").plan("do(r,d,2)").plan("do(r,e,2)")
+    journal.message("r", "failure").command("assign_messages(2)").plan("do(r,f,2)")
+    assert kinds(journal.status("b", "accepted", "1").compute()) == [
+        [("goal", "first")],
+        [("message", "info: x")],
+        [("queued", "second")],
+        [("none", "")],
+        [("message", "r: failure")],
+    ]
+
+
+def test_a_slot_becomes_free_with_the_next_step() -> None:
+    journal = Journal().goal("a", "first").command("assign_messages(1)").plan("do(r,a,1)")
+    journal.status("a", "accepted", "1").move(1).status("a", "succeeded", "1").goal("b", "second")
+    journal.command("assign_messages(1)").message("info", "x").plan("do(r,c,1)").move(2)
+    journal.command("assign_messages(2)").plan("do(r,d,2)").plan("do(r,e,2)")
+    assert kinds(journal.status("b", "accepted", "1").compute()) == [
+        [("goal", "first")],
+        [("message", "info: x")],
+        [("goal", "second")],
+        [("none", "")],
+    ]
+
+
 def test_a_cancel_request_changes_the_plan_but_not_that_of_a_recalled_goal() -> None:
     journal = Journal().goal("a", "first").plan("do(r,a,1)").status("a", "accepted", "1")
     journal.goal("b", "second").status("b", "canceled").add("cancel", "b").add("cancel", "a")

@@ -49,6 +49,7 @@ def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
     browser.sees("acts", "#actuators .badge")
     browser.click("Hold robot", "#actuators")
     browser.sees("is on hold after that", "#actuators")
+    browser.sees("operator", "#drawing")
     browser.click("Resume", "#control")
     browser.sees_no("The run is paused", "#attention")
     shown.answer()
@@ -68,9 +69,17 @@ def test_an_operator_clicks(browser: Browser, shown: Shown) -> None:
     shown.answer()
     browser.sees("succeeded", "#goals li.over .badge")
     browser.click("Hold robot", "#actuators")
+    browser.sees("until it is released; nothing is planned for it", "#actuators")
     browser.request("visit(5)")
     browser.sees("waits for an operator: robot on hold", "#goals li.open")
     browser.sees("on hold", "#systems")
+
+    text = "{step: 3, horizon: 9, actions: ['expected(1,160)', 'expected(2,160)']}"
+    shown.terminals.publish("/rosoclingo/plan", "rosoclingo/ROSoClingoPlan", text)
+    browser.sees("expected now", "#goals li.open")
+    shown.terminals.master.setParam("/test", "/use_sim_time", True)
+    shown.terminals.publish("/clock", "rosgraph_msgs/Clock", "{clock: {secs: 100, nsecs: 0}}")
+    browser.sees("expected in 1:00 min of simulated time", "#goals li.open")
     assert not browser.complaints()
 
 
@@ -87,6 +96,18 @@ def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
     shown.answer()
     browser.sees("cancelled", "#goals li.over .badge")
 
+    field = browser.driver.find_element(By.ID, "message-text")
+    known = "return [...document.querySelectorAll('#messages option')].map((one) => one.value)"
+    wait_for(lambda: "info:close(4)" in browser.run(known))
+    browser.type("message-text", "info:close(4)")
+    browser.sees("sent to /rosoclingo", "#said")
+    wait_for(lambda: not field.get_attribute("value"))
+    browser.sees("info says close(4)", "#lines li.message")
+    browser.type("message-text", "info:close(9)")
+    browser.sees("declares no such event", "#said")
+    browser.sees("A message was dropped", "#attention")
+    assert field.get_attribute("value") == "info:close(9)"  # to be corrected
+
     browser.request("visit(3)")
     browser.sees("wants an approval", "#actuators")
     browser.confirm("Reject go(3)", "#actuators")
@@ -94,8 +115,22 @@ def test_what_an_operator_refuses(browser: Browser, shown: Shown) -> None:
     browser.type("filter", "asked for", end="")
     browser.sees_no("robot: go(2)", "#lines li")
     browser.sees("visit(5) is asked for", "#lines li")
+    browser.type("filter", "a", end="")
+    browser.sees("visit(5) is to be cancelled", "#lines li")
+    scroll = """const list = document.getElementById('lines');
+        const row = [...list.children].find((one) => one.textContent.includes('to be cancelled'));
+        const top = () => row.getBoundingClientRect().top - list.getBoundingClientRect().top;"""
+    browser.run(f"{scroll} list.style.height = '2em'; list.scrollTop += top() - 5")
+    follow = browser.driver.find_element(By.ID, "follow")
+    wait_for(lambda: follow.get_attribute("aria-pressed") == "false")
+    where = browser.run(f"{scroll} return top()")
     browser.click("Halt", "#control")
     browser.sees("The run is paused", "#attention")
+    browser.sees("the operator says: halt", "#lines li")
+    assert abs(browser.run(f"{scroll} return top()") - where) < 1
+    browser.type("filter", "visit(", end="")
+    browser.sees_no("the operator says: halt", "#lines li")
+    assert abs(browser.run(f"{scroll} return top()") - where) < 1
     wait_for(lambda: any(one.stat().st_size > HEADER for one in shown.folder.glob("*.bag")))
     browser.click("Stop recording", "#control")
     browser.sees("bag is written", "#said")

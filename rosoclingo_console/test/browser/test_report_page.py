@@ -5,6 +5,7 @@ Needs a sourced workspace, Chromium and Selenium; ``scripts/test browser`` runs 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Iterator, List
 
@@ -14,6 +15,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
+from rosoclingo.bags.model import OperatorHold
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.report.page import render
 from rosoclingo.bags.report.statistics import compute
@@ -29,7 +31,8 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def link(tmp_path_factory: pytest.TempPathFactory) -> str:
-    recording = read_recording(BAG)
+    held = (OperatorHold(0.2, True), OperatorHold(0.4))
+    recording = replace(read_recording(BAG), held=held)
     file = tmp_path_factory.mktemp("report") / "run.html"
     file.write_text(render(recording, compute(recording), BAG), encoding="utf-8")
     return file.as_uri()
@@ -48,7 +51,8 @@ def test_bars_have_signs_and_words(browser: Browser, link: str, size: object) ->
     browser.sees(" to ", "#section")
     drawn = texts(browser, "#timeline text")
     assert [one for one in drawn if one.startswith("✓")]  # done
-    assert {"goals", "messages", "plan changes", "searches"} <= set(drawn)
+    assert {"goals", "messages", "plan changes", "searches", "operator"} <= set(drawn)
+    assert [one for one in drawn if one.startswith("‖")]  # held by an operator
     assert all(texts(browser, "#legend .sample text"))
     assert texts(browser, "#axis text")
     colours = "return [...document.querySelectorAll('rect.bar')].map((one) => getComputedStyle(one)"

@@ -143,11 +143,18 @@ def test_an_operator_with_a_page(terminals: Terminals) -> None:
             await page.until(lambda: page.run().get("connected"))
             await page.until(lambda: page.rows("known")["known"]["requests"])
             assert "visit(3)" in page.rows("known")["known"]["requests"]
+            assert "info:close(3)" in page.rows("known")["known"]["messages"]
+            sent = (True, "sent to /rosoclingo")
+            for _ in range(2):  # the same message is another one
+                assert await page.do("message", message="info:open(4)") == sent
+            done, text = await page.do("message", message="info:close(9)")
+            assert (done, text.partition(";")[0]) == (
+                False, "dropped: the planner's encoding declares no such event",
+            )  # fmt: skip
+            await page.until(lambda: "close(9)" in str(page.run()["dropped"]))
             assert await page.do("control", control="pause") == (True, "paused")
             await page.until(lambda: page.run()["paused"])
-            assert await page.do("goal", request="visit(3)", information=["a book"]) == (
-                True, "sent to /rosoclingo",
-            )  # fmt: skip
+            assert await page.do("goal", request="visit(3)", information=["a book"]) == sent
             await page.until(lambda: page.robot("held") and page.rows("goals"))
             (goal,) = page.rows("goals").values()
             assert (goal["request"], goal["information"]) == ("visit(3)", ["a book"])
@@ -202,6 +209,7 @@ def test_who_comes_late_and_the_end(terminals: Terminals) -> None:
             assert page.run()["state"] == "ended"
             gone = (False, "there is no connection to /rosoclingo: no node of that name runs")
             assert await page.do("goal", request="visit(1)") == gone
+            assert await page.do("message", message="info:open(4)") == gone
             assert await page.do("control", control="pause") == gone
 
     asyncio.run(check())

@@ -104,15 +104,15 @@ class RequestFuzzer:
 
     def _strange_fields(self) -> FuzzedRequest:
         draw = self.draw
-        names = ("system", "request", "information", "goal", "control", "actuator", "action",
-                 "question", "arguments", "on", "plays", "position", "speed")  # fmt: skip
+        names = ("system", "request", "information", "message", "goal", "control", "actuator",
+                 "action", "question", "arguments", "on", "plays", "position", "speed")  # fmt: skip
         body = {name: self._value() for name in names}
         body.update(system=SYSTEM, control="hold")
         for name in ("information", "arguments"):
             body[name] = [draw.choice(_TEXTS)]
         for name in draw.sample(names, 2):
             body[name] = self._value()
-        for name in ("request", "actuator", "action", "goal", "question"):
+        for name in ("request", "message", "actuator", "action", "goal", "question"):
             if draw.randrange(4):
                 body[name] = draw.choice(_TEXTS)
         text = json.dumps(body, ensure_ascii=draw.random() < 0.8).encode("utf-8", "surrogatepass")

@@ -41,6 +41,9 @@ class Remembered(Operations):
     def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
         return self._note(system, request, information)
 
+    def send_message(self, system: str, source: str, value: str) -> OperationReply:
+        return self._note(system, source, value)
+
     def cancel(self, system: str, goal: str) -> OperationReply:
         return self._note(system, goal)
 

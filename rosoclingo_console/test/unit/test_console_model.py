@@ -10,6 +10,7 @@ import pytest
 from rosclingo.wire.commands import Result
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Event, NumberedRecord, Status
+from rosoclingo_console.model.messages import MessageFate
 from rosoclingo_console.model.metrics import METRICS, exposition
 from rosoclingo_console.model.sentences import tell
 from rosoclingo_console.model.system import SystemModel
@@ -78,6 +79,15 @@ def test_a_goal_from_its_arrival_to_its_end() -> None:
     assert (goal["why"], goal["late"], goal["line"]) == ("a way is blocked", "3 s", "step 1 of 9")
     run.model.tell_goal("g", "plan 4 steps")
     assert run.row("goals", "g")["why"] == ""
+    for line, why in (
+        ("waiting in step 2: the plan has no action for now", "the plan has no action for it now"),
+        ("why: a way is blocked", "a way is blocked"),
+        ("waiting in step 3: the plan has no action for now", "a way is blocked"),
+        ("no plan within the horizon of 9 steps: looking for the reason",) * 2,
+        ("why: two ways are blocked", "two ways are blocked"),
+    ):
+        run.model.tell_goal("g", line)
+        assert run.row("goals", "g")["why"] == why
 
     run.hear(journal.CancelArrived("g"))
     assert run.row("goals", "g")["canceling"]
@@ -146,7 +156,7 @@ def test_what_an_actuator_waits_for(
     run = Run()
     run.model.set_plan(1, 3, ["do(r,go(2),1)", "do(r,go(3),2)"])
     run.model.set_tokens(tokens)
-    run.model.decide(decisions)
+    run.model.decide(decisions, run.time)
     row = run.row("actuators", "r")
     assert row["state"] == state
     assert waits in row["waits"]
@@ -159,6 +169,12 @@ def test_an_actuator_without_a_next_action() -> None:
     assert run.row("actuators", "r")["state"] == "plan"
     run.hear(journal.LoopWaits())
     assert run.row("actuators", "r")["state"] == "idle"
+    run.hear(journal.ControlArrived(journal.Control.HOLD, "r"))
+    run.model.decide(OperatorDecisions(on_hold=("r",)), run.time)
+    row = run.row("actuators", "r")
+    assert (row["state"], row["waits"]) == (
+        "hold", "until it is released; nothing is planned for it",
+    )  # fmt: skip
     assert run.row("run", "run")["state"] == "waits"
 
 
@@ -169,7 +185,8 @@ def test_how_far_the_actions_of_a_plan_are() -> None:
     run.model.set_tokens([act("r", "go(2)")])
     atoms = ["do(s,go(4),1)", "do(r,go(2),1)", "do(t,give,1)", "do(r,go(3),2)", "do(s,go(4),2)"]
     run.model.set_plan(1, 2, atoms)
-    run.model.decide(OperatorDecisions.read(False, [], ["do(t,give)"], ["approval"]))
+    decisions = OperatorDecisions.read(False, [], ["do(t,give)"], ["approval"])
+    run.model.decide(decisions, run.time)
     plan = run.row("plan", "plan")
     states = {(step, who): state for step, who, _, state in plan["actions"]}
     assert states == {
@@ -206,6 +223,21 @@ def test_actions_are_bars() -> None:
     assert len(run.shown["bars"]) == 200
 
 
+def test_what_an_operator_held_is_a_bar() -> None:
+    run = Run()
+    run.model.decide(OperatorDecisions(on_hold=("r",)), 5.0)
+    run.model.decide(OperatorDecisions(on_hold=("r",), held=(("r", "go(2)", "hold"),)), 6.0)
+    assert run.row("holds", "5.0") == {
+        "began": 5.0, "ended": None, "kind": "hold", "name": "r on hold",
+    }  # fmt: skip
+    run.model.decide(OperatorDecisions(), 7.5)
+    assert run.row("holds", "5.0")["ended"] == 7.5
+    for number in range(200):
+        run.model.decide(OperatorDecisions(number % 2 == 0), 10.0 + number)
+    run.look()
+    assert len(run.shown["holds"]) == 100
+
+
 def test_numbers_that_were_heard_are_ignored_and_missed_ones_counted() -> None:
     run = Run()
     run.hear(journal.GoalArrived("g", "r"))
@@ -217,9 +249,33 @@ def test_numbers_that_were_heard_are_ignored_and_missed_ones_counted() -> None:
     assert run.row("run", "run")["missed"] == 3
 
 
+def test_what_has_become_of_messages() -> None:
+    run = Run()
+    messages = run.model.messages
+    assert run.row("run", "run")["dropped"] is None
+    run.hear(journal.MessageArrived("info", "close(2)"), journal.MessageArrived("info", "close(9)"))
+    assert messages.fate("info", "close(2)") == MessageFate(1)
+    run.hear(journal.MessageDropped("id info, value close(9): there is no such cell"))
+    assert messages.fate("info", "close(9)") == MessageFate(2, "there is no such cell")
+    assert run.row("run", "run")["dropped"] == {
+        "time": 1003.0, "text": "id info, value close(9): there is no such cell",
+    }  # fmt: skip
+    run.hear(journal.MessageDropped("'a(' is not a ground term"), journal.CommandDone("solve"))
+    assert messages.fate("info", "close(2)") == MessageFate(1)
+    run.hear(journal.CommandDone("assign_messages(1)"))
+    assert messages.fate("info", "close(2)") == MessageFate(1, "")
+    assert messages.fate("info", "close(9)") == MessageFate(2, "there is no such cell")
+    run.hear(journal.MessageArrived("info", "close(2)"))
+    assert messages.fate("info", "close(2)") == MessageFate(7)
+    for number in range(1000):
+        run.hear(journal.MessageArrived("info", f"a({number})"))
+    assert messages.fate("info", "close(2)") is None
+    assert messages.fate("info", "a(0)") == MessageFate(8)
+
+
 def test_another_run_begins_anew() -> None:
     run = Run()
-    run.model.decide(OperatorDecisions(True))
+    run.model.decide(OperatorDecisions(True), run.time)
     run.hear(journal.GoalArrived("g", "r"), journal.LoopEnded("no plan"))
     assert run.row("run", "run")["state"] == "ended"
     run.number = 0
@@ -288,7 +344,7 @@ def test_hostile_words_are_words() -> None:
     run.model.set_plan(1, 2, [HOSTILE, f"do({HOSTILE},{HOSTILE},1)", "do(", "expected(1)", ""])
     run.model.set_tokens([act(HOSTILE, HOSTILE)])
     run.model.decide(
-        OperatorDecisions.read(True, [HOSTILE], [HOSTILE, "do(a,b)"], [HOSTILE, HOSTILE])
+        OperatorDecisions.read(True, [HOSTILE], [HOSTILE, "do(a,b)"], [HOSTILE, HOSTILE]), run.time
     )
     run.model.tell_goal(HOSTILE, HOSTILE)
     run.look()

@@ -95,6 +95,10 @@ def test_what_an_operator_held() -> None:
     expected = {1.5: ("approval", False), 2.25: ("pause", True), 2.75: ("begins", False)}
     assert {seconds: state(seconds) for seconds in expected} == expected
     assert state(1.5) == expected[1.5]
+    player = Player(playback)
+    assert player.about()["holds"] == [
+        (1.25, "robot: go(2) for approval"), (1.75, "paused, lift on hold"),
+    ]  # fmt: skip
 
 
 def test_what_goals_were_told_and_what_the_plan_costs() -> None:
@@ -133,6 +137,7 @@ def test_a_player() -> None:
         assert player.clock()["now"] == 2.0
         for refused in (
             player.control(name, Control.PAUSE, "", ""), player.send_goal(name, "visit(2)", ()),
+            player.send_message(name, "info", "close(2)"),
             player.cancel(name, "g"), player.ask(name, "plan", ()), player.record(name, True),
         ):  # fmt: skip
             assert not refused.done

@@ -84,6 +84,8 @@ def test_what_an_operator_may_want() -> None:
                     {"request": "visit(2)", "information": ["x"]},
                     (SYSTEM, "visit(2)", ("x",)),
                 ),
+                ("message", {"message": "info:a( b, 1+2)"}, (SYSTEM, "info", "a(b,3)")),
+                ("message", {"message": '(goal):"x:y"'}, (SYSTEM, "goal", '"x:y"')),
                 ("cancel", {"goal": "g"}, (SYSTEM, "g")),
                 ("why", {"question": "goal", "arguments": ["1"]}, (SYSTEM, "goal", ("1",))),
                 ("record", {"on": True}, (SYSTEM, True)),
@@ -113,6 +115,11 @@ def test_what_an_operator_may_want() -> None:
             {"system": SYSTEM, "request": "a", "information": ["b"] * 101},
             "information: expected",
         ),
+        ("message", {"system": SYSTEM}, "message: expected SOURCE:VALUE, such as info:blocked("),
+        ("message", {"system": SYSTEM, "message": "info"}, "message: expected SOURCE:VALUE"),
+        ("message", {"system": SYSTEM, "message": "info:a("}, "message: 'a(' is not a ground term"),
+        ("message", {"system": SYSTEM, "message": ":a"}, "message: '' is not a ground term"),
+        ("message", {"system": SYSTEM, "message": 3}, "message: expected a text"),
         ("cancel", {"system": SYSTEM}, "goal: it is empty"),
         ("cancel", {"system": SYSTEM, "goal": ""}, "goal: it is empty"),
         ("record", {"system": SYSTEM, "on": "yes"}, "on: expected true or false"),
@@ -232,6 +239,7 @@ def test_a_read_only_console() -> None:
             for kind, fields in (
                 ("control", {"control": "halt"}),
                 ("goal", {"request": "a"}),
+                ("message", {"message": "info:a"}),
                 ("cancel", {"goal": "g"}),
             ):
                 status, answer = await one.do(kind, {"system": SYSTEM, **fields})

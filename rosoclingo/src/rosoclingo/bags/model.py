@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Mapping, Tuple
 
+from rosoclingo.drawing.holds import HoldHistory, HoldSpan, read_held
 from rosoclingo.launched.about import Launched
 from rosoclingo.loop.journal import Record
 
@@ -81,3 +82,12 @@ class Recording:
     has_journal: bool = True
     held: Tuple[OperatorHold, ...] = ()
     feedback: Tuple[FeedbackLine, ...] = ()
+
+    @property
+    def hold_spans(self) -> Tuple[HoldSpan, ...]:
+        """What an operator held, over time."""
+        history = HoldHistory()
+        for one in self.held:
+            held = read_held(one.held, one.reasons)
+            history.add(one.seconds, one.is_paused, one.on_hold, held)
+        return tuple(history.spans)

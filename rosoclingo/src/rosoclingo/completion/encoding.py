@@ -1,4 +1,4 @@
-"""Requests and map of a planner's encoding, read without a run.
+"""Requests, messages and map of a planner's encoding, read without a run.
 
 It is grounded in a process of its own, :mod:`.grounding`: clingo cannot be interrupted, and may
 take any time. Files with scripts are not read: they come from a topic, and the scripts would run
@@ -35,15 +35,18 @@ class EncodingError(RosclingoError):
 
 @dataclass(frozen=True)
 class KnownEncoding:
-    """Requests and map of an encoding.
+    """Requests, messages and map of an encoding.
 
     Attributes:
         requests: The first of the requests that it knows, sorted.
         graph: Its map; None if it has none with positions.
+        messages: The first of the messages that it knows, as ``SOURCE:VALUE``, sorted; answers of
+            actuators are none.
     """
 
     requests: Tuple[str, ...] = ()
     graph: Optional[Graph] = None
+    messages: Tuple[str, ...] = ()
 
 
 def read_encoding(launched: Launched) -> KnownEncoding:
@@ -89,7 +92,9 @@ def _run(node: str, arguments: Sequence[str], directory: Path) -> KnownEncoding:
     if process.returncode:
         raise EncodingError(f"the encoding of {node} is not understood: {wrong.strip()}")
     found: Dict[str, Any] = json.loads(said)
-    return KnownEncoding(tuple(found["requests"]), _graph_of(found["graph"]))
+    return KnownEncoding(
+        tuple(found["requests"]), _graph_of(found["graph"]), tuple(found["messages"])
+    )
 
 
 def _graph_of(found: Optional[Dict[str, Any]]) -> Optional[Graph]:

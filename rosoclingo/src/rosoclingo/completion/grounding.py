@@ -19,9 +19,10 @@ from rosoclingo.check.alphabet import read_alphabet
 from rosoclingo.completion.encoding import SECONDS
 from rosoclingo.drawing.errors import GraphError
 from rosoclingo.drawing.graph import read_graph
+from rosoclingo.loop.values.ids import type_event
 
 _NICE = 19
-_MOST_REQUESTS = 20_000
+_MOST = 20_000  # requests, and messages
 _PR_SET_PDEATHSIG = 1  # of Linux's prctl
 
 
@@ -37,13 +38,15 @@ def main() -> None:
     os.chdir(task["directory"])
     try:
         options = parse_options(task["arguments"])
-        requests = read_alphabet(options).requests[:_MOST_REQUESTS]
+        alphabet = read_alphabet(options)
     except RosclingoError as err:
         sys.exit(str(err))
     graph = None
     with contextlib.suppress(GraphError):  # most encodings have no map
         graph = vars(read_graph(options.files, options.clingo, options.theory))
-    print(json.dumps({"requests": requests, "graph": graph}))
+    messages = [type_event(*pair) for pair in alphabet.messages[:_MOST]]
+    found = {"requests": alphabet.requests[:_MOST], "messages": messages, "graph": graph}
+    print(json.dumps(found))
 
 
 if __name__ == "__main__":

@@ -57,6 +57,8 @@ def end(state: State) -> None:
     reason = f"the planner has {NO_PLAN} of {steps} steps"
     if not goals:
         raise LoopError(f"{reason}{ELSEWHERE}")
+    for goal in goals:  # before all that lasts
+        goal.tell(f"{NO_PLAN} of {steps} steps: looking for the reason")
     lost = _unreachable(state, goals)
     if _is_called_away(state):
         return

@@ -214,6 +214,9 @@ class ActuatorTable:
             row.update(state="others", waits=f"until {who}")
         elif row["next"]:
             row.update(state="begins", waits="for its step to begin")
+        elif row["on_hold"]:
+            more = "for a plan" if searching else "nothing is planned for it"
+            row.update(state="hold", waits=f"{_WAITS_FOR['hold']}; {more}")
         elif searching:
             row.update(state="plan", waits="for a plan")
         else:

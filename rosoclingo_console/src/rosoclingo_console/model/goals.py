@@ -15,6 +15,9 @@ _MOST_ENDED = 50  # likewise, goals that have ended
 _QUEUED = re.compile(r"queued (\d+)")
 _WHY = "why: "
 _LATE = "late by "
+_NO_PLAN = "no plan "
+_WAITING = "waiting in step "
+_NO_ACTION = "the plan has no action for it now"
 _EXPECTED = "expected in "
 
 
@@ -35,7 +38,7 @@ class GoalRow:
         place: Its place in the queue, from 1; 0 if it has none, or if that is not known.
         canceling: Whether somebody wants it cancelled.
         line: The last line of feedback that is none of the others.
-        why: Why it waits or has no plan.
+        why: Why it waits or has no plan; until that is known, that it does.
         late: By how much it will be late, as ``12 s``; empty if it says nothing of that.
     """
 
@@ -103,12 +106,16 @@ class GoalTable:
             goal.place = int(queued[1]) if not goal.slot else 0
         elif line.startswith(_WHY):
             goal.why = line[len(_WHY) :]
+        elif line.startswith(_NO_PLAN):
+            goal.why = line
         elif line.startswith(_LATE):
             goal.late = line[len(_LATE) :]
         elif not line.startswith(_EXPECTED):  # the plan says that of all goals, and the time
             goal.line = line
             if line.startswith("plan "):  # another one, so that what was said before is old
                 goal.why = ""
+            elif line.startswith(_WAITING):
+                goal.why = goal.why or _NO_ACTION
 
     @property
     def open(self) -> List[GoalRow]:

@@ -25,6 +25,7 @@ from rosoclingo_console.model.system import SystemModel
 from rosoclingo_console.model.values import OperatorDecisions, quality_words
 
 _UNKNOWN = KnownEncoding()
+_MOST_HOLDS = 100
 _PAUSES = (Control.PAUSE, Control.HALT, Control.STEP)
 
 
@@ -34,6 +35,7 @@ class Playback:
     Attributes:
         name: The name of the planning node.
         seconds: How long the run lasted.
+        holds: When an operator held something, and what; the last ones if there are many.
         model: What was known at the time that was sought last.
     """
 
@@ -50,6 +52,7 @@ class Playback:
         self._others = sorted(_others(recording), key=lambda one: one[0])
         self._encoding = encoding
         self.name = recording.name
+        self.holds = [(one.began, one.name) for one in recording.hold_spans[-_MOST_HOLDS:]]
         self.seconds = max((entry.seconds for entry in recording.entries), default=0.0)
         self._restart()
 
@@ -94,7 +97,7 @@ class Playback:
         elif isinstance(event, journal.CommandDone) and event.resets:
             self._plan = ()  # its steps have other numbers from now on, and it is found again
         elif isinstance(event, journal.ControlArrived) and not self._says_held:
-            self._decide(event)
+            self._decide(event, entry.seconds)
         if self._plan or model.actuators.plan.actions:
             atoms = [atom for atom in self._plan if _step(atom) >= entry.step]
             if atoms != list(self._plan) or isinstance(event, journal.PlanFound) or not atoms:
@@ -104,7 +107,7 @@ class Playback:
                 model.actuators.plan.step = entry.step
         model.set_tokens(model.actuators.tokens())
 
-    def _decide(self, event: journal.ControlArrived) -> None:
+    def _decide(self, event: journal.ControlArrived, seconds: float) -> None:
         if event.control in _PAUSES:
             self._paused = True
         elif event.control is Control.RESUME:
@@ -113,7 +116,8 @@ class Playback:
             self._on_hold.add(event.actuator)
         elif event.control is Control.RELEASE:
             self._on_hold.discard(event.actuator)
-        self.model.decide(OperatorDecisions(self._paused, tuple(sorted(self._on_hold))))
+        on_hold = tuple(sorted(self._on_hold))
+        self.model.decide(OperatorDecisions(self._paused, on_hold), seconds)
 
 
 def _others(recording: Recording) -> Iterator[Tuple[float, Callable[[SystemModel], None]]]:
@@ -125,7 +129,8 @@ def _others(recording: Recording) -> Iterator[Tuple[float, Callable[[SystemModel
 
 
 def _decide(model: SystemModel, hold: OperatorHold) -> None:
-    model.decide(OperatorDecisions.read(hold.is_paused, hold.on_hold, hold.held, hold.reasons))
+    decisions = OperatorDecisions.read(hold.is_paused, hold.on_hold, hold.held, hold.reasons)
+    model.decide(decisions, hold.seconds)
 
 
 def _step(atom: str) -> int:

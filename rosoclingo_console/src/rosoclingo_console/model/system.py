@@ -10,12 +10,14 @@ from itertools import islice
 from typing import Any, Deque, Dict, List, Optional, Sequence
 
 from rosoclingo.completion.encoding import KnownEncoding
+from rosoclingo.drawing.holds import HoldHistory
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import NumberedRecord, Status
 from rosoclingo_console.model.actuators import ActuatorTable
 from rosoclingo_console.model.board import Board, Row
 from rosoclingo_console.model.goals import GoalTable
 from rosoclingo_console.model.map import MapTable
+from rosoclingo_console.model.messages import MessageTable
 from rosoclingo_console.model.metrics import Counters, Sample, counted
 from rosoclingo_console.model.sentences import tell
 from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenRow
@@ -23,8 +25,10 @@ from rosoclingo_console.model.values import OperatorDecisions, PlanAhead, TokenR
 _MOST_LINES = 300  # of the journal
 _MOST_NEW_LINES = 50  # likewise, in one message to a page: nobody reads more
 _MOST_PLANNED = 300  # actions
-_MOST_REQUESTS = 2000  # that are offered
+_MOST_HOLDS = 100  # times in which an operator held something
+_MOST_KNOWN = 2000  # requests, and messages, that are offered
 _DIGITS = 3  # of seconds
+_BESIDE = (journal.ControlArrived, journal.Explained)  # which alone end no wait of the loop
 
 
 class SystemModel:
@@ -36,7 +40,8 @@ class SystemModel:
         self._new_lines: Deque[Row] = deque(maxlen=_MOST_NEW_LINES)
         self._is_new_run = True
         self._map = MapTable()
-        self._known_requests: Row = {"requests": []}
+        self._holds = HoldHistory(_MOST_HOLDS)
+        self._known: Row = {"requests": [], "messages": []}
         self._recording = ""
         self._connected = False
         self._since = 0.0
@@ -46,6 +51,7 @@ class SystemModel:
         """Forgets the run before."""
         self.goals = GoalTable()
         self.actuators = ActuatorTable()
+        self.messages = MessageTable()
         self._counters = Counters()
         self._last: Optional[NumberedRecord] = None
         self._works = False
@@ -102,7 +108,8 @@ class SystemModel:
     def _follow(self, record: NumberedRecord) -> None:
         event, time = record.event, record.time
         self._map.hear(event)
-        self._works = not isinstance(event, (journal.LoopWaits, journal.LoopEnded))
+        if not isinstance(event, _BESIDE):
+            self._works = not isinstance(event, (journal.LoopWaits, journal.LoopEnded))
         if isinstance(event, journal.GoalArrived):
             self.goals.arrive(event, time)
         elif isinstance(event, journal.CancelArrived):
@@ -115,10 +122,19 @@ class SystemModel:
             self.actuators.answer(event.actuator, event.answer, time)
         elif isinstance(event, journal.MessageArrived):
             self.actuators.answer(event.source, event.value, time)
-        elif isinstance(event, journal.CommandDone) and event.resets:
-            self.actuators.forget_steps()
+            self.messages.arrive(record.number, event.source, event.value)
+        elif isinstance(event, journal.MessageDropped):
+            self.messages.drop(event.reason, round(time, _DIGITS))
+        elif isinstance(event, journal.CommandDone):
+            self._follow_command(event)
         elif isinstance(event, journal.LoopEnded):
             self._ended = str(event.reason)
+
+    def _follow_command(self, command: journal.CommandDone) -> None:
+        if command.resets:
+            self.actuators.forget_steps()
+        elif command.name == "assign_messages":
+            self.messages.tell()
 
     def set_plan(self, step: int, horizon: int, atoms: Sequence[str]) -> None:
         """Takes a message of ``~plan``."""
@@ -133,9 +149,10 @@ class SystemModel:
         """Takes a message of ``~heartbeat``."""
         self.actuators.set_progress(run, number, progress)
 
-    def decide(self, decisions: OperatorDecisions) -> None:
-        """Takes a message of ``~held``."""
+    def decide(self, decisions: OperatorDecisions, time: float) -> None:
+        """Takes a message of ``~held``, which came at a time in seconds of wall time."""
         self.actuators.decisions = decisions
+        self._holds.add(time, decisions.paused, decisions.on_hold, decisions.held)
 
     def set_quality(self, quality: str) -> None:
         """Takes what the plan costs, in words."""
@@ -143,7 +160,10 @@ class SystemModel:
 
     def set_encoding(self, encoding: KnownEncoding) -> None:
         """Takes what the planner's encoding says."""
-        self._known_requests = {"requests": list(encoding.requests[:_MOST_REQUESTS])}
+        self._known = {
+            "requests": list(encoding.requests[:_MOST_KNOWN]),
+            "messages": list(encoding.messages[:_MOST_KNOWN]),
+        }
         self._map.set_graph(encoding.graph)
 
     def set_recording(self, file: str) -> None:
@@ -185,8 +205,9 @@ class SystemModel:
         self._board.replace("actuators", actuators.rows(self._works))
         self._board.replace("plan", {"plan": actuators.planned(_MOST_PLANNED)})
         self._board.replace("bars", actuators.bars())
+        self._board.replace("holds", {str(one.began): vars(one) for one in self._holds.spans})
         self._board.replace("means", actuators.means())
-        self._board.replace("known", {"known": self._known_requests})
+        self._board.replace("known", {"known": self._known})
         self._board.replace("map", self._map.rows())
 
     def _run(self) -> Row:
@@ -205,6 +226,7 @@ class SystemModel:
             "open": len(open_goals),
             "waiting": sum(not goal.slot for goal in open_goals),
             "missed": self._missed,
+            "dropped": self.messages.last_dropped,
             "quality": self._quality,
             "recording": self._recording,
         }

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Mapping, NamedTuple, Sequence, Tuple
 
 from rosclingo.wire.term_text import number, split_term
+from rosoclingo.drawing.holds import HeldRow, read_held
 
 _DO, _EXPECTED = "do", "expected"
 
@@ -84,16 +85,11 @@ class OperatorDecisions:
 
     paused: bool = False
     on_hold: Tuple[str, ...] = ()
-    held: Tuple[Tuple[str, str, str], ...] = ()
+    held: Tuple[HeldRow, ...] = ()
 
     @classmethod
     def read(
         cls, paused: bool, on_hold: Sequence[str], held: Sequence[str], reasons: Sequence[str]
     ) -> OperatorDecisions:
         """Reads the fields of a ``ROSoClingoHeld``; an atom that is none is skipped."""
-        found = []
-        for atom, reason in zip(held, reasons):
-            name, arguments = split_term(atom)
-            if name == _DO and len(arguments) == 2:
-                found.append((arguments[0], arguments[1], reason))
-        return cls(paused, tuple(on_hold), tuple(found))
+        return cls(paused, tuple(on_hold), read_held(held, reasons))

@@ -33,7 +33,10 @@ class SystemsClock:
             self._simulated = message.clock.to_sec()
 
     def now(self) -> Dict[str, float]:
-        """Returns what time it is: ``now`` of wall time, ``ros`` of ROS's time, in seconds."""
+        """Returns what time it is: ``now`` of wall time, ``ros`` of ROS's time, in seconds.
+
+        Without a simulator's time, both are the same number.
+        """
         now = time.time()
         with self._lock:
             return {"now": now, "ros": now if self._simulated is None else self._simulated}

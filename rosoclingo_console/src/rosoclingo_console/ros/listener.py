@@ -89,7 +89,8 @@ def _decisions(message: ROSoClingoHeld) -> Heard:
     decisions = OperatorDecisions.read(
         message.paused, message.on_hold, message.held, message.reasons
     )
-    return lambda model: model.decide(decisions)
+    now = time.time()
+    return lambda model: model.decide(decisions, now)
 
 
 def _quality(message: String) -> Heard:

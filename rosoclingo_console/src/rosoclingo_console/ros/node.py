@@ -79,7 +79,7 @@ class ConsoleNode:
         self._listeners = [self._listen(name) for name in systems]
         folder = Path(parameters.text("bags", ".")).expanduser().absolute()
         self._recordings = Recordings(folder, self._show_recording)
-        operations = RosOperations(systems, hub.knows_goal, self._recordings)
+        operations = RosOperations(systems, hub, self._recordings)
         server = Server(hub, access, operations, lambda line: rospy.loginfo("%s", line))
         self._web = WebThread(hub, server, address, port)
         on_shutdown(self._web.close)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import time
-from typing import Any, Callable, Dict, Tuple
+from typing import Any, Callable, Dict, Optional, Tuple
 
 import rospy
 from actionlib_msgs.msg import GoalID
@@ -14,13 +14,15 @@ from std_srvs.srv import Trigger
 from rosclingo.ros.low_latency import publisher
 from rosclingo.ros.presence import Presence, presence
 from rosoclingo.loop.journal import Control
-from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal
+from rosoclingo.msg import ROSoClingoActionGoal, ROSoClingoGoal, ROSoClingoIn
 from rosoclingo.srv import ControlActuator, Why, WhyResponse
+from rosoclingo_console.model.messages import MessageFate
 from rosoclingo_console.ros.recordings import Recordings
+from rosoclingo_console.web.hub import Hub
 from rosoclingo_console.web.operations import OperationReply, Operations
 
-_SECONDS_TO_FIND = 2.0  # a service, or who takes goals
-_SECONDS_TO_TAKE = 3.0  # until a goal that was sent is known
+_SECONDS_TO_FIND = 2.0  # a service, or who takes goals and messages
+_SECONDS_TO_TAKE = 3.0  # until it is known what has become of one that was sent
 _POLL_SECONDS = 0.02
 _OF_RUN = (Control.PAUSE, Control.HALT, Control.STEP, Control.RESUME)
 
@@ -28,28 +30,25 @@ _OF_RUN = (Control.PAUSE, Control.HALT, Control.STEP, Control.RESUME)
 class RosOperations(Operations):
     """The systems on the ROS master. Make it after the node is initialised."""
 
-    def __init__(
-        self,
-        systems: Tuple[str, ...],
-        knows: Callable[[str, str], bool],
-        recordings: Recordings,
-    ) -> None:
+    def __init__(self, systems: Tuple[str, ...], hub: Hub, recordings: Recordings) -> None:
         """Opens topics to the systems.
 
         Args:
             systems: Resolved names of the planning nodes.
-            knows: Whether a system, by its name, has taken a goal, by its id; thread-safe.
+            hub: Knows what has become of goals and messages.
             recordings: Starts and stops recorders.
         """
         self._recordings = recordings
-        self._knows = knows
+        self._hub = hub
         self._numbers = itertools.count(1)  # thread-safe as CPython has it
         self._begun = f"{rospy.get_name()}-{os.getpid()}-{time.time():.3f}"
         self._goals: Dict[str, rospy.Publisher] = {}
         self._cancels: Dict[str, rospy.Publisher] = {}
+        self._messages: Dict[str, rospy.Publisher] = {}
         for name in systems:
             self._goals[name] = publisher(f"{name}/goal", ROSoClingoActionGoal)
             self._cancels[name] = publisher(f"{name}/cancel", GoalID)
+            self._messages[name] = publisher(f"{name}/in", ROSoClingoIn)
 
     def control(self, system: str, control: Control, actuator: str, action: str) -> OperationReply:
         """Calls a service such as ``~pause``, which answers when the request is taken."""
@@ -63,32 +62,42 @@ class RosOperations(Operations):
 
     def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
         """Sends a goal, and waits until the system has taken it."""
-        topic = self._goals[system]
-        if not _wait_for(lambda: topic.impl.has_connection(system), _SECONDS_TO_FIND):
-            return OperationReply(False, _no_connection(system))
         identifier = f"{self._begun}-{next(self._numbers)}"
         now = rospy.Time.now()
         message = ROSoClingoActionGoal(
             goal_id=GoalID(now, identifier), goal=ROSoClingoGoal(request, list(information))
         )
         message.header.stamp = now
-        topic.publish(message)
-        if not _wait_for(lambda: self._knows(system, identifier), _SECONDS_TO_TAKE):
-            # rospy notices late that a subscriber is gone.
-            if presence(system) is not Presence.RUNNING:
-                return OperationReply(False, _no_connection(system))
-            return OperationReply(
-                True, f"sent; {system} has not taken it yet: it searches, grounds or waits"
-            )
-        return OperationReply(True, f"sent to {system}")
+        return _send(
+            system, self._goals[system], message, lambda: self._hub.knows_goal(system, identifier)
+        )
+
+    def send_message(self, system: str, source: str, value: str) -> OperationReply:
+        """Sends a message, and waits until the system has told its planner, or has dropped it."""
+        before = self._hub.message_fate(system, source, value)
+
+        def fate() -> Optional[MessageFate]:
+            now = self._hub.message_fate(system, source, value)
+            is_old = before is not None and now is not None and now.number == before.number
+            return None if is_old else now
+
+        def is_taken() -> bool:
+            now = fate()
+            return now is not None and now.dropped is not None
+
+        reply = _send(system, self._messages[system], ROSoClingoIn(source, value), is_taken)
+        found = fate()
+        if found is None or not reply.done:
+            return reply
+        if found.dropped is None:
+            text = f"{system} has taken it; its planner knows it already, or is told later"
+            return OperationReply(True, text)
+        return OperationReply(False, f"dropped: {found.dropped}") if found.dropped else reply
 
     def cancel(self, system: str, goal: str) -> OperationReply:
         """Sends a cancel request."""
-        topic = self._cancels[system]
-        if not _wait_for(lambda: topic.impl.has_connection(system), _SECONDS_TO_FIND):
-            return OperationReply(False, _no_connection(system))
-        topic.publish(GoalID(id=goal))
-        return OperationReply(True, "the cancel request is sent")
+        sent = _send(system, self._cancels[system], GoalID(id=goal), lambda: True)
+        return OperationReply(True, "the cancel request is sent") if sent.done else sent
 
     def record(self, system: str, is_on: bool) -> OperationReply:
         """Starts or stops a recorder."""
@@ -105,6 +114,23 @@ class RosOperations(Operations):
         if kind is Why:
             return OperationReply(response.status == WhyResponse.ANSWERED, response.text)
         return OperationReply(response.success, response.message)
+
+
+def _send(
+    system: str, topic: rospy.Publisher, message: Any, is_taken: Callable[[], bool]
+) -> OperationReply:
+    """Sends a message to a system, and waits until it is taken, but not for long."""
+    if not _wait_for(lambda: topic.impl.has_connection(system), _SECONDS_TO_FIND):
+        return OperationReply(False, _no_connection(system))
+    topic.publish(message)
+    if _wait_for(is_taken, _SECONDS_TO_TAKE):
+        return OperationReply(True, f"sent to {system}")
+    # rospy notices late that a subscriber is gone.
+    if presence(system) is not Presence.RUNNING:
+        return OperationReply(False, _no_connection(system))
+    return OperationReply(
+        True, f"sent; {system} has not taken it yet: it searches, grounds or waits"
+    )
 
 
 def _wait_for(condition: Callable[[], bool], seconds: float) -> bool:

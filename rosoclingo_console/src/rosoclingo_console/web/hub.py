@@ -14,6 +14,7 @@ import logging
 from collections import deque
 from typing import Any, Callable, Deque, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
+from rosoclingo_console.model.messages import MessageFate
 from rosoclingo_console.model.metrics import Sample
 from rosoclingo_console.model.system import SystemModel
 
@@ -50,7 +51,8 @@ class Hub:
         Args:
             systems: The names of the planning nodes.
             clock: Returns what time it is: ``now`` in seconds of wall time, ``ros`` in those of
-                ROS's time, ``rate`` if it is a recorded run's; None for no signs of life.
+                ROS's time, which differ if a simulator has the clock, ``rate`` if it is a recorded
+                run's; None for no signs of life.
         """
         # Read by the event loop's thread only, as all that is not said to be thread-safe.
         self.models: Dict[str, SystemModel] = {name: SystemModel() for name in systems}
@@ -143,6 +145,10 @@ class Hub:
     def knows_goal(self, system: str, identifier: str) -> bool:
         """Whether a system has taken a goal, as far as its journal was heard. Thread-safe."""
         return self.models[system].goals.knows(identifier)  # looks into a dict, no more
+
+    def message_fate(self, system: str, source: str, value: str) -> Optional[MessageFate]:
+        """Returns what has become of a message to a system, likewise. Thread-safe."""
+        return self.models[system].messages.fate(source, value)
 
     def samples(self) -> Dict[str, List[Sample]]:
         """Returns the metrics of each system, and with an empty name the console's own."""

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Callable, Mapping, Optional, Tuple
 
-from rosclingo.errors import RosclingoError
+from rosclingo.errors import RosclingoError, TermError
 from rosoclingo.loop.journal import Control
+from rosoclingo.loop.values.atoms import canonical
+from rosoclingo.loop.values.ids import split_event
 
 _LONGEST = 10_000  # characters of a text
 _CONTROLS = f"control: expected {', '.join(one for one in Control if one != Control.RETRY)}"
@@ -43,6 +45,10 @@ class Operations:
 
     def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
         """Sends a goal."""
+        raise NotImplementedError
+
+    def send_message(self, system: str, source: str, value: str) -> OperationReply:
+        """Sends a message, both of whose parts are terms as clingo prints them."""
         raise NotImplementedError
 
     def cancel(self, system: str, goal: str) -> OperationReply:
@@ -161,6 +167,17 @@ def _goal(body: Body) -> Call:
     return lambda operations: operations.send_goal(system, request, information)
 
 
+def _message(body: Body) -> Call:
+    system, parts = body.system, split_event(body.text("message"))
+    if parts is None:
+        raise RequestError("message: expected SOURCE:VALUE, such as info:blocked(c3,c4)")
+    try:
+        source, value = map(canonical, parts)
+    except TermError as err:
+        raise RequestError(f"message: {err}") from err
+    return lambda operations: operations.send_message(system, source, value)
+
+
 def _cancel(body: Body) -> Call:
     system, goal = body.system, body.text("goal")
     if not goal:  # actionlib takes it for all goals
@@ -186,6 +203,7 @@ def _play(body: Body) -> Call:
 READERS: Mapping[str, Callable[[Body], Call]] = {
     "control": _control,
     "goal": _goal,
+    "message": _message,
     "cancel": _cancel,
     "why": _why,
     "record": _record,

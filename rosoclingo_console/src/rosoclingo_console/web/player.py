@@ -67,7 +67,7 @@ class Player(Operations):
 
     def about(self) -> Dict[str, Any]:
         """Returns what pages are told of the recording."""
-        return {"seconds": self._playback.seconds}
+        return {"seconds": self._playback.seconds, "holds": self._playback.holds}
 
     def play(self, plays: bool, position: float, speed: float) -> OperationReply:
         """Goes to a time in the run, and plays from there or stops; called by any thread."""
@@ -88,6 +88,10 @@ class Player(Operations):
         return _RECORDED
 
     def send_goal(self, system: str, request: str, information: Tuple[str, ...]) -> OperationReply:
+        """Refuses."""
+        return _RECORDED
+
+    def send_message(self, system: str, source: str, value: str) -> OperationReply:
         """Refuses."""
         return _RECORDED
 

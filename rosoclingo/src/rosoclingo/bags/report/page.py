@@ -63,7 +63,16 @@ def data(recording: Recording, statistics: Statistics, file: Path) -> Dict[str, 
     """
     tables = {
         name: _table(getattr(statistics, name))
-        for name in ("goals", "actions", "messages", "searches", "changes", "answers", "restarts")
+        for name in (
+            "goals",
+            "actions",
+            "messages",
+            "searches",
+            "changes",
+            "answers",
+            "restarts",
+            "holds",
+        )
     }
     return {
         "title": file.name,

@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Optional, Tuple
 
+from rosoclingo.drawing.holds import HoldSpan
+
 OPEN = "open"
 RECALLED = "recalled"
 
@@ -232,6 +234,7 @@ class Statistics:
         changes: Those of them that changed what was planned before.
         answers: The questions that were answered, in order.
         restarts: The nodes in whose place others have gone on, in order.
+        holds: What an operator held, in order.
     """
 
     began: float
@@ -247,6 +250,7 @@ class Statistics:
     changes: Tuple[PlanChange, ...]
     answers: Tuple[AnswerRun, ...]
     restarts: Tuple[NodeRestart, ...]
+    holds: Tuple[HoldSpan, ...]
 
 
 def numbered(request: str, number: int) -> str:

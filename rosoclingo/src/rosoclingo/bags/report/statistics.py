@@ -52,6 +52,7 @@ def compute(recording: Recording) -> Statistics:
         changes=explained(reading.changes, reading.plans, reading.causes()),
         answers=tuple(reading.answers),
         restarts=tuple(reading.restarts),
+        holds=recording.hold_spans,
     )
 
 
@@ -86,10 +87,13 @@ class _Reading:
         self._plan: Planned = {}
         self._arrivals: Dict[str, int] = {}  # positions of goals
         self._cancels: Dict[str, int] = {}  # positions of cancel requests, by goal
-        self._planned: Dict[str, int] = {}  # position of the plan before a goal was accepted
+        self._placed: Dict[str, int] = {}  # since when there may be a plan for a goal: a position
         self._steps_before: Dict[str, int] = {}  # how many there were when a goal was accepted
         self._requests: Counter[str] = Counter()  # how often each has come
         self._slots: Dict[str, str] = {}  # the last goal of each slot
+        self._begun = 0  # how often slots may have become free: steps that have begun, and resets
+        self._ends: Dict[str, int] = {}  # likewise, until the end of a goal
+        self._assignments: List[Tuple[int, int]] = []  # positions, likewise, of assign_messages
         self._latest: Dict[str, int] = {}  # index of each actuator's last action
         self._causes: Dict[int, Cause] = {}  # messages that were not dropped, by position
         self._recent: Deque[_Taken] = deque(maxlen=_RECENT)
@@ -110,6 +114,8 @@ class _Reading:
     def read(self, position: int, entry: Entry) -> None:
         """Reads the next entry."""
         self._position = position
+        if self.steps and entry.step != self.steps[-1].number:
+            self._begun += 1
         if not self.steps or entry.step > self.steps[-1].number:
             self.steps.append(StepRun(entry.seconds, entry.step, entry.horizon))
         elif (entry.step, entry.horizon) != (self.steps[-1].number, self.steps[-1].horizon):
@@ -124,11 +130,11 @@ class _Reading:
         """Returns the possible causes of changes, with their positions, when all is read."""
         causes = list(self._causes.items())
         for identifier, goal in self.goals.items():
-            if goal.behind:
+            if goal.slot or goal.accepted is not None:
                 # It is planned for when it gets its slot, not when it comes.
-                causes.append((self._planned[identifier], Cause("queued", goal.name)))
-            elif goal.slot or goal.accepted is not None:
-                causes.append((self._arrivals[identifier], Cause("goal", goal.name)))
+                position = self._placed.get(identifier, self._arrivals[identifier])
+                kind = "queued" if goal.behind else "goal"
+                causes.append((position, Cause(kind, goal.name)))
             if goal.outcome != RECALLED and identifier in self._cancels:
                 causes.append((self._cancels[identifier], Cause("cancel", goal.name)))
         return causes
@@ -164,6 +170,7 @@ class _Reading:
         is_recalled = (
             event.status is journal.Status.CANCELED and not event.slot and goal.accepted is None
         )
+        self._ends[goal.id] = self._begun
         self.goals[goal.id] = replace(
             goal,
             slot=event.slot or goal.slot,
@@ -180,9 +187,23 @@ class _Reading:
         is_queued = before is not None and (before.ended is None or before.ended > goal.came)
         self._slots[slot] = goal.id
         self._steps_before[goal.id] = len(self.steps)
-        self._planned[goal.id] = self.plans[-1] if self.plans else self._position
         behind = before.name if before is not None and is_queued else ""
+        if before is not None:
+            self._placed[goal.id] = self._placement(goal, before, bool(behind))
         self.goals[goal.id] = replace(goal, accepted=seconds, slot=slot, behind=behind)
+
+    def _placement(self, goal: GoalRun, before: GoalRun, is_queued: bool) -> int:
+        """Returns where a goal, which is accepted here, has got the slot of one before it."""
+        came = self._arrivals[goal.id]
+        position = came
+        if is_queued:  # in a bag that lacks the commands
+            position = self.plans[-1] if self.plans else self._position
+        since = self._ends.get(before.id, self._begun)
+        for assigned, begun in reversed(self._assignments):
+            if begun <= since or assigned < came:
+                break
+            position = assigned
+        return position
 
     def _on_message(self, entry: Entry, event: journal.MessageArrived) -> None:
         source, value = event.source, event.value
@@ -238,7 +259,10 @@ class _Reading:
             )
         elif not event.waits:
             self.steps[-1] = replace(step, other=step.other + event.seconds)
+        if event.name == "assign_messages":
+            self._assignments.append((self._position, self._begun))
         if event.resets_to is not None:
+            self._begun += 1
             self._plan = after_reset(self._plan, event.resets_to)
 
     def _on_plan(self, entry: Entry, event: journal.PlanFound) -> None:

@@ -30,6 +30,8 @@ for (const [sign, ...kinds] of [
   ["+", "goal", "queued"],
   ["◆", "start"],
   ["↻", "restart"],
+  ["‖", "hold"],
+  ["!", "approval"],
 ]) {
   for (const kind of kinds) SIGNS[kind] = sign;
 }

@@ -11,6 +11,9 @@ from typing import Callable, Deque, Dict, Iterable, List, Optional, Sequence, Tu
 from rosoclingo.loop.journal import TERMINAL_STATUSES, Reason, Status, StatusSet
 from rosoclingo.loop.values.snapshot import take_over
 
+# By kinds of feedback, the kinds that they make outdated, so that these are sent again.
+_OUTDATED = {"plan": ("planning,", "no"), "no": ("why:",)}
+
 
 class GoalClient:
     """Callbacks to the client that has sent a goal; subclasses override the methods."""
@@ -167,8 +170,8 @@ class Goal(GoalState):
             Whether it was sent.
         """
         kind = kind or line.split(maxsplit=1)[0]
-        if kind == "plan":
-            self._told.pop("planning,", None)  # the next search is another one
+        for outdated in _OUTDATED.get(kind, ()):
+            self._told.pop(outdated, None)
         is_new = again or self._told.get(kind) != line
         if is_new:
             self._told[kind] = line

@@ -15,6 +15,8 @@ const LEGEND = {
   other: "another answer, or none",
   open: "under way",
   planned: "planned, as long as such actions take in the mean",
+  hold: "paused or on hold",
+  approval: "waits for an approval",
 };
 byId("legend").append(...Object.entries(LEGEND).map(([kind, text]) => make("span", {}, sample(kind), text)));
 
@@ -60,7 +62,19 @@ function lanesOf(system, names, at) {
     lanes.get(bar.actuator)?.bars.push({ ...bar, text: bar.action });
   }
   for (const { bars } of lanes.values()) bars.sort((a, b) => a.from - b.from);
-  return [...lanes.values()];
+  return [...lanes.values(), ...holdsOf(system, at)];
+}
+
+/** The lane of what an operator held; none if that was nothing. */
+function holdsOf(system, at) {
+  const bars = [...rowsOf(system, "holds").values()].map(({ began, ended, kind, name }) => ({
+    from: began,
+    to: ended ?? Math.max(began, at),
+    kind,
+    text: name,
+  }));
+  bars.sort((a, b) => a.from - b.from);
+  return bars.length ? [{ name: "operator", bars, tell: (bar) => bar.text }] : [];
 }
 
 let drawnAt = 0;
@@ -71,13 +85,14 @@ watch(() => {
   const drawing = byId("drawing"),
     names = [...rowsOf(chosen(), "actuators").keys()].sort(byName),
     at = now(),
+    lanes = lanesOf(chosen(), names, at),
     past = Number(byId("span").value);
   drawing.setAttribute("aria-label", `What ${names.join(", ") || "nobody"} did and will do; the lists have the same in words`);
-  drawLanes(byId("axis"), drawing, lanesOf(chosen(), names, at), {
+  drawLanes(byId("axis"), drawing, lanes, {
     from: at - past,
     to: at + (past * AHEAD) / (1 - AHEAD),
     width: Math.max(200, drawing.parentElement.clientWidth - 24),
-    labels: Math.min(110, 18 + 7 * Math.max(0, ...names.map((name) => name.length))),
+    labels: Math.min(110, 18 + 7 * Math.max(0, ...lanes.map(({ name }) => name.length))),
     row: LANE,
     clock,
     marks: [{ at, kind: "now", text: "now" }],

@@ -1,7 +1,7 @@
-// The goals, and the form for a new one.
+// The goals.
 
 import { order } from "./ask.js";
-import { mayAct, mayActWhenLive, mayAsk } from "./connection.js";
+import { mayAct, mayAsk } from "./connection.js";
 import { badge, byId, careful, change, fill, make } from "./dom.js";
 import { chosen, now, rowsOf, state, watch } from "./store.js";
 import { why } from "./why.js";
@@ -16,10 +16,13 @@ const STATUSES = {
   aborted: ["bad", "✕", "aborted"],
 };
 
+/** Says of a duration if a simulator's clock measures it; all others are of wall time. */
+const ofClock = () => (state.beat && state.beat.ros !== state.beat.now ? " of simulated time" : "");
+
 function expected(goal) {
   if (goal.expected === null || !state.beat) return "";
   const left = goal.expected - state.beat.ros;
-  return left > 0 ? `expected in ${lasted(left)}` : "expected now";
+  return left > 0 ? `expected in ${lasted(left)}${ofClock()}` : "expected now";
 }
 
 /** Says whose planned actions wait until an operator releases them. */
@@ -35,7 +38,7 @@ function facts(goal) {
     parts.push(goal.slot && `slot ${goal.slot}`);
     parts.push(!goal.slot && goal.place && `place ${goal.place} in the queue`);
     parts.push(goal.canceling && "is to be cancelled");
-    parts.push(expected(goal), goal.late && goal.late !== "0 s" && `late by ${goal.late}`);
+    parts.push(expected(goal), goal.late && goal.late !== "0 s" && `late by ${goal.late}${ofClock()}`);
     parts.push(goal.slot && onHold(), goal.line, goal.came && `for ${lasted(now() - goal.came)}`);
   } else {
     parts.push(goal.came && `took ${lasted(goal.ended - goal.came)}`, `ended at ${clock(goal.ended)}`);
@@ -96,37 +99,4 @@ function drawGoals() {
   list.classList.toggle("none", !goals.length);
 }
 
-// The form.
-
-const field = byId("request-text");
-
-byId("request").addEventListener("submit", async (event) => {
-  event.preventDefault();
-  const request = field.value.trim(),
-    more = byId("request-more").value.trim();
-  if (!request) return field.focus();
-  const done = await order("goal", { request, information: more ? [more] : [] }, `Ask for ${request}`);
-  if (done && field.value.trim() === request) {
-    field.value = byId("request-more").value = "";
-    field.focus();
-  }
-});
-
-function drawForm() {
-  // What is typed is not lost when the link is, for a moment.
-  for (const one of byId("request").elements) change(one, { disabled: !mayActWhenLive() });
-  const isThere = rowsOf(chosen(), "run").get("run")?.connected;
-  change(byId("request-send"), { disabled: !mayAct() || !isThere });
-  const { requests = [] } = rowsOf(chosen(), "known").get("known") ?? {};
-  change(field, { placeholder: requests[0] ?? "bring(1,3)" });
-  const asked = [...rowsOf(chosen(), "goals").values()].filter((goal) => goal.status !== "rejected");
-  const known = new Set([...requests, ...asked.map((goal) => goal.request)]);
-  fill(byId("requests"), [...known].filter(Boolean).sort().map((text) => [text, text]), (value) => {
-    const option = make("option", { value });
-    option.update = () => {};
-    return option;
-  });
-}
-
 watch(drawGoals);
-watch(drawForm);

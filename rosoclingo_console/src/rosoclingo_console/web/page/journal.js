@@ -31,6 +31,7 @@ const list = byId("lines");
 const follow = byId("follow");
 let follows = true;
 let drawn = "";
+let shown = null; // the system whose lines these are
 
 function setFollows(value) {
   follows = value;
@@ -45,6 +46,20 @@ list.addEventListener("scroll", () => {
     follow.setAttribute("aria-pressed", String(isAtEnd));
   }
 });
+
+const offset = (row) => row.getBoundingClientRect().top - list.getBoundingClientRect().top;
+
+/** Where a reader is: the first line that is seen, and how far it is below the list's edge. */
+function readingAt() {
+  const row = [...list.children].find((one) => offset(one) + one.offsetHeight > 0);
+  return row && { number: row.row.number, below: offset(row) };
+}
+
+/** Goes back there, or to the line after it if that one is gone. */
+function readOn({ number, below }) {
+  const row = [...list.children].find((one) => one.row.number >= number);
+  if (row) list.scrollTop += offset(row) - below;
+}
 
 function makeLine(line) {
   const made = make(
@@ -64,8 +79,10 @@ watch(() => {
   const which = `${state.chosen} ${system?.count}`;
   const what = `${which} ${last}`;
   if (drawn === what) return;
+  const reading = !follows && shown === state.chosen ? readingAt() : null;
   if (!drawn.startsWith(`${which} `)) empty(list);
   drawn = what;
+  shown = state.chosen;
   const word = byId("filter").value.toLowerCase();
   const rows = (system?.lines ?? [])
     .filter((line) => boxes.get(line.kind)?.checked && (!word || line.text.toLowerCase().includes(word)))
@@ -73,4 +90,5 @@ watch(() => {
   fill(list, rows, makeLine);
   list.classList.toggle("none", !rows.length);
   if (follows) list.scrollTop = list.scrollHeight;
+  else if (reading) readOn(reading);
 });

@@ -5,6 +5,7 @@ import "./player.js";
 import "./control.js";
 import "./actuators.js";
 import "./goals.js";
+import "./forms.js";
 import "./plan.js";
 import "./map.js";
 import "./chart.js";

@@ -5,6 +5,8 @@ import { badge, byId, change, fill, make } from "./dom.js";
 import { changed, rowsOf, state, watch, chosen, now } from "./store.js";
 import { clock, lasted, plural } from "./words.js";
 
+const NEWS = 60; // seconds that a dropped message needs attention
+
 const LINKS = {
   connecting: ["quiet", "…", () => "connecting"],
   live: ["good", "●", () => (state.hello?.recording ? "recorded" : "live")],
@@ -115,6 +117,9 @@ function warnings() {
   if (run.paused) found.push(["warn", "❚❚", "The run is paused: no action begins."]);
   for (const goal of rowsOf(system, "goals").values()) {
     if (goal.ended === null && goal.why) found.push(["warn", "?", `${goal.request}: ${goal.why}`]);
+  }
+  if (run.dropped && now() - run.dropped.time < NEWS) {
+    found.push(["warn", "!", `A message was dropped at ${clock(run.dropped.time)}: ${run.dropped.text}`]);
   }
   if (run.missed) found.push(["warn", "!", `${plural(run.missed, "event")} of the journal did not get here.`]);
   return found;

@@ -2,11 +2,12 @@
 
 import { ask } from "./ask.js";
 import { mayPlay } from "./connection.js";
-import { byId, change } from "./dom.js";
+import { byId, change, make } from "./dom.js";
 import { now, state, watch } from "./store.js";
 import { clock } from "./words.js";
 
 const field = byId("position");
+let marked = null; // the recording whose holds are marked on the slider
 let isHeld = false; // while somebody moves it
 
 const plays = () => Boolean(state.beat?.rate);
@@ -31,6 +32,10 @@ watch(() => {
   const recording = state.hello?.recording;
   byId("player").hidden = !recording;
   if (!recording) return;
+  if (marked !== recording) {
+    marked = recording;
+    field.list.replaceChildren(...recording.holds.map(([value, label]) => make("option", { value, label })));
+  }
   const at = Math.min(recording.seconds, now());
   change(byId("play"), { text: plays() ? "❚❚ Stop" : "▶ Play", disabled: !mayPlay() });
   change(field, { max: recording.seconds, disabled: !mayPlay(), "aria-valuetext": clock(at) });

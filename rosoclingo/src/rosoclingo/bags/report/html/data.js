@@ -76,6 +76,12 @@ export const FIELDS = {
   ],
   searches: [["result", (search) => (search.result === "unknown" ? "interrupted" : search.result)], TOOK, STEP, HORIZON],
   answers: [AT, STEP, ["question", (answer) => answer.question, "term"], ["answer", (answer) => answer.text], TOOK],
+  holds: [
+    ["held", (hold) => hold.name],
+    ["from", (hold) => clock(hold.began)],
+    ["to", (hold) => maybe(hold.ended)],
+    ["took", (hold) => took(hold.began, hold.ended)],
+  ],
   restarts: [
     AT,
     STEP,
@@ -105,7 +111,7 @@ for (const lane of DATA.lanes) {
   lane.tell = (row) => tell(lane.kind, row);
   lane.bars = lane.bars.map(([i, from, to, number]) => {
     const row = Object.assign(rowsOf[lane.kind][i], { from, to, kind: KINDS[number] });
-    row.text = row.name; // which goals and actions have
+    row.text = row.name; // which goals, actions and holds have
     if (lane.kind !== "goals") return row;
     return Object.assign(row, { begins: row.accepted ?? to, notes: [[row.accepted, "▼"], [row.cancels, "×"]] });
   });

@@ -152,8 +152,9 @@ function drawCharts() {
 
 // What the mouse and the keys do.
 
+const RARE = { restart: RESTARTS, hold: rowsOf.holds, approval: rowsOf.holds };
 for (const [kind, words] of Object.entries(DATA.legend)) {
-  const names = Object.keys(words).filter((name) => name !== "restart" || RESTARTS.length);
+  const names = Object.keys(words).filter((name) => !RARE[name] || RARE[name].length);
   const samples = names.map((name) => make("span", {}, sample(name), words[name]));
   if (names.length) byId("legend").append(make("span", { class: "legend" }, `${kind}:`, ...samples));
 }
