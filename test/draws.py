@@ -1,9 +1,12 @@
-"""Which draws of a random test there are: a few, or with FULL=1 in the environment all."""
+"""Which draws or variants of a test there are: a few, or with FULL=1 in the environment all."""
 
 from __future__ import annotations
 
 import os
-from typing import Iterable, Sequence
+from typing import Iterable, Sequence, TypeVar
+
+Variant = TypeVar("Variant")
+IS_FULL = os.environ.get("FULL") == "1"
 
 
 def draws(few: Iterable[int], full: int, variable: str = "", times: int = 1) -> Sequence[int]:
@@ -18,4 +21,9 @@ def draws(few: Iterable[int], full: int, variable: str = "", times: int = 1) -> 
     named = os.environ.get(variable)
     if named is not None:
         return range(int(named) * times)
-    return range(full) if os.environ.get("FULL") == "1" else tuple(few)
+    return range(full) if IS_FULL else tuple(few)
+
+
+def variants(few: Sequence[Variant], full: Iterable[Variant]) -> Sequence[Variant]:
+    """Returns the few variants that differ in what is tested, or all of them."""
+    return tuple(full) if IS_FULL else few

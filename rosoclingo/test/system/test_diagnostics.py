@@ -180,12 +180,11 @@ def test_a_run(terminals: Terminals, tmp_path: Path, nodes: int) -> None:
     assert not any("Traceback" in one.output for one in started)
 
 
-@pytest.mark.parametrize("nodes", [1, 3])
-def test_a_summary(terminals: Terminals, tmp_path: Path, nodes: int) -> None:
+def test_a_summary(terminals: Terminals, tmp_path: Path) -> None:
     """At rest, paused, with a robot that acts, and in a long search."""
     more = tmp_path / "more.lp"
     more.write_text(MORE)
-    start(terminals, nodes, [line(), str(more)], "_diagnostics_period:=0.2")
+    start(terminals, 1, [line(), str(more)], "_diagnostics_period:=0.2")
     summaries = Summaries(terminals)
     summary = summaries.wait_for("^waits for inputs at step 0 of 0: 0 goals open, 0 wait$")
     assert (summary["state"], summary["paused"], summary["actuators"]) == ("waits", False, [])

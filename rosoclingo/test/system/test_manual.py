@@ -144,22 +144,15 @@ def test_a_solver_that_cannot_start(terminals: Terminals, tmp_path: Path) -> Non
 
 
 def test_it_says_what_it_waits_for(terminals: Terminals) -> None:
-    node = terminals.start("rosrun", "rosoclingo", "run.py")
-    node.wait_for("waiting for the solver /controller")
-    controller(terminals, "static.fixed.recording", "-c", "steps=14")
-    node.wait_for("waiting for the solver /planner")
-    planner(terminals, *blocks())
-    node.wait_for("solver: [do(")
-
-
-def test_other_names_for_the_solvers(terminals: Terminals) -> None:
+    """Also if the solvers have other names."""
+    node = terminals.start("rosrun", "rosoclingo", "run.py", "_controller:=a", "_planner:=b")
     path = str(package("rosoclingo") / "modes" / "static.fixed.recording.lp")
     for name, arguments in (
         ("a", ["-f", path, "-c", "steps=14"]),
         ("b", [x for f in blocks() for x in ("-f", f)]),
     ):
+        node.wait_for(f"waiting for the solver /{name}")
         terminals.start("rosrun", "rosclingo", "run.py", f"__name:={name}", *arguments)
-    node = terminals.start("rosrun", "rosoclingo", "run.py", "_controller:=a", "_planner:=b")
     node.wait_for("solver: [do(")
 
 
@@ -257,17 +250,6 @@ def test_a_solver_that_goes_away(terminals: Terminals, gone: str) -> None:
     assert "Traceback" not in node.output
     results.wait_for("status: 4")  # ABORTED
     results.wait_for(f"/{gone}")
-
-
-def test_a_controller_without_a_command(terminals: Terminals, tmp_path: Path) -> None:
-    mode = tmp_path / "mode.lp"
-    mode.write_text("#external event(info,new_messages,0). holds(x,1).")
-    controller(terminals, str(mode))
-    planner(terminals, *blocks())
-    node = terminals.start("rosrun", "rosoclingo", "run.py")
-    assert node.wait() == 1
-    assert "0 commands" in node.output
-    assert "Traceback" not in node.output
 
 
 def test_a_planner_that_does_not_fit(terminals: Terminals, tmp_path: Path) -> None:

@@ -100,12 +100,10 @@ def test_a_goal_that_cannot_be_reached(terminals: Terminals, options: list[str])
     assert not options or "no plan within the horizon of 3 steps" in node.output
 
 
-@pytest.mark.parametrize("file", ["single", "rosoclingo"])
-def test_only_the_goal_that_cannot_be_reached_ends(terminals: Terminals, file: str) -> None:
-    mode = ["mode:=dynamic.incremental.recording", "steps:=4"]
+def test_only_the_goal_that_cannot_be_reached_ends(terminals: Terminals) -> None:
     system = terminals.start(
-        "roslaunch", "rosoclingo", f"{file}.launch", f"encoding:={line()}",
-        "abort_unreachable:=true", *(mode if file == "rosoclingo" else ["options:=-c steps=4"]),
+        "roslaunch", "rosoclingo", "single.launch", f"encoding:={line()}",
+        "abort_unreachable:=true", "options:=-c steps=4",
     )  # fmt: skip
     terminals.start("rosrun", "rosoclingo_interfaces", "fulfill.py")
     results = listen(terminals)

@@ -26,7 +26,7 @@ from rosoclingo_aspprograms.validator import Edge, Map
 
 CONSTRUCTED = "constructed"
 MODES = (RECORDING, SINGLE, RESET)
-SEEDS = draws([1, 2, 4, 11], 16, "EPISODES")
+SEEDS = draws([1, 11, 12], 16, "EPISODES")  # each mode; in steps, and in seconds
 
 
 class Crowd(Fleet):

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Dict, List, Sequence, Tuple
 
 import pytest
-from episode import FIXED, INCREMENTAL, Episode
+from draws import variants
+from episode import FIXED, INCREMENTAL, RESET, SINGLE, Episode
 
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
@@ -256,7 +257,7 @@ def test_there_is_a_plan_for_fifty_plants(full: int, tmp_path: Path) -> None:
     Garden(1, 50, full, tmp_path, seconds=0.01).plan()
 
 
-@pytest.mark.parametrize("mode", [FIXED, *INCREMENTAL])
+@pytest.mark.parametrize("mode", variants([FIXED, RESET, SINGLE], [FIXED, *INCREMENTAL]))
 def test_plants_are_watered_in_all_modes(mode: str) -> None:
     encoding = [str(FOLDER / "instances" / "garden.lp"), PLANTS]
     # The validator knows mailbots only; it is not asked for what it says of plants.

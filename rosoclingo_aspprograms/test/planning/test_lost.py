@@ -2,16 +2,41 @@
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 from typing import Callable, List
 
 import pytest
-from episode import INCREMENTAL, MAILBOT, OFFICE, RESET, Episode
+from draws import variants
+from episode import (
+    DYN_RESET,
+    INCREMENTAL,
+    MAILBOT,
+    OFFICE,
+    RECORDING,
+    RESET,
+    SINGLE,
+    Episode,
+)
 
 from rosoclingo_aspprograms.validator import Map, arguments
 
 INSTANCES = Path(OFFICE).parent
 WITH_IT = "waits for mailbot2 which has the package"
+# The past is kept, and forgotten while somebody is lost; in one node, all begins in step 1.
+KEPT = variants(
+    [(RECORDING, True), (RESET, False), (SINGLE, True)], product(INCREMENTAL, [False, True])
+)
+ANSWERS = variants(
+    [
+        (RECORDING, "success"),
+        (RESET, "failure"),
+        (DYN_RESET, "unknown"),
+        (DYN_RESET, "success"),
+        (SINGLE, "unknown"),
+    ],
+    product(INCREMENTAL, ["success", "failure", "unknown"]),
+)
 
 
 def _fleet(mode: str, in_seconds: bool = False) -> Episode:
@@ -26,8 +51,7 @@ def _fleet(mode: str, in_seconds: bool = False) -> Episode:
     return Episode(mode, graph, files, options)
 
 
-@pytest.mark.parametrize("in_seconds", [False, True])
-@pytest.mark.parametrize("mode", INCREMENTAL)
+@pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_a_client_is_told_which_lost_robot_has_its_package(mode: str, in_seconds: bool) -> None:
     """Also while others work; once, and not those whose packages are elsewhere."""
     fleet = _fleet(mode, in_seconds)
@@ -74,8 +98,7 @@ def _driven(fleet: Episode, robot: str) -> List[str]:
     return [target for action in actions for target in arguments(action, "go")]
 
 
-@pytest.mark.parametrize("in_seconds", [False, True])
-@pytest.mark.parametrize("mode", INCREMENTAL)
+@pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_a_robot_that_is_stuck_closes_no_ways(mode: str, in_seconds: bool) -> None:
     """It cannot leave c5, through which the other one has to go."""
     fleet = _fleet(mode, in_seconds)
@@ -88,8 +111,7 @@ def test_a_robot_that_is_stuck_closes_no_ways(mode: str, in_seconds: bool) -> No
     assert fleet.validator.finish() == []
 
 
-@pytest.mark.parametrize("in_seconds", [False, True])
-@pytest.mark.parametrize("mode", INCREMENTAL)
+@pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_a_robot_that_is_stuck_has_a_package(mode: str, in_seconds: bool) -> None:
     """It waits with it, until somebody has seen to the robot."""
     fleet = _fleet(mode, in_seconds)
@@ -113,8 +135,7 @@ def test_a_robot_that_is_stuck_has_a_package(mode: str, in_seconds: bool) -> Non
     assert fleet.validator.finish() == []
 
 
-@pytest.mark.parametrize("in_seconds", [False, True])
-@pytest.mark.parametrize("mode", INCREMENTAL)
+@pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_a_robot_of_a_fleet_turns_round_at_a_box(mode: str, in_seconds: bool) -> None:
     """One failure, and then a success: it was the way, and that of the second box is another."""
     fleet = _fleet(mode, in_seconds)
@@ -127,8 +148,7 @@ def test_a_robot_of_a_fleet_turns_round_at_a_box(mode: str, in_seconds: bool) ->
     assert {frozenset(box) for box in boxes} <= fleet.validator.believed()
 
 
-@pytest.mark.parametrize("in_seconds", [False, True])
-@pytest.mark.parametrize("mode", INCREMENTAL)
+@pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_what_others_have_found_stays_blocked(mode: str, in_seconds: bool, tmp_path: Path) -> None:
     """Two in a hall fail at the same door, and then one of them at the next one, too."""
     hall = Map({"a", "b", "c"}, {frozenset(("hall", office)) for office in "abc"})
@@ -158,8 +178,7 @@ def test_what_others_have_found_stays_blocked(mode: str, in_seconds: bool, tmp_p
     assert fleet.validator.believed() == {frozenset(("hall", "a"))}
 
 
-@pytest.mark.parametrize("answer", ["success", "failure", "unknown"])
-@pytest.mark.parametrize("mode", INCREMENTAL)
+@pytest.mark.parametrize(("mode", "answer"), ANSWERS)
 def test_a_robot_acts_in_the_step_in_which_it_is_found(mode: str, answer: str) -> None:
     """Another one is on its way meanwhile, and nobody waits for it."""
     fleet = _fleet(mode, in_seconds=True)

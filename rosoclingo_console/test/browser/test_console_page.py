@@ -242,8 +242,9 @@ def test_a_recorded_run(browser: Browser, shown: Shown) -> None:
     assert not browser.complaints()
 
 
-@pytest.mark.parametrize("size", [PHONE, SCREEN], ids=["phone", "screen"])
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(
+    ("size", "scheme"), [(PHONE, "light"), (SCREEN, "dark")], ids=["phone", "screen"]
+)
 def test_all_can_use_it(browser: Browser, shown: Shown, size: object, scheme: str) -> None:
     """axe-core finds nothing serious, and nothing is wider than the window."""
     media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}

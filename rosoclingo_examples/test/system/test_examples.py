@@ -18,11 +18,6 @@ from typist import CTRL_C, CTRL_D, Typist, keyboard, pipe
 __all__ = ["terminals"]
 
 GRID = ("-c", "slots=1", "-c", "x=2", "-c", "y=2")
-DYNAMIC = [
-    pytest.param("dynamic.incremental.recording", marks=pytest.mark.install_space),
-    "dynamic.incremental.reset",
-    "dynamic.incremental.dyn_reset",
-]
 
 
 def mailbot(file: str) -> str:
@@ -66,9 +61,9 @@ SHORTEST = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("mode", DYNAMIC)
-def test_the_dynamic_mailbot(terminals: Terminals, mode: str, tmp_path: Path) -> None:
-    node = dynamic(terminals, mode)
+@pytest.mark.install_space
+def test_the_dynamic_mailbot(terminals: Terminals, tmp_path: Path) -> None:
+    node = dynamic(terminals, "dynamic.incremental.recording")
     client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
     typist.type("1 3\n")
     client.wait_for("[1] bring(1,3): succeeded")
@@ -115,9 +110,7 @@ def test_the_launch_file_of_the_dynamic_mailbot(terminals: Terminals, tmp_path: 
 @pytest.mark.parametrize(
     ("file", "arguments"),
     [
-        ("blocks_world.launch", []),
         ("blocks_world.launch", ["mode:=static.fixed.recording", "steps:=14"]),
-        ("mailbot_static.launch", []),
         ("mailbot_static.launch", ["mode:=static.incremental.recording"]),
     ],
 )
