@@ -11,6 +11,7 @@ import pytest
 from conftest import PACKAGE, System
 from test_replay_inbox import Session, commands, replay
 
+from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.wire.commands import (
     AssignExternal,
@@ -18,6 +19,7 @@ from rosclingo.wire.commands import (
     Ground,
     Improvement,
     Outcome,
+    Part,
     Reply,
     Result,
     Truth,
@@ -40,7 +42,8 @@ from rosoclingo.loop.journal import (
 from rosoclingo.loop.journal import decode as decode_event
 from rosoclingo.loop.journal import encode as encode_event
 from rosoclingo.loop.planner.planner import PlannerState
-from rosoclingo.loop.values.atoms import query
+from rosoclingo.loop.planner.shortening import cheapen
+from rosoclingo.loop.values.atoms import Plan, query
 from rosoclingo.loop.values.snapshot import plain, remade
 from rosoclingo.loop.values.solver import Forwarding, Solver
 
@@ -368,3 +371,35 @@ def test_a_plan_becomes_cheaper_while_robots_act(mode: str, tmp_path: Path) -> N
     assert not ahead.quality.is_best
     assert better.quality.is_best
     assert better.quality.cost < ahead.quality.cost
+
+
+HELP = """
+#program base. robot(a;b).
+#program transition(t). { helps(R,t) : robot(R) }.
+#minimize { 1,R,t : robot(R), not helps(R,t) }.
+"""
+
+
+@pytest.mark.parametrize(
+    ("shown", "how", "quality"),
+    [
+        ("do(R,help,t) :- helps(R,t). #show do/3.", Ended.BETTER, "1/1"),
+        ("#show do(R,help,t) : helps(R,t).", Ended.AS_BEFORE, "3/"),
+    ],
+)
+def test_a_cheaper_plan_has_the_same_past(
+    tmp_path: Path, shown: str, how: Ended, quality: str
+) -> None:
+    """Nothing is proven where actions are shown as terms, which cannot be assumed."""
+    file = tmp_path / "help.lp"
+    file.write_text(f"{HELP} {shown}")
+    solver = Engine(Options((str(file),)))
+    solver.run([Ground((Part("base"), *(Part("transition", (step,)) for step in "12")))])
+    plan = Plan(("do(a,help,1)",))  # nobody acts in step 2 yet
+    ended = cheapen(
+        solver, lambda _, found: found[-1].cost, plan, (3,), step=1, stopped=lambda: False
+    )
+    assert (ended.how, str(ended.quality)) == (how, quality)
+    first = ["do(a,help,1)"]
+    more = ["do(a,help,2)", "do(b,help,2)"] if how is Ended.BETTER else []
+    assert sorted(ended.symbols) == first + more

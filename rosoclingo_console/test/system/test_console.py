@@ -146,6 +146,7 @@ def test_an_operator_with_a_page(terminals: Terminals) -> None:
             assert "info:close(3)" in page.rows("known")["known"]["messages"]
             sent = (True, "sent to /rosoclingo")
             for _ in range(2):  # the same message is another one
+                await page.until(lambda: page.run()["state"] == "waits")
                 assert await page.do("message", message="info:open(4)") == sent
             done, text = await page.do("message", message="info:close(9)")
             assert (done, text.partition(";")[0]) == (

@@ -120,6 +120,7 @@ def test_what_an_operator_may_want() -> None:
         ("message", {"system": SYSTEM, "message": "info:a("}, "message: 'a(' is not a ground term"),
         ("message", {"system": SYSTEM, "message": ":a"}, "message: '' is not a ground term"),
         ("message", {"system": SYSTEM, "message": 3}, "message: expected a text"),
+        ("message", {"system": SYSTEM, "message": " " * 9_000}, "message: expected SOURCE:VALUE"),
         ("cancel", {"system": SYSTEM}, "goal: it is empty"),
         ("cancel", {"system": SYSTEM, "goal": ""}, "goal: it is empty"),
         ("record", {"system": SYSTEM, "on": "yes"}, "on: expected true or false"),

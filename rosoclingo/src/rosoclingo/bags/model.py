@@ -85,7 +85,7 @@ class Recording:
 
     @property
     def hold_spans(self) -> Tuple[HoldSpan, ...]:
-        """What an operator held, over time."""
+        """The time spans in which an operator held something."""
         history = HoldHistory()
         for one in self.held:
             held = read_held(one.held, one.reasons)

@@ -1,4 +1,4 @@
-"""What an operator held over time, from the messages of ``~held``, as bars of a time line.
+"""Time spans in which an operator held something, from the messages of ``~held``.
 
 >>> history = HoldHistory()
 >>> history.add(1.0, True, ["robot"], [])

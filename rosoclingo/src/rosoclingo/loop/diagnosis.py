@@ -57,7 +57,7 @@ def end(state: State) -> None:
     reason = f"the planner has {NO_PLAN} of {steps} steps"
     if not goals:
         raise LoopError(f"{reason}{ELSEWHERE}")
-    for goal in goals:  # before all that lasts
+    for goal in goals:  # before the search for it, which may last
         goal.tell(f"{NO_PLAN} of {steps} steps: looking for the reason")
     lost = _unreachable(state, goals)
     if _is_called_away(state):

@@ -1,4 +1,4 @@
-"""What has become of the last messages to a planner, as the journal says it.
+"""Delivery statuses of the last messages to a planner, as the journal tells them.
 
 >>> table = MessageTable()
 >>> table.arrive(7, "info", "close(9)")
@@ -22,7 +22,7 @@ _LONGEST = 300  # characters of a text
 
 
 class MessageFate(NamedTuple):
-    """What has become of a message.
+    """The delivery status of a message.
 
     Attributes:
         number: That of its arrival in the journal.

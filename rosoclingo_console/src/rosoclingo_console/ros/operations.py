@@ -90,7 +90,10 @@ class RosOperations(Operations):
         if found is None or not reply.done:
             return reply
         if found.dropped is None:
-            text = f"{system} has taken it; its planner knows it already, or is told later"
+            text = (
+                f"{system} has taken it; its planner knows it already, or is told later; in a "
+                "static mode it is told nothing"
+            )
             return OperationReply(True, text)
         return OperationReply(False, f"dropped: {found.dropped}") if found.dropped else reply
 

@@ -448,7 +448,8 @@ class Planner(PlannerState):
             is_best = self.quality is None or self.quality.is_best
             return self.patience > 0 and self.demand.improves and not (is_best or self._is_through)
         is_open = self._is_timed and bool(self._symbols) and not self._is_through
-        return is_open and self._takes_turns
+        is_best = self.quality is not None and self.quality.is_best
+        return is_open and self._takes_turns and not is_best
 
     def improve(
         self, step: int, stopped: Callable[[], bool], *, horizon: int = 0

@@ -70,6 +70,7 @@ def shorten(
                 break
     finally:
         run(_set(still, wire.Truth.FALSE))
+    is_best = is_best and _can_assume(solver, best)
     bound = (last,) if is_best or last <= step else ()
     how = Ended.AS_BEFORE if best is plan else Ended.BETTER
     return SearchEnded(how, best.symbols, Quality((last,), bound))
@@ -100,22 +101,38 @@ def cheapen(
         How it has ended; the bound is that of the horizon, with what was done.
     """
     past = _until(plan, step)
-    found: List[wire.Improvement] = []
-    done = [wire.Assumption(str(action), True) for action in past]
-    outcome = solver.solve((*done, wire.CostBound(below(cost))), stopped, found.append)
-    symbols = outcome.symbols or (found[-1].symbols if found else ())
-    if outcome.result is wire.Result.UNSAT:
-        return SearchEnded(Ended.AS_BEFORE, plan.symbols, Quality(cost, cost))
-    if not symbols or _until(Plan(symbols), step) != past:
-        return SearchEnded(Ended.AS_BEFORE, plan.symbols, Quality(cost))
-    cost = cost_of(outcome, found) or below(cost)
-    bound = cost if outcome.result is wire.Result.SAT and not outcome.interrupted else ()
-    return SearchEnded(Ended.BETTER, symbols, Quality(cost, bound))
+    others: List[Action] = []  # that cannot have been done either, as far as the search tries them
+    while True:
+        done = [wire.Assumption(str(action), True) for action in past]
+        not_done = [wire.Assumption(str(action), False) for action in others]
+        found: List[wire.Improvement] = []
+        outcome = solver.solve(
+            (*done, *not_done, wire.CostBound(below(cost))), stopped, found.append
+        )
+        symbols = outcome.symbols or (found[-1].symbols if found else ())
+        more = [action for action in _until(Plan(symbols), step) if action not in past]
+        if all(action in others for action in more):
+            break
+        others += more
+    if symbols and not more:
+        cost = cost_of(outcome, found) or below(cost)
+        bound = cost if outcome.result is wire.Result.SAT and not outcome.interrupted else ()
+        return SearchEnded(Ended.BETTER, symbols, Quality(cost, bound))
+    is_best = outcome.result is wire.Result.UNSAT and _can_assume(solver, plan)
+    return SearchEnded(Ended.AS_BEFORE, plan.symbols, Quality(cost, cost if is_best else ()))
 
 
 def _until(plan: Plan, step: int) -> List[Action]:
     """Returns the actions of a plan up to a step, ordered."""
     return sorted((one for one in plan.actions_from(0) if one.step <= step), key=str)
+
+
+def _can_assume(solver: Solver, plan: Plan) -> bool:
+    """Returns whether a plan's actions are atoms, not shown terms, of which nothing is proven."""
+    found: List[wire.Improvement] = []
+    assumed = [wire.Assumption(str(action), True) for action in plan.actions_from(0)]
+    outcome = solver.solve(assumed, lambda: bool(found), found.append)
+    return bool(found) or outcome.result is wire.Result.SAT
 
 
 def _solve(

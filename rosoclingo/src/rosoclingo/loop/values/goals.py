@@ -12,7 +12,7 @@ from rosoclingo.loop.journal import TERMINAL_STATUSES, Reason, Status, StatusSet
 from rosoclingo.loop.values.snapshot import take_over
 
 # By kinds of feedback, the kinds that they make outdated, so that these are sent again.
-_OUTDATED = {"plan": ("planning,", "no"), "no": ("why:",)}
+_OUTDATED = {"plan": ("planning,", "no"), "no": ("why:", "plan")}
 
 
 class GoalClient:

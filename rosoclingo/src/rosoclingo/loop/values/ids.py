@@ -31,7 +31,7 @@ RESERVED = {
 GOAL, CANCEL = "goal", "cancel"
 """The words before the colon of a goal and of a cancel request; a message has its source there."""
 
-_EVENT = re.compile(r'\s*((?:"(?:[^"\\]|\\.)*"|[^":])*?)\s*:\s*(.*?)\s*', re.DOTALL)
+_EVENT = re.compile(r'((?:"(?:[^"\\]|\\.)*"|[^":])*):(.*)', re.DOTALL)
 
 
 def why_no_slot(term: str) -> Optional[str]:
@@ -86,7 +86,7 @@ def split_event(text: str) -> Optional[Tuple[str, str]]:
         The two, as they were typed; None if there is no such colon.
     """
     match = _EVENT.fullmatch(text)
-    return None if match is None else (match[1], match[2])
+    return None if match is None else (match[1].strip(), match[2].strip())
 
 
 def type_event(source: str, content: str) -> str:
