@@ -58,18 +58,25 @@ def draw(seed: int) -> List[str]:
 def plan(events: List[str]) -> Times:
     """Plans as a mode does, and improves the plan before anything is published."""
     begin = time.monotonic()
+
+    def is_over() -> bool:
+        return time.monotonic() > begin + MOST
+
     planner = Planner(Engine(Options((str(ENCODING),))), one_by_one_seconds=ONE_BY_ONE)
     planner.begin()
     planner.note_last_horizon(10_000)
     planner.tell(events)
     planner.query(0, None, [])
     for horizon in count():
-        if planner.search(0, horizon, lambda: False).result is Result.SAT:
+        result = planner.search(0, horizon, is_over).result
+        if result is Result.SAT:
             break
+        if result is Result.UNKNOWN:
+            raise HarnessError(f"{events}: no plan in {MOST:.0f} s")
         planner.query(horizon + 1, horizon, [horizon + 1])
     first = time.monotonic()
-    while planner.may_improve:
-        planner.improve(0, lambda: time.monotonic() > begin + MOST, horizon=horizon)
+    while planner.may_improve and not is_over():
+        planner.improve(0, is_over, horizon=horizon)
     if planner.quality is None or not planner.quality.is_best:
         raise HarnessError(f"{events}: no plan is proven the best in {MOST:.0f} s")
     best = time.monotonic()
@@ -89,8 +96,14 @@ def solve(events: List[str]) -> Times:
         control.ground([(name, [clingo.Number(step)]) for name in ("state", "transition", "query")])
     control.assign_external(clingo.parse_term(query(STEPS)), True)
     first, cost = 0.0, 0
-    with control.solve(yield_=True) as handle:
-        for model in handle:
+    with control.solve(yield_=True, async_=True) as handle:
+        while True:
+            handle.resume()
+            if not handle.wait(begin + MOST - time.monotonic()):
+                raise HarnessError(f"{events}: clingo has no best plan in {MOST:.0f} s")
+            model = handle.model()
+            if model is None:
+                break
             first = first or time.monotonic()
             (cost,) = model.cost
     return Times((first - begin) * 1e3, (time.monotonic() - begin) * 1e3, cost)
