@@ -1,4 +1,4 @@
-"""Which draws or variants of a test there are: a few, or with FULL=1 in the environment all."""
+"""Draws and variants of tests: a few, or with FULL=1 in the environment all."""
 
 from __future__ import annotations
 

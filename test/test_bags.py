@@ -15,22 +15,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from draws import variants
 from terminals import executable, package
 
 FOLDER = Path(__file__).resolve().parent / "bags"
 BAGS = sorted(FOLDER.glob("*.bag"))
 OLD = sorted((FOLDER / "old").glob("*.bag"))
-# With FULL=1 all are replayed exactly. Else these are not: another one has the same happen in
-# another mode, or in that mode something else; or today's encodings are tried with what it has.
-LEFT_OUT = {
-    "bags": {"scenario1_recording", "scenario2_dyn_reset", "scenario3_single",
-             "mailbot_static_incremental"},
-    "old": {"mailbot_dynamic_dyn_reset", "scenario2_recording"},
-}  # fmt: skip
-EXACT = variants(
-    [bag for bag in BAGS + OLD if bag.stem not in LEFT_OUT[bag.parent.name]], BAGS + OLD
-)
 TIMEOUT = 300.0  # seconds; no more than a bound for what never comes
 
 
@@ -49,7 +38,7 @@ def replay(bag: Path, level: str, *options: str) -> None:
 
 
 @pytest.mark.parametrize("turn", range(int(os.environ.get("REPEAT", "1"))))
-@pytest.mark.parametrize("bag", EXACT, ids=lambda bag: f"{bag.parent.name}-{bag.stem}")
+@pytest.mark.parametrize("bag", BAGS + OLD, ids=lambda bag: f"{bag.parent.name}-{bag.stem}")
 def test_replay(bag: Path, turn: int) -> None:
     replay(bag, "exact")
 

@@ -337,7 +337,7 @@ EARLY = "#minimize { t,t : do(robot,_,t) }."  # the less is done, and the sooner
 
 
 class Hasty(Slow):
-    """One with which a search without assumptions ends with its first answer set."""
+    """A solver whose searches without assumptions end with their first answer set."""
 
     def solve(self, assumptions: Any = (), stopped: Any = None, improved: Any = None) -> Outcome:
         found: List[Improvement] = []

@@ -12,11 +12,13 @@ from terminals import Terminals, terminals
 
 __all__ = ["terminals"]
 
-OFFICE = ("roslaunch", "rosoclingo_gazebo", "mailbot_robot.launch", "simulator:=embedded")
+OFFICE = (
+    "roslaunch", "rosoclingo_gazebo", "mailbot_robot.launch", "simulator:=embedded", "speed:=10"
+)  # fmt: skip
 
 
 def test_the_demo(terminals: Terminals, tmp_path: Path) -> None:
-    terminals.start(*OFFICE, "speed:=20")
+    terminals.start(*OFFICE)
     demo = terminals.start("rosrun", "rosoclingo_gazebo", "demo.py", f"_output:={tmp_path / 'a'}")
     assert demo.wait(330.0) == 0, demo.output
     check_output("README.md", "Try it", demo.output)
@@ -28,9 +30,8 @@ def test_the_demo(terminals: Terminals, tmp_path: Path) -> None:
 def test_nodes_are_killed(terminals: Terminals, tmp_path: Path) -> None:
     """As scripts/demo --kill has it: the deliveries are made, whoever dies."""
     office = terminals.start(
-        *OFFICE, "speed:=10", "mode:=dynamic.incremental.recording",
-        f"store:={tmp_path / 'run.store'}",
-    )  # fmt: skip
+        *OFFICE, "mode:=dynamic.incremental.recording", f"store:={tmp_path / 'run.store'}"
+    )
     demo = terminals.start(
         "rosrun", "rosoclingo_gazebo", "demo.py", f"_output:={tmp_path / 'a'}", "_kill:=2"
     )

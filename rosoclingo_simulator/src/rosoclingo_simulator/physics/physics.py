@@ -110,7 +110,7 @@ class Physics(Protocol):
 
     @property
     def touches(self) -> bool:
-        """Whether the robot touches a wall, a box or another robot, or has in the last step."""
+        """The contact of the robot with a wall, a box or another robot, now or in the last step."""
 
     def put(self, name: str, box: Box) -> None:
         """Puts a box into the world, in place of the one of the same name if there is one."""
