@@ -19,7 +19,8 @@ __all__ = ["terminals"]
 def test_the_others_go_on(terminals: Terminals, tmp_path: Path) -> None:
     terminals.start(
         "roslaunch", "rosoclingo_gazebo", "mailbot_fleet.launch",
-        "robots:=2", "speed:=10", "action_timeout:=6",
+        "robots:=2", "speed:=10", "ask_before:=do(mailbot2,go(c5))",
+        "policies:={'do(mailbot2,go(c5))': {timeout: 6}}",
     )  # fmt: skip
     mailbot, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot.py")
     out = terminals.listen("/rosoclingo", "/rosoclingo/out")
@@ -31,15 +32,16 @@ def test_the_others_go_on(terminals: Terminals, tmp_path: Path) -> None:
 
     interface = terminals.pid("/move_base_interface_mailbot2")
     typist.type("o9 o2 box\n")
-    wait_for(lambda: "pickup(1)" in done())
+    held = terminals.listen("/rosoclingo", "/rosoclingo/held")
+    wait_for(lambda: "go(c5)" in held.output, lambda: out.output + held.output)
     os.kill(interface, signal.SIGSTOP)  # roslaunch would start one again that has ended
     try:
+        terminals.run("rosservice", "call", "/rosoclingo/approve", "{actuator: mailbot2}")
         typist.type("o1 o3 letter\no8 o10 paper\n")
         mailbot.wait_for("[1] bring(o9,o2) box: waits for mailbot2 which has the package")
         mailbot.wait_for("[2] bring(o1,o3) letter: succeeded")
         mailbot.wait_for("[3] bring(o8,o10) paper: succeeded")
     finally:
         os.kill(interface, signal.SIGKILL)
-    assert done()[:2] == ["go(o9)", "pickup(1)"]
-    assert not [action for action in done() if action.startswith("deliver(")]
+    assert done() == ["go(o9)", "pickup(1)", "go(c5)", "abort"]
     assert "[1] bring(o9,o2) box: succeeded" not in mailbot.output
