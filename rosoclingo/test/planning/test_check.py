@@ -88,7 +88,7 @@ READ: Dict[str, Tuple[str, ...]] = {
 NO_PLANNERS = {
     TOWER / "toh.lp",  # has all steps at once
     BENCHES / "agenda_dl.lp", BENCHES / "agenda_tables.lp",  # are about a search of the mailbot's
-    BENCHES / "linen.lp",  # is searched alone, and knows neither answers nor cancel requests
+    BENCHES / "linen.lp", BENCHES / "eight_blocks.lp",  # are searched alone, and not executed
 }  # fmt: skip
 
 

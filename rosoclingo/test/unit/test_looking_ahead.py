@@ -41,7 +41,7 @@ from rosoclingo.loop.journal import (
 )
 from rosoclingo.loop.journal import decode as decode_event
 from rosoclingo.loop.journal import encode as encode_event
-from rosoclingo.loop.planner.planner import PlannerState
+from rosoclingo.loop.planner.planner import Planner, PlannerState
 from rosoclingo.loop.planner.shortening import cheapen
 from rosoclingo.loop.values.atoms import Plan, query
 from rosoclingo.loop.values.snapshot import plain, remade
@@ -266,6 +266,45 @@ def test_a_restored_planner_knows_the_last_horizon() -> None:
     assert remade(PlannerState, plain(planner)).last_horizon == 20
     planner.note_last_horizon(None)  # as a controller says that was just restored
     assert planner.last_horizon == 20
+
+
+# Plans without pauses are looked for first.
+
+LATE = """
+#program transition(t). { do(robot,go,t) }.
+#program query(t). #external query(t). :- query(t), not do(robot,go,t). :- query(t), t < 4.
+#show do/3.
+"""
+
+
+@pytest.mark.parametrize(
+    ("rule", "passed", "steps"),
+    [
+        ("", 0, [1, 2, 3, 4]),
+        ("", 1, [2, 3, 4]),
+        (":- do(robot,go,t), t = 2.", 0, [4]),
+        (":- do(robot,go,t), t = 3.", 0, [4]),
+    ],
+)
+def test_nobody_pauses_without_need(
+    tmp_path: Path, rule: str, passed: int, steps: List[int]
+) -> None:
+    """From the current step on; where that is needed, all plans are looked for."""
+    file = tmp_path / "late.lp"
+    file.write_text(f"{LATE} #program transition(t). {rule}")
+    solver = Slow(Engine(Options((str(file),), ("--sign-def=neg",))), [2])
+    planner = Planner(solver, one_by_one_seconds=AT_ONCE)
+    ended: List[SearchEnded] = []
+    planner.note = ended.append
+    planner.begin()
+    planner.note_last_horizon(20)
+    planner.query(2, None, [1, 2])
+    assert planner.search(passed, 2, lambda: False).result is Result.UNSAT
+    assert [one.horizon for one in ended] == [4]
+    acts = sorted(one.step for one in Plan(ended[0].symbols).actions_from(0))
+    assert acts == steps
+    forbidden = [atom for atom, value in planner.externals().items() if value is not Truth.FALSE]
+    assert forbidden == [query(2)]
 
 
 # A plan beyond the shortest horizon is followed, and shortened.

@@ -126,10 +126,6 @@ class GoalTable:
         """Whether the loop has taken a goal, or has ended it without."""
         return identifier in self._goals
 
-    def request_in(self, slot: str) -> str:
-        """Returns the request of the open goal in a slot; empty if there is none."""
-        return next((goal.request for goal in self.open if goal.slot == slot), "")
-
     def rows(self, expected: Mapping[str, float]) -> Dict[str, Row]:
         """Returns the goals that are shown: all with a slot, the first that wait, the last ended.
 

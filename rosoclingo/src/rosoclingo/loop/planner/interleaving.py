@@ -6,11 +6,15 @@ of the one before it, which is Rintanen's algorithm B ("Evaluation strategies fo
 satisfiability", 2004); horizons grow geometrically, and so do the turns. With several,
 the first turn of each round is that of the shortest horizon that is not refuted, and each round has
 one horizon more at its end: so a plan is found in the end if longer horizons have plans, too.
+
+A plan without pauses, where somebody acts in each step up to the last action, is often found much
+sooner than any plan, but takes long turns: those are for two longer horizons only.
 """
 
 from __future__ import annotations
 
 import math
+from itertools import count
 from typing import Iterator, List, NamedTuple, Set
 
 
@@ -20,14 +24,19 @@ class Turn(NamedTuple):
     Attributes:
         horizon: The horizon.
         seconds: How long the search may take.
+        is_unbroken: Whether it is for plans without pauses.
     """
 
     horizon: int
     seconds: float
+    is_unbroken: bool = False
 
 
 class Interleaving:
     """Shares time among horizons. Not thread-safe.
+
+    Attributes:
+        last: The last horizon.
 
     >>> order = Interleaving(0, width=3)
     >>> turns = order.turns()
@@ -63,7 +72,7 @@ class Interleaving:
             lengthening: The factor by which turns are longer in the next round.
         """
         self._first = self._next = first
-        self._last = last
+        self.last = last
         self._refuted: Set[int] = set()
         self._width = width
         self._growth = growth
@@ -75,14 +84,14 @@ class Interleaving:
     def turns(self) -> Iterator[Turn]:
         """Yields one turn after the other, until all horizons are refuted."""
         while True:
-            while len(self._open) < self._width and self._next <= self._last:
+            while len(self._open) < self._width and self._next <= self.last:
                 self._open.append(self._next)
                 self._next = max(self._next + 1, int(self._next * self._growth))
             while self._first in self._refuted:
                 self._first += 1
-            if self._first > self._last:
+            if self._first > self.last:
                 return
-            fills_gaps = self._width > 1 or self._next > self._last
+            fills_gaps = self._width > 1 or self._next > self.last
             if fills_gaps and self._first not in self._open:
                 self._open.insert(0, self._first)
             for place, horizon in enumerate(tuple(self._open)):
@@ -96,3 +105,65 @@ class Interleaving:
         self._refuted.add(horizon)
         if horizon in self._open:
             self._open.remove(horizon)
+
+
+_AHEAD = 1.4  # the first horizon for plans without pauses, in terms of the one that is asked for
+_FURTHER = 1.25  # the factor by which the next one is longer
+_MOST = 4  # times the horizon that is asked for is the longest one
+_PAIR = 2  # how many of them take turns
+_SECONDS = 2.0  # how long the first turn of each may take
+_LENGTHENING = 1.5
+_ROUNDS = 2  # in which other plans have little time and the same horizons
+_LITTLE, _SAME = 0.15, 1.0  # the time for other plans, in terms of that for plans without pauses
+
+
+class UnbrokenFirst:
+    """Shares time between plans without pauses and all others. Not thread-safe.
+
+    At first, the others are looked for with the same horizons: further steps that are grounded make
+    each search slower.
+    """
+
+    def __init__(self, asked: int, last: float, others: Interleaving) -> None:
+        """Begins with a horizon.
+
+        Args:
+            asked: The horizon that is asked for.
+            last: The last one.
+            others: Shares time among horizons for all plans.
+        """
+        self._others = others
+        self._next = max(asked + 1, asked * _AHEAD)
+        self._longest = min(last, max(asked, 1) * _MOST)
+        self._last = last
+        self._open: List[int] = []
+
+    def turns(self) -> Iterator[Turn]:
+        """Yields one turn after the other, until all horizons are refuted for all plans."""
+        others = self._others.turns()
+        for number in count():
+            is_near = number < _ROUNDS
+            self._fill(is_near)
+            seconds = _SECONDS * _LENGTHENING**number
+            for horizon in tuple(self._open):
+                yield Turn(horizon, seconds, is_unbroken=True)
+            left = _PAIR * seconds * (_LITTLE if is_near else _SAME)
+            while left > 0 or not self._open:
+                self._fill(is_near)
+                turn = next(others, None)
+                if turn is None:
+                    return
+                yield turn
+                left -= turn.seconds
+
+    def _fill(self, is_near: bool) -> None:
+        while len(self._open) < _PAIR and self._next <= self._longest:
+            self._open.append(int(self._next))
+            self._next = max(self._next + 1, self._next * _FURTHER)
+        self._others.last = max(self._open) if is_near and self._open else self._last
+
+    def refute(self, turn: Turn) -> None:
+        """Gives no more turns to a horizon; for plans without pauses, neither to shorter ones."""
+        if not turn.is_unbroken:
+            self._others.refute(turn.horizon)
+        self._open = [one for one in self._open if one > turn.horizon]

@@ -381,9 +381,9 @@ class _Way:
         if turn is None:
             self.is_through = True
             return None
-        offset, seconds = turn
+        offset = turn.horizon
         result, found = self._search.attempt(
-            self._wanted, self._first + offset, self._wishes, stopped, seconds=seconds,
+            self._wanted, self._first + offset, self._wishes, stopped, seconds=turn.seconds,
             assumed=self._assumed, polish=self._polish,
         )  # fmt: skip
         if result is wire.Result.UNSAT:

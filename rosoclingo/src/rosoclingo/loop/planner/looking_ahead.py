@@ -12,9 +12,10 @@ from typing import Callable, List, Optional, Sequence, Tuple
 
 from rosclingo.wire import commands as wire
 from rosoclingo.loop.journal import Ended, SearchEnded
-from rosoclingo.loop.planner.interleaving import Interleaving
+from rosoclingo.loop.planner.interleaving import Interleaving, UnbrokenFirst
 from rosoclingo.loop.planner.local_search import below
 from rosoclingo.loop.quality import Quality
+from rosoclingo.loop.values.added import UNBROKEN
 from rosoclingo.loop.values.atoms import query
 from rosoclingo.loop.values.solver import Solver
 
@@ -23,19 +24,24 @@ def look_ahead(
     solver: Solver,
     run: Callable[[Sequence[wire.Command]], object],
     ground: Callable[[int], None],
+    ground_pauses: Callable[[int], None],
     *,
+    step: int,
     asked: int,
     last: float,
     stopped: Callable[[], bool],
 ) -> SearchEnded:
     """Searches horizons in turn until there is a plan, and asks for the first one again then.
 
-    A search that optimises has the rest of its turn to find a better plan.
+    A search that optimises has the rest of its turn to find a better plan, but for the long turns
+    of plans without pauses.
 
     Args:
         solver: The planner's solver.
         run: Runs commands that concern queries alone.
         ground: Grounds all steps up to one.
+        ground_pauses: Grounds :data:`PAUSES_PART` for all steps up to one.
+        step: The current step, after which pauses can be forbidden.
         asked: The horizon that is asked for, which is the first one.
         last: The last one; infinite if there is none.
         stopped: Whether the search has to end.
@@ -43,14 +49,20 @@ def look_ahead(
     Returns:
         How it has ended.
     """
-    order = Interleaving(asked, last, growth=1.2, seconds=0.1, share=0.95, lengthening=1.2)
-    with _Query(run, ground, asked) as asking:
+    others = Interleaving(asked, last, growth=1.2, seconds=0.1, share=0.95, lengthening=1.2)
+    order = UnbrokenFirst(asked, last, others)
+    unbroken = _Unbroken(run, step)
+    with unbroken, _Query(run, ground, asked) as asking:
         for turn in order.turns():
             if stopped():
                 return SearchEnded(Ended.AHEAD_CALLED, grounded=asking.grounded)
             asking.move(turn.horizon)
+            if turn.is_unbroken:
+                ground_pauses(turn.horizon)
+            unbroken.move(turn.horizon if turn.is_unbroken else 0)
             found: List[wire.Improvement] = []
-            outcome = solver.solve((), _until(turn.seconds, stopped), found.append)
+            until = _until(turn.seconds, stopped, found if turn.is_unbroken else ())
+            outcome = solver.solve((), until, found.append)
             symbols = outcome.symbols or (found[-1].symbols if found else ())
             if outcome.result is wire.Result.SAT or symbols:
                 quality = Quality(found[-1].cost) if found else None
@@ -58,7 +70,7 @@ def look_ahead(
                     Ended.AHEAD, symbols, quality, horizon=turn.horizon, grounded=asking.grounded
                 )
             if outcome.result is wire.Result.UNSAT:
-                order.refute(turn.horizon)
+                order.refute(turn)
     last_step = asking.grounded
     return SearchEnded(Ended.AHEAD_REFUTED, horizon=last_step + 1, grounded=last_step)
 
@@ -152,7 +164,33 @@ class _Query:
             self._current = horizon
 
 
-def _until(seconds: float, stopped: Callable[[], bool]) -> Callable[[], bool]:
-    """Returns a stop condition: the search is told to stop, or its time is over."""
+class _Unbroken:
+    """Forbids pauses between actions up to a horizon, and allows them at the end."""
+
+    def __init__(self, run: Callable[[Sequence[wire.Command]], object], step: int) -> None:
+        self._run = run
+        self._first = step + 2  # whose step before is the first one in which nobody acts yet
+        self._next = self._first
+
+    def __enter__(self) -> _Unbroken:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.move(0)
+
+    def move(self, horizon: int) -> None:
+        """Forbids pauses up to a horizon, and allows all later ones."""
+        after = max(self._first, horizon + 1)
+        truth = wire.Truth.TRUE if after > self._next else wire.Truth.FALSE
+        steps = range(min(after, self._next), max(after, self._next))
+        self._next = after
+        if steps:
+            self._run([wire.AssignExternal(f"{UNBROKEN}({step})", truth) for step in steps])
+
+
+def _until(
+    seconds: float, stopped: Callable[[], bool], found: Sequence[wire.Improvement] = ()
+) -> Callable[[], bool]:
+    """Returns a stop condition: told to stop, its time is over, or it has found enough."""
     end = time.monotonic() + seconds
-    return lambda: stopped() or time.monotonic() > end
+    return lambda: stopped() or bool(found) or time.monotonic() > end

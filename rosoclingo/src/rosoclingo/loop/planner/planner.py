@@ -19,7 +19,7 @@ from rosoclingo.loop.planner.requests import Requests, read_externals
 from rosoclingo.loop.planner.searching import Searching, read_summary
 from rosoclingo.loop.planner.shortening import cheapen, shorten
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.values.added import EMPTY_PARTS, SLOT, SLOT_PART, SLOTS, STILL, STILL_PART
+from rosoclingo.loop.values.added import EMPTY_PARTS, PAUSES, PAUSES_PART, SLOT, SLOT_PART, SLOTS
 from rosoclingo.loop.values.atoms import QUERY, Action, Plan, query
 from rosoclingo.loop.values.recorded import Recorded
 from rosoclingo.loop.values.solver import Solver
@@ -70,7 +70,7 @@ class PlannerState:
     _symbols: Tuple[str, ...] = ()  # the plan that is followed, if it may not be the shortest
     _passed: int = 0  # the steps of that plan before the last reset
     _is_through: bool = False  # whether a search for a better plan has tried all
-    _still: int = 0  # the last step in which actions can be forbidden
+    _limited: int = 0  # the last step whose pauses can be limited
     _later: List[str] = field(default_factory=list)  # externals that are to be true
 
 
@@ -155,7 +155,7 @@ class Planner(PlannerState):
         self.quality = None
         self.layers = LayersState()
         self._ahead.clear()
-        self._top, self._still, self._passed = 0, 0, 0
+        self._top, self._limited, self._passed = 0, 0, 0
         self._is_timed, self._symbols = False, ()
         self._has_threads = None
         is_first = slots is None
@@ -331,21 +331,23 @@ class Planner(PlannerState):
                 if ended is None and looks_far:
                     ended = self._find_cheaper(horizon, stopped)
             elif outcome.result is wire.Result.UNKNOWN and time.monotonic() > end:
-                ended = self._look_ahead(horizon, stopped)
+                ended = self._look_ahead(step, horizon, stopped)
             if ended is None:
                 return outcome
         self._ground_ahead(ended.grounded)
         self.note(ended)
         return self._take_ahead(ended, horizon)
 
-    def _look_ahead(self, horizon: int, stopped: Callable[[], bool]) -> Optional[SearchEnded]:
+    def _look_ahead(
+        self, step: int, horizon: int, stopped: Callable[[], bool]
+    ) -> Optional[SearchEnded]:
         """Searches several horizons in turn, unless it has to stop before."""
         if self.last_horizon is None or stopped():
             return None
         self._is_timed = True
         return look_ahead(
-            self._solver, self._requests.run, self._ground_ahead,
-            asked=horizon, last=self.last_horizon, stopped=stopped,
+            self._solver, self._requests.run, self._ground_ahead, self._ground_pauses,
+            step=step, asked=horizon, last=self.last_horizon, stopped=stopped,
         )  # fmt: skip
 
     def _find_cheaper(self, horizon: int, stopped: Callable[[], bool]) -> Optional[SearchEnded]:
@@ -495,7 +497,7 @@ class Planner(PlannerState):
                     self._solver, cost_of, plan, self.quality.cost, step=step, stopped=stopped
                 )
             else:
-                self.run(*self._still_parts(horizon))
+                self._ground_pauses(horizon)
                 ended = shorten(
                     self._solver, self._requests.run, plan,
                     step=step, horizon=horizon, stopped=stopped,
@@ -511,12 +513,13 @@ class Planner(PlannerState):
         is_best = ended.quality is not None and ended.quality.is_best
         return wire.Outcome(wire.Result.SAT, not is_best, ended.symbols)
 
-    def _still_parts(self, last: int) -> List[wire.Command]:
-        """Returns the parts by which actions can be forbidden in each step up to a last one."""
-        steps = range(self._still + 1, last + 1)
-        first = [STILL] if steps and not self._still else []
-        self._still = max(self._still, last)
-        return [*first, *(wire.Ground((wire.Part(STILL_PART, (str(t),)),)) for t in steps)]
+    def _ground_pauses(self, last: int) -> None:
+        """Grounds the parts by which pauses can be limited in each step up to a last one."""
+        steps = range(self._limited + 1, last + 1)
+        if steps:
+            parts = tuple(wire.Part(PAUSES_PART, (str(step),)) for step in steps)
+            self.run(*([] if self._limited else [PAUSES]), wire.Ground(parts))
+            self._limited = last
 
     def _searching(self, is_late: Callable[[], bool] = lambda: False) -> Searching:
         return Searching(

@@ -14,7 +14,7 @@ from rosclingo.wire import commands as wire
 from rosoclingo.loop.journal import Ended, SearchEnded
 from rosoclingo.loop.planner.local_search import below
 from rosoclingo.loop.quality import Quality
-from rosoclingo.loop.values.added import STILL_PART
+from rosoclingo.loop.values.added import STILL
 from rosoclingo.loop.values.atoms import Action, Plan
 from rosoclingo.loop.values.solver import Solver
 
@@ -36,8 +36,8 @@ def shorten(
     stays, also where the encoding is not told of it.
 
     Args:
-        solver: The planner's solver; its externals of :data:`STILL_PART` are false before and
-            after that.
+        solver: The planner's solver; its externals :data:`STILL` are false before and after
+            that.
         run: Runs commands that set these externals.
         plan: The plan that stands.
         step: The current step, whose actions are published.
@@ -149,4 +149,4 @@ def _solve(
 
 
 def _set(steps: Sequence[int], value: wire.Truth) -> List[wire.Command]:
-    return [wire.AssignExternal(f"{STILL_PART}({step})", value) for step in steps]
+    return [wire.AssignExternal(f"{STILL}({step})", value) for step in steps]

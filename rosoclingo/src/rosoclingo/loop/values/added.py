@@ -21,15 +21,23 @@ EMPTY_PARTS = (
 )
 """Empty defaults for parts that an encoding lacks, and a probe that finds hidden predicates."""
 
-STILL_PART = "rosoclingo_still"
-"""The part, and the external in it, that forbids actions in a step if it is true."""
+PAUSES_PART = "rosoclingo_pauses"
+"""The part, with an argument for the step, that can limit in which steps there are actions."""
 
-STILL = wire.Add(
-    STILL_PART,
+STILL = "rosoclingo_still"
+"""The external of a step that forbids actions in it if it is true."""
+
+UNBROKEN = "rosoclingo_unbroken"
+"""The external of a step that forbids actions after a step without any if it is true."""
+
+PAUSES = wire.Add(
+    PAUSES_PART,
     ("t",),
-    f"#defined do/3. #external {STILL_PART}(t). :- {STILL_PART}(t), do(_,_,t).",
+    "#defined do/3. rosoclingo_acts(t) :- do(_,_,t). #defined rosoclingo_acts/1."
+    f" #external {STILL}(t). :- {STILL}(t), rosoclingo_acts(t)."
+    f" #external {UNBROKEN}(t). :- {UNBROKEN}(t), rosoclingo_acts(t), not rosoclingo_acts(t-1).",
 )
-"""The part :data:`STILL_PART`, which an encoding gets when a shorter plan is looked for."""
+"""The part :data:`PAUSES_PART`, which an encoding gets when horizons take turns."""
 
 SLOT_PART = "rosoclingo_slot"
 SLOT = f"{SLOT_PART}("
