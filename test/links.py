@@ -7,6 +7,7 @@ exit status 1 then; it needs neither ROS nor a build. Names with ``my_`` are the
 
 from __future__ import annotations
 
+import functools
 import re
 import shlex
 import sys
@@ -35,6 +36,8 @@ _ROOT = "{root}"  # in a command; a topic may begin like the repository's real p
 
 def broken(root: Path = ROOT) -> List[str]:
     """Returns what is wrong in the documents below a folder, and with what code cites of them."""
+    for remembered in (_all_files, anchors, _headings):
+        remembered.cache_clear()  # a test may have changed the files
     found = []
     for name in documents(root):
         file = root / name
@@ -61,7 +64,7 @@ def _of_document(file: Path, root: Path) -> Iterator[str]:
         if not _URL.match(link):
             yield from _of_link(unquote(link), file)
     for name in _NAME.findall(text):
-        if not any(root.glob(name)) and not any(_files(name, root)):
+        if not (root / name).exists() and not _has_file(name, root):
             yield f"there is no file {name}"
     variables: Dict[str, str] = {}
     for _, pieces in sections(str(file)):
@@ -72,10 +75,15 @@ def _of_document(file: Path, root: Path) -> Iterator[str]:
                 yield from _of_modules(_MODULE.findall(piece.text), root)
 
 
-def _files(name: str, root: Path) -> Iterator[Path]:
-    """Yields the files of the repository whose paths end so."""
-    for folder in [*_packages(root), *(root / name for name in ("benchmarks", "docs", "test"))]:
-        yield from folder.rglob(name)
+def _has_file(name: str, root: Path) -> bool:
+    """Whether there is a file of the repository whose path ends so."""
+    return any(path.endswith(f"/{name}") for path in _all_files(root))
+
+
+@functools.lru_cache(maxsize=None)
+def _all_files(root: Path) -> List[str]:
+    folders = [*_packages(root), *(root / name for name in ("benchmarks", "docs", "test"))]
+    return [str(file) for folder in folders for file in folder.rglob("*")]
 
 
 def _of_link(link: str, file: Path) -> Iterator[str]:
@@ -87,6 +95,7 @@ def _of_link(link: str, file: Path) -> Iterator[str]:
         yield f"the link {link} leads to no heading"
 
 
+@functools.lru_cache(maxsize=None)
 def anchors(file: Path) -> List[str]:
     """Returns the anchors of a document's headings, as GitHub makes them."""
     found: List[str] = []
@@ -158,8 +167,13 @@ def _of_source(file: Path, package: Path, root: Path) -> Iterator[str]:
         target = next((place for place in places if place.exists()), None)
         if target is None:
             yield f"it cites {name}, which there is not"
-        elif heading and heading not in [title for title, _ in sections(str(target))]:
+        elif heading and heading not in _headings(target):
             yield f'{name} has no section "{heading}"'
+
+
+@functools.lru_cache(maxsize=None)
+def _headings(file: Path) -> List[str]:
+    return [title for title, _ in sections(str(file))]
 
 
 if __name__ == "__main__":
