@@ -38,7 +38,7 @@ def look_ahead(
 
     Args:
         solver: The planner's solver.
-        run: Runs commands that concern queries alone.
+        run: Runs commands that concern queries and pauses alone.
         ground: Grounds all steps up to one.
         ground_pauses: Grounds :data:`PAUSES_PART` for all steps up to one.
         step: The current step, after which pauses can be forbidden.
