@@ -261,3 +261,5 @@ def test_all_can_use_it(browser: Browser, shown: Shown, size: object, scheme: st
     assert violations(browser) == ""
     wide = "return document.scrollingElement.scrollWidth - document.documentElement.clientWidth"
     assert browser.run(wide) <= 0
+    beside = "return document.body.clientWidth - document.getElementById('goals').offsetWidth"
+    assert browser.run(beside) < 50  # pixels: there is no map beside them
