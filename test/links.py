@@ -76,7 +76,7 @@ def _of_document(file: Path, root: Path) -> Iterator[str]:
 
 
 def _has_file(name: str, root: Path) -> bool:
-    """Whether there is a file of the repository whose path ends so."""
+    """Returns whether the repository has a file whose path ends with a name."""
     return any(path.endswith(f"/{name}") for path in _all_files(root))
 
 
