@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import queue
+import re
 import sys
 import threading
 import time
@@ -39,6 +40,7 @@ ROUNDS = 5
 LIMIT = 1.1  # times the reaction without a listener
 PAGES = 20
 _TIMEOUT_SECONDS = 60.0
+_LINK = re.compile(r"open (\S+/#\S+)(?:\s|$)")  # as the console prints it
 
 
 class Robot:
@@ -112,12 +114,14 @@ def watch(system: RosSystem, _: Path, pages: int = 0) -> None:
     system.rosrun("rosoclingo_console", "console.py", *arguments, name=LISTENER)
     system.wait_until_hears(f"/{LISTENER}", NODE)
     if pages:
-        link = system.output(LISTENER).split("open http")[-1].split()[0]
-        opened = system.start(
-            "pages",
-            ["nice", "-n", "19", sys.executable, str(PAGES_SCRIPT), f"http{link}", str(pages)],
-        )
         end = time.monotonic() + _TIMEOUT_SECONDS
+        while not (link := _LINK.search(system.output(LISTENER))):
+            if time.monotonic() > end:
+                raise HarnessError("the console has printed no link")
+            time.sleep(TICK_SECONDS)
+        opened = system.start(
+            "pages", ["nice", "-n", "19", sys.executable, str(PAGES_SCRIPT), link[1], str(pages)]
+        )
         while f"{pages} pages are open" not in system.output("pages"):
             if opened.poll() is not None or time.monotonic() > end:
                 raise HarnessError("the pages did not open")
