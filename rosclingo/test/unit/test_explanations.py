@@ -190,3 +190,11 @@ def test_what_is_refused(engine: Engine, facts: str, most: str, pieces: List[str
         assert all(piece in failure.message for piece in pieces), failure.message
         most = "(0)" if most == "0" else "4"
     assert engine.solve().symbols is not None
+
+
+def test_what_is_usual_needs_no_cause(engine: Engine) -> None:
+    """Though a cause would do as well; so it is the only explanation that can spare nothing."""
+    facts = "observed(lamp,lit,1). usual(lamp,(lit;off),1). cause(sun,1,1). makes(sun,lamp,lit,1)."
+    assert add(engine, "first", facts).failure is None
+    assert ask(engine, "1").failure is None
+    assert found_in(engine, "1") == ["weighs(1,0)"]

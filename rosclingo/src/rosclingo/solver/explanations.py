@@ -45,7 +45,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass
-from typing import Any, Callable, Dict, FrozenSet, List, Sequence, Tuple, cast
+from typing import Any, Callable, Dict, FrozenSet, List, Sequence, Set, Tuple, cast
 
 import clingo
 from clingo import Function, Number, Symbol, SymbolType
@@ -109,6 +109,9 @@ class Diagnosis:
     kept: Tuple[Explanation, ...]
     certain: FrozenSet[Symbol]
     possible: FrozenSet[Symbol]
+
+
+_NO_CAUSE = Diagnosis((Explanation(0, (), ()),), frozenset(), frozenset())
 
 
 def diagnose(facts: Sequence[str], most: int, margin: int) -> Diagnosis:
@@ -191,6 +194,29 @@ def _exclude(control: clingo.Control, causes: Sequence[Symbol]) -> None:
         backend.add_rule([], literals)
 
 
+class _Case:
+    """The facts of a case.
+
+    Attributes:
+        facts: The facts without the case, as clingo reads them.
+    """
+
+    def __init__(self) -> None:
+        self.facts: List[str] = []
+        self._pairs: Dict[str, Set[Tuple[Symbol, ...]]] = {"observed": set(), "usual": set()}
+
+    def add(self, name: str, arguments: Sequence[Symbol]) -> None:
+        """Adds a fact."""
+        self.facts.append(f"{Function(name, arguments)}.")
+        if name in self._pairs:
+            self._pairs[name].add(tuple(arguments))
+
+    @property
+    def is_usual(self) -> bool:
+        """Whether nothing was observed that needs a cause."""
+        return self._pairs["observed"] <= self._pairs["usual"]
+
+
 class CauseFinder:
     """Finds the explanations of the cases of one solver. One thread makes the calls.
 
@@ -204,7 +230,7 @@ class CauseFinder:
             atoms: Returns the solver's atoms.
         """
         self._new_facts = NewFacts(atoms)
-        self._cases: OrderedDict[Symbol, List[str]] = OrderedDict()
+        self._cases: Dict[Symbol, _Case] = {}
         self._found: OrderedDict[Tuple[Symbol, ...], List[Symbol]] = OrderedDict()
 
     @property
@@ -242,9 +268,10 @@ class CauseFinder:
             except ValueError:
                 self.forget()  # so that it is refused again
                 raise
-            facts = self._cases.pop(case, [])
+            said = self._cases.pop(case, _Case())
             self._cases.clear()  # nobody asks for older ones
-            self._found[asked] = _terms(diagnose(facts, *limits))
+            found = _NO_CAUSE if said.is_usual else diagnose(said.facts, *limits)
+            self._found[asked] = _terms(found)
             if len(self._found) > _MOST_CASES:
                 self._found.popitem(last=False)
         return self._found[asked]
@@ -260,8 +287,7 @@ class CauseFinder:
                     number = _whole(weight, 1, str(Function(name, arguments)))
                     if weights.setdefault((case, cause), number) != number:
                         raise ValueError(f"{shorten(str(cause))} has two surprises in a case")
-                fact = str(Function(name, rest))
-                self._cases.setdefault(case, []).append(f"{fact}.")
+                self._cases.setdefault(case, _Case()).add(name, rest)
         totals: Dict[Symbol, int] = {}
         for (case, _), number in weights.items():
             totals[case] = totals.get(case, 0) + number
