@@ -38,7 +38,8 @@ FLOORS = {
     "rosoclingo_examples": ["orders", "line_words", "ros"],
     "rosoclingo_rviz": ["ros"],
     "rosoclingo_simulator": [
-        "errors", "calls", "pacer", "followed_clock", "world", "physics", "navigation", "ros",
+        "errors", "calls", "pacer", "followed_clock", "world", "physics", "navigation",
+        "faults", "ros",
     ],
     "rosoclingo_gazebo": ["demo", "ros"],
 }  # fmt: skip

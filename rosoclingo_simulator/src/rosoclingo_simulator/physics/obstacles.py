@@ -57,6 +57,14 @@ class Obstacles:
         name, way = " ".join(sorted(words[1:])), f"{words[1]} and {words[2]}"
         return self._block(name, way, *ends) if words[0] == "block" else self._unblock(name, way)
 
+    def check(self, first: str, second: str) -> None:
+        """Checks that a box can stand between two waypoints, where no robot is.
+
+        Raises:
+            RosclingoError: It cannot; the message says why.
+        """
+        self._box(f"{first} and {second}", self._find(first), self._find(second))
+
     def _block(self, name: str, way: str, first: Waypoint, second: Waypoint) -> str:
         if name in self._names:
             return f"there is a box between {way} already"
