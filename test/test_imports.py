@@ -32,7 +32,8 @@ FLOORS = {
     ],
     "rosoclingo_interfaces": [
         "errors", "store_file", "prompt", "announcements", "watchdog", "navigation",
-        "ledger", "execution", "interface", "executor", "retransmitter", "ros", "node",
+        "ledger", "execution", "interface",
+        "faulty_actions", "executor", "retransmitter", "ros", "node",
     ],
     "rosoclingo_console": ["model", "web", "bag_console", "ros"],
     "rosoclingo_examples": ["orders", "line_words", "ros"],
