@@ -9,7 +9,7 @@ import pytest
 from office import PACKAGE
 from office import WAYPOINTS as OFFICE_WAYPOINTS
 
-from rosoclingo_interfaces.navigation.waypoints import read_waypoints
+from rosoclingo_interfaces.navigation.waypoints import Waypoint, read_waypoints
 from rosoclingo_simulator.errors import FaultError
 from rosoclingo_simulator.faults.kinds import (
     AtPlace,
@@ -21,6 +21,7 @@ from rosoclingo_simulator.faults.kinds import (
 )
 from rosoclingo_simulator.faults.reader import read_faults
 from rosoclingo_simulator.physics.faulty import Disturbance
+from rosoclingo_simulator.physics.obstacles import PassageEnd
 from rosoclingo_simulator.physics.physics import Pose
 
 OFFICE = read_waypoints(OFFICE_WAYPOINTS)
@@ -63,7 +64,15 @@ def test_the_example_has_each_kind() -> None:
             {"fault": "wrong_pose", "carried_to": {"x": 1, "y": -2}},
             WrongPose(None, Pose(1, -2, 0), lost=False),
         ),
-        ({"fault": "door_closes", "between": ["c1", "o1"]}, ClosedDoor(("c1", "o1"))),
+        (
+            {"fault": "door_closes", "between": ["c1", {"x": 16, "y": -4}]},
+            ClosedDoor(
+                (
+                    PassageEnd("c1", Waypoint(16, -8, 0)),
+                    PassageEnd("(16, -4)", Waypoint(16, -4, 0)),
+                )
+            ),
+        ),
         (
             {"fault": "battery", "charging_place": "open1", "within": 2, "level": 0.5},
             BatteryModel(2.2, 0.5, 0.0001, 0.0005, AtPlace(7, -8, 2), 0.005),
@@ -145,7 +154,12 @@ faults:
         ("{time: 20}", "{place: c1, times: 0}", 4, "times: expected a number from 1, not 0"),
         ("{time: 20}", "{place: c1, within: 0}", 4, "within: expected a number greater than 0"),
         ("carried_to: c5", "lost: true", 6, "expected one of by, such as {x: 1}, and carried_to"),
-        ("carried_to: c5", "carried_to: {x: 1, y: a}", 7, "y: expected a number, not 'a'"),
+        (
+            "carried_to: c5",
+            "carried_to: {x: 1, y: a}",
+            7,
+            "y: expected a number from -1e+06 to 1e+06, not 'a'",
+        ),
         ("carried_to: c5", "by: {z: 1}", 7, "there is no entry 'z'; there are x, y, theta"),
         (
             "carried_to: c5",
@@ -157,7 +171,7 @@ faults:
         ("charging_place: open1", "level: 2", 9, "level: expected a number from 0 to 1, not 2"),
         ("charging_place: open1", "within: 2", 9, "within: goes with charging_place only"),
         ("charging_place: open1", "capacity: 0", 9, "capacity: expected a number greater than 0"),
-        ("      - o1\n", "", 11, "between: expected two waypoints, not 1"),
+        ("      - o1\n", "", 11, "between: expected two places, not 1"),
         ("- o1\n", "- 7\n", 13, "fault 4 (door_closes): expected a name, not 7"),
         ("- o1\n", "- oo\n", 13, "fault 4 (door_closes): there is no waypoint oo"),
         ("probability: 0.1", "probability: 1.5", 16, "probability: expected a number from 0 to 1"),

@@ -251,6 +251,17 @@ def test_a_carried_robot_drives_by_the_pose_that_it_believes() -> None:
     assert where.distance(robot.physics.pose) < 1e-6
 
 
+@pytest.mark.parametrize("far", [50.0, 1e9, 1e308])
+def test_an_initial_pose_off_the_map_ends_drives_only(far: float) -> None:
+    scene = Scene({"fault": "slip", "when": {"time": 1000}})
+    estimator = scene.robot.estimator
+    assert estimator is not None
+    assert not estimator.relocalise(Pose(far, -far, 3.0))
+    assert scene.drive(Pose(2, 0.5, 0)) is End.ABORTED
+    assert estimator.relocalise(scene.robot.physics.pose)
+    assert scene.drive(Pose(2, 0.5, 0)) is End.SUCCEEDED
+
+
 def test_a_pose_jumps_and_comes_back() -> None:
     scene = Scene(
         {
@@ -303,8 +314,10 @@ def test_a_door_stays_closed_as_long_as_one_fault_closes_it() -> None:
     scene = Scene(
         {"fault": "door_closes", "between": ["hall", "room"], "lasts": 2},
         {"fault": "door_closes", "between": ["room", "hall"], "lasts": 4},
+        # Of another name.
+        {"fault": "door_closes", "between": [{"x": 1, "y": 0.4}, {"x": 5, "y": 0.4}], "lasts": 6},
     )
-    for seconds, closed in ((1.0, True), (2.0, True), (2.0, False)):
+    for seconds, closed in ((1.0, True), (2.0, True), (2.0, True), (2.0, False)):
         scene.run(seconds)
         assert (scene.body.ranges(np.zeros(1), 10.0)[0] < 3.1) == closed
 
@@ -422,6 +435,10 @@ def test_each_robot_has_its_own_faults() -> None:
         (
             {"fault": "door_closes", "between": ["north", "corner"]},
             r"fault 1 \(door_closes\): between: there is a wall on the straight way",
+        ),
+        (
+            {"fault": "door_closes", "between": ["room", {"x": 1e6, "y": 0}]},
+            r"between: \(1e\+06, 0\) is in a wall or outside of the map; choose places on",
         ),
         (
             {"fault": "wrong_pose", "carried_to": "wall"},

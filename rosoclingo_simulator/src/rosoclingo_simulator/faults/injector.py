@@ -5,7 +5,6 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import Dict, List, Mapping
 
-from rosclingo.errors import RosclingoError
 from rosoclingo_simulator.errors import FaultError, ObstacleError
 from rosoclingo_simulator.faults.battery import Battery
 from rosoclingo_simulator.faults.kinds import BatteryModel, ClosedDoor, FaultPlan, WrongPose
@@ -70,9 +69,15 @@ class FaultInjector:
                 raise FaultError(f"{where}: {robot or 'the robot'} has a battery already; leave it")
             self.batteries[robot] = Battery(effect)
         elif isinstance(effect, ClosedDoor):
+            for name, place in effect.ends:
+                if world.clearance(place.x, place.y) == 0:
+                    raise FaultError(
+                        f"{where}: between: {name} is in a wall or outside of the map; choose "
+                        "places on free floor"
+                    )
             try:
                 self._obstacles.check(*effect.ends)
-            except RosclingoError as err:
+            except ObstacleError as err:
                 raise FaultError(f"{where}: between: {err}") from err
         elif isinstance(effect, WrongPose) and effect.carried_to is not None:
             x, y = effect.carried_to.x, effect.carried_to.y
@@ -123,7 +128,7 @@ class FaultInjector:
         effect = state.fault.effect
         if isinstance(effect, ClosedDoor):
             try:
-                self._obstacles.obey(f"block {' '.join(effect.ends)}")
+                self._obstacles.block(*effect.ends)
             except ObstacleError:
                 return False  # a robot stands there
         elif isinstance(effect, WrongPose):
@@ -153,7 +158,7 @@ class FaultInjector:
             if any(set(door.ends) == set(effect.ends) for door in doors):
                 return
             with suppress(ObstacleError):  # somebody has opened it
-                self._obstacles.obey(f"unblock {' '.join(effect.ends)}")
+                self._obstacles.unblock(*effect.ends)
         elif isinstance(effect, WrongPose) and not any(
             isinstance(one.fault.effect, WrongPose) and one.robots == state.robots for one in others
         ):

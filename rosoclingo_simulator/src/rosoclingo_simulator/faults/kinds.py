@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Optional, Tuple, Union
 
 from rosoclingo_simulator.physics.faulty import Disturbance
+from rosoclingo_simulator.physics.obstacles import PassageEnd
 from rosoclingo_simulator.physics.physics import Pose
 
 
@@ -66,13 +67,13 @@ class WrongPose:
 
 @dataclass(frozen=True)
 class ClosedDoor:
-    """A box stands between two waypoints, where the way is narrowest.
+    """A box stands between two places, where the way is narrowest.
 
     Attributes:
-        ends: The names of the waypoints.
+        ends: The places.
     """
 
-    ends: Tuple[str, str]
+    ends: Tuple[PassageEnd, PassageEnd]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Union
 from rosclingo.errors import TermError
 from rosclingo.solver.terms import parse_term
 from rosoclingo_interfaces.errors import WaypointError
-from rosoclingo_interfaces.navigation.waypoints import Waypoints
+from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints
 from rosoclingo_simulator.faults.kinds import (
     AtPlace,
     AtTime,
@@ -23,9 +23,11 @@ from rosoclingo_simulator.faults.kinds import (
 )
 from rosoclingo_simulator.faults.source import FaultSource, FaultValue, load_faults
 from rosoclingo_simulator.physics.faulty import Disturbance
+from rosoclingo_simulator.physics.obstacles import PassageEnd
 from rosoclingo_simulator.physics.physics import Pose
 
 _WITHIN = 1.0  # metres from a place, unless an entry says otherwise
+_FARTHEST = 1e6  # metres and radians; what is more is a slip of the pen, and overflows later
 _AT_CHARGER = 0.5  # likewise, where a battery is charged
 
 _Entries = Dict[str, FaultValue]
@@ -121,12 +123,13 @@ def _stuck_wheel(item: FaultValue, entries: _Entries, _: Waypoints) -> Disturban
 
 def _laser_noise(_: FaultValue, entries: _Entries, __: Waypoints) -> Disturbance:
     return Disturbance(
-        laser_sigma=_number(entries, "sigma", 0.0), dropout=_number(entries, "dropout", 0.0, 1.0)
+        laser_sigma=_number(entries, "sigma", 0.0, _FARTHEST),
+        dropout=_number(entries, "dropout", 0.0, 1.0),
     )
 
 
 def _odometry_noise(_: FaultValue, entries: _Entries, __: Waypoints) -> Disturbance:
-    return Disturbance(odometry_sigma=_number(entries, "sigma", 0.05))
+    return Disturbance(odometry_sigma=_number(entries, "sigma", 0.05, _FARTHEST))
 
 
 def _wrong_pose(item: FaultValue, entries: _Entries, waypoints: Waypoints) -> WrongPose:
@@ -140,14 +143,17 @@ def _wrong_pose(item: FaultValue, entries: _Entries, waypoints: Waypoints) -> Wr
 
 def _closed_door(item: FaultValue, entries: _Entries, waypoints: Waypoints) -> ClosedDoor:
     if "between" not in entries:
-        raise item.wrong("between is missing; add two waypoints, such as [c1, o1]")
+        raise item.wrong("between is missing; add two places, such as [c1, o1]")
     ends = entries["between"].items()
     if len(ends) != 2:
-        raise entries["between"].wrong(f"expected two waypoints, not {len(ends)}")
-    names = ends[0].text(), ends[1].text()
-    for end in ends:
-        _pose(end, waypoints)
-    return ClosedDoor(names)
+        raise entries["between"].wrong(f"expected two places, not {len(ends)}")
+    first, second = (_passage_end(end, _pose(end, waypoints)) for end in ends)
+    return ClosedDoor((first, second))
+
+
+def _passage_end(value: FaultValue, pose: Pose) -> PassageEnd:
+    name = value.value if isinstance(value.value, str) else f"({pose.x:g}, {pose.y:g})"
+    return PassageEnd(name, Waypoint(pose.x, pose.y, pose.theta))
 
 
 def _battery(_: FaultValue, entries: _Entries, waypoints: Waypoints) -> BatteryModel:
@@ -181,7 +187,7 @@ _KINDS: Dict[str, Tuple[Tuple[str, ...], _Reader]] = {
 }
 
 
-def _number(entries: _Entries, key: str, default: float, most: float = float("inf")) -> float:
+def _number(entries: _Entries, key: str, default: float, most: float) -> float:
     return entries[key].number(0.0, most) if key in entries else default
 
 
@@ -210,4 +216,9 @@ def _pose(value: FaultValue, waypoints: Waypoints) -> Pose:
 
 def _coordinates(value: FaultValue) -> Pose:
     entries = value.entries("x", "y", "theta")
-    return Pose(*(entries[key].number() if key in entries else 0.0 for key in ("x", "y", "theta")))
+    return Pose(
+        *(
+            entries[key].number(-_FARTHEST, _FARTHEST) if key in entries else 0.0
+            for key in ("x", "y", "theta")
+        )
+    )
