@@ -257,7 +257,8 @@ def test_an_initial_pose_off_the_map_ends_drives_only(far: float) -> None:
     estimator = scene.robot.estimator
     assert estimator is not None
     assert not estimator.relocalise(Pose(far, -far, 3.0))
-    assert scene.drive(Pose(2, 0.5, 0)) is End.ABORTED
+    with np.errstate(over="ignore"):
+        assert scene.drive(Pose(2, 0.5, 0)) is End.ABORTED
     assert estimator.relocalise(scene.robot.physics.pose)
     assert scene.drive(Pose(2, 0.5, 0)) is End.SUCCEEDED
 

@@ -34,7 +34,7 @@ class PoseEstimator:
 
     @property
     def lost(self) -> bool:
-        """Whether it goes by odometry, from a place where the robot may never have been."""
+        """True while it goes by odometry, from a place where the robot may never have been."""
         return self._frame is not None
 
     @property
