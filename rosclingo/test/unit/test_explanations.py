@@ -8,9 +8,10 @@ from typing import Dict, Iterator, List, NamedTuple, Set, Tuple
 
 import pytest
 
+from rosclingo.solver.diagnosis import Fact, diagnose
 from rosclingo.solver.engine import Engine
-from rosclingo.solver.explanations import diagnose
 from rosclingo.solver.options import Options
+from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import Add, CleanupDomains, Ground, Part, Reply
 
 Pair = Tuple[str, str]  # an observation and a value
@@ -28,15 +29,16 @@ class Case(NamedTuple):
     excludes: Set[Pair]
 
     @property
-    def facts(self) -> List[str]:
-        return [
-            *(f"cause({cause},{weight})." for cause, weight in self.weights.items()),
-            *(f"makes({cause},{o},{x})." for cause, (o, x) in sorted(self.makes)),
-            *(f"may_make({cause},{o},{x})." for cause, (o, x) in sorted(self.may_make)),
-            *(f"usual({o},{x})." for o, x in sorted(self.usual)),
-            *(f"observed({o},{x})." for o, x in sorted(self.observed)),
-            *(f"excludes({c},{d})." for c, d in sorted(self.excludes)),
+    def facts(self) -> List[Fact]:
+        texts = [
+            *(f"cause({cause},{weight})" for cause, weight in self.weights.items()),
+            *(f"makes({cause},{o},{x})" for cause, (o, x) in sorted(self.makes)),
+            *(f"may_make({cause},{o},{x})" for cause, (o, x) in sorted(self.may_make)),
+            *(f"usual({o},{x})" for o, x in sorted(self.usual)),
+            *(f"observed({o},{x})" for o, x in sorted(self.observed)),
+            *(f"excludes({c},{d})" for c, d in sorted(self.excludes)),
         ]
+        return [(term.name, tuple(term.arguments)) for term in map(parse_term, texts)]
 
 
 def draw(dice: random.Random) -> Case:
@@ -47,7 +49,7 @@ def draw(dice: random.Random) -> Case:
     links = [(cause, pair) for cause in causes for pair in pairs]
     return Case(
         weights={cause: dice.randint(1, 4) for cause in causes},
-        makes=set(dice.sample(links, dice.randint(0, len(links) // 2))),
+        makes=set(dice.sample(links, dice.randint(0, len(links) // dice.choice([2, 8])))),
         may_make=set(dice.sample(links, dice.randint(0, len(links) // 5))),
         usual={(place, dice.choice(values)) for place in places if dice.random() < 0.8},
         observed={(place, dice.choice(values)) for place in places if dice.random() < 0.9},
