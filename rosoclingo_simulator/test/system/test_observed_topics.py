@@ -79,7 +79,9 @@ def test_observers_hear_the_simulator_and_a_bag(terminals: Terminals, tmp_path: 
 
     again = terminals.start(*command, "__name:=again")
     wait_for(lambda: "/again/about" in terminals.names())
-    player = terminals.start("rosbag", "play", "--clock", "--rate=4", "--delay=2", str(bag))
+    player = terminals.start(
+        "rosbag", "play", "--clock", "--rate=4", "--wait-for-subscribers", str(bag)
+    )
     check(again, TOLD)
     player.interrupt()
     again.interrupt()
