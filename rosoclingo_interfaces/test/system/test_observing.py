@@ -49,6 +49,11 @@ def test_mistakes_end_the_node(terminals: Terminals, tmp_path: Path) -> None:
         assert node.wait() == 2
         assert f"{tmp_path / f'wrong{number}.yaml'}, {message}" in node.output
         assert "Traceback" not in node.output
+    # It is known already when the next one starts, whose file says another one.
+    text = DOOR.replace("equals: true", "pattern: a") + "  type: std_msgs/String\n"
+    late = observe(terminals, tmp_path, text, "late")
+    assert late.wait() == 2
+    assert "line 6: type: /door has messages of type std_msgs/Bool, not std_msgs/S" in late.output
 
 
 @pytest.mark.install_space

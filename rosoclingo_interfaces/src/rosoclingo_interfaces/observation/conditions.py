@@ -35,8 +35,7 @@ _INTEGERS = {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64
 }
 _NUMBERS = _INTEGERS | {"float32", "float64"}
 _KINDS = {bool: {"bool"}, int: _INTEGERS, str: {"string"}}
-# Of a list of numbers: how many there are in a row of the matrix.
-_COVARIANCES = {"float64[36]": 6, "float64[9]": 3}
+_COVARIANCES = {"float64[36]", "float64[9]"}  # of a pose, of a position
 
 
 @dataclass(frozen=True)
@@ -162,7 +161,7 @@ class CovarianceCondition:
         Raises:
             ObservationError: It has not.
         """
-        _expect(self.field, message, slots, set(_COVARIANCES), "a covariance matrix")
+        _expect(self.field, message, slots, _COVARIANCES, "a covariance matrix")
 
     def read(self, message: Any, before: Reading) -> Reading:
         """Returns whether it holds.

@@ -60,11 +60,11 @@ class ObserverNode:
         self._in = publisher(topic("in"), ROSoClingoIn, on_subscriber=self._tell_standing)
         self._about = publish_about(sorted({one.source for one in self._observers}))
         self._subscribers: List[rospy.Subscriber] = []
-        self._waiting = self._by_topic()
-        self._open_topics()
         if any(isinstance(one.condition, (NearestWaypoint, ClosedWay)) for one in self._observers):
             for name in ("/tf", "/tf_static"):
                 self._subscribers.append(subscriber(name, TFMessage, self._on_transforms))
+        self._waiting = self._by_topic()
+        self._open_topics()
         self._encodings = EncodingReader(lambda reason: rospy.logwarn("%s", reason))
         planning_node = rospy.resolve_name(topic(_ABOUT))[: -len(_ABOUT) - 1]
         self._encodings.listen(planning_node, self._check_vocabulary)
@@ -119,9 +119,14 @@ class ObserverNode:
             if not any(one.needs_type for one in observers):
                 kind: Any = rospy.AnyMsg
             else:
-                known = next(iter(named), types.get(name, ""))
+                actual = types.get(name, "")
+                known = next(iter(named), actual)
                 if not known:
                     continue
+                if actual and actual != known:
+                    raise named[known].entry.wrong(
+                        f"type: {name} has messages of type {actual}, not {known}", "type"
+                    )
                 kind = message_class(known)
                 if kind is None:
                     raise observers[0].entry.wrong(
