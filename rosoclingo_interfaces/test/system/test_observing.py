@@ -53,7 +53,7 @@ def test_mistakes_end_the_node(terminals: Terminals, tmp_path: Path) -> None:
     text = DOOR.replace("equals: true", "pattern: a") + "  type: std_msgs/String\n"
     late = observe(terminals, tmp_path, text, "late")
     assert late.wait() == 2
-    assert "line 6: type: /door has messages of type std_msgs/Bool, not std_msgs/S" in late.output
+    assert "line 6: type: /door has the types std_msgs/Bool and std_msgs/String" in late.output
 
 
 @pytest.mark.install_space

@@ -10,7 +10,8 @@ from typing import Any, List, Mapping, Optional, Sequence
 import pytest
 
 from rosoclingo_interfaces.errors import ObservationError, ReadingError
-from rosoclingo_interfaces.observation.observers import Observer, read_observers
+from rosoclingo_interfaces.observation.observer import Observer
+from rosoclingo_interfaces.observation.observers import read_observers
 from rosoclingo_interfaces.observation.transforms import MOST_FRAMES, TransformTree
 from rosoclingo_interfaces.observation.vocabulary import unknown_terms
 

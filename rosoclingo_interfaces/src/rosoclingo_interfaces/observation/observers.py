@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Union
+from typing import Callable, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 
@@ -27,93 +26,17 @@ from rosoclingo_interfaces.observation.conditions import (
     RangeCondition,
     SilenceCondition,
 )
-from rosoclingo_interfaces.observation.fields import FieldPath, Slots
+from rosoclingo_interfaces.observation.fields import FieldPath
+from rosoclingo_interfaces.observation.observer import Condition, Observer
 from rosoclingo_interfaces.observation.places import NearestWaypoint
 from rosoclingo_interfaces.observation.teller import Teller
 from rosoclingo_interfaces.observation.term_template import TermTemplate
 from rosoclingo_interfaces.observation.transforms import TransformTree
 from rosoclingo_interfaces.observation.yaml_entry import YamlEntry, read_entry
 
-Condition = Union[
-    RangeCondition, PatternCondition, EqualsCondition, CovarianceCondition, SilenceCondition,
-    NearestWaypoint, ClosedWay,
-]  # fmt: skip
-
-_FIELDS_OF_COVARIANCES = "pose.covariance"
+_COVARIANCE = "pose.covariance"
 _KEYS = ("topic", "tf", "type", "field", "tell", "else", "id", "debounce", "rate")
 _RATE = 1.0  # terms in a second
-
-
-@dataclass
-class Observer:
-    """One entry of the file. Not thread-safe.
-
-    Attributes:
-        entry: Where it is in the file, for errors.
-        topic: What it listens to; empty if it takes a pose from transforms only.
-        type: The type of the messages, if the file says it.
-        source: The id with which terms are told.
-        condition: What has to hold.
-        teller: When which term is told.
-        terms: All terms that it can tell.
-    """
-
-    entry: YamlEntry
-    topic: str
-    type: str
-    source: str
-    condition: Condition
-    teller: Teller
-    terms: Tuple[str, ...]
-    _heard: Optional[float] = None  # when something came last
-
-    @property
-    def name(self) -> str:
-        """Its topic and its line, for messages."""
-        return f"{self.topic or 'tf'} (line {self.entry.line})"
-
-    @property
-    def needs_type(self) -> bool:
-        """Whether the type of its messages has to be known."""
-        return bool(self.topic) and not isinstance(self.condition, SilenceCondition)
-
-    def check(self, message: str, slots: Slots) -> None:
-        """Checks the condition against the type of the topic's messages.
-
-        Raises:
-            ObservationError: They do not fit; the message names the line.
-        """
-        try:
-            self.condition.check(message, slots)
-        except ObservationError as err:
-            raise self.entry.wrong(err, "field") from err
-
-    def hear(self, message: Any, now: float) -> None:
-        """Takes a message; None for new transforms.
-
-        Args:
-            message: As ROS has it.
-            now: The time in seconds.
-
-        Raises:
-            ReadingError: It does not say whether the condition holds.
-        """
-        if isinstance(self.condition, SilenceCondition):
-            self._heard = now or None  # a simulator's clock that has not begun is 0
-        else:
-            self.teller.read(self.condition.read(message, self.teller.reading), now)
-
-    def tick(self, now: float) -> Optional[str]:
-        """Returns the term that is to be told now, if there is one.
-
-        Raises:
-            TermError: A waypoint's name makes no term.
-        """
-        if isinstance(self.condition, SilenceCondition):
-            if self._heard is None or now < self._heard:  # it begins, or the clock begins anew
-                self._heard = now
-            self.teller.read(self.condition.read(now - self._heard, None), now)
-        return self.teller.due(now)
 
 
 def read_observers(file: Path, transforms: TransformTree) -> List[Observer]:
@@ -246,7 +169,7 @@ class _Builder:
         inner.check_keys(("above", "hysteresis"), ("above",))
         above = inner.number("above", None, "square metres") or 0.0
         hysteresis = inner.number("hysteresis", 0.0, "square metres") or 0.0
-        return CovarianceCondition(self._field(_FIELDS_OF_COVARIANCES), above, hysteresis)
+        return CovarianceCondition(self._field(_COVARIANCE), above, hysteresis)
 
     def _silent(self) -> SilenceCondition:
         seconds = self._entry.number("silent", None, "seconds")

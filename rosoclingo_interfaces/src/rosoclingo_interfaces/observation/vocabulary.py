@@ -7,7 +7,7 @@ from typing import Collection, Iterable, Iterator
 
 from rosclingo.solver.terms import quote
 from rosoclingo.loop.values.ids import type_event
-from rosoclingo_interfaces.observation.observers import Observer
+from rosoclingo_interfaces.observation.observer import Observer
 
 _SHOWN = 3  # terms of one observer
 

@@ -22,7 +22,8 @@ from rosoclingo.completion.ros.encodings import EncodingReader
 from rosoclingo.msg import ROSoClingoIn
 from rosoclingo_interfaces.errors import ReadingError
 from rosoclingo_interfaces.observation.closed_way import ClosedWay
-from rosoclingo_interfaces.observation.observers import Observer, read_observers
+from rosoclingo_interfaces.observation.observer import Observer
+from rosoclingo_interfaces.observation.observers import read_observers
 from rosoclingo_interfaces.observation.places import NearestWaypoint
 from rosoclingo_interfaces.observation.transforms import TransformTree
 from rosoclingo_interfaces.observation.vocabulary import unknown_terms
@@ -79,7 +80,7 @@ class ObserverNode:
         on_shutdown(end.set)
         reminder = Reminder()
         search_at = time.monotonic() + _SEARCH_SECONDS
-        changes = 0
+        seen = 0  # transforms
         while not end.wait(_TICK_SECONDS):
             if self._waiting and time.monotonic() >= search_at:
                 search_at = time.monotonic() + _SEARCH_SECONDS
@@ -87,11 +88,12 @@ class ObserverNode:
                 if self._waiting and reminder.due():
                     names = ", ".join(self._waiting)
                     rospy.loginfo("waiting for somebody who publishes %s", names)
+            changes = self._transforms.changes
             for observer in self._observers:
-                if not observer.topic and changes != self._transforms.changes:
+                if not observer.topic and changes != seen:
                     self._hear(observer, None)
                 self._tick(observer)
-            changes = self._transforms.changes
+            seen = changes
 
     def _by_topic(self) -> Dict[str, List[Observer]]:
         """Returns the observers by the resolved names of their topics."""
@@ -111,31 +113,9 @@ class ObserverNode:
         """Subscribes to those topics whose types are known by now."""
         types = topic_types()
         for name, observers in list(self._waiting.items()):
-            named = {one.type: one for one in observers if one.type}
-            if len(named) > 1:
-                raise list(named.values())[1].entry.wrong(
-                    f"type: {name} has the types {' and '.join(named)} in this file", "type"
-                )
-            if not any(one.needs_type for one in observers):
-                kind: Any = rospy.AnyMsg
-            else:
-                actual = types.get(name, "")
-                known = next(iter(named), actual)
-                if not known:
-                    continue
-                if actual and actual != known:
-                    raise named[known].entry.wrong(
-                        f"type: {name} has messages of type {actual}, not {known}", "type"
-                    )
-                kind = message_class(known)
-                if kind is None:
-                    raise observers[0].entry.wrong(
-                        f"type: there is no type of messages {known} here; expected one such as "
-                        "std_msgs/Bool, of a package that is installed",
-                        "type",
-                    )
-                for observer in observers:
-                    observer.check(kind._type, slots)
+            kind = _class_of(name, observers, types.get(name, ""))
+            if kind is None:
+                continue
             del self._waiting[name]
             hear = partial(self._on_message, observers)
             self._subscribers.append(subscriber(name, kind, hear))
@@ -194,6 +174,39 @@ class ObserverNode:
         if len(encoding.messages) < MOST_KNOWN:  # else it may know more
             for warning in unknown_terms(self._observers, encoding.messages):
                 rospy.logwarn("%s", warning)
+
+
+def _class_of(name: str, observers: Sequence[Observer], actual: str) -> Any:
+    """Returns the class of a topic's messages, which fit to its observers; None if it is not known.
+
+    Args:
+        name: Of the topic.
+        observers: Those that listen to it.
+        actual: The type that the master knows; empty if it knows none.
+
+    Raises:
+        ObservationError: There is no such type, or it does not fit.
+    """
+    named = {one.type: one for one in observers if one.type}
+    if actual:
+        named.setdefault(actual, observers[0])
+    if len(named) > 1:
+        wrong = next(one for one in observers if one.type and one.type != actual)
+        raise wrong.entry.wrong(f"type: {name} has the types {' and '.join(sorted(named))}", "type")
+    if not any(one.needs_type for one in observers):
+        return rospy.AnyMsg
+    for known, observer in named.items():
+        kind = message_class(known)
+        if kind is None:
+            raise observer.entry.wrong(
+                f"type: there is no type of messages {known} here; expected one such as "
+                "std_msgs/Bool, of a package that is installed",
+                "type",
+            )
+        for one in observers:
+            one.check(known, slots)
+        return kind
+    return None
 
 
 def main() -> NoReturn:
