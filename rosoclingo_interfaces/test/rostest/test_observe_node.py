@@ -10,7 +10,7 @@ import random
 import sys
 import unittest
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import IO, Any, Dict, List, Tuple
 
 import rospy
 import rostest
@@ -36,6 +36,13 @@ TYPES = {
     "/grid": OccupancyGrid, "/tf": TFMessage,
 }  # fmt: skip
 MESSAGES = int(os.environ.get("HOSTILE", "10000"))
+
+
+class Garbled(String):
+    """A text that is no UTF-8, and shorter than it says."""
+
+    def serialize(self, buff: IO[bytes]) -> None:
+        buff.write(b"\x09\0\0\0\xff\xfe\xfdstop")
 
 
 def transform(frame: str, child: str, x: float, y: float) -> TransformStamped:
@@ -182,6 +189,7 @@ class TestObserve(unittest.TestCase):
                         observer.hear(None if name == "/tf" else message, number / 100)
                     observer.tick(number / 100)
             self.send(name, message)
+        self.send("/text", Garbled())
         self.check_all()
         self.assertFalse([line for line in self.log if "cannot be read" in line])
         self.assertTrue(any("what was known before counts" in line for line in self.log))
