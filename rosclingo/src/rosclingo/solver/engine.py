@@ -24,6 +24,7 @@ from rosclingo.errors import SolverError, UnknownExternalError, UnknownProgramEr
 from rosclingo.solver import programs, scripts
 from rosclingo.solver.activity import GROUNDING, SOLVING, SolverActivity
 from rosclingo.solver.controls import ClingoMessages, new_control, use_heuristics
+from rosclingo.solver.explanations import CauseFinder
 from rosclingo.solver.options import Options
 from rosclingo.solver.patches import atoms_after
 from rosclingo.solver.programs import Policy, Program
@@ -274,7 +275,8 @@ class Engine:
         else:
             program = last
         ways = ShortestWays(lambda: self._control.symbolic_atoms)
-        namespace: scripts.Namespace = dict(ways.functions)
+        causes = CauseFinder(lambda: self._control.symbolic_atoms)
+        namespace: scripts.Namespace = {**ways.functions, **causes.functions}
         messages = ClingoMessages()
         with scripts.using(namespace):
             if program is not last:
@@ -292,7 +294,7 @@ class Engine:
             use_heuristics(control, options.clingo)
         self._program = program
         self._scripts = namespace
-        self._ways = ways
+        self._ways, self._causes = ways, causes
         self._control = control  # the old one goes before its theory
         self._theory = theory
         self._messages = messages
@@ -399,6 +401,7 @@ class Engine:
     def _cleanup(self, _: wire.CleanupDomains) -> None:
         self._ask = None  # it may go
         self._ways.forget()
+        self._causes.forget()
         self._control.cleanup()
 
     def _get_externals(self, _: wire.GetExternals) -> wire.Externals:

@@ -41,10 +41,10 @@ from typing import Callable, Dict, List, Optional, Set, Tuple
 
 import clingo
 from clingo import Function, Number, SymbolType
-from clingo.symbolic_atoms import SymbolicAtom, SymbolicAtoms
+from clingo.symbolic_atoms import SymbolicAtoms
 
 from rosclingo.errors import shorten
-from rosclingo.solver.patches import atoms_after
+from rosclingo.solver.new_facts import NewFacts
 
 DISTANCE, ROUTE = "shortest_distance", "shortest_route"
 """The functions; the first argument of a term names the facts of a graph."""
@@ -72,8 +72,7 @@ class ShortestWays:
         Args:
             atoms: Returns the solver's atoms.
         """
-        self._atoms = atoms
-        self._last: Dict[str, SymbolicAtom] = {}  # for each predicate, what was read last
+        self._new_facts = NewFacts(atoms)
         self._facts: Dict[str, Dict[int, _Facts]] = {}
         self._graphs: Dict[str, OrderedDict[int, _Graph]] = {}
         self._asked: Tuple[int, int] = 0, 0  # the predicate and the graph that were asked for last
@@ -86,7 +85,7 @@ class ShortestWays:
 
     def forget(self) -> None:
         """Forgets all graphs, which are read anew: after a cleanup of the solver's atoms."""
-        self._last.clear()
+        self._new_facts.forget()
         self._facts.clear()
         self._graphs.clear()
         self._found = None
@@ -179,15 +178,13 @@ class ShortestWays:
 
     def _read(self, name: str, facts: Dict[int, _Facts], graphs: OrderedDict[int, _Graph]) -> None:
         """Reads the facts that have come since the last time."""
-        for atom in atoms_after(self._last.get(name), self._atoms(), name, ARITY):
-            self._last[name] = atom
-            begin, end, length, graph = atom.symbol.arguments
-            if not atom.is_fact:
-                raise ValueError(f"{shorten(str(atom.symbol))} is no fact")
+        for arguments in self._new_facts.read(name, ARITY):
+            begin, end, length, graph = arguments
             is_closed = length.type is SymbolType.Supremum and _has_base(graph)
             if not is_closed and (length.type is not SymbolType.Number or length.number < 1):
                 raise ValueError(
-                    f"{shorten(str(atom.symbol))} says a length that is no whole number from 1 on"
+                    f"{shorten(str(Function(name, arguments)))} says a length that is no whole "
+                    "number from 1 on"
                 )
             key = _key(graph)
             if key not in facts:

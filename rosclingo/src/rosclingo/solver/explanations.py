@@ -1,0 +1,324 @@
+"""Finds the least surprising causes of what was observed, for the rules of a program.
+
+A case G is said by facts, with G as their last argument:
+
+| fact | meaning |
+|---|---|
+| ``observed(O,X,G)`` | X was observed of O, such as ``failure`` of a drive |
+| ``usual(O,X,G)`` | X is what would be observed of O if no cause has a say in that |
+| ``cause(C,W,G)`` | C may be so; that is surprising by W, a whole number from 1 on |
+| ``makes(C,O,X,G)`` | if C is so, X may be observed of O, and what is usual may not |
+| ``may_make(C,O,X,G)`` | if C is so, X may be observed of O, as well as what is usual |
+| ``excludes(C,D,G)`` | C and D are not both so |
+
+An *explanation* is a set of causes with which all may be observed that was, and that can spare none
+of its causes. The fewer observations it leaves unexplained, and then the less its causes' sum of
+surprises, the better it is:
+
+>>> from rosclingo.solver.engine import Engine
+>>> from rosclingo.solver.options import Options
+>>> from rosclingo.wire import commands as wire
+>>> program = '''
+... observed(lamp,dark,1). usual(lamp,lit,1).
+... cause(bulb,2,1). cause(fuse,3,1). makes((bulb;fuse),lamp,dark,1).
+... #program ask(g).
+... found(X,g) :- X = @explanations(g,3,5).
+... '''
+>>> engine = Engine(Options())
+>>> parts = wire.Ground((wire.Part("base"),)), wire.Ground((wire.Part("ask", ("1",)),))
+>>> engine.run([wire.Add("base", (), program), *parts]).failure
+>>> for text in engine.solve().symbols:
+...     if text.startswith("found"):
+...         print(text)
+found(weighs(1,2),1)
+found(because(1,bulb),1)
+found(weighs(2,3),1)
+found(because(2,fuse),1)
+found(certain(bulb),1)
+found(possible(bulb),1)
+
+The fuse explains it, too, but is more surprising. So the bulb is certain: it is in all of the best
+explanations, of which there is one.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import Any, Callable, Dict, FrozenSet, List, Sequence, Set, Tuple, cast
+
+import clingo
+from clingo import Function, Number, Symbol, SymbolType
+from clingo.symbolic_atoms import SymbolicAtoms
+
+from rosclingo.errors import shorten
+from rosclingo.solver.new_facts import NewFacts
+
+EXPLANATIONS = "explanations"
+"""The function, with a case, how many explanations at most, and how much worse than the best."""
+
+_ARITIES = {"cause": 3, "usual": 3, "observed": 3, "excludes": 3, "makes": 4, "may_make": 4}
+
+_RULES = """
+{ so(C) : cause(C,W) }.
+spoken(O) :- so(C), makes(C,O,X).
+can(O,X) :- so(C), makes(C,O,X).
+can(O,X) :- so(C), may_make(C,O,X).
+can(O,X) :- usual(O,X), not spoken(O).
+left(O) :- observed(O,X), not can(O,X).
+:- so(C), so(D), excludes(C,D), C != D.
+#minimize { 1@2,left(O) : left(O) }.
+#minimize { W@1,so(C) : so(C), cause(C,W) }.
+#minimize { 1@2,always; 1@1,always }.
+#defined cause/2. #defined usual/2. #defined observed/2. #defined excludes/2.
+#defined makes/3. #defined may_make/3.
+#show so/1. #show left/1.
+"""
+
+_ALWAYS = 1  # that each cost has, since clingo leaves out what nothing adds to
+_MOST_EQUAL = 1000  # equally good explanations that are sorted
+_MOST_CASES = 4  # of which the explanations are kept
+_LARGEST = 2**31 - 1  # of clingo's numbers
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Causes that explain what was observed.
+
+    Attributes:
+        weight: The sum of their surprises.
+        causes: The causes, in clingo's order.
+        unexplained: The observations that they do not explain, likewise.
+    """
+
+    weight: int
+    causes: Tuple[Symbol, ...]
+    unexplained: Tuple[Symbol, ...]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The explanations of a case.
+
+    Attributes:
+        kept: The best ones, the best one first; those that weigh as much, in clingo's order.
+        certain: The causes in all of those that weigh as much as the best one, kept or not.
+        possible: The causes in some of these.
+    """
+
+    kept: Tuple[Explanation, ...]
+    certain: FrozenSet[Symbol]
+    possible: FrozenSet[Symbol]
+
+
+_NO_CAUSE = Diagnosis((Explanation(0, (), ()),), frozenset(), frozenset())
+
+
+def diagnose(facts: Sequence[str], most: int, margin: int) -> Diagnosis:
+    """Finds the explanations of a case.
+
+    Args:
+        facts: The facts, without the case as an argument, as clingo reads them. They have to
+            be consistent, as :class:`CauseFinder` checks.
+        most: How many explanations are kept at most, from 1 on. Of those that weigh as much, the
+            first ones in clingo's order; but of more than 1000 of these, any.
+        margin: How much more than the best one they weigh at most.
+    """
+    control = clingo.Control(["--warn=none"])
+    control.add("base", [], _RULES + " ".join(facts))
+    control.ground([("base", [])])
+    solving = cast(Any, control.configuration.solve)
+    kept: List[Explanation] = []
+    best: Tuple[int, ...] = ()
+    certain: FrozenSet[Symbol] = frozenset()
+    possible: FrozenSet[Symbol] = frozenset()
+    while len(kept) < most:
+        solving.opt_mode, solving.models = "opt", 0
+        cost = _cost(control)
+        if best and (not cost or cost[0] > best[0] or cost[1] > best[1] + margin):
+            break
+        bound = ",".join(map(str, cost))
+        solving.opt_mode = f"enum,{bound}"
+        if not best:
+            best = cost
+            solving.models, solving.enum_mode = 0, "cautious"
+            certain = frozenset(_last(control))
+            solving.enum_mode = "brave"
+            possible = frozenset(_last(control))
+            solving.enum_mode = "auto"
+        solving.models = _MOST_EQUAL
+        equal = sorted(_all(control, cost[1] - _ALWAYS), key=lambda one: one.causes)[
+            : most - len(kept)
+        ]
+        for one in equal:
+            _exclude(control, one.causes)
+            kept.append(one)
+    return Diagnosis(tuple(kept), certain, possible)
+
+
+def _cost(control: clingo.Control) -> Tuple[int, ...]:
+    """Returns the cost of the best explanation that is left; empty if there is none."""
+    cost: Tuple[int, ...] = ()
+    with control.solve(yield_=True) as handle:
+        for model in handle:
+            cost = tuple(model.cost)
+    return cost
+
+
+def _last(control: clingo.Control) -> List[Symbol]:
+    """Returns the causes in the last model, which is a consequence of all or some."""
+    causes: List[Symbol] = []
+    with control.solve(yield_=True) as handle:
+        for model in handle:
+            causes = _arguments(model, "so")
+    return causes
+
+
+def _all(control: clingo.Control, weight: int) -> List[Explanation]:
+    with control.solve(yield_=True) as handle:
+        return [
+            Explanation(weight, tuple(_arguments(model, "so")), tuple(_arguments(model, "left")))
+            for model in handle
+        ]
+
+
+def _arguments(model: clingo.Model, name: str) -> List[Symbol]:
+    return sorted(one.arguments[0] for one in model.symbols(shown=True) if one.name == name)
+
+
+def _exclude(control: clingo.Control, causes: Sequence[Symbol]) -> None:
+    """Excludes an explanation, and all that have more causes than it."""
+    with control.backend() as backend:
+        atoms = control.symbolic_atoms
+        literals = [cast(Any, atoms[Function("so", [cause])]).literal for cause in causes]
+        backend.add_rule([], literals)
+
+
+class _Case:
+    """The facts of a case.
+
+    Attributes:
+        facts: The facts without the case, as clingo reads them.
+    """
+
+    def __init__(self) -> None:
+        self.facts: List[str] = []
+        self._pairs: Dict[str, Set[Tuple[Symbol, ...]]] = {"observed": set(), "usual": set()}
+
+    def add(self, name: str, arguments: Sequence[Symbol]) -> None:
+        """Adds a fact."""
+        self.facts.append(f"{Function(name, arguments)}.")
+        if name in self._pairs:
+            self._pairs[name].add(tuple(arguments))
+
+    @property
+    def is_usual(self) -> bool:
+        """Whether nothing was observed that needs a cause."""
+        return self._pairs["observed"] <= self._pairs["usual"]
+
+
+class CauseFinder:
+    """Finds the explanations of the cases of one solver. One thread makes the calls.
+
+    The facts of a case have to be grounded before it is asked for, and are not added to later.
+    """
+
+    def __init__(self, atoms: Callable[[], SymbolicAtoms]) -> None:
+        """Knows no case yet.
+
+        Args:
+            atoms: Returns the solver's atoms.
+        """
+        self._new_facts = NewFacts(atoms)
+        self._cases: Dict[Symbol, _Case] = {}
+        self._found: OrderedDict[Tuple[Symbol, ...], List[Symbol]] = OrderedDict()
+
+    @property
+    def functions(self) -> Dict[str, Callable[..., List[Symbol]]]:
+        """The functions that programs can call, by name."""
+        return {EXPLANATIONS: self.explanations}
+
+    def forget(self) -> None:
+        """Forgets all cases, which are read anew: after a cleanup of the solver's atoms."""
+        self._new_facts.forget()
+        self._cases.clear()
+        self._found.clear()
+
+    def explanations(self, case: Symbol, most: Symbol, margin: Symbol) -> List[Symbol]:
+        """Returns the best explanations of a case as terms.
+
+        They are ``weighs(I,W)`` for the I-th explanation, ``because(I,C)`` for each of its causes,
+        ``unexplained(I,O)`` for each observation that it leaves open, and, of those that weigh as
+        much as the best one, ``certain(C)`` if C is in all and ``possible(C)`` if C is in some.
+
+        Args:
+            case: The last argument of its facts.
+            most: How many explanations at most, a number from 1 on.
+            margin: How much more than the best one they weigh at most, a number from 0 on.
+
+        Raises:
+            ValueError: An atom of the case is no fact, a surprise is no whole number from 1 on, or
+                is said twice, or they are too large; or the numbers are wrong.
+        """
+        asked = case, most, margin
+        if asked not in self._found:
+            limits = _whole(most, 1, "explanations"), _whole(margin, 0, "explanations")
+            try:
+                self._read()
+            except ValueError:
+                self.forget()  # so that it is refused again
+                raise
+            said = self._cases.pop(case, _Case())
+            self._cases.clear()  # nobody asks for older ones
+            found = _NO_CAUSE if said.is_usual else diagnose(said.facts, *limits)
+            self._found[asked] = _terms(found)
+            if len(self._found) > _MOST_CASES:
+                self._found.popitem(last=False)
+        return self._found[asked]
+
+    def _read(self) -> None:
+        """Reads the facts that have come since the last time."""
+        weights: Dict[Tuple[Symbol, Symbol], int] = {}
+        for name, arity in _ARITIES.items():
+            for arguments in self._new_facts.read(name, arity):
+                *rest, case = arguments
+                if name == "cause":
+                    cause, weight = rest
+                    number = _whole(weight, 1, str(Function(name, arguments)))
+                    if weights.setdefault((case, cause), number) != number:
+                        raise ValueError(f"{shorten(str(cause))} has two surprises in a case")
+                self._cases.setdefault(case, _Case()).add(name, rest)
+        totals: Dict[Symbol, int] = {}
+        for (case, _), number in weights.items():
+            totals[case] = totals.get(case, 0) + number
+            if totals[case] > _LARGEST:
+                raise ValueError(
+                    f"the causes of the case {shorten(str(case))} have surprises of more than "
+                    f"{_LARGEST} together"
+                )
+
+
+def _whole(symbol: Symbol, least: int, where: str) -> int:
+    """Returns a number from ``least`` on.
+
+    Raises:
+        ValueError: It is none.
+    """
+    if symbol.type is not SymbolType.Number or symbol.number < least:
+        raise ValueError(
+            f"{shorten(where)} has {shorten(str(symbol))} where a whole number from {least} on "
+            "belongs"
+        )
+    return symbol.number
+
+
+def _terms(diagnosis: Diagnosis) -> List[Symbol]:
+    terms = []
+    for number, one in enumerate(diagnosis.kept, 1):
+        place = Number(number)
+        terms.append(Function("weighs", [place, Number(one.weight)]))
+        terms += [Function("because", [place, cause]) for cause in one.causes]
+        terms += [Function("unexplained", [place, left]) for left in one.unexplained]
+    terms += [Function("certain", [cause]) for cause in sorted(diagnosis.certain)]
+    terms += [Function("possible", [cause]) for cause in sorted(diagnosis.possible)]
+    return terms
