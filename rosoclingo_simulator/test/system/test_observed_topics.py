@@ -12,6 +12,7 @@ __all__ = ["terminals"]
 # The robot stands at open1, and looks along the way to c1.
 OBSERVERS = """observers:
 - {{topic: ground_truth, field: pose.pose.position.y, range: {{above: -7}}, tell: has_left}}
+- {{topic: battery_state, field: percentage, range: {{below: 0.4}}, tell: battery(low)}}
 - {{topic: odom, field: child_frame_id, pattern: ^base, tell: has_wheels}}
 - {{topic: simulator/touches, equals: false, tell: touches_nothing}}
 - topic: amcl_pose
@@ -33,14 +34,17 @@ OBSERVERS = """observers:
 - {{topic: camera, silent: 2, tell: no_camera}}
 """
 
+# The robot drives 5 m.
+FAULTS = "faults:\n- {fault: battery, level: 0.5, per_metre: 0.05}\n"
+
 TOLD = [
-    "has_left", "has_wheels", "touches_nothing", "at(amcl,open1)", "at(amcl,open2)",
+    "has_left", "battery(low)", "has_wheels", "touches_nothing", "at(amcl,open1)", "at(amcl,open2)",
     "at(odom,open1)", "at(odom,open2)", "at(tf,open1)", "at(tf,open2)", "uncertain",
     "blocked(open1,c1)", "unblocked(open1,c1)", "no_way(o1,o2)", "no_camera",
 ]  # fmt: skip
 TOPICS = (
     "/ground_truth", "/odom", "/simulator/touches", "/amcl_pose", "/tf", "/tf_static", "/scan",
-    "/map",
+    "/map", "/battery_state",
 )  # fmt: skip
 
 
@@ -60,7 +64,11 @@ def test_observers_hear_the_simulator_and_a_bag(terminals: Terminals, tmp_path: 
     live = terminals.start(*command, "__name:=live")
     recorder = terminals.start("rosbag", "record", "-O", str(bag), "__name:=recorder", *TOPICS)
     wait_for(lambda: all("/recorder" in terminals.subscribers(topic) for topic in TOPICS))
-    simulator = terminals.start("rosrun", "rosoclingo_simulator", "simulator.py", "_speed:=4")
+    faults = tmp_path / "faults.yaml"
+    faults.write_text(FAULTS)
+    simulator = terminals.start(
+        "rosrun", "rosoclingo_simulator", "simulator.py", "_speed:=4", f"_faults:={faults}"
+    )
     simulator.wait_for("simulates")
     check(live, ["at(amcl,open1)", "at(odom,open1)", "at(tf,open1)"])
     for word, term in (("block", "blocked(open1,c1)"), ("unblock", "unblocked(open1,c1)")):
