@@ -31,7 +31,7 @@ FLOORS = {
         "profile", "desk", "scaffold", "check", "completion", "pddl",
     ],
     "rosoclingo_interfaces": [
-        "errors", "store_file", "prompt", "announcements", "watchdog", "navigation",
+        "errors", "store_file", "prompt", "announcements", "watchdog", "navigation", "observation",
         "ledger", "execution", "interface",
         "faulty_actions", "executor", "retransmitter", "ros", "node",
     ],

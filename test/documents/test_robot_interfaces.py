@@ -5,10 +5,17 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from page import Page, of
+from page import ASP, OFFICE, Page, of
 from readmes import check_output
+from terminals import package
 
+from rosclingo.solver.options import Options
+from rosoclingo.check.alphabet import read_alphabet
+from rosoclingo.loop.values.ids import type_event
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
+from rosoclingo_interfaces.observation.observers import read_observers
+from rosoclingo_interfaces.observation.transforms import TransformTree
+from rosoclingo_interfaces.observation.vocabulary import unknown_terms
 
 ROBOT = '''
 class base:
@@ -84,6 +91,24 @@ def test_progress(page: Page) -> None:
         [sys.executable, "-c", program], check=True, stdout=subprocess.PIPE, text=True, timeout=180
     )
     assert said.stdout.split() == ["0.0", "0.1"]
+
+
+@of("rosoclingo_interfaces/README.md", "observe.py")
+def test_observe(page: Page) -> None:
+    node = page.type("observe.py")
+    page.type("rostopic pub")
+    node.wait_for("told blocked(c1,o1)")
+    check_output("rosoclingo_interfaces/README.md", "observe.py", node.output)
+    config = package("rosoclingo_interfaces") / "config"
+    known = read_alphabet(Options((str(ASP / "mailbot.lp"), str(OFFICE)))).messages
+    shipped = read_observers(config / "observers.yaml", TransformTree())
+    assert not list(unknown_terms(shipped, [type_event(*one) for one in known]))
+    (page.folder / "graph_wg.yaml").write_text((config / "graph_wg.yaml").read_text())
+    (page.folder / "observers.yaml").write_text(page.block("yaml"))
+    observers = read_observers(page.folder / "observers.yaml", TransformTree())
+    assert [one.terms[-1] for one in observers] == [
+        "at(mailbot,o14)", "battery(ok)", "unblocked(c1,o1)", "unblocked(c4,c5)", "lost", "blind",
+    ]  # fmt: skip
 
 
 @of("rosoclingo_interfaces/README.md", "Faults")

@@ -31,3 +31,11 @@ class DriveError(RosclingoError):
 
 class GoneError(DriveError):
     """The robot did not get there because its navigation or the clock is gone."""
+
+
+class ObservationError(RosclingoError):
+    """An invalid file of observers; the message names the file, the line and the remedy."""
+
+
+class ReadingError(RosclingoError):
+    """A message that does not say whether a condition holds; the message says why."""

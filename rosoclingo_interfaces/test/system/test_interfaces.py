@@ -251,6 +251,7 @@ def test_usage(terminals: Terminals) -> None:
     for script in (
         "fulfill.py",
         "move_base_interface.py",
+        "observe.py",
         "pickup_deliver.py",
         "un_block.py",
     ):

@@ -28,6 +28,9 @@ _SCRIPT = "#script"
 SECONDS = 60
 """How long reading an encoding may take."""
 
+MOST_KNOWN = 20_000
+"""How many requests, and how many messages, are read at most."""
+
 
 class EncodingError(RosclingoError):
     """An encoding of which nothing can be known; the message says why."""

@@ -16,13 +16,12 @@ import sys
 from rosclingo.errors import RosclingoError
 from rosclingo.solver.options import parse_options
 from rosoclingo.check.alphabet import read_alphabet
-from rosoclingo.completion.encoding import SECONDS
+from rosoclingo.completion.encoding import MOST_KNOWN, SECONDS
 from rosoclingo.drawing.errors import GraphError
 from rosoclingo.drawing.graph import read_graph
 from rosoclingo.loop.values.ids import type_event
 
 _NICE = 19
-_MOST = 20_000  # requests, and messages
 _PR_SET_PDEATHSIG = 1  # of Linux's prctl
 
 
@@ -44,8 +43,8 @@ def main() -> None:
     graph = None
     with contextlib.suppress(GraphError):  # most encodings have no map
         graph = vars(read_graph(options.files, options.clingo, options.theory))
-    messages = [type_event(*pair) for pair in alphabet.messages[:_MOST]]
-    found = {"requests": alphabet.requests[:_MOST], "messages": messages, "graph": graph}
+    messages = [type_event(*pair) for pair in alphabet.messages[:MOST_KNOWN]]
+    found = {"requests": alphabet.requests[:MOST_KNOWN], "messages": messages, "graph": graph}
     print(json.dumps(found))
 
 

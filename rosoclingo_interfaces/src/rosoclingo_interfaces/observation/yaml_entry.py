@@ -1,0 +1,163 @@
+"""Reads mappings of YAML such that each error names file and line. Needs no ROS."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Collection, Dict, List, Optional, Tuple, Union
+
+import yaml
+
+from rosclingo.solver.terms import quote
+from rosoclingo_interfaces.errors import ObservationError
+from rosoclingo_interfaces.navigation.strict_yaml import ScalarValues
+
+_TAG = "tag:yaml.org,2002:"
+
+
+def read_entry(file: Path) -> YamlEntry:
+    """Returns the mapping that a YAML file is.
+
+    Raises:
+        ObservationError: The file cannot be read, is no YAML, or is no mapping.
+    """
+    try:
+        node = yaml.compose(file.read_text(encoding="utf-8"), ScalarValues)
+    except (OSError, UnicodeDecodeError) as err:
+        raise ObservationError(f"cannot read the file of observers {file}: {err}") from err
+    except yaml.MarkedYAMLError as err:
+        line = "" if err.problem_mark is None else f", line {err.problem_mark.line + 1}"
+        raise ObservationError(f"{file}{line}: it is no YAML: {err.problem}") from err
+    except yaml.YAMLError as err:
+        raise ObservationError(f"{file}: it is no YAML: {err}") from err
+    except RecursionError as err:
+        raise ObservationError(f"{file}: it is nested too deeply") from err
+    if node is None:
+        raise ObservationError(f"{file}, line 1: the file is empty; it needs the key observers")
+    return YamlEntry(file, node)
+
+
+@dataclass(frozen=True)
+class YamlEntry:
+    """A mapping of a YAML file.
+
+    Attributes:
+        file: The file.
+        node: What PyYAML has composed.
+        name: Its key in the mapping around it, for errors.
+    """
+
+    file: Path
+    node: yaml.Node
+    name: str = ""
+    _nodes: Dict[str, Tuple[yaml.Node, yaml.Node]] = field(default_factory=dict, init=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.node, yaml.MappingNode):
+            what = f"{self.name}: " if self.name else ""
+            raise self.wrong(f"{what}expected a mapping, such as {{key: value}}")
+        for key, value in self.node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                raise self._wrong_at(key, "expected a name as the key")
+            name = str(key.value)
+            if name in self._nodes:
+                raise self._wrong_at(key, f"{name} is there twice; remove one")
+            self._nodes[name] = key, value
+
+    @property
+    def line(self) -> int:
+        """The line where it begins, from 1 on."""
+        return int(self.node.start_mark.line) + 1
+
+    def wrong(self, reason: object, key: str = "") -> ObservationError:
+        """Returns the error that says why a key's value, or all of this, is wrong."""
+        return self._wrong_at(self._nodes[key][0] if key in self._nodes else self.node, reason)
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._nodes
+
+    def check_keys(self, known: Collection[str], needed: Collection[str] = ()) -> None:
+        """Checks the names of the keys.
+
+        Raises:
+            ObservationError: One is unknown, or a needed one is not there.
+        """
+        for key in self._nodes:
+            if key not in known:
+                raise self.wrong(f"unknown key {quote(key)}; there are {', '.join(known)}", key)
+        for key in needed:
+            if key not in self._nodes:
+                where = f" of {self.name}" if self.name else ""
+                raise self.wrong(f"the key {key}{where} is missing")
+
+    def text(self, key: str, default: str = "") -> str:
+        """Returns a text that is not empty, or the default if the key is not there.
+
+        Raises:
+            ObservationError: It is something else.
+        """
+        if key not in self:
+            return default
+        node = self._nodes[key][1]
+        if not isinstance(node, yaml.ScalarNode) or not node.value:
+            raise self.wrong(f"{key}: expected a text", key)
+        return str(node.value)
+
+    def number(self, key: str, default: Optional[float] = None, unit: str = "") -> Optional[float]:
+        """Returns a finite number, which is not negative if it has a unit.
+
+        Raises:
+            ObservationError: It is something else.
+        """
+        if key not in self:
+            return default
+        node = self._nodes[key][1]
+        try:
+            number = float(node.value) if isinstance(node, yaml.ScalarNode) else math.nan
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number) or (unit and number < 0):
+            what = f"a number of {unit} from 0 on" if unit else "a number"
+            raise self.wrong(f"{key}: expected {what}", key)
+        return number
+
+    def scalar(self, key: str) -> Union[bool, int, str]:
+        """Returns a truth value, an integer or a text.
+
+        Raises:
+            ObservationError: It is something else.
+        """
+        text, tag = self.text(key), self._nodes[key][1].tag
+        if tag == f"{_TAG}bool":
+            return text.lower() in ("true", "yes", "on")
+        if tag == f"{_TAG}int":
+            try:
+                return int(text, 0)
+            except ValueError as err:
+                raise self.wrong(f"{key}: expected an integer such as 3", key) from err
+        if tag != f"{_TAG}str":
+            raise self.wrong(f"{key}: expected true, false, an integer or a text", key)
+        return text
+
+    def inner(self, key: str) -> YamlEntry:
+        """Returns the mapping of a key.
+
+        Raises:
+            ObservationError: It is something else.
+        """
+        return YamlEntry(self.file, self._nodes[key][1], key)
+
+    def entries(self, key: str) -> List[YamlEntry]:
+        """Returns the mappings of a list.
+
+        Raises:
+            ObservationError: It is something else, or empty.
+        """
+        node = self._nodes[key][1]
+        if not isinstance(node, yaml.SequenceNode) or not node.value:
+            raise self.wrong(f"{key}: expected a list with one entry or more", key)
+        return [YamlEntry(self.file, one) for one in node.value]
+
+    def _wrong_at(self, node: Any, reason: object) -> ObservationError:
+        return ObservationError(f"{self.file}, line {node.start_mark.line + 1}: {reason}")
