@@ -316,6 +316,7 @@ ALL_EVENTS = (
     journal.MessageDropped(HOSTILE),
     journal.CommandDone(HOSTILE, Result.SAT, float("nan")),
     journal.PlanFound((HOSTILE,)),
+    journal.BeliefsChanged((HOSTILE, f"belief(1,2,{HOSTILE})")),
     journal.SearchEnded(journal.Ended.BETTER, (HOSTILE,)),
     journal.ActionPublished(HOSTILE, HOSTILE),
     journal.ActionRetried(HOSTILE, HOSTILE, 1, HOSTILE),
