@@ -86,6 +86,12 @@ class Beliefs:
         explaining = (cause for one in self.explanations for cause in one.causes)
         return list(dict.fromkeys([*explaining, *self.evidence]))
 
+    def words(self, one: Observation) -> str:
+        """Returns an observation in a few words, such as ``mailbot: go(c6) failure``."""
+        what = self.observed.get(one, "")
+        whose = self.about.get(one)
+        return f"{': '.join(whose)} {what}" if whose is not None else f"{one.of}: {what}"
+
     def terms(self, observations: Iterable[Observation]) -> List[str]:
         """Returns the terms by which an encoding shows some observations."""
         return [one.term(self.observed[one]) for one in observations if one in self.observed]
