@@ -18,6 +18,7 @@ from rosoclingo.bags.compare.comparison import compare
 from rosoclingo.bags.read.run import Run
 from rosoclingo.bags.replay.input_schedule import input_schedule
 from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.story import RunStory
 from rosoclingo.desk.system import System
 from rosoclingo.loop.believing import BeliefKeeper, BeliefsState
 from rosoclingo.loop.inputs.replay_inbox import ReplayInbox
@@ -138,6 +139,21 @@ def test_beliefs_of_a_run(mode: str, square: str) -> None:
     steps = [entry.step for entry in run.journal if isinstance(entry.event, BeliefsChanged)]
     known = run.loop.state.beliefs
     assert mode == DYN_RESET or known.steps.get(FAILED, steps[0]) == steps[0] == 3
+
+
+def test_the_story_tells_what_is_believed_when_that_is_another_cause(square: str) -> None:
+    run = Square(square)
+    run.request(REQUEST)
+    assert run.run() is None
+    lines: List[str] = []
+    story = RunStory(lines.append)
+    for entry in run.journal:
+        story.hear(entry)
+    told = [line.strip() for line in lines if "believed" in line]
+    assert told[:2] == [
+        "believed to be so: passing(a,b,1)", "believed to be so: blocked(a,b,1)",
+    ]  # fmt: skip
+    assert len(told) == len(set(told)) <= 3
 
 
 def test_an_encoding_that_looks_for_no_causes_has_none(square: str) -> None:
