@@ -32,13 +32,15 @@ FLOORS = {
     ],
     "rosoclingo_interfaces": [
         "errors", "store_file", "prompt", "announcements", "watchdog", "navigation",
-        "ledger", "execution", "interface", "executor", "retransmitter", "ros", "node",
+        "ledger", "execution", "interface",
+        "faulty_actions", "executor", "retransmitter", "ros", "node",
     ],
     "rosoclingo_console": ["model", "web", "bag_console", "ros"],
     "rosoclingo_examples": ["orders", "line_words", "ros"],
     "rosoclingo_rviz": ["ros"],
     "rosoclingo_simulator": [
-        "errors", "calls", "pacer", "followed_clock", "world", "physics", "navigation", "ros",
+        "errors", "calls", "pacer", "followed_clock", "world", "physics", "navigation",
+        "faults", "ros",
     ],
     "rosoclingo_gazebo": ["demo", "ros"],
 }  # fmt: skip

@@ -86,6 +86,16 @@ def test_progress(page: Page) -> None:
     assert said.stdout.split() == ["0.0", "0.1"]
 
 
+@of("rosoclingo_interfaces/README.md", "Faults")
+def test_faults_of_an_interface(page: Page) -> None:
+    fulfill = page.type("fulfill.py")
+    page.terminals.publish(
+        "/rosoclingo/out", "rosoclingo/ROSoClingoOut", "{id: mailbot, action: pickup(1)}"
+    )
+    fulfill.wait_for("mailbot: pickup(1): success")
+    assert "as ~faults says" not in fulfill.output
+
+
 @of("rosoclingo_interfaces/README.md", "un_block.py")
 def test_un_block(page: Page) -> None:
     heard = page.terminals.start("rostopic", "echo", "/rosoclingo/in")

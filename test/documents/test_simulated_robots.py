@@ -127,6 +127,16 @@ def test_obstacles(page: Page) -> None:
         assert yaml.safe_load(page.run(word))["success"]
 
 
+@of("rosoclingo_simulator/README.md", "Faults")
+def test_faults(page: Page) -> None:
+    (page.folder / "faults.yaml").write_text(page.block("yaml"))
+    office = page.type("embedded.launch")
+    office.wait_for("fault 1 (slip) begins")
+    said = yaml.safe_load(page.run("/simulator/faults").split("---")[0])
+    (fault,) = yaml.safe_load(said["data"])["faults"]
+    assert (fault["fault"], fault["begun"]) == ("slip", [2.0])
+
+
 @of("rosoclingo_simulator/README.md", "MuJoCo physics and camera")
 def test_mujoco(page: Page) -> None:
     page.type("physics:=mujoco")

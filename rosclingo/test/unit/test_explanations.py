@@ -8,9 +8,10 @@ from typing import Dict, Iterator, List, NamedTuple, Set, Tuple
 
 import pytest
 
+from rosclingo.solver.diagnosis import Fact, diagnose
 from rosclingo.solver.engine import Engine
-from rosclingo.solver.explanations import diagnose
 from rosclingo.solver.options import Options
+from rosclingo.solver.terms import parse_term
 from rosclingo.wire.commands import Add, CleanupDomains, Ground, Part, Reply
 
 Pair = Tuple[str, str]  # an observation and a value
@@ -28,15 +29,16 @@ class Case(NamedTuple):
     excludes: Set[Pair]
 
     @property
-    def facts(self) -> List[str]:
-        return [
-            *(f"cause({cause},{weight})." for cause, weight in self.weights.items()),
-            *(f"makes({cause},{o},{x})." for cause, (o, x) in sorted(self.makes)),
-            *(f"may_make({cause},{o},{x})." for cause, (o, x) in sorted(self.may_make)),
-            *(f"usual({o},{x})." for o, x in sorted(self.usual)),
-            *(f"observed({o},{x})." for o, x in sorted(self.observed)),
-            *(f"excludes({c},{d})." for c, d in sorted(self.excludes)),
+    def facts(self) -> List[Fact]:
+        texts = [
+            *(f"cause({cause},{weight})" for cause, weight in self.weights.items()),
+            *(f"makes({cause},{o},{x})" for cause, (o, x) in sorted(self.makes)),
+            *(f"may_make({cause},{o},{x})" for cause, (o, x) in sorted(self.may_make)),
+            *(f"usual({o},{x})" for o, x in sorted(self.usual)),
+            *(f"observed({o},{x})" for o, x in sorted(self.observed)),
+            *(f"excludes({c},{d})" for c, d in sorted(self.excludes)),
         ]
+        return [(term.name, tuple(term.arguments)) for term in map(parse_term, texts)]
 
 
 def draw(dice: random.Random) -> Case:
@@ -47,7 +49,7 @@ def draw(dice: random.Random) -> Case:
     links = [(cause, pair) for cause in causes for pair in pairs]
     return Case(
         weights={cause: dice.randint(1, 4) for cause in causes},
-        makes=set(dice.sample(links, dice.randint(0, len(links) // 2))),
+        makes=set(dice.sample(links, dice.randint(0, len(links) // dice.choice([2, 8])))),
         may_make=set(dice.sample(links, dice.randint(0, len(links) // 5))),
         usual={(place, dice.choice(values)) for place in places if dice.random() < 0.8},
         observed={(place, dice.choice(values)) for place in places if dice.random() < 0.9},
@@ -190,3 +192,11 @@ def test_what_is_refused(engine: Engine, facts: str, most: str, pieces: List[str
         assert all(piece in failure.message for piece in pieces), failure.message
         most = "(0)" if most == "0" else "4"
     assert engine.solve().symbols is not None
+
+
+def test_what_is_usual_needs_no_cause(engine: Engine) -> None:
+    """Though a cause would do as well; so it is the only explanation that can spare nothing."""
+    facts = "observed(lamp,lit,1). usual(lamp,(lit;off),1). cause(sun,1,1). makes(sun,lamp,lit,1)."
+    assert add(engine, "first", facts).failure is None
+    assert ask(engine, "1").failure is None
+    assert found_in(engine, "1") == ["weighs(1,0)"]

@@ -7,12 +7,21 @@ import threading
 import time
 from typing import Callable, Dict, FrozenSet, List, Optional
 
+import clingo
+
 from rosclingo.errors import RosclingoError, TermError
 from rosclingo.solver.terms import parse_term
 from rosoclingo.loop.words import ABORT, FAILURE, SOLVER, UNKNOWN
 from rosoclingo_interfaces.errors import ActionError, CanceledError, LedgerError
 from rosoclingo_interfaces.execution import CURRENT, ActionExecution, Clock
-from rosoclingo_interfaces.interface import AFTER_CRASH, AGAIN, FAIL, ActionInterface, answer_text
+from rosoclingo_interfaces.interface import (
+    AFTER_CRASH,
+    AGAIN,
+    FAIL,
+    ActionInterface,
+    ActuatorAnswer,
+    answer_text,
+)
 from rosoclingo_interfaces.ledger import Ledger, LedgerEntry, Token
 
 # How long an actuator's next action waits for the end of the one before it, which was cancelled.
@@ -40,6 +49,7 @@ class Executor:
         timeout: float = 0.0,
         clock: Clock = time.monotonic,
         ledger: Optional[Ledger] = None,
+        perform: Optional[Callable[[clingo.Symbol], ActuatorAnswer]] = None,
     ) -> None:
         """Prepares the executor.
 
@@ -49,6 +59,7 @@ class Executor:
                 no limit.
             clock: The time in seconds.
             ledger: Remembers what was done; by default one that ends with the process.
+            perform: Does an action in the place of the interface's own ``perform``.
 
         Raises:
             TermError: The id of an actuator is no term.
@@ -61,6 +72,7 @@ class Executor:
                     f"none of {', '.join(AFTER_CRASH)}"
                 )
         self._interface = interface
+        self._do = interface.perform if perform is None else perform
         self._timeout = timeout
         self._clock = clock
         self._ledger = Ledger() if ledger is None else ledger
@@ -284,7 +296,7 @@ class Executor:
             if not execution.canceled.is_set():
                 if execution.token is not None:
                     self._ledger.begin(execution.actuator, execution.token, str(execution.action))
-                return answer_text(self._interface.perform(execution.action))
+                return answer_text(self._do(execution.action))
         except CanceledError:
             pass
         except RosclingoError as err:

@@ -142,6 +142,7 @@ def test_wrong_parameters(terminals: Terminals) -> None:
         "_fail:=go(": "parameter /n3/fail: expected a regular expression: go(",
         "_sequence:=[success, maybe]": "expected a list of success, failure, none: maybe",
         "_actuators:=Robot": "parameter /n5/actuators: expected a list of terms",
+        "_faults:={lies: {probability: 2}}": "/n6/faults: lies: probability: expected a number fr",
     }
     nodes = [fulfill(terminals, f"__name:=n{n}", text) for n, text in enumerate(wrong)]
     for node, text in zip(nodes, wrong.values()):
@@ -271,3 +272,18 @@ def test_an_interface_that_is_killed_is_lost(terminals: Terminals) -> None:
     node.wait_for("the interface of robot is lost: no heartbeat for ")
     fulfill(terminals, "__name:=another")
     results.wait_for("succeeded")
+
+
+def test_an_interface_that_dies_and_lies(terminals: Terminals, node: Terminal) -> None:
+    """It dies once in an action; the next one of its name knows, and goes on."""
+    faults = "_faults:={dies: {actions: go, at: end}, lies: {actions: go}}"
+    results = terminals.listen("/rosoclingo", "/rosoclingo/result")
+    first = fulfill(terminals, faults, "_fail:=go")
+    visit(terminals, 2)
+    first.wait_for("robot: go(2): the node dies before the answer")
+    assert first.wait() == -signal.SIGKILL
+    second = fulfill(terminals, faults, "_fail:=go")
+    second.wait_for("robot: go(2): is not done, but answered with success, as ~faults says")
+    second.wait_for("robot: go(2): success")
+    results.wait_for('result: "succeeded"')
+    assert "Traceback" not in node.output + second.output

@@ -17,5 +17,9 @@ class ObstacleError(RosclingoError):
     """A command for an obstacle that cannot be done; the message says why."""
 
 
+class FaultError(RosclingoError):
+    """A fault that cannot be read or injected; the message names place, entry and remedy."""
+
+
 class WorldError(RosclingoError):
     """A description that cannot be read or built; the message names file, entry and remedy."""

@@ -130,6 +130,9 @@ def test_what_is_wrong_is_named(terminals: Terminals) -> None:  # noqa: F811 - t
         ("fleet", "a@c1 a@c2", "such as robot1@open1 robot2@c5: a@c2"),
         ("fleet", "a@c1 b@c7", "there is no waypoint c7"),
         ("fleet", "a@c1 b@c1", "a and b cannot be at the same place: set ~fleet"),
+        ("faults", "/nowhere.yaml", "/nowhere.yaml: No such file or directory; check the path"),
+        ("faults", {"faults": [{"fault": "slide"}]}, "~faults: fault 1: there is no fault 'slide'"),
+        ("faults", 3, "parameter /simulator/faults: expected a text: 3"),
         ("x", -3, "the robot cannot stand at (-3, -8)"),
         ("initial_pose", "here", "parameter /simulator/initial_pose: expected a text such as"),
     )

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from rosoclingo_simulator.errors import ObstacleError, PhysicsError
+from rosoclingo_simulator.physics.faulty import Disturbance, FaultyPhysics
 from rosoclingo_simulator.physics.mujoco.mujoco_physics import BOXES, MujocoPhysics
 from rosoclingo_simulator.physics.mujoco.rendering import Eye, focal_length, mounting
 from rosoclingo_simulator.physics.physics import Box, Pose
@@ -267,3 +268,19 @@ def test_physics_works_whatever_mujoco_gl_is_and_the_camera_says_what_helps(
     assert f"by {kind}" in complaint
     assert "libegl1" in complaint
     assert place == "1"
+
+
+def test_faults_disturb_it_like_the_kinematic_one(robot: MujocoPhysics) -> None:
+    faulty = FaultyPhysics(robot, (1, 0))
+    faulty.disturbance = Disturbance(slip=0.5)
+    for _ in range(60):
+        faulty.step(0.4, 0.0, 0.05)
+    assert faulty.odometry.x == pytest.approx(1.2, abs=0.1)
+    assert robot.pose.x == pytest.approx(0.6, abs=0.1)
+    faulty.disturbance = Disturbance(left_stuck=True)
+    faulty.reset(Pose(-1, -1, 0))
+    for _ in range(60):
+        faulty.step(0.1, 0.0, 0.05)
+    assert robot.pose.distance(Pose(-1, -1, 0)) < 0.26  # around the wheel, at 0.115 m
+    assert abs(robot.velocity[0] - robot.velocity[1] * 0.115) < 0.02
+    assert robot.velocity[1] > 0.3

@@ -44,14 +44,13 @@ explanations, of which there is one.
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import dataclass
-from typing import Any, Callable, Dict, FrozenSet, List, Sequence, Tuple, cast
+from typing import Callable, Dict, List, Tuple
 
-import clingo
 from clingo import Function, Number, Symbol, SymbolType
 from clingo.symbolic_atoms import SymbolicAtoms
 
 from rosclingo.errors import shorten
+from rosclingo.solver.diagnosis import Diagnosis, Fact, diagnose
 from rosclingo.solver.new_facts import NewFacts
 
 EXPLANATIONS = "explanations"
@@ -59,136 +58,8 @@ EXPLANATIONS = "explanations"
 
 _ARITIES = {"cause": 3, "usual": 3, "observed": 3, "excludes": 3, "makes": 4, "may_make": 4}
 
-_RULES = """
-{ so(C) : cause(C,W) }.
-spoken(O) :- so(C), makes(C,O,X).
-can(O,X) :- so(C), makes(C,O,X).
-can(O,X) :- so(C), may_make(C,O,X).
-can(O,X) :- usual(O,X), not spoken(O).
-left(O) :- observed(O,X), not can(O,X).
-:- so(C), so(D), excludes(C,D), C != D.
-#minimize { 1@2,left(O) : left(O) }.
-#minimize { W@1,so(C) : so(C), cause(C,W) }.
-#minimize { 1@2,always; 1@1,always }.
-#defined cause/2. #defined usual/2. #defined observed/2. #defined excludes/2.
-#defined makes/3. #defined may_make/3.
-#show so/1. #show left/1.
-"""
-
-_ALWAYS = 1  # that each cost has, since clingo leaves out what nothing adds to
-_MOST_EQUAL = 1000  # equally good explanations that are sorted
 _MOST_CASES = 4  # of which the explanations are kept
 _LARGEST = 2**31 - 1  # of clingo's numbers
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """Causes that explain what was observed.
-
-    Attributes:
-        weight: The sum of their surprises.
-        causes: The causes, in clingo's order.
-        unexplained: The observations that they do not explain, likewise.
-    """
-
-    weight: int
-    causes: Tuple[Symbol, ...]
-    unexplained: Tuple[Symbol, ...]
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """The explanations of a case.
-
-    Attributes:
-        kept: The best ones, the best one first; those that weigh as much, in clingo's order.
-        certain: The causes in all of those that weigh as much as the best one, kept or not.
-        possible: The causes in some of these.
-    """
-
-    kept: Tuple[Explanation, ...]
-    certain: FrozenSet[Symbol]
-    possible: FrozenSet[Symbol]
-
-
-def diagnose(facts: Sequence[str], most: int, margin: int) -> Diagnosis:
-    """Finds the explanations of a case.
-
-    Args:
-        facts: The facts, without the case as an argument, as clingo reads them. They have to
-            be consistent, as :class:`CauseFinder` checks.
-        most: How many explanations are kept at most, from 1 on. Of those that weigh as much, the
-            first ones in clingo's order; but of more than 1000 of these, any.
-        margin: How much more than the best one they weigh at most.
-    """
-    control = clingo.Control(["--warn=none"])
-    control.add("base", [], _RULES + " ".join(facts))
-    control.ground([("base", [])])
-    solving = cast(Any, control.configuration.solve)
-    kept: List[Explanation] = []
-    best: Tuple[int, ...] = ()
-    certain: FrozenSet[Symbol] = frozenset()
-    possible: FrozenSet[Symbol] = frozenset()
-    while len(kept) < most:
-        solving.opt_mode, solving.models = "opt", 0
-        cost = _cost(control)
-        if best and (not cost or cost[0] > best[0] or cost[1] > best[1] + margin):
-            break
-        bound = ",".join(map(str, cost))
-        solving.opt_mode = f"enum,{bound}"
-        if not best:
-            best = cost
-            solving.models, solving.enum_mode = 0, "cautious"
-            certain = frozenset(_last(control))
-            solving.enum_mode = "brave"
-            possible = frozenset(_last(control))
-            solving.enum_mode = "auto"
-        solving.models = _MOST_EQUAL
-        equal = sorted(_all(control, cost[1] - _ALWAYS), key=lambda one: one.causes)[
-            : most - len(kept)
-        ]
-        for one in equal:
-            _exclude(control, one.causes)
-            kept.append(one)
-    return Diagnosis(tuple(kept), certain, possible)
-
-
-def _cost(control: clingo.Control) -> Tuple[int, ...]:
-    """Returns the cost of the best explanation that is left; empty if there is none."""
-    cost: Tuple[int, ...] = ()
-    with control.solve(yield_=True) as handle:
-        for model in handle:
-            cost = tuple(model.cost)
-    return cost
-
-
-def _last(control: clingo.Control) -> List[Symbol]:
-    """Returns the causes in the last model, which is a consequence of all or some."""
-    causes: List[Symbol] = []
-    with control.solve(yield_=True) as handle:
-        for model in handle:
-            causes = _arguments(model, "so")
-    return causes
-
-
-def _all(control: clingo.Control, weight: int) -> List[Explanation]:
-    with control.solve(yield_=True) as handle:
-        return [
-            Explanation(weight, tuple(_arguments(model, "so")), tuple(_arguments(model, "left")))
-            for model in handle
-        ]
-
-
-def _arguments(model: clingo.Model, name: str) -> List[Symbol]:
-    return sorted(one.arguments[0] for one in model.symbols(shown=True) if one.name == name)
-
-
-def _exclude(control: clingo.Control, causes: Sequence[Symbol]) -> None:
-    """Excludes an explanation, and all that have more causes than it."""
-    with control.backend() as backend:
-        atoms = control.symbolic_atoms
-        literals = [cast(Any, atoms[Function("so", [cause])]).literal for cause in causes]
-        backend.add_rule([], literals)
 
 
 class CauseFinder:
@@ -204,7 +75,7 @@ class CauseFinder:
             atoms: Returns the solver's atoms.
         """
         self._new_facts = NewFacts(atoms)
-        self._cases: OrderedDict[Symbol, List[str]] = OrderedDict()
+        self._cases: Dict[Symbol, List[Fact]] = {}
         self._found: OrderedDict[Tuple[Symbol, ...], List[Symbol]] = OrderedDict()
 
     @property
@@ -260,8 +131,7 @@ class CauseFinder:
                     number = _whole(weight, 1, str(Function(name, arguments)))
                     if weights.setdefault((case, cause), number) != number:
                         raise ValueError(f"{shorten(str(cause))} has two surprises in a case")
-                fact = str(Function(name, rest))
-                self._cases.setdefault(case, []).append(f"{fact}.")
+                self._cases.setdefault(case, []).append((name, tuple(rest)))
         totals: Dict[Symbol, int] = {}
         for (case, _), number in weights.items():
             totals[case] = totals.get(case, 0) + number

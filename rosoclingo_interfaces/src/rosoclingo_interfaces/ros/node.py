@@ -31,6 +31,7 @@ from rosoclingo_interfaces.interface import ActionInterface
 from rosoclingo_interfaces.ledger import Ledger, Token
 from rosoclingo_interfaces.retransmitter import Retransmitter
 from rosoclingo_interfaces.ros import clock
+from rosoclingo_interfaces.ros.faults import faulty_perform
 from rosoclingo_interfaces.ros.topics import publishers, topic, wait_for_node
 
 _HEARTBEAT_SECONDS = 1.0  # how often a heartbeat is sent, unless ~heartbeat says otherwise
@@ -63,7 +64,8 @@ class InterfaceNode:
         ledger = Ledger(Path(store).expanduser().absolute() if store else None)
         simulated = rospy.get_param("/use_sim_time", False)
         seconds = rospy.get_time if simulated else time.monotonic
-        self._executor = Executor(interface, interface.timeout, seconds, ledger)
+        perform = faulty_perform(interface, seconds)
+        self._executor = Executor(interface, interface.timeout, seconds, ledger, perform)
         clock.watch(lambda: self._executor.busy)
         on_shutdown(lambda: self._executor.close(_SECONDS_TO_END))
         self._senders: Dict[str, Tuple[Mapping[str, str], bool]] = {}  # of out; see _dispatches

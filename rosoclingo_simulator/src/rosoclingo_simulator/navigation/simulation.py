@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Optional, Sequence
 
+from rosoclingo_simulator.navigation.estimator import PoseEstimator
 from rosoclingo_simulator.navigation.follower import STOP, VelocityCommand
 from rosoclingo_simulator.navigation.move_base import MoveBaseDriver
 from rosoclingo_simulator.navigation.right_of_way import AWARE_METRES, Neighbour
 from rosoclingo_simulator.physics.laser import Scan, look
-from rosoclingo_simulator.physics.physics import STEP_SECONDS, Physics
+from rosoclingo_simulator.physics.physics import STEP_SECONDS, Physics, Pose, relative
 
 SCAN_SECONDS = 0.2
 """From one scan to the next, in simulated time."""
@@ -31,6 +32,7 @@ class Simulation:
         command: What the wheels are told in this step.
         watched: Whether somebody wants scans also while there is no goal.
         neighbours: The other robots around.
+        estimator: Its localisation, which may be wrong; None if it knows where it is.
     """
 
     physics: Physics
@@ -41,9 +43,32 @@ class Simulation:
     command: VelocityCommand = STOP
     watched: bool = False
     neighbours: Sequence[Neighbour] = ()
+    estimator: Optional[PoseEstimator] = None
+    _start: Pose = field(init=False)
     _told: VelocityCommand = STOP
     _told_until: float = 0.0
     _moved: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._start = self.physics.pose
+
+    @property
+    def estimate(self) -> Pose:
+        """Where the robot takes itself to be, by which it drives."""
+        return self.physics.pose if self.estimator is None else self.estimator.pose
+
+    @property
+    def odometry(self) -> Pose:
+        """Where its wheels say that it is, seen from where it was at first."""
+        if self.estimator is None:
+            return relative(self._start, self.physics.pose)
+        return self.estimator.physics.odometry
+
+    @property
+    def true_velocity(self) -> VelocityCommand:
+        """How it really moves, in m/s and rad/s; its wheels may slip."""
+        physics = self.physics if self.estimator is None else self.estimator.physics.body
+        return physics.velocity
 
     @property
     def time(self) -> float:
@@ -69,7 +94,7 @@ class Simulation:
 
     def step(self) -> None:
         """Lets one step of time pass."""
-        pose, velocity = self.physics.pose, self.physics.velocity
+        pose, velocity = self.estimate, self.physics.velocity
         others, is_told = self.neighbours, self.time < self._told_until
         # Without a goal it makes room for others, unless somebody drives it.
         may_make_room = not is_told and any(robot.path is not None for robot in others)
@@ -94,12 +119,12 @@ class Simulation:
         """
         path = None if self.move_base is None else self.move_base.ahead
         still = self.time - self._moved >= _STILL_SECONDS
-        return Neighbour(self.physics.pose, self.physics.velocity, path, first, still)
+        return Neighbour(self.estimate, self.physics.velocity, path, first, still)
 
     def _look(self) -> Scan:
         """Returns a scan that is recent enough."""
         if self.scan is None or self.time - self.scan.time > SCAN_SECONDS - STEP_SECONDS / 2:
-            self.scan = look(self.physics, self.time)
+            self.scan = look(self.physics, self.time, self.estimate)
             if self.move_base is not None:
                 self.move_base.costmap.update(self.scan, [robot.pose for robot in self.neighbours])
         return self.scan

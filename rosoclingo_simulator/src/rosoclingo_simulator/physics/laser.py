@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Optional
 
 import numpy as np
 
@@ -22,7 +23,7 @@ class Scan:
 
     Attributes:
         time: When, in seconds.
-        pose: Where the robot was.
+        pose: Where the robot was, or took itself to be.
         ranges: Of each beam in metres, infinity if there was nothing within the range.
     """
 
@@ -48,6 +49,12 @@ class Scan:
         return self.origin + ranges[:, None] * self.directions
 
 
-def look(physics: Physics, time: float) -> Scan:
-    """Returns a scan of the laser now."""
-    return Scan(time, physics.pose, physics.ranges(ANGLES, MOST_METRES))
+def look(physics: Physics, time: float, pose: Optional[Pose] = None) -> Scan:
+    """Returns a scan of the laser now.
+
+    Args:
+        physics: What the robot is in.
+        time: What time it is, in seconds.
+        pose: Where the robot takes itself to be; None if it knows where it is.
+    """
+    return Scan(time, pose or physics.pose, physics.ranges(ANGLES, MOST_METRES))

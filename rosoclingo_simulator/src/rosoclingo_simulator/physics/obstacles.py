@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Set
+from typing import NamedTuple, Set
 
 import numpy as np
 
@@ -21,6 +21,18 @@ _STEP_METRES = 0.05
 _MIDDLE = (0.25, 0.75)  # part of the way where a box may stand
 _ALIKE_METRES = 0.1  # widths that differ less are the same
 _ROBOT_GAP_METRES = 0.05  # to the robot
+
+
+class PassageEnd(NamedTuple):
+    """An end of a way that a box closes.
+
+    Attributes:
+        name: As somebody has called it.
+        place: Where it is.
+    """
+
+    name: str
+    place: Waypoint
 
 
 @dataclass
@@ -53,14 +65,27 @@ class Obstacles:
                 "expected block or unblock and two waypoints, such as block c4 c5: "
                 f"{quote(command)}"
             )
-        ends = [self._find(word) for word in words[1:]]
-        name, way = " ".join(sorted(words[1:])), f"{words[1]} and {words[2]}"
-        return self._block(name, way, *ends) if words[0] == "block" else self._unblock(name, way)
+        ends = [PassageEnd(word, self._find(word)) for word in words[1:]]
+        return self.block(*ends) if words[0] == "block" else self.unblock(*ends)
 
-    def _block(self, name: str, way: str, first: Waypoint, second: Waypoint) -> str:
+    def check(self, first: PassageEnd, second: PassageEnd) -> None:
+        """Checks that a box can stand between two places if no robot does.
+
+        Raises:
+            ObstacleError: It cannot; the message says why.
+        """
+        self._box(_way(first, second), first.place, second.place)
+
+    def block(self, first: PassageEnd, second: PassageEnd) -> str:
+        """Puts a box between two places, and returns what was done.
+
+        Raises:
+            ObstacleError: It cannot stand there, or not now.
+        """
+        name, way = _box_name(first, second), _way(first, second)
         if name in self._names:
             return f"there is a box between {way} already"
-        box = self._box(way, first, second)
+        box = self._box(way, first.place, second.place)
         least = ROBOT_RADIUS + _ROBOT_GAP_METRES
         if any(box.distance(robot.x, robot.y) < least for robot in self.physics.robots):
             raise ObstacleError(
@@ -70,7 +95,13 @@ class Obstacles:
         self._names.add(name)
         return f"a box of {box.width:.2f} m stands between {way} at ({box.x:.2f}, {box.y:.2f})"
 
-    def _unblock(self, name: str, way: str) -> str:
+    def unblock(self, first: PassageEnd, second: PassageEnd) -> str:
+        """Takes the box between two places away, and returns what was done.
+
+        Raises:
+            ObstacleError: There is none.
+        """
+        name, way = _box_name(first, second), _way(first, second)
         if name not in self._names:
             raise ObstacleError(f"there is no box between {way}")
         self.physics.remove(name)
@@ -120,3 +151,12 @@ class Obstacles:
         ways = np.arange(0.0, (grid.rows + grid.columns) * grid.resolution, step)
         solid = self.world.distances_at(place + ways[:, None] * direction) == 0
         return float(ways[int(solid.argmax())])
+
+
+def _way(first: PassageEnd, second: PassageEnd) -> str:
+    return f"{first.name} and {second.name}"
+
+
+def _box_name(first: PassageEnd, second: PassageEnd) -> str:
+    """Returns the name of a box, the same in both directions of a way."""
+    return " ".join(sorted((first.name, second.name)))

@@ -14,6 +14,9 @@ ROBOT_RADIUS = 0.18
 LASER_HEIGHT = 0.3
 """Of the laser above the floor, in metres."""
 
+WHEEL_DISTANCE = 0.23
+"""Between the two wheels, in metres."""
+
 STEP_SECONDS = 0.05
 """How long a step is in simulated time."""
 
@@ -135,6 +138,21 @@ def local(origin: Union[Pose, Box], x: Any, y: Any) -> Tuple[Any, Any]:
     dx, dy = x - origin.x, y - origin.y
     cosine, sine = math.cos(origin.theta), math.sin(origin.theta)
     return cosine * dx + sine * dy, cosine * dy - sine * dx
+
+
+def compose(origin: Pose, pose: Pose) -> Pose:
+    """Returns a pose that is given as it is seen from a place."""
+    cosine, sine = math.cos(origin.theta), math.sin(origin.theta)
+    return Pose(
+        origin.x + cosine * pose.x - sine * pose.y,
+        origin.y + sine * pose.x + cosine * pose.y,
+        normal_angle(origin.theta + pose.theta),
+    )
+
+
+def relative(origin: Pose, pose: Pose) -> Pose:
+    """Returns a pose as it is seen from a place, the inverse of :func:`compose`."""
+    return Pose(*local(origin, pose.x, pose.y), normal_angle(pose.theta - origin.theta))
 
 
 def between(value: float, least: float, most: float) -> float:

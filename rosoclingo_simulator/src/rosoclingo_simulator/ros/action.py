@@ -88,7 +88,7 @@ class GoalServer:
         if scan is not self._told_scan:  # five times a second are enough
             self._told_scan = scan
             stamp = rospy.Time.from_sec(self._simulation.now)
-            pose = self._simulation.physics.pose
+            pose = self._simulation.estimate
             goal.publish_feedback(MoveBaseFeedback(messages.stamped(pose, stamp)))
 
     def _on_simple_goal(self, message: PoseStamped) -> None:

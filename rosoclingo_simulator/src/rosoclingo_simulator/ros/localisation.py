@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Optional
+from typing import List, Optional
 
 import rospy
-from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse
+from tf2_msgs.msg import TFMessage
 
 from rosclingo.ros.low_latency import publisher, subscriber
 from rosoclingo_simulator.calls import Calls
+from rosoclingo_simulator.navigation.estimator import PoseEstimator
 from rosoclingo_simulator.navigation.simulation import Simulation
 from rosoclingo_simulator.physics.occupancy import OccupancyMap
 from rosoclingo_simulator.physics.physics import Pose, normal_angle
@@ -41,8 +43,11 @@ class MapServer:
 class Localisation:
     """A robot's simulated amcl. The simulation's thread calls :meth:`publish`.
 
+    Without faults it knows where the robot is, and the frame of the odometry stays where it is on
+    the map. With faults, that moves, and an initial pose counts.
+
     Attributes:
-        transform: Where the frame of the odometry is on the map; it stays there.
+        fixed: The transforms that stay.
     """
 
     def __init__(self, simulation: Simulation, names: messages.RobotNames, calls: Calls) -> None:
@@ -55,10 +60,14 @@ class Localisation:
         """
         self._simulation = simulation
         self._calls = calls
-        self.transform: TransformStamped = messages.transform(
-            messages.MAP, names.odom, simulation.physics.pose
-        )
+        self._transform = messages.transform(messages.MAP, names.odom, simulation.physics.pose)
+        self.fixed: List[TransformStamped] = []
+        if simulation.estimator is None:
+            self.fixed.append(self._transform)
+        else:
+            self._tf = publisher("/tf", TFMessage)
         self._told: Optional[Pose] = None
+        self._told_unsure = False
         self._pose = publisher(names.topic("amcl_pose"), PoseWithCovarianceStamped, latch=True)
         self._initial_pose = subscriber(
             names.topic("initialpose"), PoseWithCovarianceStamped, self._on_initial_pose
@@ -66,18 +75,43 @@ class Localisation:
 
     def publish(self, stamp: rospy.Time) -> None:
         """Says where the robot is, if it has moved."""
-        pose, told = self._simulation.physics.pose, self._told
+        pose, told, estimator = self._simulation.estimate, self._told, self._simulation.estimator
+        unsure = estimator is not None and estimator.unsure
+        if estimator is not None:
+            self._transform.header.stamp = stamp
+            messages.set_transform(self._transform, estimator.odometry_frame)
+            self._tf.publish([self._transform])
         if (
             told is None
+            or unsure != self._told_unsure
             or told.distance(pose) > _MOVED_METRES
             or abs(normal_angle(told.theta - pose.theta)) > _MOVED_RADIANS
         ):
-            self._pose.publish(messages.estimate(pose, stamp))
-            self._told = pose
+            self._pose.publish(messages.estimate(pose, stamp, unsure))
+            self._told, self._told_unsure = pose, unsure
 
-    def _on_initial_pose(self, _: PoseWithCovarianceStamped) -> None:
-        rospy.logwarn("initialpose is ignored: the simulator knows where the robot is")
-        self._calls.submit(self._repeat)
+    def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+        estimator = self._simulation.estimator
+        if estimator is None:
+            rospy.logwarn("initialpose is ignored: the simulator knows where the robot is")
+            self._calls.submit(self._repeat)
+            return
+        try:
+            pose = messages.pose_from(PoseStamped(message.header, message.pose.pose))
+        except messages.MessageError as err:
+            rospy.logwarn("initialpose is ignored: %s", err)
+            return
+        self._calls.submit(self._relocalise, estimator, pose)
+
+    def _relocalise(self, estimator: PoseEstimator, pose: Pose) -> None:
+        near = estimator.relocalise(pose)
+        rospy.loginfo(
+            "initialpose (%.2f, %.2f): the robot %s",
+            pose.x,
+            pose.y,
+            "knows where it is" if near else "is far from there, and does not know it",
+        )
+        self._repeat()
 
     def _repeat(self) -> None:
         """Makes the next step publish the pose, even if the robot has not moved."""

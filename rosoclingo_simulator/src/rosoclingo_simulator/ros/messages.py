@@ -27,6 +27,7 @@ BASE_HEIGHT = 0.01
 
 _UNIT_ERROR = 1e-2  # of a quaternion's length
 _VARIANCE = 1e-4  # m² and rad²; the simulator knows where the robot is, but filters divide by it
+_UNSURE_VARIANCE = 1.0  # likewise, of a robot that knows that it is lost
 
 
 class RobotNames:
@@ -117,12 +118,12 @@ def stamped(pose: Pose, stamp: rospy.Time) -> PoseStamped:
     return PoseStamped(Header(stamp=stamp, frame_id=MAP), pose_message(pose))
 
 
-def estimate(pose: Pose, stamp: rospy.Time) -> PoseWithCovarianceStamped:
-    """Returns a pose as localisation has it."""
+def estimate(pose: Pose, stamp: rospy.Time, unsure: bool = False) -> PoseWithCovarianceStamped:
+    """Returns a pose as localisation has it, which may know that it is lost."""
     message = PoseWithCovarianceStamped(header=Header(stamp=stamp, frame_id=MAP))
     set_pose(message.pose.pose, pose)
     for index in (0, 7, 35):  # x, y and the angle about z, in a matrix of six by six
-        message.pose.covariance[index] = _VARIANCE
+        message.pose.covariance[index] = _UNSURE_VARIANCE if unsure else _VARIANCE
     return message
 
 

@@ -68,8 +68,8 @@ class Navigation:
             start = messages.pose_from(request.start) if request.start.header.frame_id else None
         except messages.MessageError as err:
             raise rospy.ServiceException(str(err)) from err
-        physics, costmap = self._simulation.physics, self._move_base.costmap
-        pose, marked, now = self._ask(lambda: (physics.pose, costmap.marked, self._simulation.now))
+        simulation, costmap = self._simulation, self._move_base.costmap
+        pose, marked, now = self._ask(lambda: (simulation.estimate, costmap.marked, simulation.now))
         # Not in the simulation's thread, which need not wait for it.
         path = self._move_base.planner.plan(start or pose, goal, marked, request.tolerance)
         return GetPlanResponse(messages.path_message(path, goal, rospy.Time.from_sec(now)))

@@ -30,6 +30,8 @@ from rosoclingo_interfaces.navigation.waypoints import Waypoints, read_waypoints
 from rosoclingo_interfaces.ros.topics import publishers
 from rosoclingo_simulator.calls import Calls
 from rosoclingo_simulator.errors import PhysicsError
+from rosoclingo_simulator.faults.injector import FaultInjector
+from rosoclingo_simulator.faults.reader import read_faults
 from rosoclingo_simulator.followed_clock import FollowedClock
 from rosoclingo_simulator.navigation.costmap import Costmap
 from rosoclingo_simulator.navigation.move_base import MoveBaseDriver
@@ -41,6 +43,7 @@ from rosoclingo_simulator.physics.obstacles import Obstacles
 from rosoclingo_simulator.physics.occupancy import OccupancyMap, read_map
 from rosoclingo_simulator.physics.physics import ROBOT_RADIUS, STEP_SECONDS, Physics, Pose
 from rosoclingo_simulator.ros import messages
+from rosoclingo_simulator.ros.faults import FaultPublisher
 from rosoclingo_simulator.ros.localisation import MapServer
 from rosoclingo_simulator.ros.robot import Robot
 from rosoclingo_simulator.ros.settings import Settings, read_settings
@@ -85,18 +88,27 @@ class SimulatorNode:
         self._calls = Calls()
         self._stop = threading.Event()
         self._stopped = threading.Event()
+        simulations = [
+            Simulation(physics, _move_base(settings, world, planner)) for physics, _ in bodies
+        ]
+        self._fleet = Fleet(simulations)
+        self._faults: Optional[FaultPublisher] = None
+        if settings.faults is not None:  # before others look at the robots
+            plan = read_faults(settings.faults, waypoints)
+            robots = {name.robot: robot for name, robot in zip(names, simulations)}
+            injector = FaultInjector(plan, robots, world, self._obstacles)
+            self._faults = FaultPublisher(injector, names)
         self._robots = [
             Robot(
-                Simulation(physics, _move_base(settings, world, planner)),
+                simulation,
                 name,
                 camera,
                 localisation=settings.localisation,
                 calls=self._calls,
                 ask=self._ask,
             )
-            for (physics, camera), name in zip(bodies, names)
+            for simulation, (_, camera), name in zip(simulations, bodies, names)
         ]
-        self._fleet = Fleet([robot.simulation for robot in self._robots])
         self._maps = MapServer(world) if settings.localisation else None
         self._static = publisher("/tf_static", TFMessage, latch=True)
         self._static.publish([transform for robot in self._robots for transform in robot.fixed])
@@ -132,7 +144,10 @@ class SimulatorNode:
             robot.simulation.begin += jump
             robot.prepare()
         self._fleet.step()
-        stamp = rospy.Time.from_sec(self._robots[0].simulation.now)
+        first = self._robots[0].simulation
+        stamp = rospy.Time.from_sec(first.now)
+        if self._faults is not None:
+            self._faults.update(first.time, stamp)
         for robot in self._robots:
             robot.publish(stamp)
         wall = time.monotonic()

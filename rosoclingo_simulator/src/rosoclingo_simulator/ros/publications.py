@@ -13,7 +13,6 @@ from tf2_msgs.msg import TFMessage
 from rosclingo.ros.low_latency import publisher
 from rosoclingo_simulator.navigation.simulation import Simulation
 from rosoclingo_simulator.physics.laser import Scan
-from rosoclingo_simulator.physics.physics import Pose, local, normal_angle
 from rosoclingo_simulator.ros import messages
 
 
@@ -37,7 +36,6 @@ class Publications:
         """
         self._simulation = simulation
         self._names = names
-        self._start = simulation.physics.pose
         self._tf = publisher("/tf", TFMessage)
         self._odom = publisher(names.topic("odom"), Odometry)
         self._truth = publisher(names.topic("ground_truth"), Odometry)
@@ -46,7 +44,7 @@ class Publications:
 
         self._odom_message = messages.odometry(names.odom, names.footprint)
         self._truth_message = messages.odometry(messages.MAP, names.footprint)
-        self._transform = messages.transform(names.odom, names.footprint, self._start)
+        self._transform = messages.transform(names.odom, names.footprint, simulation.odometry)
         self._told_scan: Optional[Scan] = None
         self._told_touches: Optional[bool] = None
 
@@ -59,16 +57,14 @@ class Publications:
         """Publishes the changes of a step."""
         pose, velocity = self._simulation.physics.pose, self._simulation.physics.velocity
         if _listened(self._tf) or _listened(self._odom):
-            # Where the wheels have brought the robot.
-            moved = Pose(
-                *local(self._start, pose.x, pose.y), normal_angle(pose.theta - self._start.theta)
-            )
+            moved = self._simulation.odometry
             self._transform.header.stamp = stamp
             messages.set_transform(self._transform, moved)
             self._tf.publish([self._transform])
             messages.set_odometry(self._odom_message, moved, velocity, stamp)
             self._odom.publish(self._odom_message)
         if _listened(self._truth):
+            velocity = self._simulation.true_velocity
             messages.set_odometry(self._truth_message, pose, velocity, stamp)
             self._truth.publish(self._truth_message)
         self._publish_scan()

@@ -59,7 +59,7 @@ class Robot:
         self._localisation: Optional[Localisation] = None
         if localisation:
             self._localisation = Localisation(simulation, names, calls)
-            self.fixed.append(self._localisation.transform)
+            self.fixed += self._localisation.fixed
         self._navigation: Optional[Navigation] = None
         self._goals: Optional[GoalServer] = None
         if simulation.move_base is not None:

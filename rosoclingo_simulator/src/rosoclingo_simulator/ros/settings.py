@@ -6,9 +6,10 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Dict
+from typing import Any, Dict, Mapping, Union
 
 import rospkg
+import rospy
 
 from rosclingo.ros import parameters
 from rosoclingo_simulator.navigation.follower import Limits
@@ -46,6 +47,7 @@ class Settings:
         pose: Where that one is at first.
         limits: How to drive.
         progress_timeout: Seconds of simulated time.
+        faults: A file of faults, or its content; None for no faults.
     """
 
     map: Path
@@ -61,6 +63,7 @@ class Settings:
     pose: Pose
     limits: Limits
     progress_timeout: float
+    faults: Union[Path, Mapping[str, Any], None]
 
 
 def read_settings() -> Settings:
@@ -96,6 +99,7 @@ def read_settings() -> Settings:
             yaw_tolerance=parameters.positive("yaw_tolerance", Limits.yaw_tolerance),
         ),
         progress_timeout=parameters.positive("progress_timeout", 10.0),
+        faults=_faults(),
     )
 
 
@@ -157,6 +161,15 @@ def _fleet() -> Dict[str, str]:
             )
         robots[name] = waypoint
     return robots
+
+
+def _faults() -> Union[Path, Mapping[str, Any], None]:
+    """Returns a file of faults, or its content as a mapping on the parameter server."""
+    content = rospy.get_param("~faults", "")
+    if isinstance(content, dict):
+        return content
+    file = parameters.text("faults", "")
+    return Path(file).expanduser() if file else None
 
 
 def _prefix() -> str:

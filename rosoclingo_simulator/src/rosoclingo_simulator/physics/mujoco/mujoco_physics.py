@@ -18,9 +18,7 @@ from rosoclingo_simulator.physics.physics import Box, Pose, between
 BOXES = 8
 """How many boxes there can be at a time: MuJoCo's models do not grow."""
 
-# The wheels, in metres; these are the model's numbers.
-_WHEEL_RADIUS = 0.035
-_WHEEL_DISTANCE = 0.23
+_WHEEL_RADIUS = 0.035  # metres; like the distance of the wheels, it is the model's number
 
 # How far what is asked of the wheels may be ahead of what they do, in m/s and rad/s. Without a
 # limit, wheels that a wall has stopped go on pushing after they were told to turn back.
@@ -29,7 +27,9 @@ _ANGULAR_LEAD = 0.5
 
 # How fast the robot is at most when it touches something: no faster than it drives itself.
 # Of its base along and around three axes, and of its wheels.
-_WHEEL_SPEED = (physics.LINEAR_SPEED + physics.ANGULAR_SPEED * _WHEEL_DISTANCE / 2) / _WHEEL_RADIUS
+_WHEEL_SPEED = (
+    physics.LINEAR_SPEED + physics.ANGULAR_SPEED * physics.WHEEL_DISTANCE / 2
+) / _WHEEL_RADIUS
 _PUSHED = np.array([physics.LINEAR_SPEED] * 3 + [physics.ANGULAR_SPEED] * 3 + [_WHEEL_SPEED] * 2)
 
 # A box that is not there is under the floor, and invisible, which the laser sees through.
@@ -116,7 +116,7 @@ class MujocoPhysics:
         asked_linear = _towards(asked_linear, linear, faster, real_linear, _LINEAR_LEAD)
         asked_angular = _towards(asked_angular, angular, quicker, real_angular, _ANGULAR_LEAD)
         self._asked = asked_linear, asked_angular
-        turning = asked_angular * _WHEEL_DISTANCE / 2
+        turning = asked_angular * physics.WHEEL_DISTANCE / 2
         left, right = self._motors
         self.data.ctrl[left] = (asked_linear - turning) / _WHEEL_RADIUS
         self.data.ctrl[right] = (asked_linear + turning) / _WHEEL_RADIUS
@@ -137,7 +137,7 @@ class MujocoPhysics:
     def velocity(self) -> Tuple[float, float]:
         """The true velocity of the robot by its wheels, in m/s and rad/s."""
         left, right = (float(self.data.qvel[wheel]) * _WHEEL_RADIUS for wheel in self._wheels)
-        return (left + right) / 2, (right - left) / _WHEEL_DISTANCE
+        return (left + right) / 2, (right - left) / physics.WHEEL_DISTANCE
 
     def put(self, name: str, box: Box) -> None:
         """Puts a box into the world, in place of the one of the same name if there is one.
