@@ -53,7 +53,7 @@ class Office(System):
 def test_what_has_happened() -> None:
     mailbot = ROOT / "rosoclingo_aspprograms" / "mailbot"
     files = (mailbot / "instances" / "graph_wg.lp", mailbot / "mailbot_causes.lp")
-    options = Options(tuple(map(str, files)))
+    options = Options(tuple(map(str, files)), ("-c", "looks=0"))
     run = Office(make_parts("dynamic.incremental.recording", options, ("-c", "steps=20")).loop)
     run.request("bring(o1,o9)")
     assert run.run() is None

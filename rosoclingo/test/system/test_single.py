@@ -53,9 +53,9 @@ def test_files_without_their_ending(terminals: Terminals) -> None:
     (first, _) = late.output.split("---")
     assert beliefs.output.startswith(first)  # where nothing was published before
     (said, *_) = yaml.safe_load_all(first)
-    assert [(one["weight"], one["causes"]) for one in said["explanations"]] == [
-        (2, ["passing(c1,open1,1)"]), (3, ["blocked(c1,open1,1)"]),
-    ]  # fmt: skip
+    best, second, *_ = said["explanations"]
+    assert (best["causes"], second["causes"]) == (["passing(c1,open1,1)"], ["blocked(c1,open1,1)"])
+    assert 0 < best["weight"] < second["weight"]
     (passing,) = [one for one in said["causes"] if one["cause"] == "passing(c1,open1,1)"]
     assert (passing["believed"], passing["certain"]) == (True, True)
     assert passing["since"]["secs"] > 0
@@ -64,7 +64,7 @@ def test_files_without_their_ending(terminals: Terminals) -> None:
     assert asked.wait(600.0) == 0, asked.output
     assert (
         "go(c1) of mailbot failed in step 1, probably because something was in the way between c1 "
-        "and open1 for a moment; nearly as likely is that something stands between c1 and open1; "
+        "and open1 for a moment; nearly as likely is that something stands between c1 and open1"
     ) in " ".join(asked.output.split())
     node.interrupt()
     assert node.wait() == 0
