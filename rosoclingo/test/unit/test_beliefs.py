@@ -77,8 +77,8 @@ def changes(journal: Sequence[Any]) -> List[BeliefsChanged]:
 
 def test_terms_of_other_forms_are_skipped() -> None:
     strange = ("belief(x,y,z)", "belief(1)", "speaks_up(a)", "observes(a,b,c,d)", "certain", "is_(")
-    read = Beliefs.read((*strange, "belief(2,3,c)", "belief(1,2,b)", "speaks_against(b,o,1,x)"))
-    assert [one.causes for one in read.explanations] == [("z",), ("b",), ("c",)]
+    read = Beliefs.read((*strange, "belief(2,-3,c)", "belief(1,2,b)", "speaks_against(b,o,1,x)"))
+    assert read.explanations == ((0, ("z",)), (2, ("b",)), (0, ("c",)))
     assert read.evidence == {"b": Evidence((), ((Observation("o", 1), "x"),))}
     assert Beliefs.read(()).believed == ()
 

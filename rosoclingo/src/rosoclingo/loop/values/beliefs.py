@@ -143,7 +143,7 @@ class _Reader:
 
     def _take_belief(self, place: str, weight: str, cause: str) -> None:
         rank = number(place) or 0
-        self._weights[rank] = number(weight) or 0
+        self._weights[rank] = max(0, number(weight) or 0)  # messages have no lower one
         self._causes.setdefault(rank, []).append(cause)
 
     def beliefs(self) -> Beliefs:
