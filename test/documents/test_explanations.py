@@ -11,8 +11,13 @@ from pathlib import Path
 from page import LINE, Page, of
 from readmes import ROOT, check_output, section
 
+from rosclingo.solver.options import Options
 from rosclingo.solver.programs import parse_files
+from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.system import System
+from rosoclingo.why.explainer import Explainer
 from rosoclingo.why.phrases import Phrases
+from rosoclingo.why.situation import Situation
 
 
 @of("docs/why.md", "At run time")
@@ -33,6 +38,28 @@ def test_why_at_run_time(page: Page) -> None:
         assert terminal.wait() == status, terminal.output
         said += terminal.output
     check_output("docs/why.md", "At run time", said)
+
+
+class Office(System):
+    """The mailbot, which cannot get to c6."""
+
+    def turn(self) -> bool:
+        for actuator, action in sorted(self.acting.items()):
+            self.answer(actuator, "failure" if action == "go(c6)" else "success")
+        return bool(self._items)
+
+
+@of("docs/why.md", "What has happened")
+def test_what_has_happened() -> None:
+    mailbot = ROOT / "rosoclingo_aspprograms" / "mailbot"
+    files = (mailbot / "instances" / "graph_wg.lp", mailbot / "mailbot_causes.lp")
+    options = Options(tuple(map(str, files)), ("-c", "looks=0"))
+    run = Office(make_parts("dynamic.incremental.recording", options, ("-c", "steps=20")).loop)
+    run.request("bring(o1,o9)")
+    assert run.run() is None
+    explainer = Explainer(options, Situation.of(run.loop.state, whole=True))
+    said = " ".join((ROOT / "docs/why.md").read_text().split())
+    assert f"`{explainer.happened('go(c6)').text}`" in said
 
 
 @of("docs/why.md", "In Python")

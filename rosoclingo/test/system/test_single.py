@@ -9,6 +9,7 @@ import re
 from pathlib import Path
 
 import pytest
+import yaml
 from terminals import Terminals, package, terminals, wait_for
 from topics import Listener
 
@@ -35,14 +36,36 @@ def ask(terminals: Terminals, request: str, name: str = "g") -> None:
 
 @pytest.mark.install_space
 def test_files_without_their_ending(terminals: Terminals) -> None:
+    """And what the encoding in them believes when an action fails, which is published and told."""
     office = package("rosoclingo_aspprograms") / "mailbot"
     node = terminals.start(
         "rosrun", "rosoclingo", "run-1.0.py", "--file", str(office / "instances" / "graph_wg"),
-        "--file", str(office / "mailbot"), "-c", "slots=1",
+        "--file", str(office / "mailbot_causes"), "-c", "slots=1", "_why_nice:=0",
     )  # fmt: skip
     node.wait_for("in the dialect 2.0; clingo options: -c slots=1")
     ask(terminals, "bring(o1,o3)")
     node.wait_for("mailbot: go(c1)")
+    beliefs = terminals.listen("/rosoclingo", "/rosoclingo/beliefs")
+    terminals.publish("/rosoclingo/in", "rosoclingo/ROSoClingoIn", "{id: mailbot, value: failure}")
+    beliefs.wait_for("---")
+    late = terminals.listen("/rosoclingo", "/rosoclingo/beliefs")
+    late.wait_for("---")
+    (first, _) = late.output.split("---")
+    assert beliefs.output.startswith(first)  # where nothing was published before
+    (said, *_) = yaml.safe_load_all(first)
+    best, second, *_ = said["explanations"]
+    assert (best["causes"], second["causes"]) == (["passing(c1,open1,1)"], ["blocked(c1,open1,1)"])
+    assert 0 < best["weight"] < second["weight"]
+    (passing,) = [one for one in said["causes"] if one["cause"] == "passing(c1,open1,1)"]
+    assert (passing["believed"], passing["certain"]) == (True, True)
+    assert passing["since"]["secs"] > 0
+    assert passing["speaks_for"] == ["observes(drive(mailbot,open1,c1),failure,1)"]
+    asked = terminals.start("rosrun", "rosoclingo", "why.py", "--happened", "go(c1)")
+    assert asked.wait(600.0) == 0, asked.output
+    assert (
+        "go(c1) of mailbot failed in step 1, probably because something was in the way between c1 "
+        "and open1 for a moment; nearly as likely is that something stands between c1 and open1"
+    ) in " ".join(asked.output.split())
     node.interrupt()
     assert node.wait() == 0
     assert "Traceback" not in node.output

@@ -92,12 +92,16 @@ def grounds(pid: int) -> bool:
 @pytest.mark.parametrize(
     ("words", "begun", "offered"),
     [
-        ([], "--", ["--goal", "--action", "--instead", "--if", "--json", "--help"]),
+        ([], "--", ["--goal", "--action", "--instead", "--if", "--happened", "--json", "--help"]),
         (["--goal"], "", ["1", "visit(3)"]),
         ([], "--goal=", ["--goal=1", "--goal=visit(3)"]),
         (["--action"], "do(", ["do(robot,go(2),1)"]),
         (["--if"], "", []),
-        (["--goal", "1"], "", ["--goal", "--action", "--instead", "--if", "--json", "--help"]),
+        (
+            ["--goal", "1"],
+            "",
+            ["--goal", "--action", "--instead", "--if", "--happened", "--json", "--help"],
+        ),
     ],
 )
 def test_words_of_questions(words: List[str], begun: str, offered: Sequence[str]) -> None:

@@ -251,6 +251,34 @@ def test_what_an_operator_held_is_a_lane(tmp_path: Path) -> None:
     assert COLOURS["hold"] not in plain.read_text()
 
 
+def test_beliefs_are_a_lane_and_a_table(tmp_path: Path) -> None:
+    seen = ("observes(d,failure,1)", "is_about(d,1,r,go(b))", "observes(e,success,2)")
+    shut = ("belief(1,2,shut(b))", "certain(shut(b))", "speaks_for(shut(b),d,1)")
+    flat = ("speaks_for(flat,d,1)", "belief(2,3,flat)")
+    against = ("speaks_for(flat,d,1)", "speaks_against(flat,e,2,failure)")
+    journal = Journal().move(3).add("belief", details=(*seen, *shut, *flat))
+    journal.add("belief", details=(*seen, *shut, *against))
+    journal.move(4).add("belief", details=(f'belief(1,2,"{HOSTILE}")',)).add("belief")
+    journal.add("belief", details=("belief(1,2,flat)",)).goal("g", "x")
+    found = Page(page_of(journal.recording())).data
+    first, second, third = rows(found["beliefs"])
+    assert first == {
+        "began": 1, "ended": 3, "step": 3, "name": "shut(b)", "is_certain": True, "others": "",
+        "speaks_for": "r: go(b) failure", "speaks_against": "flat: e: success",
+    }  # fmt: skip
+    assert (second["name"], second["is_certain"]) == (f'"{HOSTILE}"', False)
+    assert (third["began"], third["ended"], third["step"]) == (5, None, 4)
+    (lane,) = (one for one in found["lanes"] if one["name"] == "believed")
+    assert [bar[:3] for bar in lane["bars"]] == [[0, 1, 3], [1, 3, 4], [2, 5, 6]]
+    other = Journal().add("belief", details=(*seen, *shut, *flat)).compute()
+    assert [one.others for one in other.beliefs] == ["flat (3)"]
+    marked, plain = tmp_path / "marked.svg", tmp_path / "plain.svg"
+    draw(journal.compute(), "run", marked)
+    draw(Journal().goal("g", "x").compute(), "run", plain)
+    assert COLOURS["belief"] in marked.read_text()
+    assert COLOURS["belief"] not in plain.read_text()
+
+
 def test_a_label_does_not_reach_into_the_next_bar() -> None:
     axes = Figure().subplots()
     axes.set_xlim(0, 10)

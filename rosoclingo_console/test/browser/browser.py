@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import re
 import shutil
+import time
 from pathlib import Path
 from typing import Any, Callable, Iterator, List, Optional
 
@@ -205,6 +206,12 @@ class Shown:
     def say(self, source: str, value: str) -> None:
         text = f"{{id: {quoted(source)}, value: {quoted(value)}}}"
         self.terminals.publish("/rosoclingo/in", "rosoclingo/ROSoClingoIn", text)
+
+    def believe(self, *terms: str) -> None:
+        """Adds an event to the journal, after all others, as an encoding with causes does."""
+        text = f"{{number: 99999, kind: belief, stamp: {{secs: {int(time.time())}}}, "
+        text += f"details: [{', '.join(map(quoted, terms))}]}}"
+        self.terminals.publish("/rosoclingo/journal", "rosoclingo/ROSoClingoEvent", text)
 
 
 def quoted(text: str) -> str:

@@ -17,6 +17,8 @@ from terminals import Terminals, terminals, wait_for
 __all__ = ["terminals"]
 
 BAG = Path(__file__).resolve().parents[3] / "test" / "bags" / "mailbot_dynamic_reset.bag"
+SEEN = ("observes(d,failure,1)", "is_about(d,1,r,go(4))")
+SHUT = (*SEEN, "belief(1,2,shut)", "speaks_for(shut,d,1)")
 HEADER = 8192  # bytes: a bag of so many has messages
 HOSTILE = (
     '"<img src=x onerror=hacked=1><script>hacked=1</script>\' onclick=hacked=1 javascript:hacked=1"'
@@ -258,6 +260,13 @@ def test_all_can_use_it(browser: Browser, shown: Shown, size: object, scheme: st
     browser.sees("visit(6) ends in", "#why-answer")
     assert violations(browser) == ""
     browser.click("Close", "#why")
+    assert violations(browser) == ""
+    assert not browser.driver.find_element(By.ID, "beliefs").is_displayed()
+    shown.believe(*SHUT, "belief(2,3,flat)", "speaks_for(full,d,1)", "speaks_against(full,d,2,x)")
+    for text, css in (("shut", ".badge.warn"), ("flat", ".badge.quiet"), ("full", ".badge.quiet")):
+        browser.sees(text, "#beliefs li:has(" + css + ")")
+    browser.sees("surprise 2 · for it: r: go(4) failure", "#beliefs li small")
+    browser.sees("believed to be so: shut", "#lines li.belief")
     assert violations(browser) == ""
     wide = "return document.scrollingElement.scrollWidth - document.documentElement.clientWidth"
     assert browser.run(wide) <= 0

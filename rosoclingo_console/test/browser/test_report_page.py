@@ -19,6 +19,7 @@ from rosoclingo.bags.model import OperatorHold
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.bags.report.page import render
 from rosoclingo.bags.report.statistics import compute
+from rosoclingo.loop.journal import BeliefsChanged
 
 BAG = Path(__file__).resolve().parents[3] / "test" / "bags" / "mailbot_dynamic_reset.bag"
 
@@ -32,7 +33,11 @@ def browser() -> Iterator[Browser]:
 @pytest.fixture(scope="module")
 def link(tmp_path_factory: pytest.TempPathFactory) -> str:
     held = (OperatorHold(0.2, True), OperatorHold(0.4))
-    recording = replace(read_recording(BAG), held=held)
+    recording = read_recording(BAG)
+    belief = BeliefsChanged(("belief(1,2,shut)",))
+    believed = replace(recording.entries[-1], event=belief, seconds=0.5)
+    entries = sorted((*recording.entries, believed), key=lambda entry: entry.seconds)
+    recording = replace(recording, entries=tuple(entries), held=held)
     file = tmp_path_factory.mktemp("report") / "run.html"
     file.write_text(render(recording, compute(recording), BAG), encoding="utf-8")
     return file.as_uri()
@@ -53,6 +58,9 @@ def test_bars_have_signs_and_words(browser: Browser, link: str, size: object) ->
     assert [one for one in drawn if one.startswith("✓")]  # done
     assert {"goals", "messages", "plan changes", "searches", "operator"} <= set(drawn)
     assert [one for one in drawn if one.startswith("‖")]  # held by an operator
+    assert "believed" in drawn
+    assert [one for one in drawn if one.startswith("≈")]
+    assert "shut" in texts(browser, "#beliefs td")
     assert all(texts(browser, "#legend .sample text"))
     assert texts(browser, "#axis text")
     colours = "return [...document.querySelectorAll('rect.bar')].map((one) => getComputedStyle(one)"

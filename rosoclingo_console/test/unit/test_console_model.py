@@ -307,6 +307,32 @@ def test_contact() -> None:
     assert (run.row("run", "run")["connected"], run.row("run", "run")["since"]) == (False, 7.0)
 
 
+def test_beliefs() -> None:
+    run = Run()
+    seen = ("observes(d,failure,1)", "is_about(d,1,r,go(b))", "observes(e,success,2)")
+    shut = ("belief(1,2,shut(b))", "certain(shut(b))", "speaks_for(shut(b),d,1)")
+    full = ("belief(2,3,full(b))", "speaks_for(full(b),d,1)")
+    flat = ("speaks_for(flat,d,1)", "speaks_against(flat,e,2,failure)")
+    run.look()
+    assert not run.shown.get("beliefs")
+    run.hear(journal.BeliefsChanged((*seen, *shut, *full)))
+    best, other = run.row("beliefs", "1"), run.row("beliefs", "2")
+    assert (best["causes"], best["weight"], best["since"]) == (["shut(b)"], 2, run.time)
+    assert (best["is_certain"], best["speaks_for"]) == (True, ["r: go(b) failure"])
+    assert (other["causes"], other["weight"], other["since"]) == (["full(b)"], 3, None)
+    since = run.time
+    run.hear(journal.BeliefsChanged((*seen, *shut, *flat)))
+    assert run.row("beliefs", "1")["since"] == since
+    other = run.row("beliefs", "2")
+    assert (other["causes"], other["weight"]) == (["flat"], None)
+    assert other["speaks_against"] == ["e: success"]
+    run.hear(journal.BeliefsChanged(("belief(1,3,full(b))",)))
+    assert run.row("beliefs", "1")["since"] == run.time > since
+    run.hear(journal.BeliefsChanged(()))
+    run.look()
+    assert not run.shown["beliefs"]
+
+
 ALL_EVENTS = (
     journal.GoalArrived(HOSTILE, HOSTILE, (HOSTILE,), 1.0),
     journal.CancelArrived(HOSTILE),
@@ -316,6 +342,8 @@ ALL_EVENTS = (
     journal.MessageDropped(HOSTILE),
     journal.CommandDone(HOSTILE, Result.SAT, float("nan")),
     journal.PlanFound((HOSTILE,)),
+    journal.BeliefsChanged((HOSTILE, f"belief(1,2,{HOSTILE})", "speaks_for(a,b,c)")),
+    journal.BeliefsChanged(("belief(1,2,)", "belief(,,,)", "certain()", "observes(,,)")),
     journal.SearchEnded(journal.Ended.BETTER, (HOSTILE,)),
     journal.ActionPublished(HOSTILE, HOSTILE),
     journal.ActionRetried(HOSTILE, HOSTILE, 1, HOSTILE),

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Callable, Iterable, Sequence
 
 GOAL, ACTION = "--goal", "--action"
-_WITH_VALUE = (GOAL, ACTION, "--instead", "--if")
+_WITH_VALUE = (GOAL, ACTION, "--instead", "--if", "--happened")
 _OPTIONS = (*_WITH_VALUE, "--json", "--help")
 
 

@@ -10,13 +10,14 @@ step 1 of 2, at 0 s
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, List, Mapping, Set
+from typing import Any, Callable, Dict, List, Mapping, Set, Tuple
 
 from rosclingo.wire.commands import Result
 from rosoclingo.bags.model import Entry
 from rosoclingo.bags.report.changes import Planned, after_reset, change, planned
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Status
+from rosoclingo.loop.values.beliefs import Beliefs
 
 
 class RunStory:
@@ -39,6 +40,7 @@ class RunStory:
         self._is_better = False  # the plan that is found next
         self._plan: Planned = {}
         self._acting: Set[str] = set()
+        self._believed: Tuple[str, ...] = ()
         self._requests: Dict[str, str] = {}
         self._recalled: Dict[str, journal.StatusSet] = {}  # before the loop has taken the goal
         self._tellers: Mapping[type, Callable[[Entry, Any], List[str]]] = {
@@ -53,6 +55,7 @@ class RunStory:
             journal.CommandDone: self._on_command,
             journal.SearchEnded: self._on_search,
             journal.PlanFound: self._on_plan,
+            journal.BeliefsChanged: self._on_beliefs,
             journal.ActionPublished: self._on_action,
             journal.StatusSet: self._on_status,
             journal.LoopWaits: lambda *_: [] if self._acting else ["waits"],
@@ -95,6 +98,13 @@ class RunStory:
             return [f"message {event.source}: {event.value}"]
         self._acting.discard(event.source)
         return [f"{event.source} answers {event.value}, at {entry.seconds:g} s"]
+
+    def _on_beliefs(self, _: Entry, event: journal.BeliefsChanged) -> List[str]:
+        believed = Beliefs.read(event.terms).believed
+        if believed == self._believed:
+            return []
+        self._believed = believed
+        return [f"believed to be so: {', '.join(believed)}" if believed else "nothing is believed"]
 
     def _on_command(self, _: Entry, event: journal.CommandDone) -> List[str]:
         self._count += 1

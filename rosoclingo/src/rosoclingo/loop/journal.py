@@ -238,6 +238,18 @@ class PlanFound(Event):
     quality: Optional[Quality] = None
 
 
+@dataclass(frozen=True)
+class BeliefsChanged(Event):
+    """The causes that are believed of what was observed have changed, with the plan before this.
+
+    Attributes:
+        terms: The terms by which the planner's encoding shows beliefs, in order, for
+            :meth:`.Beliefs.read`; none if nothing is believed any more.
+    """
+
+    terms: Tuple[str, ...]
+
+
 class Ended(str, enum.Enum):
     """How a search has ended whose outcome depends on the machine's speed, as with ``~patience``.
 
@@ -479,6 +491,7 @@ _ENCODERS: Mapping[type, Callable[[Any], Fields]] = {
     PlanFound: lambda e: Fields(
         "plan", _text(e.quality), "" if e.is_best else _BEST_SO_FAR, e.actions
     ),
+    BeliefsChanged: lambda e: Fields("belief", details=e.terms),
     SearchEnded: lambda e: Fields(
         "search", _text(e.quality), e.how.value, (_numbers(e), *e.symbols)
     ),
@@ -507,6 +520,7 @@ _DECODERS: Mapping[str, Callable[[Fields], Event]] = {
     "dropped": lambda f: MessageDropped(f.text),
     "command": lambda f: CommandDone(f.text, Result(f.id) if f.id else None, f.seconds),
     "plan": lambda f: PlanFound(f.details, f.text != _BEST_SO_FAR, _quality(f.id)),
+    "belief": lambda f: BeliefsChanged(f.details),
     "search": lambda f: SearchEnded(
         Ended(f.text), f.details[1:], _quality(f.id), *map(int, "".join(f.details[:1]).split())
     ),

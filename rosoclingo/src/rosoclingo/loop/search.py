@@ -105,6 +105,7 @@ def take_plan(state: State, plan: Plan, is_best: bool = True) -> None:
     state.failures = 0
     state.waiting.end_planning()
     state.note(PlanFound(tuple(map(str, state.ahead())), is_best, quality))
+    state.take_beliefs(plan.beliefs)
     state.goals.tell(f"plan {state.horizon} step{'' if state.horizon == 1 else 's'}")
     for slot, line in plan.feedback():
         goal = state.goals.occupant(slot)

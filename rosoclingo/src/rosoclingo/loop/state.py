@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 from rosoclingo.loop import journal
+from rosoclingo.loop.believing import BeliefKeeper, BeliefsState
 from rosoclingo.loop.execution.durations import Durations, DurationsState
 from rosoclingo.loop.execution.executions import Executions, ExecutionsState
 from rosoclingo.loop.execution.heartbeats import Heartbeats
@@ -21,6 +22,7 @@ from rosoclingo.loop.planner.externals import ExternalsState, PlannerExternals
 from rosoclingo.loop.planner.planner import Planner, PlannerState
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import event
+from rosoclingo.loop.values.beliefs import Beliefs
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution, HeldAction, HoldReason
 from rosoclingo.loop.values.goals import Goal, GoalClient, Goals, GoalsSnapshot
@@ -45,6 +47,7 @@ class StateSnapshot:
     interlock: InterlockState
     mail: MailSnapshot
     durations: DurationsState
+    beliefs: BeliefsState
     reminded: bool
 
 
@@ -63,6 +66,7 @@ class State(Progress):
         heartbeats: What their interfaces say meanwhile.
         mail: What has come from outside.
         durations: How long actions have taken.
+        beliefs: What is believed to be the causes of what was observed.
         timing: What follows from that.
         watchdog: Looks after the actions that are executed.
         waiting: How it is waited for what comes.
@@ -124,6 +128,7 @@ class State(Progress):
         planner.recorded, planner.note = inbox.recorded, self.note
         planner.missing = self._warn_of_missing
         self.durations = Durations()
+        self.beliefs = BeliefKeeper()
         self.timing = Timing(
             self.durations,
             progress=self,
@@ -180,6 +185,7 @@ class State(Progress):
             self.interlock,
             self.mail.snapshot(),
             self.durations,
+            self.beliefs,
             self.waiting.reminded,
         )
 
@@ -202,8 +208,11 @@ class State(Progress):
         take_over(self.interlock, saved.interlock)
         self.mail.restore(saved.mail, goals)
         take_over(self.durations, saved.durations)
+        take_over(self.beliefs, saved.beliefs)
         self.waiting.reminded = saved.reminded
         self.show_executions(again=True)
+        if self.beliefs.is_shown:
+            self._show_beliefs()
         return goals
 
     @property
@@ -423,6 +432,26 @@ class State(Progress):
         if one.pauses:
             return HoldReason.RETRY
         return self.interlock.reason(one.actuator, one.action, is_retry=one.attempt > 1)
+
+    def take_beliefs(self, terms: Tuple[str, ...]) -> None:
+        """Takes the terms by which a plan's encoding shows beliefs; says so if they are new."""
+        if self.beliefs.take(terms, self.step, self.environment.world_now):
+            self.note(journal.BeliefsChanged(terms))
+            self._show_beliefs()
+
+    def _show_beliefs(self) -> None:
+        beliefs = Beliefs.read(self.beliefs.terms)
+        self.environment.show_beliefs(beliefs, dict(self.beliefs.since))
+
+    def begin_steps(self) -> None:
+        """Resets the steps and the plan when the planner is initialised."""
+        self.beliefs.begin_steps(self.step)
+        super().begin_steps()
+
+    def forget_steps(self) -> None:
+        """Applies a reset: the current step becomes step 0, and the plan's steps are outdated."""
+        self.beliefs.begin_steps(self.step)
+        super().forget_steps()
 
     def _correct_arrivals(self) -> None:
         """Tells clients of new delays, and publishes the plan with them."""

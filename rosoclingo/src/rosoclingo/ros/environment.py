@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from typing import Callable, FrozenSet, Optional, Sequence
+from typing import Callable, FrozenSet, Mapping, Optional, Sequence
 
 import actionlib
 import rospy
@@ -17,12 +17,16 @@ from rosoclingo.loop import journal
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
+from rosoclingo.loop.values.beliefs import Beliefs, Evidence
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution, HeldAction
 from rosoclingo.loop.values.goals import Goal, GoalClient
 from rosoclingo.msg import (
+    ROSoClingoBeliefs,
+    ROSoClingoCause,
     ROSoClingoDispatch,
     ROSoClingoEvent,
+    ROSoClingoExplanation,
     ROSoClingoFeedback,
     ROSoClingoHeld,
     ROSoClingoOut,
@@ -86,6 +90,7 @@ class RosEnvironment(Environment):
         self._out = publisher("~out", ROSoClingoOut, latch=True)
         self._plan = publisher("~plan", ROSoClingoPlan, latch=True)
         self._quality = publisher("~plan_quality", String, latch=True)
+        self._beliefs = publisher("~beliefs", ROSoClingoBeliefs, latch=True)
         self._about = publisher("~about", String, latch=True)
         self._about.publish(description)
         self._journal = HistoryPublisher("~journal", ROSoClingoEvent, _JOURNAL_LENGTH)
@@ -135,6 +140,13 @@ class RosEnvironment(Environment):
         """Publishes to ``~plan_quality``."""
         self._quality.publish(json.dumps({} if quality is None else quality.as_json()))
 
+    def show_beliefs(self, beliefs: Beliefs, since: Mapping[str, float]) -> None:
+        """Publishes to ``~beliefs``."""
+        explanations = [ROSoClingoExplanation(w, list(c)) for w, c in beliefs.explanations]
+        causes = [_cause(cause, beliefs, since) for cause in beliefs.causes]
+        left = beliefs.terms(beliefs.unexplained)
+        self._beliefs.publish(rospy.Time.now(), explanations, causes, left)
+
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
         """Asks for the reasons why goals wait."""
         if self.questions is not None:
@@ -171,6 +183,18 @@ class RosEnvironment(Environment):
     def warn(self, text: str) -> None:
         """Logs at level WARN."""
         rospy.logwarn("%s", text)
+
+
+def _cause(cause: str, beliefs: Beliefs, since: Mapping[str, float]) -> ROSoClingoCause:
+    evidence = beliefs.evidence.get(cause, Evidence())
+    return ROSoClingoCause(
+        cause,
+        cause in since,
+        rospy.Time.from_sec(since.get(cause, 0.0)),
+        cause in beliefs.certain,
+        beliefs.terms(evidence.speaks_for),
+        beliefs.terms(one for one, _ in evidence.speaks_against),
+    )
 
 
 def _state(one: Execution) -> int:

@@ -125,7 +125,8 @@ class Questions:
         taken = threading.Event()
 
         def take() -> None:
-            situations.append(Situation.of(self._state))
+            is_past = question.kind is QuestionKind.HAPPENED
+            situations.append(Situation.of(self._state, whole=is_past))
             held.extend(self._state.held_sentences())
             taken.set()
 

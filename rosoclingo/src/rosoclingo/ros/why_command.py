@@ -96,8 +96,8 @@ class _Call:
 def _parse(arguments: List[str]) -> argparse.Namespace:
     parser = OptionParser(
         prog=_PROGRAM,
-        usage="why.py [--goal GOAL | --action ACTION | --instead ACTION | --if EVENT...] [--json] "
-        "[rosoclingo:=NAME]",
+        usage="why.py [--goal GOAL | --action ACTION | --instead ACTION | --if EVENT... | "
+        "--happened ACTION] [--json] [rosoclingo:=NAME]",
         description="Asks a running system why it plans as it does.",
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -109,6 +109,8 @@ def _parse(arguments: List[str]) -> argparse.Namespace:
     one.add_argument("--instead", metavar="do(R,A,T)", help="why it does not have this one instead")
     one.add_argument("--if", action="append", metavar="EVENT",
         help="what would be: goal:REQUEST, cancel:SLOT or SOURCE:VALUE; repeatable")  # fmt: skip
+    one.add_argument("--happened", metavar="ACTION",
+        help="how A, do(R,A) or do(R,A,T) went, and the probable cause")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the answer as JSON")
     chosen: argparse.Namespace = parser.parse_args(arguments)
     return chosen

@@ -8,13 +8,14 @@ import time
 from collections import deque
 from dataclasses import replace
 from functools import partial
-from typing import Callable, Deque, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Callable, Deque, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 from rosoclingo.errors import StoreError
 from rosoclingo.loop.journal import NumberedRecord, Reason, Record, Status, StatusSet
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
+from rosoclingo.loop.values.beliefs import Beliefs
 from rosoclingo.loop.values.environment import Environment
 from rosoclingo.loop.values.execution import Execution, HeldAction
 from rosoclingo.loop.values.goals import Goal, GoalClient
@@ -115,6 +116,11 @@ class Outbox(Environment):
     def show_quality(self, quality: Optional[Quality]) -> None:
         """Publishes the plan's quality."""
         self.add(HeldEffect("plan", partial(self._environment.show_quality, quality)))
+
+    def show_beliefs(self, beliefs: Beliefs, since: Mapping[str, float]) -> None:
+        """Publishes beliefs."""
+        show = partial(self._environment.show_beliefs, beliefs, since)
+        self.add(HeldEffect("beliefs", show))
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
         """Passes on that there is no action for goals now."""

@@ -103,6 +103,32 @@ class WhatIf:
     no_plan: Optional[WhyNoPlan] = None
 
 
+@dataclass(frozen=True)
+class Happened:
+    """How an action went, and the causes that are believed.
+
+    Attributes:
+        text: The answer in sentences.
+        action: The action, such as ``go(c4)``.
+        actuator: Who has done it; empty if nobody has.
+        step: When, as the loop counts steps; below 0 if that was before the last reset, None if it
+            was never done, or if nobody knows.
+        answer: How it was answered; empty if it was not.
+        because: The causes of that in the best explanation.
+        others: The causes in other explanations that were kept.
+        refuted: Further ones against which something speaks.
+    """
+
+    text: str
+    action: str
+    actuator: str = ""
+    step: Optional[int] = None
+    answer: str = ""
+    because: Tuple[str, ...] = ()
+    others: Tuple[str, ...] = ()
+    refuted: Tuple[str, ...] = ()
+
+
 @singledispatch
 def later(value: Any, steps: int) -> Any:
     """Returns an answer, or a part of one, with each of its steps counted some steps later."""

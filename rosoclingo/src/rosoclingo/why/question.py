@@ -17,10 +17,10 @@ from typing import Mapping, Sequence, Tuple, Union
 
 from rosclingo.errors import shorten
 from rosoclingo.errors import QuestionError
-from rosoclingo.why.answers import Contrast, WhatIf, WhyGoal, WhyNoPlan
+from rosoclingo.why.answers import Contrast, Happened, WhatIf, WhyGoal, WhyNoPlan
 from rosoclingo.why.explainer import Explainer
 
-WhyAnswer = Union[WhyNoPlan, WhyGoal, Contrast, WhatIf]
+WhyAnswer = Union[WhyNoPlan, WhyGoal, Contrast, WhatIf, Happened]
 
 
 class QuestionKind(enum.Enum):
@@ -31,12 +31,14 @@ class QuestionKind(enum.Enum):
     ACTION = "action"  # why is it in the plan?
     INSTEAD = "instead"  # why is it not in the plan?
     IF = "if"  # what would be?
+    HAPPENED = "happened"  # how did an action go, and why?
 
 
 _ARGUMENTS = {
     QuestionKind.GOAL: "the slot or the request of a goal",
     QuestionKind.ACTION: "an action, such as do(mailbot,go(c3),4)",
     QuestionKind.INSTEAD: "an action, such as do(mailbot,go(c3),4)",
+    QuestionKind.HAPPENED: "an action, such as go(c3) or do(mailbot,go(c3))",
 }
 
 
@@ -74,6 +76,8 @@ class Question:
         (name,) = self.arguments
         if self.kind is QuestionKind.GOAL:
             return explainer.goal(name)
+        if self.kind is QuestionKind.HAPPENED:
+            return explainer.happened(name)
         return explainer.why(name) if self.kind is QuestionKind.ACTION else explainer.why_not(name)
 
 

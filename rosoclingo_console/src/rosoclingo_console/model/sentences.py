@@ -13,6 +13,7 @@ from typing import Any, Callable, Mapping, Tuple
 from rosclingo.errors import shorten
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import Status
+from rosoclingo.loop.values.beliefs import Beliefs
 
 _LONGEST = 300  # characters of a line
 _ENDS = {
@@ -61,6 +62,11 @@ def _plan(event: journal.PlanFound, _: RequestsByGoal) -> str:
     return f"a plan with {count} from now on{best}{cost}"
 
 
+def _believed(event: journal.BeliefsChanged, _: RequestsByGoal) -> str:
+    causes = Beliefs.read(event.terms).believed
+    return f"believed to be so: {', '.join(causes)}" if causes else "nothing is believed"
+
+
 def _retried(event: journal.ActionRetried, _: RequestsByGoal) -> str:
     return f"{event.actuator}: {event.action} has ended by {event.answer}, retry {event.retry}"
 
@@ -96,6 +102,7 @@ _TELLERS: Mapping[type, Tuple[str, Callable[[Any, RequestsByGoal], str]]] = {
     journal.ControlArrived: ("operator", _control),
     journal.CommandDone: ("command", _command),
     journal.PlanFound: ("plan", _plan),
+    journal.BeliefsChanged: ("belief", _believed),
     journal.SearchEnded: ("command", lambda e, _: f"a search has ended: {e.how.value}"),
     journal.ActionPublished: ("action", lambda e, _: f"{e.actuator}: {e.action}"),
     journal.ActionRetried: ("action", _retried),

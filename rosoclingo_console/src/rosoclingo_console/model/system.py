@@ -14,6 +14,7 @@ from rosoclingo.drawing.holds import HoldHistory
 from rosoclingo.loop import journal
 from rosoclingo.loop.journal import NumberedRecord, Status
 from rosoclingo_console.model.actuators import ActuatorTable
+from rosoclingo_console.model.beliefs import BeliefTable
 from rosoclingo_console.model.board import Board, Row
 from rosoclingo_console.model.goals import GoalTable
 from rosoclingo_console.model.map import MapTable
@@ -52,6 +53,7 @@ class SystemModel:
         self.goals = GoalTable()
         self.actuators = ActuatorTable()
         self.messages = MessageTable()
+        self._beliefs = BeliefTable()
         self._counters = Counters()
         self._last: Optional[NumberedRecord] = None
         self._works = False
@@ -127,6 +129,8 @@ class SystemModel:
             self.messages.drop(event.reason, round(time, _DIGITS))
         elif isinstance(event, journal.CommandDone):
             self._follow_command(event)
+        elif isinstance(event, journal.BeliefsChanged):
+            self._beliefs.change(event.terms, round(time, _DIGITS), record.step)
         elif isinstance(event, journal.LoopEnded):
             self._ended = str(event.reason)
 
@@ -207,6 +211,7 @@ class SystemModel:
         self._board.replace("bars", actuators.bars())
         self._board.replace("holds", {str(one.began): vars(one) for one in self._holds.spans})
         self._board.replace("means", actuators.means())
+        self._board.replace("beliefs", self._beliefs.rows)
         self._board.replace("known", {"known": self._known})
         self._board.replace("map", self._map.rows())
 

@@ -72,6 +72,7 @@ def data(recording: Recording, statistics: Statistics, file: Path) -> Dict[str, 
             "answers",
             "restarts",
             "holds",
+            "beliefs",
         )
     }
     return {

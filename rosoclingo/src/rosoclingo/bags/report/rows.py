@@ -12,8 +12,8 @@ COLOURS = {
     "rejected": "#c77d0a", "aborted": "#d23f3f", "success": "#4c8fd6", "failure": "#d23f3f",
     "answer": "#d39a1e", "none": "#a4adba", "message": "#7a4fc4", "dropped": "#d23f3f",
     "start": "#667085", "goal": "#2f6feb", "queued": "#2f6feb", "cancel": "#8b95a5",
-    "restart": "#b5177b", "hold": "#7d5a1e", "approval": "#c77d0a", "sat": "#2a9d63",
-    "unsat": "#93a1b5", "unknown": "#e08a1e",
+    "restart": "#b5177b", "hold": "#7d5a1e", "approval": "#c77d0a", "belief": "#0e8a8a",
+    "sat": "#2a9d63", "unsat": "#93a1b5", "unknown": "#e08a1e",
 }  # fmt: skip
 """The colours by what they mean: outcomes, answers, causes of changes, results of searches."""
 LEGEND: Dict[str, Dict[str, str]] = {
@@ -32,6 +32,7 @@ LEGEND: Dict[str, Dict[str, str]] = {
     "searches": {"sat": "sat", "unsat": "unsat", "unknown": "interrupted"},
     "a node": {"restart": "goes on after it had died"},
     "an operator": {"hold": "pauses or holds", "approval": "is to approve"},
+    "the encoding": {"belief": "believes in a cause"},
 }  # fmt: skip
 """For each kind of bars, the words for the colours."""
 
@@ -108,6 +109,13 @@ def rows(run: Statistics) -> List[Lane]:
             for i, one in enumerate(run.holds)
         ]  # fmt: skip
         made.append(Lane("operator", "holds", held))
+    if run.beliefs:
+        believed = [
+            Bar(i, one.began, max(one.began, run.ended) if one.ended is None else one.ended,
+                "belief")
+            for i, one in enumerate(run.beliefs)
+        ]  # fmt: skip
+        made.append(Lane("believed", "beliefs", believed))
     if run.restarts:
         made.append(
             _marks("restarts", "restarts", [(one.seconds, "restart") for one in run.restarts])

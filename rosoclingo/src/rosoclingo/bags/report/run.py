@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Optional, Tuple
 
+from rosoclingo.drawing.believed import BeliefSpan
 from rosoclingo.drawing.holds import HoldSpan
 
 OPEN = "open"
@@ -235,6 +236,7 @@ class Statistics:
         answers: The questions that were answered, in order.
         restarts: The nodes in whose place others have gone on, in order.
         holds: What an operator held, in order.
+        beliefs: What was believed to be the causes of what was observed, in order.
     """
 
     began: float
@@ -251,6 +253,7 @@ class Statistics:
     answers: Tuple[AnswerRun, ...]
     restarts: Tuple[NodeRestart, ...]
     holds: Tuple[HoldSpan, ...]
+    beliefs: Tuple[BeliefSpan, ...]
 
 
 def numbered(request: str, number: int) -> str:

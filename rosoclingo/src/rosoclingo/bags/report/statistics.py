@@ -26,6 +26,7 @@ from rosoclingo.bags.report.run import (
     numbered,
 )
 from rosoclingo.bags.text import compact
+from rosoclingo.drawing.believed import BeliefHistory
 from rosoclingo.loop import journal
 
 _RECENT = 1000  # a message is dropped soon after it has come
@@ -53,6 +54,7 @@ def compute(recording: Recording) -> Statistics:
         answers=tuple(reading.answers),
         restarts=tuple(reading.restarts),
         holds=recording.hold_spans,
+        beliefs=tuple(reading.beliefs.spans),
     )
 
 
@@ -81,6 +83,7 @@ class _Reading:
         self.plans: List[int] = []  # their positions
         self.answers: List[AnswerRun] = []
         self.restarts: List[NodeRestart] = []
+        self.beliefs = BeliefHistory()
         self.changes: Dict[int, PlanChange] = {}  # without causes, by the numbers of the plans
         self._position = 0
         self._last = 0.0  # when the event before was
@@ -105,6 +108,9 @@ class _Reading:
             journal.MessageDropped: self._on_dropped,
             journal.CommandDone: self._on_command,
             journal.PlanFound: self._on_plan,
+            journal.BeliefsChanged: lambda entry, event: self.beliefs.add(
+                entry.seconds, entry.step, event.terms
+            ),
             journal.ActionPublished: self._on_action,
             journal.Explained: self._on_answer,
             journal.NodeResumed: self._on_resumed,

@@ -32,6 +32,7 @@ for (const [sign, ...kinds] of [
   ["↻", "restart"],
   ["‖", "hold"],
   ["!", "approval"],
+  ["≈", "belief"],
 ]) {
   for (const kind of kinds) SIGNS[kind] = sign;
 }

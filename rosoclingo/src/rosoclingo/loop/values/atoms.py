@@ -19,6 +19,7 @@ from rosclingo.errors import TermError, XmlError
 from rosclingo.solver.terms import parse_term, quote
 from rosclingo.wire.characters import check_text
 from rosclingo.wire.term_text import is_plain, last_number, number, split_term
+from rosoclingo.loop.values.beliefs import SHOWN
 
 EVENT = "event("
 """How the atom of each external event begins."""
@@ -38,6 +39,7 @@ QUERY = "query("
 _READ = ("do(", "status(", "abort(")
 _FEEDBACK = "feedback("
 _TIMES = ("lasts(", "expected(", "due(")
+_SORTED = (*_READ, *_TIMES, *SHOWN)
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,8 @@ class Action:
 class Plan:
     """A plan: the atoms of an answer set that rosoclingo reads.
 
-    That is do/3, status/3, holds/2, abort/2 and feedback/2, and of times lasts/3, expected/2 and
-    due/2.
+    That is do/3, status/3, holds/2, abort/2 and feedback/2, of times lasts/3, expected/2 and due/2,
+    and those of :mod:`.beliefs`.
 
     Attributes:
         symbols: The answer set.
@@ -71,6 +73,7 @@ class Plan:
             how long it takes, in seconds.
         serving: The action with which each goal is served of which the plan says that, by slots.
         limits: Within how many seconds after they came goals are due, likewise.
+        beliefs: The terms that show beliefs, in order.
     """
 
     symbols: Tuple[str, ...] = ()
@@ -82,11 +85,17 @@ class Plan:
         self.lasting: Dict[Action, Tuple[str, int]] = {}
         self.serving: Dict[str, Action] = {}
         self.limits: Dict[str, int] = {}
+        beliefs: List[str] = []
         for text in self.symbols:
+            if not text.startswith(_SORTED):
+                continue
             if text.startswith(_TIMES):
                 self._read_time(text)
                 continue
-            step = last_number(text) if text.startswith(_READ) else None
+            if text.startswith(SHOWN):
+                beliefs.append(text)
+                continue
+            step = last_number(text)
             if step is None:
                 continue
             name, arguments = split_term(text)
@@ -97,6 +106,7 @@ class Plan:
                 self._statuses.setdefault(step, []).append((arguments[0], arguments[1]))
             elif (name, len(arguments)) == ("abort", 2):
                 self._aborts.setdefault(step, []).append(arguments[0])
+        self.beliefs = tuple(sorted(beliefs))
 
     def _read_time(self, text: str) -> None:
         """Reads an atom about times; ignores one of another form."""

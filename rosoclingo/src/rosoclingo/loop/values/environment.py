@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import Optional, Sequence
+from typing import Mapping, Optional, Sequence
 
 from rosoclingo.loop.journal import Record
 from rosoclingo.loop.quality import Quality
 from rosoclingo.loop.values.arrivals import ExpectedArrival
 from rosoclingo.loop.values.atoms import Action
+from rosoclingo.loop.values.beliefs import Beliefs
 from rosoclingo.loop.values.execution import Execution, HeldAction
 from rosoclingo.loop.values.goals import Goal
 
@@ -69,6 +70,17 @@ class Environment:
 
     def show_quality(self, quality: Optional[Quality]) -> None:
         """Publishes the plan's quality; None if unknown, or if the encoding minimises nothing."""
+
+    def show_beliefs(self, beliefs: Beliefs, since: Mapping[str, float]) -> None:
+        """Publishes what is believed to be the causes of what was observed.
+
+        Never called for encodings that look for no causes.
+
+        Args:
+            beliefs: The beliefs, which may be none any more.
+            since: Since when the causes of the best explanation are believed, in seconds of
+                :meth:`world_now`.
+        """
 
     def begin_to_wait(self, goals: Sequence[Goal]) -> None:
         """Called by the loop's thread when the plan has no action for these goals now.

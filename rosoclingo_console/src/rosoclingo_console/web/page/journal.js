@@ -9,6 +9,7 @@ const KINDS = [
   ["action", true],
   ["message", true],
   ["plan", true],
+  ["belief", true],
   ["operator", true],
   ["why", true],
   ["node", true],

@@ -8,6 +8,7 @@ import "./goals.js";
 import "./forms.js";
 import "./plan.js";
 import "./map.js";
+import "./beliefs.js";
 import "./chart.js";
 import "./journal.js";
 import { begin } from "./connection.js";

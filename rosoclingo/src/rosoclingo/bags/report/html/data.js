@@ -82,6 +82,16 @@ export const FIELDS = {
     ["to", (hold) => maybe(hold.ended)],
     ["took", (hold) => took(hold.began, hold.ended)],
   ],
+  beliefs: [
+    ["believed", (belief) => belief.name, "term"],
+    ["certain", (belief) => (belief.is_certain ? "as far as is known" : "others are as likely")],
+    ["from", (belief) => clock(belief.began), "number"],
+    ["to", (belief) => maybe(belief.ended), "number"],
+    STEP,
+    ["speaks for it", (belief) => belief.speaks_for, "term"],
+    ["or else", (belief) => belief.others, "term"],
+    ["against others", (belief) => belief.speaks_against, "term"],
+  ],
   restarts: [
     AT,
     STEP,
@@ -111,7 +121,7 @@ for (const lane of DATA.lanes) {
   lane.tell = (row) => tell(lane.kind, row);
   lane.bars = lane.bars.map(([i, from, to, number]) => {
     const row = Object.assign(rowsOf[lane.kind][i], { from, to, kind: KINDS[number] });
-    row.text = row.name; // which goals, actions and holds have
+    row.text = row.name; // which goals, actions, holds and beliefs have
     if (lane.kind !== "goals") return row;
     return Object.assign(row, { begins: row.accepted ?? to, notes: [[row.accepted, "▼"], [row.cancels, "×"]] });
   });

@@ -53,6 +53,7 @@ function tabulate(id, title, kind, rows, dotted) {
 tabulate("goals", "Goals", "goals", rowsOf.goals, "outcome");
 tabulate("changes", "Plan changes", "changes", rowsOf.changes, "what came before");
 tabulate("answers", "Answers", "answers", rowsOf.answers);
+if (rowsOf.beliefs.length) tabulate("beliefs", "Beliefs", "beliefs", rowsOf.beliefs);
 if (rowsOf.restarts.length) tabulate("restarts", "Restarts", "restarts", rowsOf.restarts);
 const dropped = rowsOf.messages.filter((message) => message.dropped);
 tabulate("dropped", "Messages dropped", "messages", dropped);

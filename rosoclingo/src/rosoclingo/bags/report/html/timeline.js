@@ -152,7 +152,7 @@ function drawCharts() {
 
 // What the mouse and the keys do.
 
-const RARE = { restart: RESTARTS, hold: rowsOf.holds, approval: rowsOf.holds };
+const RARE = { restart: RESTARTS, hold: rowsOf.holds, approval: rowsOf.holds, belief: rowsOf.beliefs };
 for (const [kind, words] of Object.entries(DATA.legend)) {
   const names = Object.keys(words).filter((name) => !RARE[name] || RARE[name].length);
   const samples = names.map((name) => make("span", {}, sample(name), words[name]));

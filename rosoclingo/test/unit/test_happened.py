@@ -1,0 +1,171 @@
+"""How an action went, and the causes that are believed, in words."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, List, Sequence, Tuple
+
+import pytest
+from conftest import PACKAGE
+
+from rosclingo.errors import TermError
+from rosclingo.solver.options import Options
+from rosoclingo.desk.parts import make_parts
+from rosoclingo.desk.system import System
+from rosoclingo.why.answers import Happened
+from rosoclingo.why.explainer import Explainer
+from rosoclingo.why.happened import happened
+from rosoclingo.why.phrases import Phrases
+from rosoclingo.why.situation import Situation
+
+MAILBOT = PACKAGE.parent / "rosoclingo_aspprograms" / "mailbot"
+OFFICE = Options(
+    tuple(str(MAILBOT / file) for file in ("instances/graph_wg.lp", "mailbot_causes.lp"))
+)
+PHRASES = Phrases((
+    ("shut(W,N)", "the door of W is shut"),
+    ("flat(R)", "the battery of R is flat"),
+    ("jam(W)", "W is full"),
+    ("place(R)", "the place of R"),
+))  # fmt: skip
+SEEN = ("observes(d,failure,1)", "is_about(d,1,r,go(b))")
+LATER = ("observes(e,success,2)", "is_about(e,2,r,go(a))")
+FLAT = ("speaks_for(flat(r),d,1)", "speaks_against(flat(r),e,2,failure)")
+FULL = ("belief(3,3,jam(b))", "speaks_for(jam(b),d,1)")
+PLACE = ("observes(place(r),a,2)", "speaks_against(flat(r),place(r),2,none)")
+SHUT = ("belief(1,2,shut(b,1))", "speaks_for(shut(b,1),d,1)", "certain(shut(b,1))")
+FAILED = "go(b) of r failed in step 1"
+PROBABLY = f"{FAILED}, probably because the door of b is shut"
+
+
+def told(*deeds: str) -> Tuple[str, ...]:
+    """Returns the events of actions in one step after the other, each with its answer."""
+    events: List[str] = []
+    for step, deed in enumerate(deeds, 1):
+        action, _, answer = deed.partition(" ")
+        events.append(f"event(commit,do(r,{action}),{step})")
+        events += [f"event(r,{answer},{step})"] if answer else []
+    return tuple(events)
+
+
+DONE = told("go(b) failure", "go(a) success", "lift busy", "wait")
+
+
+@pytest.mark.parametrize(
+    ("beliefs", "text"),
+    [
+        ((), f"{FAILED}; no cause of that is believed."),
+        (SEEN, f"{FAILED}."),
+        ((*SEEN, "unexplained(d,1)"), f"{FAILED}, and nothing explains that."),
+        ((*SEEN, *SHUT), f"{PROBABLY}."),
+        (
+            (*SEEN, *LATER, *SHUT, *FLAT),
+            f"{PROBABLY}; it may also be that the battery of r is flat, but then go(a) of r would "
+            "have failed in step 2.",
+        ),
+        (
+            (*SEEN, *SHUT, "belief(2,2,flat(r))", FLAT[0]),
+            f"{PROBABLY}; as likely is that the battery of r is flat.",
+        ),
+        (
+            (*SEEN, *SHUT, "belief(2,3,flat(r))", FLAT[0], *FULL),
+            f"{PROBABLY}; nearly as likely is that the battery of r is flat, or that b is full.",
+        ),
+        ((*SEEN, *SHUT, FLAT[0]), f"{PROBABLY}; less likely is that the battery of r is flat."),
+        (
+            (*SEEN, *SHUT, "belief(2,2,shut(b,0))", "speaks_for(shut(b,0),d,1)"),
+            f"{PROBABLY}.",  # since when, the words do not say
+        ),
+        (
+            (*SEEN, *SHUT, FLAT[0], *PLACE),
+            f"{PROBABLY}; it may also be that the battery of r is flat, but then none would have "
+            "been observed of the place of r.",
+        ),
+        ((*SHUT, "observes(d,failure,1)"), f"{FAILED}; no cause of that is believed."),
+    ],
+)
+def test_causes(beliefs: Sequence[str], text: str) -> None:
+    known = (("observes(d,failure,1)", 1), ("observes(e,success,2)", 2))
+    answer = happened("go(b)", Situation(told=DONE, beliefs=tuple(beliefs), known=known), PHRASES)
+    assert answer.text == text
+    assert (answer.actuator, answer.step, answer.answer) == ("r", 1, "failure")
+
+
+@pytest.mark.parametrize(
+    ("asked", "text"),
+    [
+        ("go(a)", "go(a) of r succeeded in step 2."),
+        ("do(r,go(a))", "go(a) of r succeeded in step 2."),
+        ("do(r,go(a),3)", "go(a) was never done, as far as is known."),
+        ("do(s,go(a))", "go(a) was never done, as far as is known."),
+        ("lift", "lift of r is under way since step 3."),
+        ("wait", "wait of r is under way since step 4."),
+        ("fly( \"x\" )", "fly(\"x\") was never done, as far as is known."),
+    ],
+)  # fmt: skip
+def test_actions_of_which_nothing_is_noted(asked: str, text: str) -> None:
+    assert happened(asked, Situation(told=DONE), PHRASES).text == text
+
+
+def test_the_last_time_counts() -> None:
+    events = told("go(b) failure", "go(b) failure", "go(b) success")
+    again = ("observes(d,failure,2)", "is_about(d,2,r,go(b))", "speaks_for(shut(b,1),d,2)")
+    known = ((SEEN[0], 1), (again[0], 2))
+    beliefs = (*SEEN, *SHUT, *again)
+    situation = Situation(told=events[:4], beliefs=beliefs, known=known)
+    assert happened("go(b)", situation, PHRASES).text == f"{PROBABLY}.".replace("step 1", "step 2")
+    assert happened("do(r,go(b),1)", situation, PHRASES).text == f"{PROBABLY}."
+    situation = Situation(told=events, beliefs=beliefs, known=known)
+    assert happened("go(b)", situation, PHRASES).text == (
+        "go(b) of r succeeded in step 3. Before that, go(b) of r failed in step 2, probably "
+        "because the door of b is shut."
+    )
+
+
+def test_after_a_reset() -> None:
+    situation = Situation(
+        told=("event(save,at(r,a),0)",), beliefs=(*SEEN, *SHUT), known=((SEEN[0], -2),)
+    )
+    lead = "go(b) of r failed before the last reset, probably because"
+    assert happened("go(b)", situation, PHRASES).text == f"{lead} the door of b is shut."
+    text = "go(a) was not done since the last reset, as far as is known."
+    assert happened("go(a)", situation, PHRASES).text == text
+
+
+def test_what_is_no_term_is_refused() -> None:
+    with pytest.raises(TermError, match="is not a ground term"):
+        happened("go(", Situation(), PHRASES)
+
+
+class Office(System):
+    """The mailbot, which cannot get to c6."""
+
+    def turn(self) -> bool:
+        for actuator, action in sorted(self.acting.items()):
+            self.answer(actuator, "failure" if action == "go(c6)" else "success")
+        return bool(self._items)
+
+
+def test_the_mailbot() -> None:
+    """With the phrases of its encoding; nothing is searched for, however long it has gone."""
+    run = Office(make_parts("dynamic.incremental.recording", OFFICE, ("-c", "steps=40")).loop)
+    run.request("bring(o1,o9)")
+    assert run.run() is None
+    run.request("bring(o9,o14)")
+    assert run.run() is None
+    state = run.loop.state
+    assert state.step > 20  # more than a copy of the planner is told one by one
+
+    def ask(action: str, **more: Any) -> Happened:
+        return Explainer(OFFICE, Situation.of(state, **more)).happened(action)
+
+    answer = ask("go(c6)", whole=True)
+    assert re.match(
+        r"go\(c6\) of mailbot failed in step \d+, probably because something stands between c6 and "
+        "open1; .*it may also be that .*the wheels of mailbot are stuck.*, but then "
+        r"go\(c1\) of mailbot would have failed in step \d+",
+        answer.text,
+    )
+    assert answer.because == ("blocked(c6,open1,1)",)
+    assert "stuck(mailbot,1)" in answer.refuted
+    assert ask("go(o1)", whole=True).text == "go(o1) of mailbot succeeded in step 2."
