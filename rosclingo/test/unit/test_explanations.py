@@ -8,7 +8,7 @@ from typing import Dict, Iterator, List, NamedTuple, Set, Tuple
 
 import pytest
 
-from rosclingo.solver.diagnosis import Fact, diagnose
+from rosclingo.solver.diagnosis import CaseFact, diagnose
 from rosclingo.solver.engine import Engine
 from rosclingo.solver.options import Options
 from rosclingo.solver.terms import parse_term
@@ -29,7 +29,7 @@ class Case(NamedTuple):
     excludes: Set[Pair]
 
     @property
-    def facts(self) -> List[Fact]:
+    def facts(self) -> List[CaseFact]:
         texts = [
             *(f"cause({cause},{weight})" for cause, weight in self.weights.items()),
             *(f"makes({cause},{o},{x})" for cause, (o, x) in sorted(self.makes)),

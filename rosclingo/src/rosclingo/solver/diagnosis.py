@@ -29,7 +29,7 @@ _ALWAYS = 1  # that each cost has, since clingo leaves out what nothing adds to
 _MOST_EQUAL = 1000  # equally good explanations that are sorted
 _MOST_PARTS = 1000  # whose explanations are kept, since most are asked for again and again
 
-Fact = Tuple[str, Tuple[Symbol, ...]]
+CaseFact = Tuple[str, Tuple[Symbol, ...]]
 """A fact of a case without the case: the predicate, and its arguments."""
 
 
@@ -63,7 +63,7 @@ class Diagnosis:
     possible: FrozenSet[Symbol]
 
 
-def diagnose(facts: Sequence[Fact], most: int, margin: int) -> Diagnosis:
+def diagnose(facts: Sequence[CaseFact], most: int, margin: int) -> Diagnosis:
     """Finds the explanations of a case.
 
     Observations that have no cause in common are explained apart, and what was found of some is
@@ -96,7 +96,7 @@ def _joined(one: Explanation, other: Explanation) -> Explanation:
     )
 
 
-def _parts(facts: Sequence[Fact]) -> Iterator[Tuple[Fact, ...]]:
+def _parts(facts: Sequence[CaseFact]) -> Iterator[Tuple[CaseFact, ...]]:
     """Yields the facts about each group of observations and causes that depend on each other.
 
     Groups in which all is as usual are left out: they need no cause.
@@ -112,7 +112,7 @@ def _parts(facts: Sequence[Fact]) -> Iterator[Tuple[Fact, ...]]:
         kinds = _KINDS[name]
         for kind, argument in zip(kinds[1:], arguments[1:]):
             group[find((kind, argument))] = find((kinds[0], arguments[0]))
-    parts: Dict[Tuple[str, Symbol], List[Fact]] = {}
+    parts: Dict[Tuple[str, Symbol], List[CaseFact]] = {}
     for fact in facts:
         parts.setdefault(find((_KINDS[fact[0]][0], fact[1][0])), []).append(fact)
     for part in parts.values():
@@ -132,7 +132,7 @@ _KINDS = {
 
 
 @lru_cache(maxsize=_MOST_PARTS)
-def _diagnose_part(facts: Tuple[Fact, ...], most: int, margin: int) -> Diagnosis:
+def _diagnose_part(facts: Tuple[CaseFact, ...], most: int, margin: int) -> Diagnosis:
     control = clingo.Control(["--warn=none"])
     text = " ".join(f"{Function(name, arguments)}." for name, arguments in facts)
     control.add("base", [], _RULES + text)

@@ -50,7 +50,7 @@ from clingo import Function, Number, Symbol, SymbolType
 from clingo.symbolic_atoms import SymbolicAtoms
 
 from rosclingo.errors import shorten
-from rosclingo.solver.diagnosis import Diagnosis, Fact, diagnose
+from rosclingo.solver.diagnosis import CaseFact, Diagnosis, diagnose
 from rosclingo.solver.new_facts import NewFacts
 
 EXPLANATIONS = "explanations"
@@ -75,7 +75,7 @@ class CauseFinder:
             atoms: Returns the solver's atoms.
         """
         self._new_facts = NewFacts(atoms)
-        self._cases: Dict[Symbol, List[Fact]] = {}
+        self._cases: Dict[Symbol, List[CaseFact]] = {}
         self._found: OrderedDict[Tuple[Symbol, ...], List[Symbol]] = OrderedDict()
 
     @property
