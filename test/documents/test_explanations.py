@@ -62,6 +62,20 @@ def test_what_has_happened() -> None:
     assert f"`{explainer.happened('go(c6)').text}`" in said
 
 
+@of("docs/causes.md", "The mailbot")
+def test_the_mailbot_finds_a_cause(page: Page) -> None:
+    check_output("docs/causes.md", "The mailbot", page.run("plan.py"))
+
+
+@of("docs/causes.md", "What an encoding says")
+def test_rules_are_those_of_the_mailbot() -> None:
+    encoding = (ROOT / "rosoclingo_aspprograms" / "mailbot" / "mailbot_causes.lp").read_text()
+    blocks = [piece.text for piece in section("docs/causes.md", "What an encoding says")]
+    rules = [rule for block in blocks for rule in block.strip().split("\n")]
+    assert len(rules) == 6
+    assert all(rule in encoding for rule in rules)
+
+
 @of("docs/why.md", "In Python")
 def test_why(tmp_path: Path) -> None:
     shutil.copy(LINE, tmp_path)

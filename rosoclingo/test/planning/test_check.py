@@ -28,6 +28,7 @@ ROOT = Path(__file__).resolve().parents[3]
 LINE = f"{EXAMPLES}/line.lp"
 ASP = ROOT / "rosoclingo_aspprograms"
 MAILBOT = str(ASP / "mailbot" / "mailbot.lp")
+CAUSES = str(ASP / "mailbot" / "mailbot_causes.lp")
 PAPER = str(ASP / "mailbot" / "mailbot_paper.lp")
 STEPS = str(ASP / "test" / "planning" / "mailbot_by_steps.lp")
 GRID, OFFICE, PAIR, HALL = (str(ASP / "mailbot" / "instances" / f"graph_{name}.lp")
@@ -70,6 +71,7 @@ READ: Dict[str, Tuple[str, ...]] = {
     "robots": (str(BENCHES / "robots.lp"), GRID, MAILBOT, "-c", "robots=5", "-c", "x=4"),
     "several mailbots in one place": (str(BENCHES / "depot.lp"), GRID, MAILBOT, *SMALL),
     "mailbot in the office": (OFFICE, MAILBOT),
+    "mailbot that looks for causes": (OFFICE, CAUSES),
     "mailbot with two offices": (str(BENCHES / "two_offices.lp"), MAILBOT),
     **{f"{robots} mailbots": (FLEET.format(robots), MAILBOT) for robots in (2, 3, 4)},
     "mailbot with a request": (
