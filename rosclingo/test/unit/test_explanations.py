@@ -154,6 +154,18 @@ def test_a_belief_is_taken_back_in_a_later_case(engine: Engine) -> None:
     }
 
 
+def test_cases_may_be_asked_for_in_any_order(engine: Engine) -> None:
+    """And again, with other limits; but not when others were asked for since."""
+    for case in range(1, 8):
+        assert add(engine, f"part{case}", (LAMP + DARK).format(case)).failure is None
+    for case, most in ((2, "3"), (1, "3"), (2, "1"), (3, "3"), (4, "3"), (5, "3"), (6, "3")):
+        assert ask(engine, str(case), most).failure is None
+        assert "because(1,bulb)" in found_in(engine, str(case))
+    failure = ask(engine, "1", "2").failure
+    assert failure is not None
+    assert "the case 1 was asked for too long ago" in failure.message
+
+
 def test_what_nothing_explains_is_said(engine: Engine) -> None:
     assert add(engine, "first", LAMP.format("1")).failure is None
     assert ask(engine, "1").failure is None

@@ -44,7 +44,7 @@ explanations, of which there is one.
 from __future__ import annotations
 
 from collections import OrderedDict
-from typing import Callable, Dict, List, Tuple
+from typing import Callable, Dict, List, Set, Tuple
 
 from clingo import Function, Number, Symbol, SymbolType
 from clingo.symbolic_atoms import SymbolicAtoms
@@ -76,7 +76,9 @@ class CauseFinder:
         """
         self._new_facts = NewFacts(atoms)
         self._cases: Dict[Symbol, List[CaseFact]] = {}
-        self._found: OrderedDict[Tuple[Symbol, ...], List[Symbol]] = OrderedDict()
+        self._found: Dict[Tuple[Symbol, ...], List[Symbol]] = {}
+        self._asked: OrderedDict[Symbol, None] = OrderedDict()
+        self._old: Set[Symbol] = set()  # cases whose facts are forgotten
 
     @property
     def functions(self) -> Dict[str, Callable[..., List[Symbol]]]:
@@ -88,6 +90,8 @@ class CauseFinder:
         self._new_facts.forget()
         self._cases.clear()
         self._found.clear()
+        self._asked.clear()
+        self._old.clear()
 
     def explanations(self, case: Symbol, most: Symbol, margin: Symbol) -> List[Symbol]:
         """Returns the best explanations of a case as terms.
@@ -103,7 +107,8 @@ class CauseFinder:
 
         Raises:
             ValueError: An atom of the case is no fact, a surprise is no whole number from 1 on, or
-                is said twice, or they are too large; or the numbers are wrong.
+                is said twice, or they are too large; the numbers are wrong; or others were asked
+                for since.
         """
         asked = case, most, margin
         if asked not in self._found:
@@ -113,12 +118,22 @@ class CauseFinder:
             except ValueError:
                 self.forget()  # so that it is refused again
                 raise
-            facts = self._cases.pop(case, [])
-            self._cases.clear()  # nobody asks for older ones
-            self._found[asked] = _terms(diagnose(facts, *limits))
-            if len(self._found) > _MOST_CASES:
-                self._found.popitem(last=False)
+            if case in self._old:
+                raise ValueError(f"the case {shorten(str(case))} was asked for too long ago")
+            self._found[asked] = _terms(diagnose(self._cases.get(case, []), *limits))
+            self._forget_old(case)
         return self._found[asked]
+
+    def _forget_old(self, case: Symbol) -> None:
+        """Forgets the facts of cases that were asked for, but for the last ones."""
+        self._asked[case] = None
+        self._asked.move_to_end(case)
+        if len(self._asked) > _MOST_CASES:
+            old, _ = self._asked.popitem(last=False)
+            self._cases.pop(old, None)
+            self._old.add(old)
+            for asked in [asked for asked in self._found if asked[0] == old]:
+                del self._found[asked]
 
     def _read(self) -> None:
         """Reads the facts that have come since the last time."""

@@ -19,7 +19,7 @@ from rosclingo.errors import TermError, XmlError
 from rosclingo.solver.terms import parse_term, quote
 from rosclingo.wire.characters import check_text
 from rosclingo.wire.term_text import is_plain, last_number, number, split_term
-from rosoclingo.loop.values.beliefs import SHOWN
+from rosoclingo.loop.values.beliefs import SHOWN, only_beliefs
 
 EVENT = "event("
 """How the atom of each external event begins."""
@@ -106,7 +106,7 @@ class Plan:
                 self._statuses.setdefault(step, []).append((arguments[0], arguments[1]))
             elif (name, len(arguments)) == ("abort", 2):
                 self._aborts.setdefault(step, []).append(arguments[0])
-        self.beliefs = tuple(sorted(beliefs))
+        self.beliefs = only_beliefs(beliefs)
 
     def _read_time(self, text: str) -> None:
         """Reads an atom about times; ignores one of another form."""

@@ -25,6 +25,19 @@ SHOWN = ("belief(", "observes(", "is_about(", "speaks_", "certain(", "unexplaine
 """How the terms begin by which beliefs are shown."""
 
 
+def only_beliefs(terms: Iterable[str]) -> Tuple[str, ...]:
+    """Returns terms in order, which begin as :data:`SHOWN` says; none if they show no beliefs.
+
+    An encoding that looks for no causes may use some of these names, too.
+    """
+    parts = [(term, split_term(term)) for term in terms]
+    shows = any((name, len(arguments)) in _NECESSARY for _, (name, arguments) in parts)
+    return tuple(sorted(term for term, _ in parts)) if shows else ()
+
+
+_NECESSARY = {("belief", 3), ("observes", 3), ("unexplained", 2)}
+
+
 class Observation(NamedTuple):
     """Something that was observed at a moment: the moments of an encoding have numbers."""
 
