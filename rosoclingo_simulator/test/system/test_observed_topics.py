@@ -62,7 +62,9 @@ def test_observers_hear_the_simulator_and_a_bag(terminals: Terminals, tmp_path: 
     terminals.master.setParam("/test", "/use_sim_time", True)
     command = ("rosrun", "rosoclingo_interfaces", "observe.py", f"_observers:={file}")
     live = terminals.start(*command, "__name:=live")
-    recorder = terminals.start("rosbag", "record", "-O", str(bag), "__name:=recorder", *TOPICS)
+    # Not by the program rosbag, which complains of Ctrl-C where its own caller ignores that.
+    record = ("rosrun", "rosbag", "record", "-O", str(bag), "__name:=recorder", *TOPICS)
+    recorder = terminals.start(*record)
     wait_for(lambda: all("/recorder" in terminals.subscribers(topic) for topic in TOPICS))
     faults = tmp_path / "faults.yaml"
     faults.write_text(FAULTS)
@@ -88,7 +90,7 @@ def test_observers_hear_the_simulator_and_a_bag(terminals: Terminals, tmp_path: 
     again = terminals.start(*command, "__name:=again")
     wait_for(lambda: "/again/about" in terminals.names())
     player = terminals.start(
-        "rosbag", "play", "--clock", "--rate=4", "--wait-for-subscribers", str(bag)
+        "rosrun", "rosbag", "play", "--clock", "--rate=4", "--wait-for-subscribers", str(bag)
     )
     check(again, TOLD)
     player.interrupt()
