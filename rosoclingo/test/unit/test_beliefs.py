@@ -1,4 +1,4 @@
-"""What is believed to be the causes of what was observed: kept, published, noted and replayed."""
+"""Beliefs are kept, published, noted in the journal and replayed."""
 
 from __future__ import annotations
 

@@ -240,7 +240,7 @@ class FaultyOffice(System):
 
 
 def _is_one(text: str, cause: Sequence[str]) -> bool:
-    """Whether a cause, with its moment, is the one of a fault."""
+    """Compares a cause, which has a moment, with that of a fault."""
     found = arguments(text, cause[0])
     return found[: len(cause) - 1] == list(cause[1:])
 

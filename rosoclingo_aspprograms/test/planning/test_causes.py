@@ -205,7 +205,7 @@ def test_a_package_on_a_robot_is_not_gone() -> None:
 
 
 def test_a_fleet_in_seconds() -> None:
-    """One robot is stuck at once; the other one makes both deliveries."""
+    """The first robot is stuck at once, and the second one makes both deliveries."""
     instances = [str(Path(OFFICE).parent / f"{name}.lp") for name in ("fleet_2", "lengths")]
     parts = make_parts(RECORDING, Options((*instances, CAUSES)), ("-c", "steps=99"))
     fleet = Fleet(parts.loop)

@@ -49,7 +49,7 @@ class FaultRule:
 
 @dataclass(frozen=True)
 class FaultRules:
-    """What the parameter of an interface says.
+    """Faults of an interface, as its parameter says them.
 
     Attributes:
         rules: By what happens: ``lies``, ``dies`` or ``fails``.

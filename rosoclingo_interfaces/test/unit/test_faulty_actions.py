@@ -22,7 +22,7 @@ class Killed(BaseException):
 
 
 class Node:
-    """What an interface with faults does and answers."""
+    """Interfaces with faults lie, die and fail as they were told to."""
 
     def __init__(self, rules: Dict[str, Any], deaths: int = 0) -> None:
         self.done: List[str] = []

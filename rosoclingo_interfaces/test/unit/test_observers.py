@@ -323,7 +323,7 @@ def test_equality_and_patterns(clock: Clock) -> None:
 
 
 def test_a_covariance(clock: Clock) -> None:
-    """What counts is the longest axis of the ellipse, wherever that points."""
+    """The longest axis of the ellipse counts, wherever it points."""
     lost = clock.observer(
         "topic: t", "tell: lost", "else: found", "covariance: {above: 1, hysteresis: 0.5}",
         "field: data",

@@ -103,5 +103,5 @@ class FieldPath:
 
     @property
     def has_lists(self) -> bool:
-        """Whether the values are those of all entries of a list."""
+        """True if the values are those of all entries of a list."""
         return any(index == "*" for _, index in self.steps)

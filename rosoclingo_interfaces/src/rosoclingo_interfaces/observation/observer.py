@@ -1,4 +1,4 @@
-"""One observer: a condition on the messages of a topic, and when it tells what. Needs no ROS."""
+"""Tells terms when a condition on the messages of a topic begins or ends to hold. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Condition = Union[
 
 @dataclass
 class Observer:
-    """One entry of the file. Not thread-safe.
+    """An entry of the file of observers. Not thread-safe.
 
     Attributes:
         entry: Where it is in the file, for errors.
@@ -55,7 +55,7 @@ class Observer:
 
     @property
     def needs_type(self) -> bool:
-        """Whether the type of its messages has to be known."""
+        """True if the type of its messages has to be known."""
         return bool(self.topic) and not isinstance(self.condition, SilenceCondition)
 
     def check(self, message: str, slots: Slots) -> None:

@@ -57,7 +57,7 @@ class WeighedCauses(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """What speaks for a cause, and what against it.
+    """Observations that speak for and against a cause.
 
     Attributes:
         speaks_for: The observations that the cause makes as they are.
@@ -70,7 +70,7 @@ class Evidence(NamedTuple):
 
 @dataclass(frozen=True)
 class Beliefs:
-    """What is believed to be the causes of what was observed.
+    """Explanations of observations, with the evidence for and against their causes.
 
     Attributes:
         explanations: The best one first.
