@@ -42,7 +42,9 @@ def test_mistakes_end_the_node(terminals: Terminals, tmp_path: Path) -> None:
     nodes = [
         observe(terminals, tmp_path, text, f"wrong{number}") for number, text in enumerate(WRONG)
     ]
-    # The type of the topic, which most of them do not say, comes later.
+    # The type of the topic, which the first two do not say, comes when all others have ended.
+    for node in nodes[2:]:
+        assert node.wait() == 2
     nodes[0].wait_for("waiting for somebody who publishes /door")
     terminals.publish("/door", "std_msgs/Bool", "{data: true}")
     for number, (node, message) in enumerate(zip(nodes, WRONG.values())):
