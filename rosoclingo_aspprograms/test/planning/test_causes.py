@@ -19,8 +19,7 @@ from rosoclingo.desk.parts import make_parts
 from rosoclingo.desk.system import System
 from rosoclingo_aspprograms.validator import arguments
 
-SEEDS = draws([0, 5], 20, "EPISODES")
-MANY = 20
+SEEDS = draws([100, 101], 20, "EPISODES")
 MODES = [RECORDING, DYN_RESET, SINGLE]
 
 
@@ -168,8 +167,7 @@ def test_faults_in_the_office() -> None:
                 found += [fault.found is not None and fault.found <= 2 for fault in happened]
     print(f"found {sum(found)} of {len(found)}, lost or late {lost}, false blocks {blocks}")
     assert sum(found) >= 0.9 * len(found)
-    # What is so on average, a few episodes do not show.
-    assert lost["with"] <= (0.7 if len(SEEDS) >= MANY else 1) * lost["without"]
+    assert lost["with"] <= 0.7 * lost["without"]
     assert lost["without"] > 0
     assert blocks["with"] <= blocks["without"]
 

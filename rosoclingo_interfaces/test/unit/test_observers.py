@@ -485,7 +485,7 @@ def test_silence(clock: Clock) -> None:
 
 
 def test_debounce(clock: Clock) -> None:
-    """What lasts for so long is told, also if no other message comes."""
+    """A condition that lasts for so long is told, also if no other message comes."""
     observer = clock.observer("topic: t", "tell: x", "else: y", "equals: true", "debounce: 2")
     observer.hear(data(True), 10.0)
     assert observer.tick(11.9) is None
