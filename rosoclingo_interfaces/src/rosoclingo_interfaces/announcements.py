@@ -55,3 +55,14 @@ def verdict(events: Iterable[Event], value: str) -> Optional[str]:
         elif heard and isinstance(event, CommandDone) and event.name == "assign_messages":
             return TAKEN
     return None
+
+
+def has_come(events: Iterable[Event], value: str) -> bool:
+    """Returns whether the planning loop has an announcement, whatever becomes of it.
+
+    Args:
+        events: What has happened since it was published.
+        value: What was announced.
+    """
+    arrived = (event for event in events if isinstance(event, MessageArrived))
+    return any((event.source, event.value) == (INFO, value) for event in arrived)

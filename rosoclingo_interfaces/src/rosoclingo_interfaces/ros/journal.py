@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
-from typing import List
+from typing import Callable, List
 
 from rosclingo.ros.low_latency import subscriber
 from rosoclingo.loop.journal import Event, decode
 from rosoclingo.msg import ROSoClingoEvent
-from rosoclingo_interfaces.prompt import Prompt
 from rosoclingo_interfaces.ros.topics import publishers, topic
+
+WaitFor = Callable[[Callable[[], bool], float], bool]
+"""Waits until a condition holds, for so many seconds of wall time; returns whether it holds."""
 
 _SECONDS_TO_CONNECT = 2.0
 _SECONDS_TO_SETTLE = 1.0  # at most, for what has happened before
@@ -27,11 +29,11 @@ class JournalReader:
         self._subscriber = subscriber(topic("journal"), ROSoClingoEvent, self._on_event)
         self.name: str = self._subscriber.resolved_name
 
-    def begin(self, prompt: Prompt) -> bool:
+    def begin(self, wait_for: WaitFor) -> bool:
         """Drops the events until now.
 
         Args:
-            prompt: Waits, unless it is told to give up.
+            wait_for: Waits, unless it is told to give up.
 
         Returns:
             Whether there is a journal.
@@ -39,11 +41,11 @@ class JournalReader:
         if not self._subscriber.get_num_connections():
             self._ready = False
             seconds = _SECONDS_TO_CONNECT if publishers(self.name) else 0.0
-            if not prompt.wait(lambda: self._subscriber.get_num_connections() > 0, seconds):
+            if not wait_for(lambda: self._subscriber.get_num_connections() > 0, seconds):
                 return False
         if not self._ready:
             self._last = time.monotonic()
-            prompt.wait(lambda: time.monotonic() - self._last > _QUIET_SECONDS, _SECONDS_TO_SETTLE)
+            wait_for(lambda: time.monotonic() - self._last > _QUIET_SECONDS, _SECONDS_TO_SETTLE)
             self._ready = True
         self._events = []
         return True
@@ -51,6 +53,10 @@ class JournalReader:
     def events(self) -> List[Event]:
         """Returns the events since :meth:`begin`."""
         return list(self._events)
+
+    def close(self) -> None:
+        """Listens no longer."""
+        self._subscriber.unregister()
 
     def _on_event(self, message: ROSoClingoEvent) -> None:
         self._last = time.monotonic()

@@ -1,45 +1,61 @@
-"""The action go of a robot that drives: move_base takes it to the waypoint."""
+"""The actions go and look of a robot that drives: move_base takes it to waypoints."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 import threading
+import time
 from pathlib import Path
-from typing import Callable, Dict, NoReturn, Optional, Tuple, Union
+from typing import Callable, Dict, Mapping, NoReturn, Optional, Sequence, Tuple, Union
 
+import clingo
 import rospy
 
 from rosclingo.ros import parameters
 from rosclingo.ros.low_latency import publisher
 from rosoclingo.loop.words import INFO
 from rosoclingo.msg import ROSoClingoIn
+from rosoclingo_interfaces.announcements import has_come
 from rosoclingo_interfaces.errors import CanceledError, DriveError, GoneError
 from rosoclingo_interfaces.execution import ActionExecution
-from rosoclingo_interfaces.interface import ActionInterface
+from rosoclingo_interfaces.interface import AGAIN, ActionInterface
 from rosoclingo_interfaces.navigation.cross_track import PathPoint, Way
 from rosoclingo_interfaces.navigation.watch import DriveTimeLimit, DriveWatch
 from rosoclingo_interfaces.navigation.waypoints import Waypoint, Waypoints, read_waypoints
+from rosoclingo_interfaces.ros.journal import JournalReader
+from rosoclingo_interfaces.ros.lookout import Lookout
 from rosoclingo_interfaces.ros.move_base_client import Base
 from rosoclingo_interfaces.ros.node import run
 from rosoclingo_interfaces.ros.topics import topic
 
-_POLL_SECONDS = 0.2  # of wall time: how often it is seen whether a server is there again
+# Both in wall time.
+_POLL_SECONDS = 0.2  # how often it is seen whether a server is there again
+_SECONDS_TO_HEAR = 2.0  # for rosoclingo to say that it has heard what is announced
+_CARRIED_METRES = 1.0  # a robot that is found farther from where it was believed to be was carried
+_THERE_METRES = 0.5  # so near to a waypoint, it is there
+_ON_WAY_METRES = 1.0  # so near to a straight way, its laser sees along it
 
 
 class MoveBase(ActionInterface):
-    """Drives to the waypoint of each go with move_base; leaves other actions to other nodes.
+    """Drives to the waypoint of each go with move_base, and looks around at each look.
 
-    See the package's README for the parameters.
+    Leaves other actions to other nodes, and ``look`` too, unless ``~look`` is set. See the
+    package's README for the parameters.
     """
 
     leaves_unknown = True
     messages = (INFO,)
+    after_crash: Mapping[str, str] = {"look": AGAIN}
 
     def __init__(self) -> None:
         self._waypoints = read_waypoints(Path(parameters.text("waypoints")))
         self._max_stray = parameters.number("max_stray", 3.0)
         self._limit = _time_limit()
         self._last = _start(self._waypoints)  # the waypoint where the robot was last
+        self._missed: Optional[str] = None  # the one where it should have come from there
+        self._looks = parameters.flag("look", False)
+        self._turn_speed = parameters.positive("turn_speed", 0.8)
         self._in = publisher(topic("in"), ROSoClingoIn)
         self._base = Base()
         # Ways that only the server's absence has closed: whether the answer is sent, and whether
@@ -63,9 +79,80 @@ class MoveBase(ActionInterface):
                 self._remember(name, execution)
             # What blocked the way may be gone when the robot comes here again.
             self._base.clear_costmaps()
+            self._missed = name
             raise
-        self._last = name
+        self._last, self._missed = name, None
         return True
+
+    def look(self) -> bool:
+        """Finds out where the robot is, goes to a waypoint, and announces that it is there.
+
+        If a drive has failed before, and the robot was not carried elsewhere meanwhile, it goes
+        back to where that began, and announces whether the way is closed.
+        """
+        execution, missed = self.execution, self._missed
+        with contextlib.ExitStack() as stack:
+            lookout = stack.enter_context(Lookout(self._waypoints.frame, self._turn_speed))
+            journal = stack.enter_context(contextlib.closing(JournalReader()))
+            believed = lookout.wait_for_estimate(execution)
+            here = lookout.find_itself(execution)
+            self._base.clear_costmaps()  # what is in them was seen from where it was not
+            if math.dist(believed, here) > _CARRIED_METRES:
+                missed = None
+                name = self._nearest(here)
+            else:
+                name = self._last or self._nearest(here)
+            is_closed = self._is_closed(lookout, here, missed, execution)
+            place = self._waypoints.places[name]
+            if math.dist(here, _point(place)) > _THERE_METRES:
+                self._drive(name, place, execution)
+                if is_closed is None:
+                    is_closed = self._is_closed(lookout, _point(place), missed, execution)
+            seen = [f"at({execution.actuator},{name})"]
+            if is_closed is not None:
+                seen.append(f"{'' if is_closed else 'un'}blocked({self._last},{missed})")
+            self._tell(seen, journal)
+        self._last, self._missed = name, None
+        return True
+
+    def knows(self, action: clingo.Symbol) -> bool:
+        """Whether this interface does an action."""
+        is_look = action.match("look", 0)
+        return super().knows(action) and (self._looks or not is_look)
+
+    def _tell(self, seen: Sequence[str], journal: JournalReader) -> None:
+        """Announces what is seen, and waits until rosoclingo has it: the answer comes after that.
+
+        Answers and announcements are on two topics, between which there is no order.
+        """
+        has_journal = journal.begin(_wait_for)
+        for value in seen:
+            self._in.publish(INFO, value)
+        if has_journal:
+            _wait_for(lambda: has_come(journal.events(), seen[-1]), _SECONDS_TO_HEAR)
+
+    def _nearest(self, here: PathPoint) -> str:
+        places = self._waypoints.places
+        return min(places, key=lambda name: math.dist(here, _point(places[name])))
+
+    def _is_closed(
+        self, lookout: Lookout, here: PathPoint, missed: Optional[str], execution: ActionExecution
+    ) -> Optional[bool]:
+        """Returns whether the way on which a drive has failed is closed; None if it is not seen."""
+        if missed is None or self._last is None:
+            return None
+        places = self._waypoints.places
+        end = _point(places[missed])
+        off_way = Way(_point(places[self._last]), end).distance(here)
+        if off_way > _ON_WAY_METRES or math.dist(here, end) < _THERE_METRES:
+            return None
+        return lookout.is_closed(end, execution)
+
+    def _drive(self, name: str, place: Waypoint, execution: ActionExecution) -> None:
+        """Drives the robot to a waypoint from where it has found itself."""
+        self._base.wait(self.timeout, execution.canceled)
+        watch = self._watch(name, place, execution)
+        self._base.drive(self._waypoints.frame, place, watch, execution.canceled)
 
     def _guess(self, place: Waypoint) -> float:
         """Returns how long a drive is at most if the robot is at a waypoint, in metres."""
@@ -112,6 +199,17 @@ class MoveBase(ActionInterface):
             self._in.publish(INFO, f"unblocked({last},{name})")
         for last, name in ways:
             rospy.loginfo("%s is there again: %s to %s is not blocked", self._base.name, last, name)
+
+
+def _wait_for(holds: Callable[[], bool], seconds: float) -> bool:
+    """Waits until something holds, at most for some seconds of wall time."""
+    end = time.monotonic() + seconds
+    pause = threading.Event()
+    while not holds():
+        if time.monotonic() > end:
+            return False
+        pause.wait(_POLL_SECONDS)
+    return True
 
 
 def _point(waypoint: Waypoint) -> PathPoint:

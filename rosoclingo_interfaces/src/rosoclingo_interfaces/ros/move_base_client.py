@@ -22,6 +22,7 @@ from rosoclingo_interfaces.navigation.cross_track import PathPoint
 from rosoclingo_interfaces.navigation.watch import DriveWatch
 from rosoclingo_interfaces.navigation.waypoints import Waypoint
 from rosoclingo_interfaces.ros.clock import reason as clock_stands_still
+from rosoclingo_interfaces.ros.limited_call import call_within
 from rosoclingo_interfaces.watchdog import SILENCE_SECONDS, Watchdog
 
 # All in wall time.
@@ -147,19 +148,9 @@ class Base:
 
     def clear_costmaps(self) -> None:
         """Clears the server's costmaps, if it offers that; waits for a short time."""
-        ended = threading.Event()
-
-        def clear() -> None:
-            try:
-                self._clear()
-            except (rospy.ServiceException, rospy.ROSException, OSError) as err:
-                rospy.loginfo("the costmaps were not cleared: %s", err)
-            ended.set()
-
-        # A call has no time limit, and a server that hangs accepts it like any other.
-        threading.Thread(target=clear, name="clear_costmaps", daemon=True).start()
-        if not ended.wait(_SECONDS_TO_CLEAR):
-            rospy.logwarn("%s has not answered yet", self._clear.resolved_name)
+        fault = call_within(self._clear, _SECONDS_TO_CLEAR)
+        if fault is not None:
+            rospy.loginfo("the costmaps are not known to be cleared: %s", fault)
 
     def _check(self, statuses: Watchdog, clock: Watchdog) -> None:
         if not self.connected:

@@ -76,7 +76,7 @@ def _announce(prompt: Prompt) -> int:
         if not wait_for_subscribers(publisher, prompt.say, lambda: prompt.reason is not None):
             prompt.say(f"{value} was not announced: nobody listens to {publisher.resolved_name}")
             return 1
-        has_journal = journal.begin(prompt)
+        has_journal = journal.begin(prompt.wait)
         publisher.publish(INFO, value)
         prompt.say(value)
         if not has_journal:

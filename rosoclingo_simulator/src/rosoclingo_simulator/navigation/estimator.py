@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Optional
 
 from rosoclingo_simulator.physics.faulty import FaultyPhysics
@@ -12,6 +13,7 @@ NEAR_METRES, NEAR_RADIANS = 1.0, 0.5
 what rviz sends."""
 
 _ORIGIN = Pose(0.0, 0.0, 0.0)
+_FULL_TURN = 2 * math.pi
 
 
 class PoseEstimator:
@@ -31,6 +33,8 @@ class PoseEstimator:
         self.physics = physics
         self.unsure = False
         self._frame: Optional[Pose] = None  # of the odometry on the map, while it is lost
+        self._to_turn: Optional[float] = None  # radians until a search finds it; None for no search
+        self._heading = 0.0  # by odometry, when the search has last looked
 
     @property
     def lost(self) -> bool:
@@ -58,11 +62,31 @@ class PoseEstimator:
         """
         self._frame = self._frame_for(pose)
         self.unsure = unsure
+        self._to_turn = None
+
+    def search(self) -> None:
+        """Takes the robot to be anywhere, until it has turned once around and so seen everything.
+
+        A localisation by particles does so when these are spread over the whole map.
+        """
+        self.lose(self.pose, unsure=True)
+        self._to_turn, self._heading = _FULL_TURN, self.physics.odometry.theta
+
+    def update(self) -> None:
+        """Looks after a step how far a search is."""
+        if self._to_turn is None:
+            return
+        heading = self.physics.odometry.theta
+        self._to_turn -= abs(normal_angle(heading - self._heading))
+        self._heading = heading
+        if self._to_turn <= 0:
+            self.find()
 
     def find(self) -> None:
         """Knows where the robot is again."""
         self._frame = None
         self.unsure = False
+        self._to_turn = None
 
     def relocalise(self, pose: Pose) -> bool:
         """Begins anew from an initial pose.

@@ -107,6 +107,8 @@ class Simulation:
                 self._look()
             self.command = self._told if is_told else STOP
         self.physics.step(*self.command, STEP_SECONDS)
+        if self.estimator is not None:
+            self.estimator.update()
         self.steps += 1
         if self.physics.velocity[0]:
             self._moved = self.time

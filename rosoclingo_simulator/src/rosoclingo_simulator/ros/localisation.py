@@ -8,6 +8,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse
+from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
 from rosclingo.ros.low_latency import publisher, subscriber
@@ -44,7 +45,7 @@ class Localisation:
     """A robot's simulated amcl. The simulation's thread calls :meth:`publish`.
 
     Without faults it knows where the robot is, and the frame of the odometry stays where it is on
-    the map. With faults, that moves, and an initial pose counts.
+    the map. With faults, that moves, an initial pose counts, and a global localisation searches.
 
     Attributes:
         fixed: The transforms that stay.
@@ -71,6 +72,9 @@ class Localisation:
         self._pose = publisher(names.topic("amcl_pose"), PoseWithCovarianceStamped, latch=True)
         self._initial_pose = subscriber(
             names.topic("initialpose"), PoseWithCovarianceStamped, self._on_initial_pose
+        )
+        self._service = rospy.Service(
+            names.topic("global_localization"), Empty, self._on_global_localization
         )
 
     def publish(self, stamp: rospy.Time) -> None:
@@ -102,6 +106,15 @@ class Localisation:
             rospy.logwarn("initialpose is ignored: %s", err)
             return
         self._calls.submit(self._relocalise, estimator, pose)
+
+    def _on_global_localization(self, _: EmptyRequest) -> EmptyResponse:
+        self._calls.submit(self._search)
+        return EmptyResponse()
+
+    def _search(self) -> None:
+        if self._simulation.estimator is not None:
+            self._simulation.estimator.search()
+        self._repeat()
 
     def _relocalise(self, estimator: PoseEstimator, pose: Pose) -> None:
         near = estimator.relocalise(pose)

@@ -1,0 +1,237 @@
+"""Senses of a robot that looks around: where it is on the map, and what is in its way."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import threading
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from sensor_msgs.msg import LaserScan
+from std_srvs.srv import Empty
+from tf2_msgs.msg import TFMessage
+
+from rosclingo.ros.low_latency import publisher, subscriber
+from rosoclingo_interfaces.errors import DriveError, ReadingError
+from rosoclingo_interfaces.execution import ActionExecution
+from rosoclingo_interfaces.navigation.cross_track import PathPoint
+from rosoclingo_interfaces.observation.closed_way import ClosedWay
+from rosoclingo_interfaces.observation.conditions import CovarianceCondition, Reading
+from rosoclingo_interfaces.observation.fields import FieldPath
+from rosoclingo_interfaces.observation.transforms import TransformTree, plain
+from rosoclingo_interfaces.ros.limited_call import call_within
+
+_POLL_SECONDS = 0.02  # of wall time: how often wheels are told, which forget it soon
+_SECONDS_TO_SPREAD = 2.0  # of wall time, for the localisation to begin anew
+# All of the node's clock.
+_SECONDS_FOR_A_POSE = 10.0  # until a localisation says where the robot is
+_SECONDS_FOR_SCANS = 3.0  # in which a way is looked at
+_SECONDS_TO_CALM = 0.5  # after which scans and transforms of a robot that has stopped agree
+_TURNS = 2  # so many times around, and a localisation that is not sure by then will never be
+_FACING = 0.15  # radians; it looks at something that is not farther aside
+_STRIP_METRES, _ROBOT_METRES, _OCCUPIED_PERCENT = 1.0, 0.2, 65.0  # as observers have them
+_SURE = CovarianceCondition(FieldPath.parse("pose.covariance"), above=0.25)
+_UNKNOWN: Reading = "unknown"  # no waypoint's name is read of a way
+
+
+@dataclass
+class Lookout:
+    """Looks around by localisation, laser and transforms, and turns the robot for that.
+
+    It listens as long as it is entered as a context, since scans are much to listen to. One thread
+    uses it.
+
+    Attributes:
+        frame: The frame of the map, such as ``map``.
+        turn_speed: How fast the robot turns, in rad/s.
+    """
+
+    frame: str
+    turn_speed: float
+
+    def __post_init__(self) -> None:
+        """Opens the connections."""
+        self._lock = threading.Lock()  # guards the next three, which come from topics
+        self._transforms = TransformTree()
+        self._estimate: Optional[PoseWithCovarianceStamped] = None
+        self._scan: Optional[LaserScan] = None
+        self._spread = rospy.ServiceProxy("global_localization", Empty)
+        self._wheels = publisher("cmd_vel", Twist)
+        self._topics = [
+            subscriber("amcl_pose", PoseWithCovarianceStamped, self._on_estimate),
+            subscriber("scan", LaserScan, self._on_scan),
+            subscriber("/tf", TFMessage, self._on_transforms),
+            subscriber("/tf_static", TFMessage, self._on_transforms),
+        ]
+
+    def __enter__(self) -> Lookout:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for one in (*self._topics, self._wheels):
+            one.unregister()
+
+    def wait_for_estimate(self, execution: ActionExecution) -> PathPoint:
+        """Returns where the localisation believes the robot to be, in metres.
+
+        Raises:
+            CanceledError: The action is to stop.
+            DriveError: There is no localisation.
+        """
+        end = execution.seconds + _SECONDS_FOR_A_POSE
+        while self._estimate is None:
+            if execution.seconds > end:
+                name = self._topics[0].resolved_name
+                raise DriveError(f"nobody says on {name} where the robot is")
+            _pause(execution)
+        return _position(self._estimate)
+
+    def find_itself(self, execution: ActionExecution) -> PathPoint:
+        """Localises the robot anew, wherever it may be: it turns until its localisation is sure.
+
+        Without the service ``global_localization``, what the localisation believes counts.
+
+        Returns:
+            Where the robot is, in metres.
+
+        Raises:
+            CanceledError: The action is to stop.
+            DriveError: There is no localisation, or it does not become sure.
+        """
+        begin = rospy.get_rostime()
+        fault = call_within(self._spread, _SECONDS_TO_SPREAD)
+        if fault is not None:
+            rospy.loginfo("what the localisation says counts, as it cannot begin anew: %s", fault)
+            return self.wait_for_estimate(execution)
+        end = execution.seconds + _SECONDS_FOR_A_POSE + _TURNS * 2 * math.pi / self.turn_speed
+        try:
+            while execution.seconds < end:
+                _pause(execution)
+                estimate = self._estimate
+                if estimate is None or estimate.header.stamp < begin:
+                    continue
+                if self._is_sure(estimate):
+                    return _position(estimate)
+                self._turn(self.turn_speed)
+        finally:
+            self._turn(0.0)
+        raise DriveError("the localisation is not sure where the robot is, though it has turned")
+
+    def is_closed(self, goal: PathPoint, execution: ActionExecution) -> Optional[bool]:
+        """Looks whether the straight way from the robot to a place is closed.
+
+        Args:
+            goal: The place, in metres.
+            execution: Of the action that looks.
+
+        Returns:
+            None if the laser does not see enough.
+
+        Raises:
+            CanceledError: The action is to stop.
+        """
+        if not self._face(goal, execution):
+            return None
+        execution.sleep(_SECONDS_TO_CALM)
+        since, end = rospy.get_rostime(), execution.seconds + _SECONDS_FOR_SCANS
+        seen = None
+        while execution.seconds < end:
+            _pause(execution)
+            scan = self._scan
+            if scan is not None and scan is not seen and scan.header.stamp >= since:
+                seen = scan
+                reading = self._read(scan, goal)
+                if reading != _UNKNOWN:
+                    return reading is not None
+        return None
+
+    def _read(self, scan: LaserScan, goal: PathPoint) -> Reading:
+        laser = self._laser()
+        if laser is None:
+            return _UNKNOWN
+        begin = float(laser[0, 3]), float(laser[1, 3])
+        with self._lock, contextlib.suppress(ReadingError):
+            way = ClosedWay(
+                begin,
+                goal,
+                self.frame,
+                width=_STRIP_METRES,
+                radius=_ROBOT_METRES,
+                occupied=_OCCUPIED_PERCENT,
+                transforms=self._transforms,
+            )
+            return way.read(scan, _UNKNOWN)
+        return _UNKNOWN
+
+    def _face(self, goal: PathPoint, execution: ActionExecution) -> bool:
+        """Turns the laser to a place; returns whether it looks there."""
+        end = execution.seconds + 2 * math.pi / self.turn_speed + _SECONDS_FOR_SCANS
+        try:
+            while execution.seconds < end:
+                _pause(execution)
+                laser = self._laser()
+                if laser is None:
+                    continue
+                bearing = math.atan2(goal[1] - laser[1, 3], goal[0] - laser[0, 3])
+                heading = math.atan2(laser[1, 0], laser[0, 0])
+                aside = math.remainder(bearing - heading, 2 * math.pi)
+                if abs(aside) < _FACING:
+                    return True
+                self._turn(math.copysign(min(self.turn_speed, abs(aside)), aside))
+        finally:
+            self._turn(0.0)
+        return False
+
+    def _laser(self) -> Any:
+        """Returns the transform of the laser to the map; None if it is not known."""
+        if self._scan is None:
+            return None
+        with self._lock, contextlib.suppress(ReadingError):
+            return self._transforms.find(self.frame, self._scan.header.frame_id)
+        return None
+
+    def _turn(self, speed: float) -> None:
+        twist = Twist()
+        twist.angular.z = speed
+        self._wheels.publish(twist)
+
+    def _is_sure(self, estimate: PoseWithCovarianceStamped) -> bool:
+        try:
+            return _SURE.read(estimate, None) is None
+        except ReadingError:
+            return False
+
+    def _on_estimate(self, message: PoseWithCovarianceStamped) -> None:
+        place = message.pose.pose.position
+        if plain(message.header.frame_id) != plain(self.frame):
+            rospy.logwarn_throttle(
+                30.0, f"amcl_pose is not in the waypoints' frame {self.frame}: it does not count"
+            )
+        elif math.isfinite(place.x + place.y):
+            self._estimate = message
+
+    def _on_scan(self, message: LaserScan) -> None:
+        self._scan = message
+
+    def _on_transforms(self, message: TFMessage) -> None:
+        for transform in message.transforms:
+            with self._lock, contextlib.suppress(ReadingError):
+                self._transforms.add(transform)
+
+
+def _pause(execution: ActionExecution) -> None:
+    """Waits a moment.
+
+    Raises:
+        CanceledError: The action is to stop.
+    """
+    execution.sleep(0)
+    execution.canceled.wait(_POLL_SECONDS)
+
+
+def _position(estimate: PoseWithCovarianceStamped) -> PathPoint:
+    place = estimate.pose.pose.position
+    return place.x, place.y
