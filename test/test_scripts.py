@@ -65,6 +65,7 @@ def demo(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
         (["there"], ["_output:=", "/there"]),
         (["--kill=7"], ["mailbot_robot.launch", "/demo/run.store", "_kill:=7"]),
         (["--kill"], ["_kill:="]),
+        (["--carried"], ["causes:=true faults:=", "/config/carried.yaml", "_story:=carried"]),
         (["--robots", "3"], ["mailbot_fleet.launch robots:=3", "fleet_demo.py _robots:=3"]),
     ],
 )
@@ -77,12 +78,12 @@ def test_what_the_demo_types(words: List[str], typed: List[str], tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    "words", [["--robots"], ["--robots", "5"], ["--robots", "2", "--kill=1"], ["--robot"]]
+    "words", [["--robots"], ["--robots", "5"], ["--carried", "--kill=1"], ["--robot"]]
 )
 def test_what_the_demo_refuses(words: List[str], tmp_path: Path) -> None:
     ended = demo(tmp_path, *words)
     assert ended.returncode == 2
-    assert "[--kill[=SEED] | --robots N] [FOLDER]" in ended.stderr
+    assert "[--kill[=SEED] | --robots N | --carried] [FOLDER]" in ended.stderr
 
 
 @pytest.mark.skipif(

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import yaml
 from readmes import check_output
-from terminals import Terminals, terminals
+from terminals import Terminals, package, terminals
 
 __all__ = ["terminals"]
 
@@ -44,6 +45,34 @@ def test_nodes_are_killed(terminals: Terminals, tmp_path: Path) -> None:
     for wrong in ("wrong", "Traceback"):
         assert wrong not in demo.output + office.output
     assert "a node is killed" in (tmp_path / "a" / "office.svg").read_text()
+
+
+def test_a_robot_that_is_carried(terminals: Terminals, tmp_path: Path) -> None:
+    """As scripts/demo --carried has it, but in three nodes; a replay is exact."""
+    faults = package("rosoclingo_gazebo") / "config" / "carried.yaml"
+    bag = tmp_path / "run.bag"
+    office = terminals.start(
+        *OFFICE, "causes:=true", f"faults:={faults}", f"record:={bag}",
+        "mode:=dynamic.incremental.recording",
+    )  # fmt: skip
+    beliefs = terminals.listen("/rosoclingo", "/rosoclingo/beliefs")
+    demo = terminals.start(
+        "rosrun", "rosoclingo_gazebo", "demo.py", "_story:=carried", f"_output:={tmp_path / 'a'}"
+    )
+    assert demo.wait(330.0) == 0, demo.output
+    check_output("README.md", "A robot that is carried", demo.output)
+    assert "wrong" not in demo.output
+    assert {file.name for file in (tmp_path / "a").iterdir()} == {"carried.png", "carried.svg"}
+    told = [one for one in yaml.safe_load_all(beliefs.output) if one]
+    best = [one["explanations"][0]["causes"] for one in told if one["explanations"]]
+    assert best[0] == ["passing(c3,o14,1)"]
+    assert best[-1] == ["carried(mailbot,1)"]
+    assert told[-1]["explanations"] == []  # nothing of it matters any more
+    office.interrupt()
+    office.wait()
+    replayed = terminals.run("rosrun", "rosoclingo", "replay.py", str(bag))
+    assert "no difference at level exact: 1 goal" in replayed.output
+    assert replayed.wait() == 0, replayed.output
 
 
 def test_a_fleet(terminals: Terminals, tmp_path: Path) -> None:

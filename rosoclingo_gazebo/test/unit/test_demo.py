@@ -25,7 +25,7 @@ from rosoclingo_examples.orders import Bring
 from rosoclingo_gazebo.demo.fleet import FleetStory, random_orders
 from rosoclingo_gazebo.demo.labels import LabelBox, place
 from rosoclingo_gazebo.demo.picture import draw
-from rosoclingo_gazebo.demo.story import BOOK, LETTER, DemoStory
+from rosoclingo_gazebo.demo.third_scenario import BOOK, LETTER, ThirdScenario
 from rosoclingo_gazebo.demo.trace import DriveEventKind, DriveTrace
 from rosoclingo_simulator.physics.occupancy import OccupancyMap
 
@@ -44,9 +44,9 @@ class Told:
 
     def __init__(self, undisturbed: bool = True) -> None:
         self.asked: List[Bring] = []
-        self.story = DemoStory(Map.read(OFFICE), C6, self.asked.append, undisturbed=undisturbed)
+        self.story = ThirdScenario(Map.read(OFFICE), C6, self.asked.append, undisturbed=undisturbed)
         self.story.moves(0.0, (7.0, -8.0))
-        self.story.begins((27.5, -17.0))
+        self.story.begins({"c5": (23.0, -17.0), "c4": (32.0, -17.0)})
         self.come("g1", BOOK, "1")
 
     def come(self, goal: str, bring: Bring, slot: str) -> None:

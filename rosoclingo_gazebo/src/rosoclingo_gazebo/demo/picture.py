@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, List, Mapping, Sequence
+from typing import Any, List, Mapping, Sequence, Tuple
 
 import matplotlib as mpl
 import numpy as np
@@ -29,6 +29,8 @@ _MARKS = {  # the first is below the others
     DriveEventKind.PICKUP: ("^", "tab:blue", "pickup"),
     DriveEventKind.DELIVERY: ("*", "tab:green", "delivery"),
     DriveEventKind.FAILURE: ("X", "tab:red", "a drive fails"),
+    DriveEventKind.CARRIED: ("D", "tab:orange", "somebody carries it"),
+    DriveEventKind.SIGHT: ("P", "tab:cyan", "it looks around"),
 }
 
 
@@ -80,16 +82,20 @@ def draw(
             )
         )
     for number, (name, trace) in enumerate(traces.items()):
-        path = _shifted(trace.path[::_EVERY], number)
         if len(traces) > 1:
+            path = _shifted(trace.path[::_EVERY], number)
             axes.plot(*path.T, linewidth=1.4, alpha=0.8, label=name)
             continue
-        lines = LineCollection(
-            list(np.stack((path[:-1], path[1:]), axis=1)), cmap="viridis", linewidths=1.8
-        )
-        lines.set_array(np.array(trace.times[::_EVERY][1:]) - trace.times[0])
+        lines = LineCollection([], cmap="viridis", linewidths=1.8)
+        segments, times = _segments(trace)
+        lines.set_segments(segments)
+        lines.set_array(np.array(times))
         axes.add_collection(lines)
         figure.colorbar(lines, ax=axes, label="simulated time, s", shrink=0.7)
+        for before, after in zip(trace.drives, trace.drives[1:]):
+            begin, end = trace.path[before][-1], trace.path[after][0]
+            arrow = {"arrowstyle": "->", "linestyle": "--", "color": "tab:orange", "lw": 1.4}
+            axes.annotate("", end, begin, arrowprops=arrow)
     events = [event for trace in traces.values() for event in trace.events]
     for kind, (mark, colour, label) in _MARKS.items():
         places = [event.place for event in events if event.kind is kind]
@@ -108,6 +114,19 @@ def draw(
         for each in files:
             figure.savefig(each, dpi=_DOTS_PER_INCH)
     return files
+
+
+def _segments(trace: DriveTrace) -> Tuple[List[np.ndarray], List[float]]:
+    """Returns the lines of a drive, and the time of each since the beginning, in seconds."""
+    segments: List[np.ndarray] = []
+    times: List[float] = []
+    for part in trace.drives:
+        points = trace.path[part][::_EVERY]
+        if len(points) > 1:
+            path = _shifted(points, 0)
+            segments += list(np.stack((path[:-1], path[1:]), axis=1))
+            times += [time - trace.times[0] for time in trace.times[part][::_EVERY][1:]]
+    return segments, times
 
 
 def _shifted(path: Sequence[TracePoint], number: int) -> np.ndarray:

@@ -9,6 +9,9 @@ from typing import List, Optional, Tuple
 
 TracePoint = Tuple[float, float]
 
+JUMP_METRES = 1.0
+"""A robot that is so far from where it was a moment ago has not driven there."""
+
 
 class DriveEventKind(enum.Enum):
     """The kinds of events of a drive."""
@@ -19,6 +22,8 @@ class DriveEventKind(enum.Enum):
     DELIVERY = "delivery"
     FAILURE = "failure"
     KILL = "kill"
+    CARRIED = "carried"
+    SIGHT = "sight"
 
 
 @dataclass(frozen=True)
@@ -70,8 +75,19 @@ class DriveTrace:
     @property
     def metres(self) -> float:
         """The distance driven, in metres."""
-        return sum(map(math.dist, self.path, self.path[1:]))
+        return sum(step for step in map(math.dist, self.path, self.path[1:]) if _is_driven(step))
+
+    @property
+    def drives(self) -> List[slice]:
+        """The parts of the path on which it has driven, between which it was carried."""
+        steps = enumerate(map(math.dist, self.path, self.path[1:]), 1)
+        cuts = [0, *(index for index, step in steps if not _is_driven(step)), len(self.path)]
+        return [slice(*both) for both in zip(cuts, cuts[1:])]
 
     def distance(self, place: TracePoint) -> float:
         """Returns how far from a place the robot is now, in metres."""
         return math.dist(self.path[-1], place) if self.path else math.inf
+
+
+def _is_driven(metres: float) -> bool:
+    return metres <= JUMP_METRES

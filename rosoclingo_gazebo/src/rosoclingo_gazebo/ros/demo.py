@@ -1,7 +1,8 @@
 """Tells the third scenario against a running system, and draws it.
 
 An obstacle is put between c5 and c4, of which nobody is told. The exit status is 0 if the robot
-has driven as the paper has it.
+has driven as the paper has it. With _story:=carried, it is the story of a robot that is carried
+from c2 to c5, of which nobody is told, and finds that out.
 """
 
 from __future__ import annotations
@@ -21,8 +22,10 @@ from rosoclingo.msg import ROSoClingoEvent
 from rosoclingo_aspprograms.validator import Map
 from rosoclingo_examples.orders import Orders
 from rosoclingo_examples.ros.client import RequestClient
+from rosoclingo_gazebo.demo.carried_robot import CarriedRobot
 from rosoclingo_gazebo.demo.picture import draw
 from rosoclingo_gazebo.demo.story import DEMO_ROBOT, DemoStory
+from rosoclingo_gazebo.demo.third_scenario import ThirdScenario
 from rosoclingo_gazebo.ros.killer import Killer
 from rosoclingo_gazebo.ros.program import run_demo, wait_for
 from rosoclingo_interfaces.navigation.waypoints import read_waypoints
@@ -30,13 +33,15 @@ from rosoclingo_simulator.physics.occupancy import read_map
 from rosoclingo_simulator.srv import Obstacle
 
 _USAGE = f"""\
-usage: demo.py [_output:=FOLDER] [_kill:=SEED] [ROS remappings]
+usage: demo.py [_story:=STORY] [_output:=FOLDER] [_kill:=SEED] [ROS remappings]
 
 {__doc__}
-The pictures office.png and office.svg are written to FOLDER, by default the working directory. With
-SEED, a number from 1, nodes are killed every few seconds, at random; the system needs a store then,
-and the exit status is 0 if the deliveries are made."""
+The pictures office.png and office.svg, or carried.png and carried.svg, are written to FOLDER, by
+default the working directory. With SEED, a number from 1, nodes are killed every few seconds, at
+random; the system needs a store then, and the exit status is 0 if the deliveries are made."""
 _KILLED = ("rosoclingo", "controller", "planner", "move_base_interface", "pickup_deliver")
+_OBSTACLE, _CARRIED = "obstacle", "carried"
+_FILES = {_OBSTACLE: "office", _CARRIED: "carried"}
 _SECONDS = 300.0  # of wall time, for the whole story
 
 
@@ -55,9 +60,17 @@ class Demo:
         self._orders = Orders()
         self._client = RequestClient(self._orders, self._on_line)
         graph = Map.read(programs / "mailbot" / "instances" / "graph_wg.lp")
-        self.story = DemoStory(
-            graph, self._places["c6"], self._client.send, undisturbed=not self._seed
-        )
+        self._name = str(rospy.get_param("~story", _OBSTACLE))
+        self.story: DemoStory
+        if self._name == _CARRIED:
+            self.story = CarriedRobot(self._client.send)
+        elif self._name == _OBSTACLE:
+            self.story = ThirdScenario(
+                graph, self._places["c6"], self._client.send, undisturbed=not self._seed
+            )
+        else:
+            known = f"{_OBSTACLE} or {_CARRIED}"
+            raise parameters.wrong("story", f"expected {known}, not {self._name!r}")
         self._noted = 0  # in the journal, which tells again what it has told
         self._topics = [
             subscriber("/ground_truth", Odometry, self._on_ground_truth),
@@ -69,13 +82,13 @@ class Demo:
         """Runs to the end of the story, and returns the faults."""
         if not wait_for(self._ready, _SECONDS):
             return [f"after {_SECONDS:g} s, the simulator or rosoclingo is not there"]
-        try:
-            done = rospy.ServiceProxy("/simulator/obstacle", Obstacle)("block c5 c4")
-        except rospy.ServiceException as err:
-            return [f"there is no obstacle: {err}"]
-        print(f"nobody knows: {done.message}", flush=True)
-        (x5, y5), (x4, y4) = self._places["c5"], self._places["c4"]
-        self.story.begins(((x5 + x4) / 2, (y5 + y4) / 2))
+        if self.story.obstacle:
+            try:
+                done = rospy.ServiceProxy("/simulator/obstacle", Obstacle)(self.story.obstacle)
+            except rospy.ServiceException as err:
+                return [f"there is no obstacle: {err}"]
+            print(f"nobody knows: {done.message}", flush=True)
+        self.story.begins(self._places)
         killer = Killer(_KILLED, self._seed, self.story.kills) if self._seed else None
         ended = wait_for(lambda: not self._orders.open, _SECONDS)
         if killer is not None:
@@ -105,9 +118,11 @@ class Demo:
             return []
         title = (
             f"{self._orders.summary()} on {trace.metres:.0f} m in {trace.seconds:.0f} s: "
-            f"the way from c5 to c4 is blocked{self._killed()}"
+            f"{self.story.title}{self._killed()}"
         )
-        return draw(self._floor, self._places, {DEMO_ROBOT: trace}, title, folder / "office")
+        return draw(
+            self._floor, self._places, {DEMO_ROBOT: trace}, title, folder / _FILES[self._name]
+        )
 
     def _killed(self) -> str:
         return f", {self.story.killed} nodes killed" if self.story.killed else ""
