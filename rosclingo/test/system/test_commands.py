@@ -154,6 +154,7 @@ def test_launch_file(terminals: Terminals) -> None:
     assert set(answer_set(ended.output)) == MANUAL
 
 
+@pytest.mark.costly
 def test_launch_file_that_records(terminals: Terminals, tmp_path: Path) -> None:
     folder, bag = example(), tmp_path / "a.bag"
     launch = terminals.start(

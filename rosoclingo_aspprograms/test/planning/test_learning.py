@@ -77,6 +77,7 @@ def test_a_way_that_takes_three_times_as_long_is_avoided(mode: str, tmp_path: Pa
         assert drive.expected == ["expected in 32 s"]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", variants([DYN_RESET], [DYN_RESET, SINGLE]))
 def test_expected_times_get_right(mode: str, tmp_path: Path) -> None:
     """There is no other way, so it is driven again and again, and so are pickups slow."""

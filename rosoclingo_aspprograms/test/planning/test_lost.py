@@ -98,6 +98,7 @@ def _driven(fleet: Episode, robot: str) -> List[str]:
     return [target for action in actions for target in arguments(action, "go")]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_a_robot_that_is_stuck_closes_no_ways(mode: str, in_seconds: bool) -> None:
     """It cannot leave c5, through which the other one has to go."""
@@ -111,6 +112,7 @@ def test_a_robot_that_is_stuck_closes_no_ways(mode: str, in_seconds: bool) -> No
     assert fleet.validator.finish() == []
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_a_robot_that_is_stuck_has_a_package(mode: str, in_seconds: bool) -> None:
     """It waits with it, until somebody has seen to the robot."""
@@ -178,6 +180,7 @@ def test_what_others_have_found_stays_blocked(mode: str, in_seconds: bool, tmp_p
     assert fleet.validator.believed() == {frozenset(("hall", "a"))}
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "answer"), ANSWERS)
 def test_a_robot_acts_in_the_step_in_which_it_is_found(mode: str, answer: str) -> None:
     """Another one is on its way meanwhile, and nobody waits for it."""

@@ -335,6 +335,7 @@ def test_what_cannot_be_reached_waits_and_the_rest_is_served(mode: str) -> None:
     assert episode.actions.index("deliver(2)") < episode.actions.index("pickup(1)")
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "r"), [(RESET, 1), *((mode, 5) for mode in (RECORDING, SINGLE))])
 def test_while_a_request_waits_a_message_takes_one_step(mode: str, r: int) -> None:
     """And no more, so that 25 steps suffice for 13 messages and the delivery.

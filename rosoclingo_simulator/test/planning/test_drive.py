@@ -78,6 +78,7 @@ def test_a_way(
     assert drive.simulation.physics.pose.distance(drive.goal) < 0.15
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("way", WITH_A_BOX, ids="-".join)
 def test_a_way_with_a_box(
     office: OccupancyMap, planner: PathPlanner, waypoints: Waypoints, way: Tuple[str, str]

@@ -95,6 +95,7 @@ def test_new_goals_while_the_robot_drives(
     assert simulation.physics.pose.distance(PLACES["o9"]) > 1
 
 
+@pytest.mark.costly
 def test_a_box_right_in_front_of_the_robot_is_not_touched(
     start: Callable[[str], Simulation], office: OccupancyMap
 ) -> None:
