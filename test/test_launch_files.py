@@ -114,6 +114,7 @@ def test_arguments_are_explained(file: Tuple[str, str]) -> None:
         assert all(doc for doc, _ in shown.values())
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("file", FILES, ids="/".join)
 def test_each_argument_counts(file: Tuple[str, str]) -> None:
     """Another value starts other nodes, or the same ones in another way."""

@@ -721,6 +721,7 @@ def children(pid: int) -> List[int]:
     return direct + [other for child in direct for other in children(child)]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_nothing_is_left_when_it_is_interrupted(
     terminals: Terminals, number: signal.Signals

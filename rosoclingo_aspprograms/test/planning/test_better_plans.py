@@ -62,6 +62,7 @@ def search(planner: Planner) -> Outcome:
     return planner.search(0, 10_000, lambda: False)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("minimise", ["last", "waits"])
 @pytest.mark.parametrize("seed", range(4))
 def test_it_ends_with_the_best_plan(

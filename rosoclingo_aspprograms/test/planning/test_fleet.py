@@ -232,6 +232,7 @@ def test_a_request_that_has_waited_is_urgent(patience: int, served: int, tmp_pat
     assert len(stream.near) == pytest.approx(served, abs=2 if served < NEAR else 0)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("mode", "answer"),
     variants(

@@ -254,6 +254,7 @@ def test_two_systems_of_which_one_comes_later(terminals: Terminals, tmp_path: Pa
     assert same.token == link.token == token.read_text().strip()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("parameter", "said"),
     [

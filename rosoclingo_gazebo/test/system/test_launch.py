@@ -226,6 +226,7 @@ def test_the_drive_with_real_navigation(terminals: Terminals, gazebo: Dict[str, 
     assert "/move_base/base_local_planner" in parameters
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("pose", "expected"),
     [

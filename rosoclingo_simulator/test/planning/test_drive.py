@@ -68,6 +68,7 @@ class Drive:
         return self.simulation.move_base.outcome.end
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("way", WAYS, ids="-".join)
 def test_a_way(
     office: OccupancyMap, planner: PathPlanner, waypoints: Waypoints, way: Tuple[str, str]

@@ -74,6 +74,7 @@ def test_there_are_ways_to_all_offices() -> None:
     assert {frozenset(way) for way in DRIVEN} == {frozenset(way) for way in WAYS}
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("way", DRIVEN, ids="-".join)
 def test_a_way(
     start: Callable[[str], Simulation], office: OccupancyMap, way: Tuple[str, str]
