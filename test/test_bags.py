@@ -20,6 +20,7 @@ from terminals import executable, package
 FOLDER = Path(__file__).resolve().parent / "bags"
 BAGS = sorted(FOLDER.glob("*.bag"))
 OLD = sorted((FOLDER / "old").glob("*.bag"))
+CASES = [*BAGS, *(pytest.param(bag, marks=pytest.mark.costly) for bag in OLD)]
 TIMEOUT = 300.0  # seconds; no more than a bound for what never comes
 
 
@@ -38,11 +39,12 @@ def replay(bag: Path, level: str, *options: str) -> None:
 
 
 @pytest.mark.parametrize("turn", range(int(os.environ.get("REPEAT", "1"))))
-@pytest.mark.parametrize("bag", BAGS + OLD, ids=lambda bag: f"{bag.parent.name}-{bag.stem}")
+@pytest.mark.parametrize("bag", CASES, ids=lambda bag: f"{bag.parent.name}-{bag.stem}")
 def test_replay(bag: Path, turn: int) -> None:
     replay(bag, "exact")
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("bag", OLD, ids=lambda bag: bag.stem)
 def test_replay_with_todays_encoding(bag: Path) -> None:
     mailbot, modes = package("rosoclingo_aspprograms") / "mailbot", package("rosoclingo") / "modes"

@@ -114,6 +114,7 @@ def test_arguments_are_explained(file: Tuple[str, str]) -> None:
         assert all(doc for doc, _ in shown.values())
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("file", FILES, ids="/".join)
 def test_each_argument_counts(file: Tuple[str, str]) -> None:
     """Another value starts other nodes, or the same ones in another way."""
@@ -169,6 +170,7 @@ def have_ended(terminals: Terminals, launch: Terminal, expected: Set[str]) -> No
     assert not expected & terminals.names()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("file", [f for f in FILES if f[1] not in MISSING | PARTS], ids="/".join)
 def test_start_and_stop(
     shared: Terminals, screen: str, tmp_path: Path, file: Tuple[str, str]
@@ -221,6 +223,7 @@ def test_a_bag_that_exists_ends_the_launch(
     assert f"{tmp_path}/run.bag: there is such a file already" in capfd.readouterr().err
 
 
+@pytest.mark.costly
 def test_required(shared: Terminals, tmp_path: Path) -> None:
     """A node that dies ends the launch file, which is in the namespace of the environment here."""
     file, node, namespace = ("rosoclingo", "rosoclingo.launch"), "/planner", "/rosoclingo"

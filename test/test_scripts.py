@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 from pathlib import Path
-from typing import List, Tuple
+from typing import Callable, List, Tuple
 
 import pytest
 import yaml
@@ -20,6 +21,8 @@ ROOT = Path(__file__).resolve().parents[1]
         (("setup", "--tests"), ["usage: scripts/setup [--test | --bench]"]),
         (("test", "unit"), ["'unit'", "system whole browser"]),
         (("test", "--again", "units"), ["--again needs a number"]),
+        (("test", "--part", "4", "units"), ["--part needs a number from 1 to 3"]),
+        (("test", "--all"), ["'--all'", "--again N, --full, --part N"]),
         (("in-chroot", "trixie"), ["usage: scripts/in-chroot SUITE COMMAND..."]),
         (("in-chroot", "sarge", "true"), ["'sarge'", "bookworm, trixie, focal"]),
     ],
@@ -31,6 +34,55 @@ def test_what_is_refused(command: Tuple[str, ...], pieces: List[str]) -> None:
     assert ended.returncode == 1
     for piece in pieces:
         assert piece in ended.stderr
+
+
+@pytest.fixture
+def part_of_a_run(tmp_path: Path) -> Callable[..., str]:
+    """Says which part of the costly tests scripts/test runs; it installs and tests nothing."""
+    (tmp_path / "scripts").mkdir()
+    for name, text in (
+        ("test", (ROOT / "scripts" / "test").read_text()),
+        ("lib.sh", (ROOT / "scripts" / "lib.sh").read_text()),
+        ("setup", '#!/bin/sh\necho "part:$PART"\nexit 3\n'),
+    ):
+        (tmp_path / "scripts" / name).write_text(text)
+        (tmp_path / "scripts" / name).chmod(0o755)
+
+    def run(*options: str, **environment: str) -> str:
+        without = {name: value for name, value in os.environ.items() if name != "FULL"}
+        ended = subprocess.run(
+            [tmp_path / "scripts" / "test", *options],
+            env={**without, "GIT_CEILING_DIRECTORIES": str(tmp_path.parent), **environment},
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert ended.returncode == 3, ended.stderr
+        return ended.stdout.strip()
+
+    return run
+
+
+def test_which_part_of_the_costly_tests_runs(part_of_a_run: Callable[..., str]) -> None:
+    assert part_of_a_run() == "part:1", "there is no commit"
+    assert part_of_a_run(PART="2") == "part:1"
+    assert part_of_a_run("--part", "3", "--again", "2", "units") == "part:3"
+    assert part_of_a_run("--full", "lint") == part_of_a_run(FULL="1") == "part:"
+    assert part_of_a_run("--part", "2", FULL="1") == "part:2"
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
+def test_a_commit_has_its_part(part_of_a_run: Callable[..., str], tmp_path: Path) -> None:
+    git = ("git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@localhost")
+    subprocess.run([*git, "init", "--quiet"], check=True)
+    found = set()
+    for number in range(6):
+        (tmp_path / "file").write_text(str(number))
+        subprocess.run([*git, "add", "file"], check=True)
+        subprocess.run([*git, "commit", "--quiet", "-m", "Change"], check=True)
+        tree = subprocess.check_output([*git, "rev-parse", "HEAD^{tree}"], text=True)
+        part = part_of_a_run()
+        assert part == f"part:{int(tree[:7], 16) % 3 + 1}"
+        found.add(part)
+    assert found == {"part:1", "part:2", "part:3"}
 
 
 DEMO_COMMANDS = """

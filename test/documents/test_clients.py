@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
 from page import Page, of
 from readmes import check_output
 
 
+@pytest.mark.costly
 @of("rosoclingo_examples/README.md", "rosoclingo_examples")
 def test_examples(page: Page) -> None:
     page.type("mailbot_dynamic.launch")
@@ -13,12 +15,14 @@ def test_examples(page: Page) -> None:
     check_output("rosoclingo_examples/README.md", "rosoclingo_examples", said)
 
 
+@pytest.mark.costly
 @of("rosoclingo_examples/README.md", "mailbot_manual.py and mailbot.py")
 def test_clients(page: Page) -> None:
     page.terminals.start("roslaunch", "rosoclingo_examples", "mailbot_dynamic.launch")
     assert "2 deliveries" in page.run("printf")
 
 
+@pytest.mark.costly
 @of("rosoclingo_examples/README.md", "Launch files")
 def test_launch_files(page: Page) -> None:
     assert "seed" in page.run("--ros-args").partition("Optional Arguments:")[2]

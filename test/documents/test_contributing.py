@@ -8,6 +8,7 @@ import re
 import textwrap
 from pathlib import Path
 
+import pytest
 from page import BAGS, Page, of
 from readmes import ROOT, section
 from waiting import wait_for
@@ -33,6 +34,7 @@ def test_the_method_of_a_command(page: Page) -> None:
     page.set_variables()
 
 
+@pytest.mark.costly
 @of("CONTRIBUTING.md", "In a package of your own")
 def test_a_command_in_a_package_of_ones_own(page: Page) -> None:
     pieces = section("CONTRIBUTING.md", "Add a command")
@@ -49,6 +51,7 @@ def test_a_command_in_a_package_of_ones_own(page: Page) -> None:
     page.type("my_run.py").wait_for("the plan has 14 actions")
 
 
+@pytest.mark.costly
 @of("CONTRIBUTING.md", "Add an action of a robot")
 def test_an_action_of_a_robot(page: Page) -> None:
     (page.folder / "my_task.lp").write_text(page.block("prolog"))

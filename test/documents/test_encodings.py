@@ -53,6 +53,7 @@ def test_examples_of_an_encoding() -> None:
     check_output("docs/check.md", "Examples", (ASP / "mailbot.examples").read_text())
 
 
+@pytest.mark.costly
 @of("rosoclingo_aspprograms/README.md", "rosoclingo_aspprograms")
 def test_aspprograms(page: Page) -> None:
     for _ in range(3):
@@ -66,6 +67,7 @@ def test_aspprograms(page: Page) -> None:
     page.hears("/rosoclingo/about")
 
 
+@pytest.mark.costly
 @of("rosoclingo_aspprograms/README.md", "An encoding of your own")
 def test_plants(page: Page) -> None:
     page.type("roscore")
@@ -97,6 +99,7 @@ def test_seconds(page: Page) -> None:
     assert "goal 1, bring(o9,o14), succeeds in step 9" in page.run("plan.py")
 
 
+@pytest.mark.costly
 @of("rosoclingo_aspprograms/README.md", "Requests, actions, messages")
 def test_goal_information(page: Page) -> None:
     page.terminals.start("roslaunch", "rosoclingo_examples", "mailbot_office.launch")

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from page import LINE, Page, of
 from readmes import ROOT, check_output, section
 
@@ -20,6 +21,7 @@ from rosoclingo.why.phrases import Phrases
 from rosoclingo.why.situation import Situation
 
 
+@pytest.mark.costly
 @of("docs/why.md", "At run time")
 def test_why_at_run_time(page: Page) -> None:
     # Other tests may take all the time that what answers gives way to.

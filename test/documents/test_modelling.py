@@ -27,6 +27,7 @@ def write_guide(folder: Path) -> str:
     return text
 
 
+@pytest.mark.costly
 @of(GUIDE, ROBOTS)
 def test_modelling_with_robots(page: Page) -> None:
     write_guide(page.folder)
@@ -44,6 +45,7 @@ def test_modelling_with_robots(page: Page) -> None:
     page.run("/rosoclingo/cancel")
 
 
+@pytest.mark.costly
 def test_modelling(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from page import BAGS, Page, of
 
 
@@ -10,6 +11,7 @@ def takes_any_port(page: Page) -> None:
     page.terminals.run("rosparam", "set", "/console/port", "0")
 
 
+@pytest.mark.costly
 @of("rosoclingo_console/README.md", "rosoclingo_console")
 def test_a_console(page: Page) -> None:
     takes_any_port(page)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
 from page import OFFICE, Page, of
 
 
+@pytest.mark.costly
 @of("rosoclingo_rviz/README.md", "rosoclingo_rviz")
 def test_rviz(page: Page, screen: str) -> None:
     """The office is drawn, and rviz answers."""
@@ -21,6 +23,7 @@ def test_rviz(page: Page, screen: str) -> None:
     assert "process has died" not in office.output, office.output
 
 
+@pytest.mark.costly
 @of("rosoclingo_rviz/README.md", "rviz.launch")
 def test_a_graph_in_rviz(page: Page, screen: str) -> None:
     page.terminals.environment["DISPLAY"] = screen

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 
+import pytest
 import yaml
 from page import LINE, OFFICE, PAPER, Page, has_libraries, of
 from readmes import check_output
@@ -11,6 +12,7 @@ from readmes import check_output
 from rosoclingo.loop.execution.policies import ActionPolicies
 
 
+@pytest.mark.costly
 @of("rosoclingo/README.md", "rosoclingo")
 def test_rosoclingo(page: Page) -> None:
     page.type("rosoclingo.launch")
@@ -27,6 +29,7 @@ def test_rosoclingo(page: Page) -> None:
     page.hears("/rosoclingo/about")
 
 
+@pytest.mark.costly
 @of("rosoclingo/README.md", "The manual's example")
 def test_the_blocks_world(page: Page) -> None:
     for _ in range(3):
@@ -34,6 +37,7 @@ def test_the_blocks_world(page: Page) -> None:
     page.type("rostopic echo").wait_for("do(arm,putdown(3),14)")
 
 
+@pytest.mark.costly
 @of("rosoclingo/README.md", "Diagnostics")
 def test_diagnostics(page: Page) -> None:
     terminals = page.terminals
@@ -49,6 +53,7 @@ def test_diagnostics(page: Page) -> None:
     assert "path: ROSoClingo" in analyzers.output
 
 
+@pytest.mark.costly
 @of("rosoclingo/README.md", "An operator")
 def test_an_operator(page: Page) -> None:
     terminals = page.terminals
@@ -76,6 +81,7 @@ def test_an_operator(page: Page) -> None:
     assert "no action deliver(1) of robot is held" in page.run("reject")
 
 
+@pytest.mark.costly
 @of("rosoclingo/README.md", "Retries and timeouts")
 def test_policies(page: Page) -> None:
     """An action that fails twice is told to the planner as one success."""
@@ -126,6 +132,7 @@ def test_profile(page: Page) -> None:
     check_output("rosoclingo/README.md", "Where the time goes", page.run("--profile"))
 
 
+@pytest.mark.costly
 @of("rosoclingo/README.md", "Before it runs: check.py")
 def test_check(page: Page) -> None:
     """The command shows what it says."""
@@ -136,6 +143,7 @@ def test_check(page: Page) -> None:
     check_output("rosoclingo/README.md", "Before it runs: check.py", terminal.output)
 
 
+@pytest.mark.costly
 @of("rosoclingo/README.md", "A domain in PDDL: pddl.py")
 def test_pddl(page: Page) -> None:
     page.set_variables()
@@ -144,6 +152,7 @@ def test_pddl(page: Page) -> None:
     assert "goal 1, goal, succeeds" in page.run("plan.py")
 
 
+@pytest.mark.costly
 @of("rosoclingo/README.md", "One node: run-1.0.py")
 def test_one_node(page: Page) -> None:
     page.has(instance_lp=OFFICE, encoding_lp=PAPER)
@@ -153,6 +162,7 @@ def test_one_node(page: Page) -> None:
         page.interrupt()
 
 
+@pytest.mark.costly
 @of("docs/recovery.md", "Recovery")
 def test_recovery(page: Page) -> None:
     shutil.copy(LINE, page.folder / "my_task.lp")

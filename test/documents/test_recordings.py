@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import xml.etree.ElementTree as ET
 
+import pytest
 from page import BAGS, Page, has_libraries, of
 from readmes import check_output
 from typist import pipe
@@ -30,6 +31,7 @@ def rostest(page: Page) -> None:
     assert (suite.get("failures"), suite.get("errors")) == ("0", "0")
 
 
+@pytest.mark.costly
 @of("README.md", "Regression bags")
 def test_regression_bags(page: Page) -> None:
     recorded = page.type("roslaunch")
@@ -49,6 +51,7 @@ def test_regression_bags(page: Page) -> None:
     assert "no difference" in page.run("compare.py")
 
 
+@pytest.mark.costly
 @of("docs/bags.md", "record.py")
 def test_record(page: Page) -> None:
     page.type("record.py").wait_for("recording /rosoclingo in")
@@ -56,6 +59,7 @@ def test_record(page: Page) -> None:
     page.type("record:=run.bag").wait_for(f"{page.folder}/run.bag")
 
 
+@pytest.mark.costly
 @of("docs/bags.md", "rosbag play")
 def test_rosbag_play(page: Page) -> None:
     page.has(run_bag=BAGS / "mailbot_dynamic_recording.bag")
@@ -65,6 +69,7 @@ def test_rosbag_play(page: Page) -> None:
     started.wait_for("mailbot: go(")
 
 
+@pytest.mark.costly
 @of("docs/bags.md", "replay.py")
 def test_replay(page: Page) -> None:
     page.has(run_bag=BAGS / "mailbot_dynamic_recording.bag")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
 from page import ASP, OFFICE, Page, of
 from readmes import check_output
 from terminals import package
@@ -25,6 +26,7 @@ class base:
 '''
 
 
+@pytest.mark.costly
 @of("rosoclingo_interfaces/README.md", "rosoclingo_interfaces")
 def test_interfaces(page: Page) -> None:
     fulfill = page.type("fulfill.py")
@@ -121,6 +123,7 @@ def test_faults_of_an_interface(page: Page) -> None:
     assert "as ~faults says" not in fulfill.output
 
 
+@pytest.mark.costly
 @of("rosoclingo_interfaces/README.md", "un_block.py")
 def test_un_block(page: Page) -> None:
     heard = page.terminals.start("rostopic", "echo", "/rosoclingo/in")
@@ -130,6 +133,7 @@ def test_un_block(page: Page) -> None:
         heard.wait_for(f'value: "{value}"')
 
 
+@pytest.mark.costly
 @of("rosoclingo_interfaces/README.md", "mailbot_interfaces.launch")
 def test_mailbot_interfaces(page: Page) -> None:
     for node in ("/move_base_interface", "/fulfill_go"):

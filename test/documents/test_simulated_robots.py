@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import pytest
 import yaml
 from page import Page, of
 from readmes import check_output, section
@@ -12,6 +13,7 @@ from readmes import check_output, section
 REQUEST = "o9 o14 box_of_chocolate\n"
 
 
+@pytest.mark.costly
 @of("rosoclingo_gazebo/README.md", "rosoclingo_gazebo")
 def test_gazebo(page: Page) -> None:
     office = page.type("mailbot_robot.launch")
@@ -21,6 +23,7 @@ def test_gazebo(page: Page) -> None:
     check_output("rosoclingo_gazebo/README.md", "rosoclingo_gazebo", client.output)
 
 
+@pytest.mark.costly
 @of("rosoclingo_gazebo/README.md", "mailbot_scenario.launch")
 def test_scenario(page: Page) -> None:
     page.type("mailbot_scenario.launch")
@@ -31,6 +34,7 @@ def test_scenario(page: Page) -> None:
     robot.wait_for("mailbot: go(c6)")
 
 
+@pytest.mark.costly
 @of("rosoclingo_gazebo/README.md", "Real navigation")
 def test_real_navigation(page: Page) -> None:
     page.type("localisation:=false")
@@ -45,6 +49,7 @@ def test_real_navigation(page: Page) -> None:
         assert ("packages are missing" in missing.output) != has_stack
 
 
+@pytest.mark.costly
 @of("rosoclingo_gazebo/README.md", "A fleet")
 def test_a_fleet(page: Page) -> None:
     page.type("mailbot_fleet.launch")
@@ -54,6 +59,7 @@ def test_a_fleet(page: Page) -> None:
     page.sees("/rosoclingo/goal")
 
 
+@pytest.mark.costly
 @of("rosoclingo_gazebo/README.md", "Systems of their own")
 def test_systems_of_their_own(page: Page) -> None:
     offices = {}
@@ -73,6 +79,7 @@ def test_several_robots(page: Page) -> None:
         page.sees(f"/{robot}/move_base/goal")
 
 
+@pytest.mark.costly
 @of("rosoclingo_simulator/README.md", "Several systems")
 def test_several_systems(page: Page) -> None:
     for robot in ("robot1", "robot2"):
@@ -97,6 +104,7 @@ def house(page: Page, description: str) -> Path:
     return page.folder / "house"
 
 
+@pytest.mark.costly
 @of("rosoclingo_simulator/README.md", "rosoclingo_simulator")
 def test_simulator(page: Page) -> None:
     page.type("embedded.launch")
@@ -119,6 +127,7 @@ def holds(file: Path, kind: str) -> bool:
     return {"map": "image", "waypoints": "frame"}[kind] in yaml.safe_load(file.read_text())
 
 
+@pytest.mark.costly
 @of("rosoclingo_simulator/README.md", "Obstacles")
 def test_obstacles(page: Page) -> None:
     page.terminals.start("roslaunch", "rosoclingo_simulator", "embedded.launch", "speed:=10")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+import pytest
 import yaml
 from page import TOWER, Page, of
 from readmes import check_output
@@ -20,6 +21,7 @@ def test_the_manuals_examples(page: Page) -> None:
         page.interrupt()
 
 
+@pytest.mark.costly
 @of("rosclingo/README.md", "rosclingo")
 def test_rosclingo(page: Page) -> None:
     page.type("roscore")
@@ -52,6 +54,7 @@ def test_control(page: Page) -> None:
     )
 
 
+@pytest.mark.costly
 @of("rosclingo/README.md", "Difference constraints")
 def test_difference_constraints(page: Page) -> None:
     page.type("roscore")

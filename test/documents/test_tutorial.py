@@ -26,6 +26,7 @@ def tutorial(tmp_path: Path) -> Iterator[Page]:
         yield page
 
 
+@pytest.mark.costly
 @of("docs/tutorial.md", TUTORIAL[0])
 @of("docs/tutorial.md", TUTORIAL[1])
 @of("docs/tutorial.md", TUTORIAL[2])

@@ -154,6 +154,7 @@ def test_launch_file(terminals: Terminals) -> None:
     assert set(answer_set(ended.output)) == MANUAL
 
 
+@pytest.mark.costly
 def test_launch_file_that_records(terminals: Terminals, tmp_path: Path) -> None:
     folder, bag = example(), tmp_path / "a.bag"
     launch = terminals.start(
@@ -199,6 +200,7 @@ def test_a_solver_that_was_killed_is_known_to_have_ended(terminals: Terminals) -
     assert client.wait() == 1
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("threads", [1, 2])
 def test_interrupt_of_a_search(terminals: Terminals, tmp_path: Path, threads: int) -> None:
     program = "1 {at(P,H) : H=1..11} 1 :- P=1..12. :- at(P,H), at(Q,H), P<Q. "
@@ -238,6 +240,7 @@ def seconds_computed(node: Terminal) -> float:
     return int(fields[13]) / os.sysconf("SC_CLK_TCK")
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("arguments", "pieces"),
     [

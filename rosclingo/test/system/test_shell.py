@@ -83,6 +83,7 @@ def test_only_python_and_our_packages_are_added() -> None:
     assert names <= {folder.name for folder in PACKAGES}
 
 
+@pytest.mark.costly
 @pytest.mark.both_spaces
 def test_a_node_of_a_user_beside_ours(terminals: Terminals, tmp_path: Path) -> None:
     folder = tmp_path / "camera"
@@ -113,6 +114,7 @@ def completed(command: str, function: str) -> Mapping[str, Set[str]]:
     return {name: set(offered) for name, *offered in lines}
 
 
+@pytest.mark.costly
 @pytest.mark.both_spaces
 def test_completion_offers_what_a_user_runs() -> None:
     nodes = {

@@ -96,6 +96,7 @@ NO_PLANNERS = {
 }  # fmt: skip
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("name", RUNS)
 def test_what_runs(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def read_some(encoding: str, files: Sequence[str]) -> Sequence[Example]:
@@ -107,6 +108,7 @@ def test_what_runs(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert [str(finding) for finding in checking.findings()] == []
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("third", range(1, THIRDS))
 def test_the_other_examples_of_the_mailbot(third: int) -> None:
     runner = Runner()
@@ -114,6 +116,7 @@ def test_the_other_examples_of_the_mailbot(third: int) -> None:
         assert [str(finding) for finding in judge(example, runner.run(example.words))] == []
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("name", READ)
 def test_what_is_read(name: str) -> None:
     """What takes too long to run is read."""

@@ -45,6 +45,7 @@ def test_a_master_that_does_not_answer() -> None:
     assert said.stdout == said.stderr == b""
 
 
+@pytest.mark.costly
 @pytest.mark.both_spaces
 def test_why(terminals: Terminals, tmp_path: Path) -> None:
     (tmp_path / "requests.lp").write_text(REQUESTS)

@@ -119,6 +119,7 @@ def call(terminals: Terminals, name: str) -> None:
     assert "success: True" in terminals.run("rosservice", "call", f"{NODE}/{name}").output
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("nodes", [1, 3])
 def test_a_run(terminals: Terminals, tmp_path: Path, nodes: int) -> None:
     """At rest, paused, with a silent robot, in a long search, and without a solver."""

@@ -10,6 +10,10 @@ import subprocess
 from pathlib import Path
 from typing import Dict, Tuple
 
+import pytest
+
+pytestmark = pytest.mark.costly
+
 KILLS = Path(__file__).resolve().parents[3] / "benchmarks" / "kills.py"
 
 

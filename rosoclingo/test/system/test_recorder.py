@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
 from terminals import Terminals, terminals, wait_for
 
 from rosoclingo.bags.errors import BagError
@@ -18,6 +19,7 @@ __all__ = ["terminals"]
 EVENT = "{{number: {}, kind: end, stamp: {{secs: {}, nsecs: 0}}}}"
 
 
+@pytest.mark.costly
 def test_what_no_rosoclingo_sends(terminals: Terminals, tmp_path: Path) -> None:
     bag = tmp_path / "a.bag"
     solvers = {"controller": "/a b\x01", "planner": "\udc80"}

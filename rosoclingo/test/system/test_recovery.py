@@ -12,10 +12,13 @@ import subprocess
 from pathlib import Path
 from typing import List
 
+import pytest
 from terminals import Terminal, Terminals, package, terminals, wait_for
 
 from rosoclingo.bags.read.reader import read_recording
 from rosoclingo.loop.journal import MessageArrived, NodeResumed
+
+pytestmark = pytest.mark.costly
 
 __all__ = ["terminals"]
 

@@ -416,6 +416,7 @@ def test_a_bag_of_the_repository(terminals: Terminals, tmp_path: Path) -> None:
         assert "Traceback" not in ended.output
 
 
+@pytest.mark.costly
 def test_compares_what_was_recorded(
     terminals: Terminals, recorder: Recorder, tmp_path: Path
 ) -> None:
@@ -436,6 +437,7 @@ def test_compares_what_was_recorded(
         assert "Traceback" not in ended.output
 
 
+@pytest.mark.costly
 def test_a_mode_that_resets(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
     """The two other incremental modes are those of the tests around this one.
 
@@ -458,6 +460,7 @@ def test_a_mode_that_resets(terminals: Terminals, recorder: Recorder, tmp_path: 
     }  # fmt: skip
 
 
+@pytest.mark.costly
 def test_steps_without_a_barrier(terminals: Terminals, recorder: Recorder) -> None:
     """Nobody waits for the slowest, and each answer is in the replay in the step it was in."""
     workshop = package("rosoclingo_aspprograms") / "workshop"
@@ -492,6 +495,7 @@ groups = sys.argv[2:]
 }
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("nodes", ["three", "one"])
 def test_a_better_plan(terminals: Terminals, recorder: Recorder, nodes: str) -> None:
     """What was found in time, and what was found later, is in the replay what it was."""
@@ -512,6 +516,7 @@ def test_a_better_plan(terminals: Terminals, recorder: Recorder, nodes: str) -> 
     assert "no difference at level exact: 12 goals" in ended.output
 
 
+@pytest.mark.costly
 def test_an_operator(terminals: Terminals, recorder: Recorder) -> None:
     """No action begins in a pause, and what was held is in the replay held as long."""
     ask = "_ask_before:=go(3) nothing(*)"
@@ -539,6 +544,7 @@ OFFICE = "c6 c5 c4 c6 open1 c1 c2 o2 + c2 c1 o3 - c1 c2 c3 c4 o7 + c4 o11 -"
 THERE = {"+": ["pickup(2)", "pickup(1)"], "-": ["deliver(2)", "deliver(1)"]}
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("nodes", "ask"), [("one", " "), ("three", "do(mailbot,*)")])
 def test_pauses_in_the_third_scenario(
     terminals: Terminals, recorder: Recorder, nodes: str, ask: str
@@ -568,6 +574,7 @@ def test_pauses_in_the_third_scenario(
     assert "no difference at level exact: 2 goals" in ended.output
 
 
+@pytest.mark.costly
 def test_retries(terminals: Terminals, recorder: Recorder) -> None:
     """Two failures are one success for the planner, and pauses end where they have ended."""
     policies = "_policies:={'go(*)': {retries: 2, pause: 0.2}}"
@@ -580,6 +587,7 @@ def test_retries(terminals: Terminals, recorder: Recorder) -> None:
     assert "no difference at level exact: 1 goal, 2 steps" in ended.output
 
 
+@pytest.mark.costly
 def test_a_static_mode(terminals: Terminals, recorder: Recorder) -> None:
     example = package("rosoclingo") / "example"
     blocks = [str(example / file) for file in ("instance.lp", "itoh.lp")]
@@ -603,6 +611,7 @@ def divergence(ended: Terminal) -> List[str]:
     return words
 
 
+@pytest.mark.costly
 def test_differences(terminals: Terminals, recorder: Recorder, tmp_path: Path) -> None:
     """There are none without a change; each change is found, in the step where it shows."""
     bag, results = recorder.record(["visit(3) visit(2)"], [line()]), tmp_path / "results.xml"
@@ -641,6 +650,7 @@ def test_differences(terminals: Terminals, recorder: Recorder, tmp_path: Path) -
     assert lines[place - 1].strip() == waits
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("system", ["single", "dyn_reset"])
 def test_what_comes_while_the_loop_works(
     terminals: Terminals, recorder: Recorder, system: str
@@ -666,6 +676,7 @@ LAUNCH = """
 """
 
 
+@pytest.mark.costly
 def test_a_line_in_a_rostest(terminals: Terminals, tmp_path: Path) -> None:
     """A user's package has a bag, and what has to be the same is not, as it is in the READMEs."""
     robots = tmp_path / "robots"
@@ -686,6 +697,7 @@ def test_a_line_in_a_rostest(terminals: Terminals, tmp_path: Path) -> None:
         assert suite.get("errors") == ("1" if failures is None else "0")
 
 
+@pytest.mark.costly
 def test_a_bag_of_an_old_system(terminals: Terminals, recorder: Recorder) -> None:
     """It has no journal, and does not say what was started."""
     # Whichever goal the loop hears of first, the way is the same: the bag does not say when it did.
@@ -709,6 +721,7 @@ def children(pid: int) -> List[int]:
     return direct + [other for child in direct for other in children(child)]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_nothing_is_left_when_it_is_interrupted(
     terminals: Terminals, number: signal.Signals
@@ -727,6 +740,7 @@ def is_late(topic: str, data: bytes) -> bool:
     return topic == "/rosoclingo/journal" and EVENT.unpack_from(data)[2] > 1
 
 
+@pytest.mark.costly
 def test_what_cannot_be_replayed(terminals: Terminals, tmp_path: Path) -> None:
     bag = Path(shutil.copy(BAGS / "mailbot_dynamic_recording.bag", tmp_path))
     empty = tmp_path / "empty.bag"

@@ -71,6 +71,7 @@ def test_files_without_their_ending(terminals: Terminals) -> None:
     assert "Traceback" not in node.output
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("script", ["run-1.0.py", "run.py"])
 def test_the_names_of_the_paper(terminals: Terminals, script: str) -> None:
     arguments = ["--file", line("_paper")] if script == "run-1.0.py" else []
@@ -105,6 +106,7 @@ print(GoalStatus.to_string(goal.get_terminal_state()), flush=True)
 """
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("options", [[], ["-c", "steps=3"]])
 def test_a_goal_that_cannot_be_reached(terminals: Terminals, options: list[str]) -> None:
     """It is searched for until the node is told to end, or up to the last step."""
@@ -123,6 +125,7 @@ def test_a_goal_that_cannot_be_reached(terminals: Terminals, options: list[str])
     assert not options or "no plan within the horizon of 3 steps" in node.output
 
 
+@pytest.mark.costly
 def test_only_the_goal_that_cannot_be_reached_ends(terminals: Terminals) -> None:
     system = terminals.start(
         "roslaunch", "rosoclingo", "single.launch", f"encoding:={line()}",
@@ -139,6 +142,7 @@ def test_only_the_goal_that_cannot_be_reached_ends(terminals: Terminals) -> None
         assert word not in system.output
 
 
+@pytest.mark.costly
 def test_a_wrong_command_line(terminals: Terminals, tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.lp"
     wrong.write_text("#external query(t")

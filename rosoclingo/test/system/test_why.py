@@ -111,6 +111,7 @@ def test_three_nodes(terminals: Terminals) -> None:
         assert word not in node.output
 
 
+@pytest.mark.costly
 def test_one_node(terminals: Terminals, tmp_path: Path) -> None:
     """A goal is told why it waits; and a node ends while it is asked."""
     file = tmp_path / "waits.lp"

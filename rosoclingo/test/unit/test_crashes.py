@@ -71,6 +71,7 @@ def folder(tmp_path: Path) -> Iterator[Path]:
         yield Path(made)
 
 
+@pytest.mark.costly
 @pytest.mark.long
 @pytest.mark.parametrize(("mode", "encoding"), CASES)
 def test_every_point(mode: str, encoding: str, folder: Path) -> None:
@@ -94,6 +95,7 @@ def test_every_point(mode: str, encoding: str, folder: Path) -> None:
     assert not wrong, outcome(calm)
 
 
+@pytest.mark.costly
 @pytest.mark.long
 @pytest.mark.parametrize(("mode", "encoding"), CASES)
 def test_an_operator_at_every_point(mode: str, encoding: str, folder: Path) -> None:
@@ -116,6 +118,7 @@ def test_an_operator_at_every_point(mode: str, encoding: str, folder: Path) -> N
         assert outcome(disturbed) == outcome(calm), (number, points[number])
 
 
+@pytest.mark.costly
 @pytest.mark.long
 @pytest.mark.parametrize(("mode", "encoding"), CASES[::2])
 def test_retries_at_every_point(mode: str, encoding: str, folder: Path) -> None:
@@ -167,6 +170,7 @@ def test_a_goal_behind_an_operators_request(folder: Path, monkeypatch: pytest.Mo
         assert outcome(disturbed)[1] == outcome(calm)[1], (number, points[number - 1])
 
 
+@pytest.mark.costly
 @pytest.mark.long
 def test_a_second_crash_in_the_recovery(folder: Path) -> None:
     runs, calm = Runs(folder, DYN_RESET), world()
@@ -244,6 +248,7 @@ class Mortal(Forwarding):
         return super().solve(*arguments)
 
 
+@pytest.mark.costly
 @pytest.mark.long
 @pytest.mark.parametrize("is_planner", [True, False])
 @pytest.mark.parametrize("encoding", ["line.lp", "line_demand.lp"])

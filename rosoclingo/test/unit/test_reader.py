@@ -215,6 +215,7 @@ def _read(file: Path, content: bytes) -> None:
         assert isinstance(read_recording(file), Recording)
 
 
+@pytest.mark.costly
 @pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(place=st.floats(0, 1, exclude_max=True))
@@ -232,6 +233,7 @@ def test_any_truncation_of_the_beginning(sample: Tuple[Path, bytes], length: int
     _read(file, content[:length])
 
 
+@pytest.mark.costly
 @pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(place=st.floats(0, 1, exclude_max=True), value=st.integers(0, 255))

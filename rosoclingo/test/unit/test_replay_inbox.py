@@ -258,6 +258,7 @@ def replay(system: System, recorded: Sequence[Entry], seed: int) -> List[Entry]:
     return list(run.entries)
 
 
+@pytest.mark.costly
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("mode", "seed"),

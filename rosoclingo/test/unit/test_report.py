@@ -199,6 +199,7 @@ def test_its_modules_are_one_script() -> None:
     assert {"drawLanes", "tabulate"} <= set(names)
 
 
+@pytest.mark.costly
 @pytest.mark.long
 def test_a_page_of_10000_steps_is_below_5_mib() -> None:
     recording = long_journal(10_000).recording()

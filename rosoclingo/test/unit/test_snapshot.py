@@ -151,6 +151,7 @@ def check(mode: str, encoding: str, seed: int) -> None:
     assert runs[0].published
 
 
+@pytest.mark.costly
 @pytest.mark.long
 @pytest.mark.parametrize("seed", draws([0], 2))
 @pytest.mark.parametrize("encoding", ENCODINGS)

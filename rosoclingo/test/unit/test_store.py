@@ -492,6 +492,7 @@ def damaged(tmp_path: Path) -> Tuple[Path, Set[int], List[Path]]:
     return file, seals, copies
 
 
+@pytest.mark.costly
 @pytest.mark.long
 def test_a_store_that_is_cut(damaged: Tuple[Path, Set[int], List[Path]]) -> None:
     file, seals, _ = damaged
@@ -575,6 +576,7 @@ class Trips(World):
         self._to_ask = to_ask
 
 
+@pytest.mark.costly
 @pytest.mark.long
 def test_a_file_does_not_grow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As soon as it has as many events and ended goals as are kept."""

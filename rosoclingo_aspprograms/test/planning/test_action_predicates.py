@@ -257,6 +257,7 @@ def test_a_number_that_nobody_declares_restricts_nothing(tmp_path: Path) -> None
     assert words(task.meet("a", "b")) == ["succeeded"] * 2
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("action", "text"),
     [

@@ -235,6 +235,7 @@ def _order(goal: Request) -> Tuple[str, int]:
     return ward, int(_argument(bags))
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_random_episode_in_the_hospital(seed: int, tmp_path: Path) -> None:
     """Each mode in turn has a world of its own."""

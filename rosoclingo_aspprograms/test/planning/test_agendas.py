@@ -99,6 +99,7 @@ def served(plan: Plan) -> List[str]:
     return sorted(action for action in actions if "deliver" in action)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("requests", "robots"), [(11, 1), (30, 1), (14, 2), (24, 4)])
 def test_a_first_plan_is_improved(requests: int, robots: int, tmp_path: Path) -> None:
     office = Office(requests, robots, tmp_path, AT_ONCE)

@@ -62,6 +62,7 @@ def search(planner: Planner) -> Outcome:
     return planner.search(0, 10_000, lambda: False)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("minimise", ["last", "waits"])
 @pytest.mark.parametrize("seed", range(4))
 def test_it_ends_with_the_best_plan(
@@ -109,6 +110,7 @@ def test_it_ends_with_the_best_plan(
 FLEETS = [(RESET, 5), (SINGLE, 11), (RESET, 1), (SINGLE, 3)]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "seed"), [FLEETS[number] for number in draws(range(2), 4)])
 def test_a_random_fleet(
     mode: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -151,6 +151,7 @@ def test_a_belief_is_taken_back_when_something_speaks_against_it() -> None:
     assert robot.blocked == []
 
 
+@pytest.mark.costly
 def test_faults_in_the_office() -> None:
     """The true cause is found soon, and fewer deliveries are lost or late than without causes."""
     found: List[bool] = []
@@ -226,6 +227,7 @@ class Fleet(System):
         return bool(self._items)
 
 
+@pytest.mark.costly
 def test_nothing_is_noted_without_end() -> None:
     """A way is seen to be blocked, and then many deliveries are made."""
     robot = bring(DYN_RESET, FAILURE, ["at(mailbot,open1)", "blocked(c1,open1)"])

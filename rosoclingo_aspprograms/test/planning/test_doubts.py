@@ -118,6 +118,7 @@ def write(folder: Path, old: str = "", new: str = "") -> Options:
     return Options((str(file),))
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_is_named(mistake: str, tmp_path: Path) -> None:
     old, new, line, text, why = MISTAKES[mistake]

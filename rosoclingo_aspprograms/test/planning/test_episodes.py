@@ -158,6 +158,7 @@ class RandomEpisode(Episode):
         return any(not goal.ended for goal in self.requests)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_random_episode(seed: int) -> None:
     """Each mode in turn has a world of its own."""

@@ -177,12 +177,14 @@ def _run(fleet: Fleet) -> None:
     assert [text for text in fleet.warnings if not any(word in text for word in known)] == []
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_random_fleet(seed: int, tmp_path: Path) -> None:
     """Each mode in turn; and each number of robots in each mode, in 16 episodes."""
     _run(Fleet(list(STEPS)[seed // 4 % len(STEPS)], seed, tmp_path))
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", STUCK)
 def test_a_random_fleet_that_loses_robots(seed: int, tmp_path: Path) -> None:
     """Each mode in turn, likewise."""
@@ -217,6 +219,7 @@ class Stream(Episode):
         return super().turn()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("patience", "served"), [(100, 7), (100_000, NEAR)])
 def test_a_request_that_has_waited_is_urgent(patience: int, served: int, tmp_path: Path) -> None:
     """A near request takes 14 s."""
@@ -229,6 +232,7 @@ def test_a_request_that_has_waited_is_urgent(patience: int, served: int, tmp_pat
     assert len(stream.near) == pytest.approx(served, abs=2 if served < NEAR else 0)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("mode", "answer"),
     variants(

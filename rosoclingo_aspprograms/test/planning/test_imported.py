@@ -127,6 +127,7 @@ def test_what_has_failed_is_done_again(files: List[str]) -> None:
     assert world.to_fail == []
 
 
+@pytest.mark.costly
 def test_a_goal_that_is_cancelled_leaves_the_other_one(files: List[str]) -> None:
     world = Delivery(files)
     red, unknown = world.request("box_at(red,office)"), world.request("box_at(red,ofice)")
@@ -202,6 +203,7 @@ class RandomDelivery(Delivery):
             self.request(f"box_at({box},{room})")
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_random_episode(seed: int, files: List[str]) -> None:
     world = RandomDelivery(files, seed)

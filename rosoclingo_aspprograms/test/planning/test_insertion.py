@@ -75,6 +75,7 @@ class Crowd(Fleet):
             self.requests.append(self.request(text))
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_random_crowd(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A better plan is looked for now and then, and an input comes soon, or after a while."""
@@ -120,6 +121,7 @@ def is_constructed(plan: Plan) -> bool:
     return CONSTRUCTED in plan.symbols
 
 
+@pytest.mark.costly
 def test_a_fleets_first_plan_is_constructed_and_then_improved(tmp_path: Path) -> None:
     office = Office(20, 4, tmp_path, DEFAULT_PATIENCE)
     office.ask(1, 20)

@@ -64,6 +64,7 @@ class Drive(DeskSimulation):
         return [line for line in self.goals[-1].lines if line.startswith("expected")]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", variants([RECORDING, SINGLE], [RECORDING, DYN_RESET, SINGLE]))
 def test_a_way_that_takes_three_times_as_long_is_avoided(mode: str, tmp_path: Path) -> None:
     slow = replace(RING, lengths={**RING.lengths, frozenset("xb"): 30})
@@ -77,6 +78,7 @@ def test_a_way_that_takes_three_times_as_long_is_avoided(mode: str, tmp_path: Pa
         assert drive.expected == ["expected in 32 s"]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", variants([DYN_RESET], [DYN_RESET, SINGLE]))
 def test_expected_times_get_right(mode: str, tmp_path: Path) -> None:
     """There is no other way, so it is driven again and again, and so are pickups slow."""
@@ -111,6 +113,7 @@ def learned(before: Map, after: Map) -> List[str]:
     return ["info,lasts(go({},{}),{})".format(*sorted(e), after.lengths[e]) for e in edges]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("robots", [1, 2])
 @pytest.mark.parametrize("seed", draws([0, 4, 9, 14], 15))
 def test_plans_are_the_best_ones_with_what_was_learned(

@@ -257,6 +257,7 @@ def test_there_is_a_plan_for_fifty_plants(full: int, tmp_path: Path) -> None:
     Garden(1, 50, full, tmp_path, seconds=0.01).plan()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", variants([FIXED, RESET, SINGLE], [FIXED, *INCREMENTAL]))
 def test_plants_are_watered_in_all_modes(mode: str) -> None:
     encoding = [str(FOLDER / "instances" / "garden.lp"), PLANTS]

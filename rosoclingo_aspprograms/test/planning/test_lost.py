@@ -51,6 +51,7 @@ def _fleet(mode: str, in_seconds: bool = False) -> Episode:
     return Episode(mode, graph, files, options)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_a_client_is_told_which_lost_robot_has_its_package(mode: str, in_seconds: bool) -> None:
     """Also while others work; once, and not those whose packages are elsewhere."""
@@ -98,6 +99,7 @@ def _driven(fleet: Episode, robot: str) -> List[str]:
     return [target for action in actions for target in arguments(action, "go")]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_a_robot_that_is_stuck_closes_no_ways(mode: str, in_seconds: bool) -> None:
     """It cannot leave c5, through which the other one has to go."""
@@ -111,6 +113,7 @@ def test_a_robot_that_is_stuck_closes_no_ways(mode: str, in_seconds: bool) -> No
     assert fleet.validator.finish() == []
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_a_robot_that_is_stuck_has_a_package(mode: str, in_seconds: bool) -> None:
     """It waits with it, until somebody has seen to the robot."""
@@ -135,6 +138,7 @@ def test_a_robot_that_is_stuck_has_a_package(mode: str, in_seconds: bool) -> Non
     assert fleet.validator.finish() == []
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_a_robot_of_a_fleet_turns_round_at_a_box(mode: str, in_seconds: bool) -> None:
     """One failure, and then a success: it was the way, and that of the second box is another."""
@@ -148,6 +152,7 @@ def test_a_robot_of_a_fleet_turns_round_at_a_box(mode: str, in_seconds: bool) ->
     assert {frozenset(box) for box in boxes} <= fleet.validator.believed()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "in_seconds"), KEPT)
 def test_what_others_have_found_stays_blocked(mode: str, in_seconds: bool, tmp_path: Path) -> None:
     """Two in a hall fail at the same door, and then one of them at the next one, too."""
@@ -178,6 +183,7 @@ def test_what_others_have_found_stays_blocked(mode: str, in_seconds: bool, tmp_p
     assert fleet.validator.believed() == {frozenset(("hall", "a"))}
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "answer"), ANSWERS)
 def test_a_robot_acts_in_the_step_in_which_it_is_found(mode: str, answer: str) -> None:
     """Another one is on its way meanwhile, and nobody waits for it."""

@@ -113,6 +113,7 @@ def test_scenario_2_the_robot_turns_round_when_the_corridor_is_free_again(mode: 
     assert episode.actions == _walk("c6 c5 o9", "pickup(1)", "c5 c6", "c5 c4 c3 o14", "deliver(1)")
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", SOME)
 def test_scenario_3_a_failure_changes_the_order_of_the_deliveries(mode: str) -> None:
     episode = _office(mode, slots=2)
@@ -154,6 +155,7 @@ def _walk(*parts: str) -> List[str]:
 # What is documented.
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", SOME_DYNAMIC)
 def test_failed_pickups_and_deliveries_are_tried_again(mode: str) -> None:
     episode = _grid(mode)
@@ -178,6 +180,7 @@ def test_failed_pickups_and_deliveries_are_tried_again(mode: str) -> None:
     )
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", SOME_DYNAMIC)
 def test_a_failed_move_blocks_the_way_for_good(mode: str) -> None:
     episode = _grid(mode)
@@ -258,6 +261,7 @@ def test_cancel_after_the_pickup_brings_the_package_back(mode: str) -> None:
     assert episode.actions == _walk("go(1) pickup(1) go(c(1)) go(1) deliver(1)")
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "outcome"), OUTCOMES)
 def test_cancel_during_the_delivery(mode: str, outcome: str) -> None:
     episode = _grid(mode)
@@ -277,6 +281,7 @@ def test_cancel_during_the_delivery(mode: str, outcome: str) -> None:
     assert goal.words[-1] == {"success": "succeeded", "failure": "canceled"}[outcome]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "slots"), [(RECORDING, 2), (RESET, 1), (SINGLE, 1)])
 def test_more_requests_than_slots(mode: str, slots: int) -> None:
     episode = _grid(mode, slots, steps=100)
@@ -287,6 +292,7 @@ def test_more_requests_than_slots(mode: str, slots: int) -> None:
     assert episode.validator.delivered == 3
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", SOME)
 def test_the_same_request_twice(mode: str) -> None:
     episode = _grid(mode)
@@ -335,6 +341,7 @@ def test_what_cannot_be_reached_waits_and_the_rest_is_served(mode: str) -> None:
     assert episode.actions.index("deliver(2)") < episode.actions.index("pickup(1)")
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "r"), [(RESET, 1), *((mode, 5) for mode in (RECORDING, SINGLE))])
 def test_while_a_request_waits_a_message_takes_one_step(mode: str, r: int) -> None:
     """And no more, so that 25 steps suffice for 13 messages and the delivery.

@@ -28,6 +28,7 @@ def _walk(text: str) -> List[str]:
     return [word if "(" in word else f"go({word})" for word in text.split()]
 
 
+@pytest.mark.costly
 def test_scenario_1() -> None:
     episode = _office()
     episode.announce("blocked(c3,c4)")
@@ -39,6 +40,7 @@ def test_scenario_1() -> None:
     assert goal.words == ["accepted", "succeeded"]
 
 
+@pytest.mark.costly
 def test_scenario_2() -> None:
     episode = _office()
     episode.announce("blocked(c3,c4)")
@@ -55,6 +57,7 @@ def test_scenario_2() -> None:
     assert episode.actions == _walk("c6 c5 o9 pickup(o9,o14) c5 c6 c5 c4 c3 o14 deliver(o9,o14)")
 
 
+@pytest.mark.costly
 def test_scenario_3() -> None:
     episode = _office()
     goals = [episode.request("bring(o7,o11)")]
@@ -170,6 +173,7 @@ def test_a_package_on_its_way_back_is_requested_again() -> None:
     assert [goal.words[-1] for goal in goals] == ["canceled", "succeeded"]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("way", ["c5,o9", "o9,c5"])
 def test_the_only_way_is_free_again_in_the_step_in_which_it_was_found_blocked(way: str) -> None:
     """While there is no plan, the horizon grows, and whatever is announced belongs to this step."""

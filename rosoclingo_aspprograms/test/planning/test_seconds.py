@@ -168,6 +168,7 @@ class Draw:
         assert told <= {*feedback(plan)}
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("robots", [1, 2])
 @pytest.mark.parametrize("seed", draws(range(0, 30, 4), 30))
 def test_the_last_delivery_is_as_early_as_possible(robots: int, seed: int, tmp_path: Path) -> None:

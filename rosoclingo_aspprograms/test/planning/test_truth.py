@@ -206,6 +206,7 @@ CASES = [
 FEW = [(mode, "rooms") for mode in MODES] + [("one node", "1.0"), ("2.0 dyn_reset", "mailbot")]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("mode", "encoding"), FEW if IS_SHORT else CASES)
 def test_nothing_is_reported_that_was_not_done(mode: str, encoding: str, tmp_path: Path) -> None:
     for seed in SEEDS:

@@ -124,6 +124,7 @@ def closed(atoms: Iterable[str]) -> FrozenSet[Edge]:
     return frozenset(frozenset(split_term(split_term(a)[1][1])[1]) for a in atoms if "blocked" in a)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", MAPS or draws([2, 5], 20))
 def test_what_is_named_suffices_and_each_of_it_is_needed(seed: int, tmp_path: Path) -> None:
     """All ways to a room are blocked, one after the other."""
@@ -169,6 +170,7 @@ def length(building: Building, place: str, requests: Sequence[str], blocked: Ite
     return shortest(building.graph, place, None, jobs, blocked)  # type: ignore[arg-type]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", draws([1, 3, 9], 10))
 def test_another_first_move(seed: int, tmp_path: Path) -> None:
     building, situation, requests, blocked = drawn(seed, tmp_path)
@@ -263,6 +265,7 @@ def test_a_blocked_room_is_said_in_words() -> None:
     )
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mode", [RECORDING, DYN_RESET])
 def test_a_failure_is_named_and_what_came_before_a_reset(mode: str) -> None:
     """The robot finds the only way to o2 blocked after it has served another goal."""
@@ -296,6 +299,7 @@ def test_a_way_blocked_before_a_reset_is_named() -> None:
     assert text.startswith("There is no plan for bring(o2,o1) because the way between c2 and o2 is")
 
 
+@pytest.mark.costly
 def test_where_the_robot_has_gone_is_named() -> None:
     """It has gone into an office, and the way out is blocked."""
     happens: Dict[int, Sequence[str]] = {
@@ -371,6 +375,7 @@ def test_it_does_not_know_everything() -> None:
             question()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", draws([0], 3))
 def test_a_long_history_makes_no_other_answer(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was done long ago is told as what held in the end; the steps are those of the loop."""

@@ -438,6 +438,7 @@ def is_request(fact: Fact) -> bool:
     return fact.kind is FactKind.REQUEST
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("task", TASKS)
 def test_what_is_said_is_so(task: str, tmp_path: Path) -> None:
     counts: Dict[str, int] = {}

@@ -257,6 +257,7 @@ class Workshop(DeskSimulation):
         return True
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("number", EPISODES)
 def test_random_episodes(number: int, tmp_path: Path) -> None:
     """Each world in all modes."""

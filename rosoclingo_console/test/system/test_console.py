@@ -132,6 +132,7 @@ def start_system(terminals: Terminals, *parameters: str, name: str = "rosoclingo
     return terminals.start(*node, *parameters)
 
 
+@pytest.mark.costly
 @pytest.mark.both_spaces
 def test_an_operator_with_a_page(terminals: Terminals) -> None:
     """What is asked for is done, and seen."""
@@ -180,6 +181,7 @@ def test_an_operator_with_a_page(terminals: Terminals) -> None:
     asyncio.run(check())
 
 
+@pytest.mark.costly
 @pytest.mark.both_spaces
 def test_who_comes_late_and_the_end(terminals: Terminals) -> None:
     """Also: cancelled and rejected goals, and a system that ends before its console."""
@@ -221,6 +223,7 @@ def test_who_comes_late_and_the_end(terminals: Terminals) -> None:
     assert link.token not in "".join(console.output.split("open http")[:1])
 
 
+@pytest.mark.costly
 def test_two_systems_of_which_one_comes_later(terminals: Terminals, tmp_path: Path) -> None:
     """Also: a link that stays the same, who may look, and metrics."""
     token = tmp_path / "token"
@@ -251,6 +254,7 @@ def test_two_systems_of_which_one_comes_later(terminals: Terminals, tmp_path: Pa
     assert same.token == link.token == token.read_text().strip()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("parameter", "said"),
     [
@@ -303,6 +307,7 @@ def is_whole(bags: Path) -> bool:
     return bool(recording and not recording.remarks)
 
 
+@pytest.mark.costly
 def test_a_recording_outlasts_its_console(terminals: Terminals, tmp_path: Path) -> None:
     """Ctrl-C for the console ends the recording, and the bag is whole."""
     start_system(terminals)

@@ -107,6 +107,7 @@ def test_the_launch_file_of_the_dynamic_mailbot(terminals: Terminals, tmp_path: 
     assert client.output.splitlines()[-1] == "3 deliveries, 1 canceled"
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("file", "arguments"),
     [
@@ -122,6 +123,7 @@ def test_the_launch_files_of_static_modes(
     assert len(actions) == 14 if "blocks" in file else actions == SHORTEST
 
 
+@pytest.mark.costly
 def test_wrong_lines_and_requests(terminals: Terminals, tmp_path: Path) -> None:
     dynamic(terminals, "dynamic.incremental.recording")
     client, typist = pipe(terminals, tmp_path, "rosrun", "rosoclingo_examples", "mailbot_manual.py")
@@ -148,6 +150,7 @@ def test_the_server_that_is_not_there(terminals: Terminals, tmp_path: Path) -> N
     assert client.output.splitlines()[-1] == "0 deliveries"
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("how", ["kill", "terminate"])
 def test_the_server_that_goes_away(terminals: Terminals, tmp_path: Path, how: str) -> None:
     controller(terminals, "dynamic.incremental.recording")
@@ -163,6 +166,7 @@ def test_the_server_that_goes_away(terminals: Terminals, tmp_path: Path, how: st
     typist.close()
 
 
+@pytest.mark.costly
 def test_a_client_and_its_server_are_killed(terminals: Terminals, tmp_path: Path) -> None:
     """Started again, the client goes on with its request, and waits for the server."""
     terminals.start(
@@ -189,6 +193,7 @@ def test_a_client_and_its_server_are_killed(terminals: Terminals, tmp_path: Path
     assert client.output.splitlines()[-1] == "3 deliveries"
 
 
+@pytest.mark.costly
 def test_at_a_keyboard(terminals: Terminals, tmp_path: Path) -> None:
     """A prompt, words by TAB, a list on Enter, an end with Ctrl-C, and one with Ctrl-D.
 

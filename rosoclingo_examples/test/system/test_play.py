@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from terminals import Terminal, Terminals, terminals, wait_for
 
 __all__ = ["terminals"]
@@ -23,6 +24,7 @@ HARD = """
 """
 
 
+@pytest.mark.costly
 def test_a_loop_survives_a_whole_bag(terminals: Terminals, tmp_path: Path) -> None:
     """Foreign goals end the loop's searches of planner and controller; it tries them again."""
     bag, hard = tmp_path / "a.bag", tmp_path / "hard.lp"

@@ -101,6 +101,7 @@ def test_launch_argument(terminals: Terminals, tmp_path: Path) -> None:
     assert "/planner/status" not in info.output
 
 
+@pytest.mark.costly
 def test_recorders_that_are_interrupted(terminals: Terminals, tmp_path: Path) -> None:
     """And one that is killed, which has begun after the delivery."""
     recorders = {}

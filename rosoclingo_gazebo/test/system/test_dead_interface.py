@@ -10,12 +10,14 @@ import signal
 from pathlib import Path
 from typing import List
 
+import pytest
 from terminals import Terminals, terminals, wait_for
 from typist import pipe
 
 __all__ = ["terminals"]
 
 
+@pytest.mark.costly
 def test_the_others_go_on(terminals: Terminals, tmp_path: Path) -> None:
     terminals.start(
         "roslaunch", "rosoclingo_gazebo", "mailbot_fleet.launch",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 import yaml
 from readmes import check_output
 from terminals import Terminals, package, terminals
@@ -28,6 +29,7 @@ def test_the_demo(terminals: Terminals, tmp_path: Path) -> None:
     assert {file.name for file in (tmp_path / "a").iterdir()} == {"office.png", "office.svg"}
 
 
+@pytest.mark.costly
 def test_nodes_are_killed(terminals: Terminals, tmp_path: Path) -> None:
     """As scripts/demo --kill has it: the deliveries are made, whoever dies."""
     office = terminals.start(
@@ -47,6 +49,7 @@ def test_nodes_are_killed(terminals: Terminals, tmp_path: Path) -> None:
     assert "a node is killed" in (tmp_path / "a" / "office.svg").read_text()
 
 
+@pytest.mark.costly
 def test_a_robot_that_is_carried(terminals: Terminals, tmp_path: Path) -> None:
     """As scripts/demo --carried has it, but in three nodes; a replay is exact."""
     faults = package("rosoclingo_gazebo") / "config" / "carried.yaml"
@@ -75,6 +78,7 @@ def test_a_robot_that_is_carried(terminals: Terminals, tmp_path: Path) -> None:
     assert replayed.wait() == 0, replayed.output
 
 
+@pytest.mark.costly
 def test_a_fleet(terminals: Terminals, tmp_path: Path) -> None:
     terminals.start(
         "roslaunch", "rosoclingo_gazebo", "mailbot_fleet.launch", "robots:=2", "speed:=15"

@@ -161,6 +161,7 @@ def catkin_package(folder: Path) -> None:
     executable(folder / folder.name, "#!/bin/sh\n")
 
 
+@pytest.mark.costly
 def test_a_package_without_its_node_is_missing(
     terminals: Terminals, gazebo: Dict[str, str], tmp_path: Path
 ) -> None:
@@ -170,6 +171,7 @@ def test_a_package_without_its_node_is_missing(
     assert terminals.run("roslaunch", "--nodes", *REAL, "localisation:=false").wait() == 0
 
 
+@pytest.mark.costly
 def test_planners_of_a_config_of_ones_own(
     terminals: Terminals, gazebo: Dict[str, str], tmp_path: Path
 ) -> None:
@@ -224,6 +226,7 @@ def test_the_drive_with_real_navigation(terminals: Terminals, gazebo: Dict[str, 
     assert "/move_base/base_local_planner" in parameters
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("pose", "expected"),
     [

@@ -99,6 +99,7 @@ def test_the_manuals_commands(terminals: Terminals, tmp_path: Path) -> None:
     assert mailbot.wait() == 130
 
 
+@pytest.mark.costly
 def test_what_dies(terminals: Terminals, tmp_path: Path) -> None:
     """The interface begins its drive again; when the simulator dies, the drive fails."""
     office = simulator(terminals)
@@ -131,6 +132,7 @@ def test_what_dies(terminals: Terminals, tmp_path: Path) -> None:
         assert "Traceback" not in terminal.output
 
 
+@pytest.mark.costly
 def test_an_interface_that_stays_dead(terminals: Terminals, tmp_path: Path) -> None:
     simulator(terminals)
     # Long enough for the interface to start and drive when the first action has failed.
@@ -149,6 +151,7 @@ def test_an_interface_that_stays_dead(terminals: Terminals, tmp_path: Path) -> N
     assert "[1] bring(o6,o7) box: succeeded" in mailbot.output
 
 
+@pytest.mark.costly
 def test_another_simulator_comes(terminals: Terminals, tmp_path: Path) -> None:
     """It comes when all ways have failed, and its clock begins anew."""
     started = [simulator(terminals), planner(terminals), interfaces(terminals, "timeout:=40")]

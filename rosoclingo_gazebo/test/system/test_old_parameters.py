@@ -5,12 +5,14 @@ Needs a sourced workspace, in devel or install space.
 
 from __future__ import annotations
 
+import pytest
 import yaml
 from terminals import Terminals, terminals, wait_for
 
 __all__ = ["terminals"]
 
 
+@pytest.mark.costly
 def test_what_the_launch_file_says_counts(terminals: Terminals) -> None:
     # With any of these, a node would end with an error.
     for name, value in (

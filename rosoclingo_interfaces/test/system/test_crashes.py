@@ -95,6 +95,7 @@ def system(terminals: Terminals, tmp_path: Path) -> System:
     return System(terminals, tmp_path)
 
 
+@pytest.mark.costly
 def test_a_crash_in_an_action(system: System) -> None:
     """What can be done again is done again; of all else, nobody says more than is known."""
     first = system.robot()
@@ -128,6 +129,7 @@ def test_a_crash_in_an_action(system: System) -> None:
     )
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("program", ["pickup_deliver.py", "fulfill.py"])
 def test_a_robot_without_a_hand(
     system: System, terminals: Terminals, tmp_path: Path, program: str

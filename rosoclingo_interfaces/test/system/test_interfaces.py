@@ -58,6 +58,7 @@ def un_block(terminals: Terminals, *lines: str) -> Terminal:
     )  # fmt: skip
 
 
+@pytest.mark.costly
 def test_an_interface_that_starts_late(terminals: Terminals, node: Terminal) -> None:
     """What was published before is still to be done; so it is when the interface starts again."""
     results = terminals.listen("/rosoclingo", "/rosoclingo/result")
@@ -109,6 +110,7 @@ def test_the_launch_file(terminals: Terminals, node: Terminal) -> None:
     launch.wait_for("robot: go(3): success")
 
 
+@pytest.mark.costly
 def test_a_clock_that_an_earlier_launch_left_behind(terminals: Terminals) -> None:
     """It says what to type, which helps; and a rosoclingo that starts again finds its solvers."""
     terminals.master.setParam("/test", "/use_sim_time", True)
@@ -134,6 +136,7 @@ def test_a_clock_that_an_earlier_launch_left_behind(terminals: Terminals) -> Non
     results.wait_for('result: "succeeded"')
 
 
+@pytest.mark.costly
 def test_wrong_parameters(terminals: Terminals) -> None:
     wrong = {
         "_delay:=soon": "parameter /n0/delay: expected a number from 0: soon",
@@ -151,6 +154,7 @@ def test_wrong_parameters(terminals: Terminals) -> None:
         assert "Traceback" not in node.output
 
 
+@pytest.mark.costly
 def test_wrong_waypoint_files(terminals: Terminals, tmp_path: Path) -> None:
     places = tmp_path / "places.yaml"
     places.write_text("frame: map\nwaypoints: {c3: {x: 1, y: far, theta: 0}}\n")
@@ -174,6 +178,7 @@ def test_wrong_waypoint_files(terminals: Terminals, tmp_path: Path) -> None:
         assert "Traceback" not in node.output
 
 
+@pytest.mark.costly
 def test_interrupt_of_an_action(terminals: Terminals, node: Terminal) -> None:
     interface = fulfill(terminals, "_sequence:=none")
     visit(terminals, 3)
@@ -207,6 +212,7 @@ def test_un_block_with_wrong_lines(terminals: Terminals) -> None:
     assert heard.output.count("id:") == 1
 
 
+@pytest.mark.costly
 def test_un_block_reaches_the_system(terminals: Terminals, tmp_path: Path) -> None:
     """It says itself what rosoclingo has dropped, also the second time."""
     paths = tmp_path / "paths.lp"
@@ -247,6 +253,7 @@ def test_interrupt_of_un_block_that_waits_for_a_word(terminals: Terminals) -> No
     assert "was dropped" not in waiting.output
 
 
+@pytest.mark.costly
 def test_usage(terminals: Terminals) -> None:
     for script in (
         "fulfill.py",
@@ -260,6 +267,7 @@ def test_usage(terminals: Terminals) -> None:
         assert asked.output.startswith(f"usage: {script}")
 
 
+@pytest.mark.costly
 def test_an_interface_that_is_killed_is_lost(terminals: Terminals) -> None:
     """It is known by its heartbeats, and the next one does what is planned then."""
     node = start_system(terminals, parameters=["_policies:={'go(*)': {heartbeat: 2}}"])

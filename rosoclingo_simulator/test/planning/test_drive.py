@@ -68,6 +68,7 @@ class Drive:
         return self.simulation.move_base.outcome.end
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("way", WAYS, ids="-".join)
 def test_a_way(
     office: OccupancyMap, planner: PathPlanner, waypoints: Waypoints, way: Tuple[str, str]
@@ -78,6 +79,7 @@ def test_a_way(
     assert drive.simulation.physics.pose.distance(drive.goal) < 0.15
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("way", WITH_A_BOX, ids="-".join)
 def test_a_way_with_a_box(
     office: OccupancyMap, planner: PathPlanner, waypoints: Waypoints, way: Tuple[str, str]

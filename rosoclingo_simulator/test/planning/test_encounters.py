@@ -84,6 +84,7 @@ class Drivers:
         return False
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("way", [WAYS[2 * n] for n in draws([2, 4, 5, 11], 12)], ids="-".join)
 def test_two_change_places(
     office: OccupancyMap, planner: PathPlanner, way: Tuple[str, str]
@@ -100,6 +101,7 @@ def test_one_that_stands_makes_room(
     assert drivers.fleet.robots[1].physics.pose.distance(PLACES[way[1]]) < 0.15
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("seed", draws([1, 2], 4))
 @pytest.mark.parametrize("robots", [2, 3])
 def test_encounters(office: OccupancyMap, planner: PathPlanner, robots: int, seed: int) -> None:

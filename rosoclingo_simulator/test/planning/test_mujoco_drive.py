@@ -74,6 +74,7 @@ def test_there_are_ways_to_all_offices() -> None:
     assert {frozenset(way) for way in DRIVEN} == {frozenset(way) for way in WAYS}
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("way", DRIVEN, ids="-".join)
 def test_a_way(
     start: Callable[[str], Simulation], office: OccupancyMap, way: Tuple[str, str]
@@ -95,6 +96,7 @@ def test_new_goals_while_the_robot_drives(
     assert simulation.physics.pose.distance(PLACES["o9"]) > 1
 
 
+@pytest.mark.costly
 def test_a_box_right_in_front_of_the_robot_is_not_touched(
     start: Callable[[str], Simulation], office: OccupancyMap
 ) -> None:

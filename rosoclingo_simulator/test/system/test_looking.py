@@ -9,6 +9,7 @@ import math
 from pathlib import Path
 from typing import List
 
+import pytest
 import yaml
 from terminals import Terminal, Terminals, terminals, wait_for
 
@@ -44,6 +45,7 @@ class Planner:
         assert "success: True" in asked.output
 
 
+@pytest.mark.costly
 def test_a_robot_looks_around(terminals: Terminals, tmp_path: Path) -> None:
     faults = tmp_path / "faults.yaml"
     faults.write_text(FAULTS)

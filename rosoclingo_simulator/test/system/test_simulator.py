@@ -59,6 +59,7 @@ def test_ctrl_c_ends_it_before_it_runs(
     assert "Traceback" not in simulator.output
 
 
+@pytest.mark.costly
 def test_two_simulators_and_their_clocks(
     terminals: Terminals,  # noqa: F811 - the fixture
 ) -> None:
