@@ -4,10 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Dict, FrozenSet, Iterator, List, Sequence, Tuple, cast
+from typing import (
+    Any,
+    Dict,
+    FrozenSet,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Sequence,
+    Set,
+    Tuple,
+    cast,
+)
 
 import clingo
-from clingo import Function, Symbol
+from clingo import Function, Number, Symbol
 
 _RULES = """
 { so(C) : cause(C,W) }.
@@ -75,73 +87,173 @@ def diagnose(facts: Sequence[CaseFact], most: int, margin: int) -> Diagnosis:
             first ones in clingo's order; but of more than 1000 of these, any.
         margin: How much more than the best one they weigh at most.
     """
-    kept = [Explanation(0, (), ())]
-    certain: FrozenSet[Symbol] = frozenset()
-    possible: FrozenSet[Symbol] = frozenset()
-    for part in _parts(facts):
-        found = _diagnose_part(part, most, margin)
-        both = [_joined(one, other) for one in kept for other in found.kept]
-        both.sort(key=lambda one: (one.weight, one.causes))
-        kept = [one for one in both if one.weight <= both[0].weight + margin][:most]
+    ranks = {kind: _ranks(facts, kind) for kind in ("cause", "observation", "value")}
+    numbered = [
+        (name, tuple(_rank(ranks, kind, one) for kind, one in zip(_KINDS[name], arguments)))
+        for name, arguments in facts
+    ]
+    kept = [_Numbered(0, (), ())]
+    certain: Set[int] = set()
+    possible: Set[int] = set()
+    for part in _parts(numbered):
+        found = _explain_part(part, most, margin)
+        least = kept[0].weight + found.kept[0].weight
+        both = [
+            _joined(one, other)
+            for one in kept
+            for other in found.kept
+            if one.weight + other.weight <= least + margin
+        ]
+        kept = sorted(both)[:most]
         certain |= found.certain
         possible |= found.possible
-    return Diagnosis(tuple(kept), certain, possible)
+    causes, observations = list(ranks["cause"]), list(ranks["observation"])
+    return Diagnosis(
+        tuple(
+            Explanation(
+                one.weight,
+                tuple(causes[cause] for cause in one.causes),
+                tuple(observations[left] for left in one.unexplained),
+            )
+            for one in kept
+        ),
+        frozenset(causes[cause] for cause in certain),
+        frozenset(causes[cause] for cause in possible),
+    )
 
 
-def _joined(one: Explanation, other: Explanation) -> Explanation:
-    return Explanation(
+_KINDS: Mapping[str, Tuple[str, ...]] = {
+    "cause": ("cause", "weight"),
+    "usual": ("observation", "value"),
+    "observed": ("observation", "value"),
+    "excludes": ("cause", "cause"),
+    "makes": ("cause", "observation", "value"),
+    "may_make": ("cause", "observation", "value"),
+}
+"""What the arguments of facts are."""
+
+_Node = Tuple[bool, int]  # whether it is a cause, and its rank
+_Fact = Tuple[str, Tuple[int, ...]]  # with ranks, or a weight, in the place of symbols
+
+
+class _Numbered(NamedTuple):
+    """An explanation by ranks. Those that weigh as much are in the order of their causes."""
+
+    weight: int
+    causes: Tuple[int, ...]
+    unexplained: Tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class _PartDiagnosis:
+    """A :class:`Diagnosis` by ranks."""
+
+    kept: Tuple[_Numbered, ...]
+    certain: FrozenSet[int]
+    possible: FrozenSet[int]
+
+
+def _ranks(facts: Sequence[CaseFact], kind: str) -> Dict[Symbol, int]:
+    """Returns the places of all symbols of a kind in clingo's order."""
+    found = {
+        argument
+        for name, arguments in facts
+        for other, argument in zip(_KINDS[name], arguments)
+        if other == kind
+    }
+    return {symbol: rank for rank, symbol in enumerate(sorted(found))}
+
+
+def _rank(ranks: Mapping[str, Mapping[Symbol, int]], kind: str, symbol: Symbol) -> int:
+    return symbol.number if kind == "weight" else ranks[kind][symbol]
+
+
+def _joined(one: _Numbered, other: _Numbered) -> _Numbered:
+    return _Numbered(
         one.weight + other.weight,
         tuple(sorted(one.causes + other.causes)),
         tuple(sorted(one.unexplained + other.unexplained)),
     )
 
 
-def _parts(facts: Sequence[CaseFact]) -> Iterator[Tuple[CaseFact, ...]]:
+def _parts(facts: Sequence[_Fact]) -> Iterator[List[_Fact]]:
     """Yields the facts about each group of observations and causes that depend on each other.
 
     Groups in which all is as usual are left out: they need no cause.
     """
-    group: Dict[Tuple[str, Symbol], Tuple[str, Symbol]] = {}
+    group: Dict[_Node, _Node] = {}
 
-    def find(node: Tuple[str, Symbol]) -> Tuple[str, Symbol]:
+    def find(node: _Node) -> _Node:
         while group.setdefault(node, node) != node:
             group[node] = node = group[group[node]]
         return node
 
-    for name, arguments in facts:
-        kinds = _KINDS[name]
-        for kind, argument in zip(kinds[1:], arguments[1:]):
-            group[find((kind, argument))] = find((kinds[0], arguments[0]))
-    parts: Dict[Tuple[str, Symbol], List[CaseFact]] = {}
-    for fact in facts:
-        parts.setdefault(find((_KINDS[fact[0]][0], fact[1][0])), []).append(fact)
+    nodes = [
+        [(kind == "cause", rank) for kind, rank in zip(_KINDS[name], ranks) if kind in _GROUPED]
+        for name, ranks in facts
+    ]
+    for first, *others in nodes:
+        for other in others:
+            group[find(other)] = find(first)
+    parts: Dict[_Node, List[_Fact]] = {}
+    for fact, (first, *_) in zip(facts, nodes):
+        parts.setdefault(find(first), []).append(fact)
     for part in parts.values():
-        usual = {arguments for name, arguments in part if name == "usual"}
-        if any(name == "observed" and pair not in usual for name, pair in part):
-            yield tuple(sorted(part))
+        usual = {ranks for name, ranks in part if name == "usual"}
+        if any(name == "observed" and ranks not in usual for name, ranks in part):
+            yield part
 
 
-_KINDS = {
-    "cause": ("cause",),
-    "usual": ("observation",),
-    "observed": ("observation",),
-    "excludes": ("cause", "cause"),
-    "makes": ("cause", "observation"),
-    "may_make": ("cause", "observation"),
-}
+_GROUPED = {"cause", "observation"}
+
+
+def _explain_part(part: Sequence[_Fact], most: int, margin: int) -> _PartDiagnosis:
+    """Returns the explanations of a part; parts that are alike but for names have them in common.
+
+    For that, all ranks are counted anew in the part, in the same order.
+    """
+    old: Dict[str, List[int]] = {}
+    for kind in ("cause", "observation", "value"):
+        pairs = ((other, rank) for name, ranks in part for other, rank in zip(_KINDS[name], ranks))
+        old[kind] = sorted({rank for other, rank in pairs if other == kind})
+    new = {kind: {rank: place for place, rank in enumerate(known)} for kind, known in old.items()}
+    facts = sorted(
+        (
+            name,
+            tuple(
+                rank if kind == "weight" else new[kind][rank]
+                for kind, rank in zip(_KINDS[name], ranks)
+            ),
+        )
+        for name, ranks in part
+    )
+    found = _diagnose_part(tuple(facts), most, margin)
+    causes, observations = old["cause"], old["observation"]
+    return _PartDiagnosis(
+        tuple(
+            _Numbered(
+                one.weight,
+                tuple(causes[cause] for cause in one.causes),
+                tuple(observations[left] for left in one.unexplained),
+            )
+            for one in found.kept
+        ),
+        frozenset(causes[cause] for cause in found.certain),
+        frozenset(causes[cause] for cause in found.possible),
+    )
 
 
 @lru_cache(maxsize=_MOST_PARTS)
-def _diagnose_part(facts: Tuple[CaseFact, ...], most: int, margin: int) -> Diagnosis:
+def _diagnose_part(facts: Tuple[_Fact, ...], most: int, margin: int) -> _PartDiagnosis:
     control = clingo.Control(["--warn=none"])
-    text = " ".join(f"{Function(name, arguments)}." for name, arguments in facts)
+    text = " ".join(f"{name}({','.join(map(str, ranks))})." for name, ranks in facts)
     control.add("base", [], _RULES + text)
     control.ground([("base", [])])
     solving = cast(Any, control.configuration.solve)
-    kept: List[Explanation] = []
+    kept: List[_Numbered] = []
     best: Tuple[int, ...] = ()
-    certain: FrozenSet[Symbol] = frozenset()
-    possible: FrozenSet[Symbol] = frozenset()
+    certain: FrozenSet[int] = frozenset()
+    possible: FrozenSet[int] = frozenset()
     while len(kept) < most:
         solving.opt_mode, solving.models = "opt", 0
         cost = _cost(control)
@@ -157,13 +269,10 @@ def _diagnose_part(facts: Tuple[CaseFact, ...], most: int, margin: int) -> Diagn
             possible = frozenset(_last(control))
             solving.enum_mode = "auto"
         solving.models = _MOST_EQUAL
-        equal = sorted(_all(control, cost[1] - _ALWAYS), key=lambda one: one.causes)[
-            : most - len(kept)
-        ]
-        for one in equal:
+        for one in sorted(_all(control, cost[1] - _ALWAYS))[: most - len(kept)]:
             _exclude(control, one.causes)
             kept.append(one)
-    return Diagnosis(tuple(kept), certain, possible)
+    return _PartDiagnosis(tuple(kept), certain, possible)
 
 
 def _cost(control: clingo.Control) -> Tuple[int, ...]:
@@ -175,30 +284,30 @@ def _cost(control: clingo.Control) -> Tuple[int, ...]:
     return cost
 
 
-def _last(control: clingo.Control) -> List[Symbol]:
+def _last(control: clingo.Control) -> List[int]:
     """Returns the causes in the last model, which is a consequence of all or some."""
-    causes: List[Symbol] = []
+    causes: List[int] = []
     with control.solve(yield_=True) as handle:
         for model in handle:
             causes = _arguments(model, "so")
     return causes
 
 
-def _all(control: clingo.Control, weight: int) -> List[Explanation]:
+def _all(control: clingo.Control, weight: int) -> List[_Numbered]:
     with control.solve(yield_=True) as handle:
         return [
-            Explanation(weight, tuple(_arguments(model, "so")), tuple(_arguments(model, "left")))
+            _Numbered(weight, tuple(_arguments(model, "so")), tuple(_arguments(model, "left")))
             for model in handle
         ]
 
 
-def _arguments(model: clingo.Model, name: str) -> List[Symbol]:
-    return sorted(one.arguments[0] for one in model.symbols(shown=True) if one.name == name)
+def _arguments(model: clingo.Model, name: str) -> List[int]:
+    return sorted(one.arguments[0].number for one in model.symbols(shown=True) if one.name == name)
 
 
-def _exclude(control: clingo.Control, causes: Sequence[Symbol]) -> None:
+def _exclude(control: clingo.Control, causes: Sequence[int]) -> None:
     """Excludes an explanation, and all that have more causes than it."""
     with control.backend() as backend:
         atoms = control.symbolic_atoms
-        literals = [cast(Any, atoms[Function("so", [cause])]).literal for cause in causes]
+        literals = [cast(Any, atoms[Function("so", [Number(cause)])]).literal for cause in causes]
         backend.add_rule([], literals)

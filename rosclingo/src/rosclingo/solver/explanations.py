@@ -143,7 +143,7 @@ class CauseFinder:
                 *rest, case = arguments
                 if name == "cause":
                     cause, weight = rest
-                    number = _whole(weight, 1, str(Function(name, arguments)))
+                    number = _whole(weight, 1, Function(name, arguments))
                     if weights.setdefault((case, cause), number) != number:
                         raise ValueError(f"{shorten(str(cause))} has two surprises in a case")
                 self._cases.setdefault(case, []).append((name, tuple(rest)))
@@ -157,7 +157,7 @@ class CauseFinder:
                 )
 
 
-def _whole(symbol: Symbol, least: int, where: str) -> int:
+def _whole(symbol: Symbol, least: int, where: object) -> int:
     """Returns a number from ``least`` on.
 
     Raises:
@@ -165,8 +165,8 @@ def _whole(symbol: Symbol, least: int, where: str) -> int:
     """
     if symbol.type is not SymbolType.Number or symbol.number < least:
         raise ValueError(
-            f"{shorten(where)} has {shorten(str(symbol))} where a whole number from {least} on "
-            "belongs"
+            f"{shorten(str(where))} has {shorten(str(symbol))} where a whole number from {least} "
+            "on belongs"
         )
     return symbol.number
 
